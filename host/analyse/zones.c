@@ -226,7 +226,7 @@ static void add_reason(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "coming_after",
                  label_if_known("wheel reached it", w->predicted_wheel_after_s), UNIT_TIME,
                  w->predicted_wheel_after_s, 3)
-        ->end = " after the warning";
+        ->suffix = " after the warning";
 }
 
 static const char *not_reached_text(const struct zone_warning *w)
@@ -240,7 +240,7 @@ static void add_lead(const struct zone_warning *w, struct answer *answer)
     const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
     answer_value(answer, "lead", label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
                  w->lead_s, 3)
-        ->end = ", the first value that the board reported";
+        ->suffix = ", the first value that the board reported";
     answer_value(answer, "lead_t", label_if_known("predicted at", w->lead_s), UNIT_TIME,
                  w->lead_t_s, 3)
         ->digits = 9;
@@ -273,8 +273,8 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
                      (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
-        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)->end =
-            " after the warning";
+        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)
+            ->suffix = " after the warning";
     else
         answer_none(answer, "true_lead_s", "wheel in the zone", not_reached_text(w));
     add_reason(w, answer);

@@ -343,7 +343,7 @@ static void format_line(const struct answer_item *item, const char *plus_minus,
                  item->value + NORMAL_95 * item->error);
     size_t length = strlen(text);
     snprintf(text + length, CELL_SIZE - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
-             item->fact.end ? item->fact.end : "", item->remark ? item->remark : "");
+             item->fact.suffix ? item->fact.suffix : "", item->remark ? item->remark : "");
 }
 
 /* ---- tables ---- */

@@ -25,14 +25,14 @@
 struct answer;
 
 struct answer_fact {
-    int digits;      /* significant digits in the JSON; default: 6 */
-    bool interval;   /* text also shows the 95 % interval */
-    bool bounded;    /* a ratio: text shows ">999" for a value above 999 */
-    bool plus;       /* text also shows the sign of a positive value */
-    bool warn;       /* pages show the fact in the warning colour */
-    bool number;     /* words that show a number: tables align them right */
-    bool run;        /* a RUN number: HTML pages link it to the section of that landing */
-    const char *end; /* text after the value, for people; static. NULL: none */
+    int digits;         /* significant digits in the JSON; default: 6 */
+    bool interval;      /* text also shows the 95 % interval */
+    bool bounded;       /* a ratio: text shows ">999" for a value above 999 */
+    bool plus;          /* text also shows the sign of a positive value */
+    bool warn;          /* pages show the fact in the warning colour */
+    bool number;        /* words that show a number: tables align them right */
+    bool run;           /* a RUN number: HTML pages link it to the section of that landing */
+    const char *suffix; /* text after the value, for people; static. NULL: none */
 };
 
 struct answer *answer_new(bool si);

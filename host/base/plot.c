@@ -20,10 +20,10 @@ struct plot {
     size_t length;
     FILE *script; /* one `plot` command per panel, with its data */
     unsigned width, height, columns, panels;
-    char *elements; /* of the current panel */
+    char *panel_elements; /* of the current panel */
     size_t elements_length;
-    FILE *list;
-    unsigned blocks, drawn; /* data blocks in total; series in the current panel */
+    FILE *series_list;
+    unsigned data_blocks, drawn_series; /* data blocks in total; series in the current panel */
 };
 
 /* gnuplot substitutes nothing within single quotes. */
@@ -58,13 +58,14 @@ struct plot *plot_new(const char *title, unsigned width, unsigned height, unsign
 
 static void end_panel(struct plot *plot)
 {
-    if (!plot->list)
+    if (!plot->series_list)
         return;
-    fclose(plot->list);
+    fclose(plot->series_list);
     /* an empty panel still shows its axes */
-    fprintf(plot->script, "plot %s\n", plot->drawn > 0 ? plot->elements : "NaN notitle");
-    free(plot->elements);
-    plot->list = NULL;
+    fprintf(plot->script, "plot %s\n",
+            plot->drawn_series > 0 ? plot->panel_elements : "NaN notitle");
+    free(plot->panel_elements);
+    plot->series_list = NULL;
 }
 
 static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
@@ -86,9 +87,9 @@ static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
 void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y)
 {
     end_panel(plot);
-    plot->list = xopen_memstream(&plot->elements, &plot->elements_length);
+    plot->series_list = xopen_memstream(&plot->panel_elements, &plot->elements_length);
     plot->panels++;
-    plot->drawn = 0;
+    plot->drawn_series = 0;
     fputs("unset label\nunset arrow\n", plot->script);
     put_set_text(plot->script, "title", title);
     put_set_axis(plot->script, 'x', &x);
@@ -139,7 +140,7 @@ static void put_data(struct plot *plot, const struct plot_series *series)
 {
     bool may_thin = series->kind == PLOT_LINE || series->kind == PLOT_BAND;
     size_t step = may_thin ? series->count / THINNING_COLUMNS : 0;
-    fprintf(plot->script, "$d%u << EOD\n", plot->blocks);
+    fprintf(plot->script, "$d%u << EOD\n", plot->data_blocks);
     for (size_t i = 0; i < series->count && step <= 2; i++)
         put_row(plot->script, series, i);
     for (size_t i = 0; i < series->count && step > 2; i += step)
@@ -155,15 +156,15 @@ static void add_rules(struct plot *plot, const struct plot_series *series, const
     for (size_t i = 0; i < series->count; i++)
         fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
                 series->x[i], series->x[i], look);
-    fputs("NaN ", plot->list);
+    fputs("NaN ", plot->series_list);
 }
 
 /* A constant is plotted as a function: an axis without limits then includes it. */
 static void add_levels(struct plot *plot, const struct plot_series *series, const char *look)
 {
     for (size_t i = 1; i < series->count; i++)
-        fprintf(plot->list, "%.9g with lines %s notitle, ", series->y[i], look);
-    fprintf(plot->list, "%.9g ", series->y[0]);
+        fprintf(plot->series_list, "%.9g with lines %s notitle, ", series->y[i], look);
+    fprintf(plot->series_list, "%.9g ", series->y[0]);
 }
 
 void plot_draw(struct plot *plot, const struct plot_series *series)
@@ -177,27 +178,27 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
         return;
     snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d", colours[series->colour % PLOT_COLOURS],
              series->dashed ? 2 : 1);
-    if (plot->drawn++ > 0)
-        fputs(", ", plot->list);
+    if (plot->drawn_series++ > 0)
+        fputs(", ", plot->series_list);
     if (series->kind == PLOT_RULES)
         add_rules(plot, series, look);
     else if (series->kind == PLOT_LEVELS)
         add_levels(plot, series, look);
     else {
         put_data(plot, series);
-        fprintf(plot->list, "$d%u ", plot->blocks++);
+        fprintf(plot->series_list, "$d%u ", plot->data_blocks++);
     }
     if (series->kind == PLOT_LINE || series->kind == PLOT_RULES || series->kind == PLOT_LEVELS)
-        fprintf(plot->list, "with lines %s", look);
+        fprintf(plot->series_list, "with lines %s", look);
     else if (series->kind == PLOT_POINTS)
-        fprintf(plot->list, "with points %s pt %d ps 0.6", look, shape);
+        fprintf(plot->series_list, "with points %s pt %d ps 0.6", look, shape);
     else if (series->kind == PLOT_LINE_POINTS)
-        fprintf(plot->list, "with linespoints %s pt %d ps 0.6", look, shape);
+        fprintf(plot->series_list, "with linespoints %s pt %d ps 0.6", look, shape);
     else if (series->kind == PLOT_BAND)
-        fprintf(plot->list, "using 1:2:3 with filledcurves %s fs transparent solid 0.22 noborder",
-                look);
-    fputs(" title ", plot->list);
-    put_quoted(plot->list, series->key ? series->key : "");
+        fprintf(plot->series_list,
+                "using 1:2:3 with filledcurves %s fs transparent solid 0.22 noborder", look);
+    fputs(" title ", plot->series_list);
+    put_quoted(plot->series_list, series->key ? series->key : "");
 }
 
 /* The gnuplot terminal for a file extension; NULL: unsupported. */

@@ -35,8 +35,8 @@ void progress_begin(struct progress *u, const char *who, const char *quicker, bo
     pthread_mutex_init(&u->lock, NULL);
     if (quiet || pipe(u->stop_pipe) != 0)
         return;
-    u->runs = pthread_create(&u->thread, NULL, print_lines, u) == 0;
-    if (!u->runs) {
+    u->is_running = pthread_create(&u->thread, NULL, print_lines, u) == 0;
+    if (!u->is_running) {
         close(u->stop_pipe[0]);
         close(u->stop_pipe[1]);
     }
@@ -54,11 +54,11 @@ void progress_set(struct progress *u, const char *format, ...)
 
 void progress_end(struct progress *u)
 {
-    if (u->runs) {
+    if (u->is_running) {
         close(u->stop_pipe[1]); /* the thread sees the end of the pipe and ends */
         pthread_join(u->thread, NULL);
         close(u->stop_pipe[0]);
-        u->runs = false;
+        u->is_running = false;
     }
     pthread_mutex_destroy(&u->lock);
 }

@@ -17,7 +17,7 @@ struct progress {
     char text[120]; /* progress text: how far the work has got */
     double begin_s, next_s;
     int stop_pipe[2]; /* a pipe; closing it ends the thread */
-    bool runs;
+    bool is_running;
 };
 
 /* Starts the timer. With `quiet`, or if no thread can be started, nothing is printed. */

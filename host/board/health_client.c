@@ -236,9 +236,9 @@ static void health_answer(const struct health_client *client, struct answer *ans
     health_reset_text(client->hello.reset_cause, text, sizeof text);
     answer_words(answer, NULL, "last reset", "%s", text);
     answer_count(answer, "reset_cause", NULL, client->hello.reset_cause);
-    answer_count(answer, "restarts", "restarts", client->restarts.restarts)->end =
+    answer_count(answer, "restarts", "restarts", client->restarts.restarts)->suffix =
         " since power-on that were not requested";
-    answer_count(answer, "in_row", "in a row", client->restarts.in_row)->end =
+    answer_count(answer, "in_row", "in a row", client->restarts.in_row)->suffix =
         client->restarts.in_row >= 5
             ? ": until the command `reset`, the board communicates but does not measure"
             : NULL;
@@ -250,12 +250,12 @@ static void health_answer(const struct health_client *client, struct answer *ans
     }
     answer_words(answer, "brown_out", "brown-out", "%s",
                  mr_brown_out_text(client->restarts.brown_out));
-    answer_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->end =
+    answer_count(answer, "stack_used", "stack used", client->upkeep.stack_used)->suffix =
         " bytes at most";
-    answer_count(answer, "stack_size", "stack", client->upkeep.stack_size)->end = " bytes";
-    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->end =
+    answer_count(answer, "stack_size", "stack", client->upkeep.stack_size)->suffix = " bytes";
+    answer_count(answer, "ram_tested", "RAM", client->upkeep.ram_tested)->suffix =
         " complete checks while idle";
-    answer_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->end =
+    answer_count(answer, "flash_checked", "program", client->upkeep.flash_checked)->suffix =
         " complete checks while idle";
     answer_words(answer, "can", "CAN", "%s", mr_can_state_text(client->alarm.state));
     answer_count(answer, "can_tec", "TEC", client->alarm.tec);

@@ -775,7 +775,8 @@ struct query {
 
     struct config_client config;
     struct mr_block block[READY_BLOCKS_MAX];
-    struct counter_rise lost, can_dropped, serial_dropped, fault[MR_FAULT_COUNT];
+    struct counter_rise lost_rise, can_dropped_rise, serial_dropped_rise,
+        fault_rise[MR_FAULT_COUNT];
     bool seq_known, can_begun, clock_known;
     uint16_t last_seq;
     uint32_t can_sent, first_clock, newest_clock;
@@ -792,7 +793,7 @@ static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
 
 static void handle_fault(struct query *a, const struct mr_fault *fault)
 {
-    struct counter_rise *count = &a->fault[fault->code];
+    struct counter_rise *count = &a->fault_rise[fault->code];
     bool early = !a->clock_known || a->newest_clock - a->first_clock < PAST_FAULTS_MS;
     if (!count->known && !early)
         *count = (struct counter_rise){.known = true};
@@ -848,15 +849,15 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
         break;
     case MR_ID_HEALTH:
         if (DECODED(health, m.health))
-            f->blocks_lost = update_rise(&a->lost, m.health.blocks_lost);
+            f->blocks_lost = update_rise(&a->lost_rise, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
         if (DECODED(can_health, m.can))
-            f->can_dropped = update_rise(&a->can_dropped, m.can.dropped);
+            f->can_dropped = update_rise(&a->can_dropped_rise, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
         if (DECODED(serial_health, m.serial))
-            f->serial_dropped = update_rise(&a->serial_dropped, m.serial.dropped);
+            f->serial_dropped = update_rise(&a->serial_dropped_rise, m.serial.dropped);
         break;
     case MR_ID_FAULT:
         if (DECODED(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)

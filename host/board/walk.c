@@ -16,7 +16,7 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 {
     memset(motion, 0, sizeof *motion);
     motion->channels = channels < WALK_CHANNELS ? channels : WALK_CHANNELS;
-    motion->limit = limit;
+    motion->movement_min = limit;
 }
 
 /* True: no channel moved by half the limit for half a second. `mean`: means over that time. */
@@ -36,7 +36,7 @@ static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS]
             sum += v;
             count++;
         }
-        if (count && most - least > 0.5f * motion->limit)
+        if (count && most - least > 0.5f * motion->movement_min)
             return false;
         mean[c] = count ? sum / (float)count : NAN;
     }
@@ -51,7 +51,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
            motion->channels * sizeof *value);
     for (unsigned c = 0; motion->at_rest && c < motion->channels; c++) {
         float moved = fabsf(value[c] - motion->rest_mean[c]); /* NaN compares false */
-        if (moved > motion->limit)
+        if (moved > motion->movement_min)
             motion->moving = true;
         if (moved > motion->peak[c])
             motion->peak[c] = moved;

@@ -29,7 +29,7 @@ extern const char *const walk_names[WALK_KINDS];
 /* Detection of movements by hand. The channel that moved most is the intended one. */
 struct walk_motion {
     unsigned channels;
-    float limit; /* smallest movement that counts, in or lb */
+    float movement_min; /* smallest movement that counts, in or lb */
     float row[WALK_REST_READINGS][WALK_CHANNELS];
     unsigned rows;
     float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];

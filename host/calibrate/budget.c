@@ -141,7 +141,7 @@ static double sensitivity(const struct budget_case *of, const struct budget *bud
                                                    : 0.0;
     case BUDGET_POSITION:
         return of->channel->kind == MR_KIND_DISPLACEMENT ? of->slope_max_in_ft : 0.0;
-    default: return drift_per_kelvin(of, budget, budget->row[source].standard);
+    default: return drift_per_kelvin(of, budget, budget->row[source].standard_uncertainty);
     }
 }
 
@@ -179,19 +179,21 @@ void budget_make(const struct budget_case *of, struct budget *budget)
         struct budget_row *row = &budget->row[s];
         row->input = input_uncertainty(of, s);
         row->divisor = divisor(of, s);
-        row->standard = row->input / row->divisor;
+        row->standard_uncertainty = row->input / row->divisor;
         if (s < BUDGET_STATED) {
             row->contribution = single_source_error(of, s);
-            row->sensitivity = row->standard > 0.0 ? row->contribution / row->standard : 0.0;
+            row->sensitivity = row->standard_uncertainty > 0.0
+                                 ? row->contribution / row->standard_uncertainty
+                                 : 0.0;
         } else {
             row->sensitivity = sensitivity(of, budget, s);
-            row->contribution = row->sensitivity * row->standard;
+            row->contribution = row->sensitivity * row->standard_uncertainty;
         }
         variance += row->contribution * row->contribution;
         if (s == BUDGET_STATED - 1)
             budget->stated = sqrt(variance);
     }
     budget->combined = sqrt(variance);
-    budget->factor = coverage_factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
-    budget->expanded = budget->factor * budget->combined;
+    budget->coverage_factor = coverage_factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
+    budget->expanded = budget->coverage_factor * budget->combined;
 }

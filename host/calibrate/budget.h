@@ -53,18 +53,18 @@ struct budget_case {
 };
 
 struct budget_row {
-    double input;        /* uncertainty of the source, in input_unit */
-    double divisor;      /* divisor of its distribution */
-    double standard;     /* u(x): input over divisor */
-    double sensitivity;  /* c: in or lb per input_unit */
-    double contribution; /* c u(x), in or lb */
+    double input;                /* uncertainty of the source, in input_unit */
+    double divisor;              /* divisor of its distribution */
+    double standard_uncertainty; /* u(x): input over divisor */
+    double sensitivity;          /* c: in or lb per input_unit */
+    double contribution;         /* c u(x), in or lb */
 };
 
 struct budget {
     struct budget_row row[BUDGET_SOURCES];
-    double stated;   /* root sum square of the rows of the stated error: mr_reading_error */
-    double combined; /* root sum square of all rows */
-    double factor;   /* coverage factor for a probability of BUDGET_COVERAGE */
+    double stated;          /* root sum square of the rows of the stated error: mr_reading_error */
+    double combined;        /* root sum square of all rows */
+    double coverage_factor; /* coverage factor for a probability of BUDGET_COVERAGE */
     double expanded;
 };
 

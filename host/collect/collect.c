@@ -125,7 +125,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
 }
 
 /* Drops a partial frame: after a reconnection the data does not continue it. */
-static void discard_torn_frame(struct side *side)
+static void discard_partial_frame(struct side *side)
 {
     if (side->deframer.length > 0)
         side->account.counts.bad++;
@@ -154,7 +154,7 @@ enum mr_status collector_account_troubles(struct collector *collector, enum link
         side->counted_troubles[i] = counters->trouble[i];
         side->pending[i] += more;
         if (i == LINK_BACK)
-            discard_torn_frame(side);
+            discard_partial_frame(side);
         account_add_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
     }
     return status;
@@ -184,7 +184,7 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
     struct side *side = &collector->side[kind];
     if (side->ended)
         return MR_OK;
-    enum mr_status status = collect_release_held(collector, side, error);
+    enum mr_status status = collect_release_held_frames(collector, side, error);
     side->ended = true;
     account_end(&side->account);
     if (status == MR_OK)
@@ -206,7 +206,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct side *side = &collector->side[kind];
         if (!side->ended) {
-            status = collect_release_held(collector, side, error);
+            status = collect_release_held_frames(collector, side, error);
             side->ended = true;
             account_end(&side->account);
             if (status == MR_OK)

@@ -265,7 +265,7 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
 {
     const struct mr_message_info *info = message->info;
     bool lost_in_time = is_impossible_time(side, message, host_us);
-    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTED : update_time(side, message);
+    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTFUL : update_time(side, message);
     enum mr_status status = MR_OK;
     side->received_us = host_us;
     if (time == TIMEBASE_RESTARTED) {
@@ -276,7 +276,7 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
         account_add_can_frame(&side->account);
     else
         account_add_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
-    if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTED) {
+    if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTFUL) {
         side->clock_block = message->as.clock.block;
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
@@ -298,7 +298,7 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
                                 .data = message->payload};
     struct slot *before = side->current;
     enum mr_status meaning = MR_OK;
-    if (status == MR_OK && time != TIMEBASE_DOUBTED)
+    if (status == MR_OK && time != TIMEBASE_DOUBTFUL)
         meaning = deliver_message(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side,
@@ -423,7 +423,7 @@ static enum start classify_start(struct side *side, const struct mr_message *mes
         enum timebase_verdict verdict = tick == 0 ? TIMEBASE_CONTINUES
                                                   : timebase_check_clock(&copy, &side->time_doubt,
                                                                          block, tick, true);
-        return verdict == TIMEBASE_DOUBTED   ? START_UNKNOWN
+        return verdict == TIMEBASE_DOUBTFUL  ? START_UNKNOWN
              : verdict == TIMEBASE_RESTARTED ? START_NEW
                                              : START_SAME;
     }
@@ -433,8 +433,8 @@ static enum start classify_start(struct side *side, const struct mr_message *mes
     return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? START_SAME : START_UNKNOWN;
 }
 
-static enum mr_status process_held(struct collector *collector, struct side *side,
-                                   const struct held_frame *held, struct error *error)
+static enum mr_status process_held_frame(struct collector *collector, struct side *side,
+                                         const struct held_frame *held, struct error *error)
 {
     const struct mr_frame frame = {.seq = held->seq,
                                    .type = (uint16_t)held->frame.id,
@@ -446,8 +446,8 @@ static enum mr_status process_held(struct collector *collector, struct side *sid
 }
 
 /* Handles the held frames. START_NEW: the first of them is the first known frame of a new start. */
-static enum mr_status release_held(struct collector *collector, struct side *side, enum start start,
-                                   uint64_t host_us, struct error *error)
+static enum mr_status release_held_frames(struct collector *collector, struct side *side,
+                                          enum start start, uint64_t host_us, struct error *error)
 {
     const struct held_frame *first = side->held;
     size_t count = side->held_count;
@@ -463,7 +463,7 @@ static enum mr_status release_held(struct collector *collector, struct side *sid
             account_expect_first_frame(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
-        status = process_held(collector, side, &side->held[i], error);
+        status = process_held_frame(collector, side, &side->held[i], error);
     return status;
 }
 
@@ -478,16 +478,16 @@ static bool hold_frame(struct collector *collector, struct side *side, enum star
         side->held[side->held_count++] = *held;
         return true;
     }
-    release_held(collector, side, start, host_us, error);
+    release_held_frames(collector, side, start, host_us, error);
     return false;
 }
 
-enum mr_status collect_release_held(struct collector *collector, struct side *side,
-                                    struct error *error)
+enum mr_status collect_release_held_frames(struct collector *collector, struct side *side,
+                                           struct error *error)
 {
     const struct timebase_doubt *doubt = &side->time_doubt;
     bool back = side->held_count && doubt->pending && (int64_t)doubt->block < side->time.clock;
-    return release_held(collector, side, back ? START_NEW : START_SAME, 0, error);
+    return release_held_frames(collector, side, back ? START_NEW : START_SAME, 0, error);
 }
 
 enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
@@ -516,7 +516,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
-        if (release_held(collector, side, START_SAME, host_us, error) == MR_OK)
+        if (release_held_frames(collector, side, START_SAME, host_us, error) == MR_OK)
             restart(collector, side, host_us, &message.as.hello, error);
     } else if (side->held_count || (jump && side->time.known)) {
         enum start start = START_SAME;

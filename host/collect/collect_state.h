@@ -188,8 +188,8 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
 /* ---- collect_links.c ---- */
 
 /* The link ended: the held frames are processed with the most likely boot. */
-enum mr_status collect_release_held(struct collector *collector, struct side *side,
-                                    struct error *error);
+enum mr_status collect_release_held_frames(struct collector *collector, struct side *side,
+                                           struct error *error);
 /* Stores the gaps that the account has found, with the landing in which they occurred. */
 enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
                                   struct error *error);

@@ -63,7 +63,7 @@ enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct tim
     doubt->pending = true;
     doubt->block = block;
     doubt->origin = origin;
-    return TIMEBASE_DOUBTED;
+    return TIMEBASE_DOUBTFUL;
 }
 
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)

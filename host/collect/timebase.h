@@ -20,7 +20,7 @@ bool timebase_apply_block(struct timebase *timebase, uint32_t block);
 /* As timebase_apply_block, with the value of TIM2 at the first trigger of the block. */
 bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
-enum timebase_verdict { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTED };
+enum timebase_verdict { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
 /* A board time that does not continue from the known one, kept until a second one confirms it. */
 struct timebase_doubt {
     bool pending;

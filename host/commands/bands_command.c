@@ -20,27 +20,27 @@ struct band_design {
     double bands; /* that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
     double mat_lb, friction;
-    double held;         /* mats that load one connection */
-    double every;        /* rows from one connection to the next */
-    double row_ft;       /* mat length along the runway */
-    double width_ft;     /* influence width of the gear, b; 0: not given */
-    double length_ft;    /* band length between its springs; 0: the longest that C.10 allows */
-    double spring_lb_ft; /* K at either end; 0: A E/L, which dT = R/2 assumes */
-    double at;           /* a': where R acts, fraction of the length */
-    double tension_lb;   /* T0; 0: the middle of C.8 and C.9 */
+    double mats_per_connection; /* mats that load one connection */
+    double rows_per_connection; /* rows from one connection to the next */
+    double row_ft;              /* mat length along the runway */
+    double width_ft;            /* influence width of the gear, b; 0: not given */
+    double length_ft;      /* band length between its springs; 0: the longest that C.10 allows */
+    double spring_lb_ft;   /* K at either end; 0: A E/L, which dT = R/2 assumes */
+    double force_position; /* a': where R acts, fraction of the length */
+    double tension_lb;     /* T0; 0: the middle of C.8 and C.9 */
     /* computed by design_bands */
     double r_lb;          /* C.1 */
     double strength_lb;   /* A fy */
     double friction_lb;   /* largest n F' within C.8 and C.9, from C.10 */
     double connection_lb; /* F' */
     double connections;   /* n: from the band length if given, else the largest */
-    double most_connections;
-    double longest_ft;
-    double least_t0_lb, most_t0_lb; /* C.8, C.9 for n */
-    double t0_lb;                   /* as given, or the middle of least and most */
-    double spacing_ft;              /* C.2; 0: not known */
-    double ahead_lb, behind_lb;     /* changes of tension: C.6, C.7 */
-    double least_lb, most_lb;       /* resulting tensions: T0 - n F' - R/2, T0 + R/2 */
+    double connections_max;
+    double length_max_ft;
+    double t0_min_lb, t0_max_lb; /* C.8, C.9 for n */
+    double t0_lb;                /* as given, or the middle of least and most */
+    double spacing_ft;           /* C.2; 0: not known */
+    double ahead_lb, behind_lb;  /* changes of tension: C.6, C.7 */
+    double min_lb, max_lb;       /* resulting tensions: T0 - n F' - R/2, T0 + R/2 */
 };
 
 #define IN2_PER_FT2 144.0
@@ -59,11 +59,11 @@ static void set_defaults(struct band_design *design)
         .modulus_lb_ft2 = 29e6 * IN2_PER_FT2,
         .mat_lb = 160.0,
         .friction = 0.5,
-        .held = 4.0,
-        .every = 10.0,
+        .mats_per_connection = 4.0,
+        .rows_per_connection = 10.0,
         .row_ft = 2.0,
         .spring_lb_ft = 0.0,
-        .at = 0.5,
+        .force_position = 0.5,
     };
 }
 
@@ -83,30 +83,30 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
     d->friction_lb = d->strength_lb - d->r_lb;
     if (!(d->friction_lb > 0.0))
         return set_too_weak_error(d, error);
-    d->connection_lb = d->held * d->friction * d->mat_lb;
-    d->most_connections = d->connection_lb > 0.0
-                            ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
-                            : HUGE_VAL;
-    double apart_ft = d->every * d->row_ft;
-    d->longest_ft = d->most_connections * apart_ft;
+    d->connection_lb = d->mats_per_connection * d->friction * d->mat_lb;
+    d->connections_max = d->connection_lb > 0.0
+                           ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
+                           : HUGE_VAL;
+    double apart_ft = d->rows_per_connection * d->row_ft;
+    d->length_max_ft = d->connections_max * apart_ft;
     d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
-                                        : d->most_connections;
+                                        : d->connections_max;
     /* Without a length, held_lb is all of n F' that C.10 allows, as in the worked example: 52.5
      * kip, not 164 x 320 lb. */
     double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
-    d->least_t0_lb = held_lb + 0.5 * d->r_lb;
-    d->most_t0_lb = d->strength_lb - 0.5 * d->r_lb;
-    d->t0_lb = d->tension_lb > 0.0 ? d->tension_lb : 0.5 * (d->least_t0_lb + d->most_t0_lb);
+    d->t0_min_lb = held_lb + 0.5 * d->r_lb;
+    d->t0_max_lb = d->strength_lb - 0.5 * d->r_lb;
+    d->t0_lb = d->tension_lb > 0.0 ? d->tension_lb : 0.5 * (d->t0_min_lb + d->t0_max_lb);
     d->spacing_ft = d->width_ft > 0.0 ? d->width_ft / d->bands : 0.0;
-    double length_ft = d->length_ft > 0.0 ? d->length_ft : d->longest_ft;
+    double length_ft = d->length_ft > 0.0 ? d->length_ft : d->length_max_ft;
     double band_lb_ft = d->area_ft2 * d->modulus_lb_ft2 / length_ft;
     if (!(d->spring_lb_ft > 0.0))
         d->spring_lb_ft = band_lb_ft;
     double give = d->spring_lb_ft / band_lb_ft; /* K L/(A E) */
-    d->ahead_lb = -d->r_lb * (d->at * give + 1.0) / (give + 2.0);
-    d->behind_lb = d->r_lb * ((1.0 - d->at) * give + 1.0) / (give + 2.0);
-    d->least_lb = d->t0_lb - held_lb - 0.5 * d->r_lb;
-    d->most_lb = d->t0_lb + 0.5 * d->r_lb;
+    d->ahead_lb = -d->r_lb * (d->force_position * give + 1.0) / (give + 2.0);
+    d->behind_lb = d->r_lb * ((1.0 - d->force_position) * give + 1.0) / (give + 2.0);
+    d->min_lb = d->t0_lb - held_lb - 0.5 * d->r_lb;
+    d->max_lb = d->t0_lb + 0.5 * d->r_lb;
     return MR_OK;
 }
 
@@ -136,13 +136,13 @@ static const struct input inputs[] = {
     {"modulus", "lb/ft2", "psi", 1, 1e12, DESIGN_OFFSET(modulus_lb_ft2)},
     {"mat", "lb", "lb", 1e-4, 1e6, DESIGN_OFFSET(mat_lb)},
     {"friction", "", "", 0, 10, DESIGN_OFFSET(friction)},
-    {"held", "", "", 0, 1000, DESIGN_OFFSET(held)},
-    {"every", "", "", 1, 1000, DESIGN_OFFSET(every)},
+    {"held", "", "", 0, 1000, DESIGN_OFFSET(mats_per_connection)},
+    {"every", "", "", 1, 1000, DESIGN_OFFSET(rows_per_connection)},
     {"row", "ft", "ft", 1e-3, 1000, DESIGN_OFFSET(row_ft)},
     {"gear", "ft", "ft", 0, 1e4, DESIGN_OFFSET(width_ft)},
     {"length", "ft", "ft", 0, 1e6, DESIGN_OFFSET(length_ft)},
     {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, DESIGN_OFFSET(spring_lb_ft)},
-    {"at", "", "", 0, 1, DESIGN_OFFSET(at)},
+    {"at", "", "", 0, 1, DESIGN_OFFSET(force_position)},
     {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(tension_lb)},
 };
 
@@ -198,9 +198,9 @@ static void read_words(const char **words, struct request *request)
                                     : "only width or thickness");
     if (drawn)
         d->area_ft2 = request->width_ft * request->thickness_ft;
-    if (d->every != floor(d->every))
+    if (d->rows_per_connection != floor(d->rows_per_connection))
         error_set(fatal, MR_USAGE, "not a whole number: every is %g; give a whole number of rows",
-                  d->every);
+                  d->rows_per_connection);
 }
 
 /* ---- theory ---- */
@@ -235,16 +235,16 @@ static struct force_text format_force(const struct findings *f, double lb)
 
 static void check_design(const struct band_design *d, struct findings *f)
 {
-    if (d->connections > d->most_connections)
+    if (d->connections > d->connections_max)
         add_finding(
             f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
-            d->connections, d->most_connections);
-    if (d->t0_lb < d->least_t0_lb * (1.0 - 1e-9))
+            d->connections, d->connections_max);
+    if (d->t0_lb < d->t0_min_lb * (1.0 - 1e-9))
         add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
-                    format_force(f, d->t0_lb).text, format_force(f, d->least_t0_lb).text);
-    if (d->t0_lb > d->most_t0_lb * (1.0 + 1e-9))
+                    format_force(f, d->t0_lb).text, format_force(f, d->t0_min_lb).text);
+    if (d->t0_lb > d->t0_max_lb * (1.0 + 1e-9))
         add_finding(f, "theory: T0 %s is above A fy - R/2 = %s (C.9): the band may yield",
-                    format_force(f, d->t0_lb).text, format_force(f, d->most_t0_lb).text);
+                    format_force(f, d->t0_lb).text, format_force(f, d->t0_max_lb).text);
 }
 
 struct figure {
@@ -262,18 +262,21 @@ static const struct figure figures[] = {
     {"nF", "n F'", UNIT_TENSION, 1, DESIGN_FIELD(friction_lb),
      ", available friction, A fy - R (C.10)"},
     {"F", "F'", UNIT_TENSION, 1, DESIGN_FIELD(connection_lb), ", friction on one connection"},
-    {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(held), " mats act against a connection"},
+    {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(mats_per_connection),
+     " mats act against a connection"},
     {"n", "n", UNIT_NUMBER, 0, DESIGN_FIELD(connections), " connections"},
-    {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(most_connections), " connections"},
-    {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(longest_ft), " between springs, at most"},
+    {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(connections_max), " connections"},
+    {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(length_max_ft),
+     " between springs, at most"},
     {"T0", "T0", UNIT_TENSION, 1, DESIGN_FIELD(t0_lb), ", pretension"},
-    {"T0_least", "at least", UNIT_TENSION, 1, DESIGN_FIELD(least_t0_lb), " (C.8)"},
-    {"T0_most", "at most", UNIT_TENSION, 1, DESIGN_FIELD(most_t0_lb), " (C.9)"},
+    {"T0_least", "at least", UNIT_TENSION, 1, DESIGN_FIELD(t0_min_lb), " (C.8)"},
+    {"T0_most", "at most", UNIT_TENSION, 1, DESIGN_FIELD(t0_max_lb), " (C.9)"},
     {"ahead", "dT", UNIT_TENSION, 1, DESIGN_FIELD(ahead_lb), " ahead of the aircraft (C.6)"},
     {"behind", "dT", UNIT_TENSION, 1, DESIGN_FIELD(behind_lb), " behind it (C.7)"},
-    {NULL, "at", UNIT_NUMBER, 2, DESIGN_FIELD(at), " of the length, where the braking force acts"},
-    {"least", "least tension", UNIT_TENSION, 1, DESIGN_FIELD(least_lb), " by theory"},
-    {"most", "largest tension", UNIT_TENSION, 1, DESIGN_FIELD(most_lb), " by theory"},
+    {NULL, "at", UNIT_NUMBER, 2, DESIGN_FIELD(force_position),
+     " of the length, where the braking force acts"},
+    {"least", "least tension", UNIT_TENSION, 1, DESIGN_FIELD(min_lb), " by theory"},
+    {"most", "largest tension", UNIT_TENSION, 1, DESIGN_FIELD(max_lb), " by theory"},
     {"spring", "K", UNIT_STIFFNESS, 1, DESIGN_FIELD(spring_lb_ft), ", springs at the ends"},
 };
 
@@ -285,7 +288,7 @@ static void figures_answer(const struct band_design *d, struct answer *answer)
         struct answer_fact *fact = answer_value(answer, figures[i].name, figures[i].label,
                                                 figures[i].unit, value, figures[i].decimals);
         fact->digits = 9;
-        fact->end = figures[i].note;
+        fact->suffix = figures[i].note;
     }
 }
 

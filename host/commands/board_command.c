@@ -253,14 +253,14 @@ static int report_record(const struct request *request, const struct box_client_
 {
     struct answer *answer = answer_new(request->cli->si);
     record_answer(r, answer);
-    answer_count(answer, "absent_pages", "not read", (int64_t)absent)->end = " pages";
+    answer_count(answer, "absent_pages", "not read", (int64_t)absent)->suffix = " pages";
     answer_words(answer, "db", NULL, "%s", request->db);
-    answer_count(answer, "run", "RUN", filled->run)->end = filled->created ? " (new)" : NULL;
+    answer_count(answer, "run", "RUN", filled->run)->suffix = filled->created ? " (new)" : NULL;
     answer_flag(answer, "new_landing", NULL, filled->created);
-    answer_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->end =
+    answer_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->suffix =
         " from the black box";
     answer_count(answer, "filled_edges", "edges added", filled->filled_edges);
-    answer_count(answer, "absent_blocks", "blocks missing", filled->missing_blocks)->end =
+    answer_count(answer, "absent_blocks", "blocks missing", filled->missing_blocks)->suffix =
         " (missing in the black box, too)";
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
@@ -545,7 +545,7 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     answer_words(answer, "source", "runway", "%s", mr_runway_source_text(stored->source));
     answer_count(answer, "mats", "mats", state->mats);
     answer_count(answer, "landings", "landings", state->landings);
-    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->end =
+    answer_value(answer, "resistance", "resistance", UNIT_NUMBER, (double)state->scale, 2)->suffix =
         " times the configured closing resistance";
     answer_count(answer, "crc", NULL, (int64_t)stored->crc);
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);

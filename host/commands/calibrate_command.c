@@ -32,10 +32,10 @@
 
 struct request {
     const struct cli *cli;
-    const char *word, *serial, *points, *config, *output, *sensor, *known_text, *recompute, *series,
-        *reason, *who, *db, *certificate, *accept;
+    const char *word, *serial, *points, *config, *output, *sensor, *known_error_text, *recompute,
+        *series, *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known, miss_percent; /* days: NaN: not given */
+    double days, known_error, miss_percent; /* days: NaN: not given */
     int64_t run;
     unsigned channel; /* index */
 };
@@ -71,11 +71,12 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
     answer_value(answer, "gain_error", NULL, UNIT_NUMBER, fit->gain_error, 5);
     answer_value(answer, "zero_code", "zero code", UNIT_NUMBER, fit->zero_code, 3)->digits = 9;
     answer_remark(answer, " codes");
-    answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->end = end;
+    answer_value(answer, "zero_error", "zero's error", UNIT_NUMBER, fit->zero_error, 5)->suffix =
+        end;
     answer_value(answer, "linearity_error",
                  channel->points ? "residual of the table" : "residual of the line", UNIT_NUMBER,
                  fit->linearity_error, 5)
-        ->end = end;
+        ->suffix = end;
     answer_count(answer, "table_points", NULL, channel->points);
     answer_table(answer, "points", "");
     for (size_t i = 0; i < points->count; i++) {
@@ -361,7 +362,7 @@ static int run_calibration(struct request *r)
     if (!mr_channel_is_sensor(channel))
         error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
     check_codes(r, &points, channel);
-    calibrate_fit(points.point, points.count, r->known, r->table, channel, &fit, fatal);
+    calibrate_fit(points.point, points.count, r->known_error, r->table, channel, &fit, fatal);
     time_t today = time(NULL) / DAY_S;
     channel->calibrated_day = (uint32_t)today;
     channel->expires_day = (uint32_t)(today + (time_t)r->days);
@@ -489,17 +490,17 @@ static void read_known(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
     double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
-    if (calibrate_value_parse(r->known_text, unit_kind(r), unit_word_find(unit_text(r), 2),
-                              &r->known, &wrong) &&
-        r->known >= 0.0 && r->known <= most)
+    if (calibrate_value_parse(r->known_error_text, unit_kind(r), unit_word_find(unit_text(r), 2),
+                              &r->known_error, &wrong) &&
+        r->known_error >= 0.0 && r->known_error <= most)
         return;
     if (wrong.what[0])
-        error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_text,
+        error_set(fatal, MR_USAGE, "%s: '%s' for --known; %s", wrong.what, r->known_error_text,
                   wrong.advice);
     error_set(fatal, MR_USAGE,
               "not a standard error from 0 to %g %s: '%s' for --known; give a number in %s, or "
               "with its unit",
-              most, unit_text(r), r->known_text, unit_text(r));
+              most, unit_text(r), r->known_error_text, unit_text(r));
 }
 
 static void check_request(struct request *r)
@@ -507,7 +508,7 @@ static void check_request(struct request *r)
     struct mr_channel_config room;
     if (r->recompute) {
         if (r->db || r->certificate || r->serial || r->points || r->config || r->output ||
-            r->sensor || !isnan(r->days) || r->known_text || r->table || r->accept)
+            r->sensor || !isnan(r->days) || r->known_error_text || r->table || r->accept)
             error_set(fatal, MR_USAGE,
                       "--recompute takes only --series, --run, --zeros, --reason and --who; see "
                       "matrig calibrate --help");
@@ -544,7 +545,7 @@ static void check_request(struct request *r)
         certificates_parse(r->certificate, &(struct store_certificate){.index = r->channel}, fatal);
     if (isnan(r->days))
         r->days = VALID_DAYS;
-    if (r->known_text)
+    if (r->known_error_text)
         read_known(r);
 }
 
@@ -581,7 +582,7 @@ static const struct command_part parts[] = {
     OPTION_NUMBER("--days", "N", days, "days", 1.0, 3650.0, (double)NAN,
                   "number of days after which the calibration expires; default: 365"),
     OPTION_TEXT(
-        "--known", "E", known_text,
+        "--known", "E", known_error_text,
         "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
     OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
     OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, DEVIATION_MAX_PERCENT,

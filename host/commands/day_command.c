@@ -52,9 +52,9 @@ struct day_facts {
     char series[80];            /* name of the newest series; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
-    int state;      /* enum mr_landing_state */
-    bool has_notes; /* the landing has a note */
-    int64_t today;  /* landings armed since midnight, local time */
+    int state;              /* enum mr_landing_state */
+    bool has_notes;         /* the landing has a note */
+    int64_t landings_today; /* landings armed since midnight, local time */
     /* the newest survey; 0: none */
     int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
     size_t survey_read, survey_items;
@@ -115,7 +115,7 @@ static void read_landings(struct store *store, struct day_facts *f)
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT_SIZE];
     store_day_newest(store, &f->run, fatal);
-    store_count_landings_since(store, local_midnight_us(f->now_us), &f->today, fatal);
+    store_count_landings_since(store, local_midnight_us(f->now_us), &f->landings_today, fatal);
     if (!f->run)
         return;
     store_landing_get(store, f->run, &landing, fatal);
@@ -147,7 +147,7 @@ static void read_survey(struct store *store, struct day_facts *f)
         f->survey_ended_us = row->ended_us;
         f->survey_us = row->made_us;
         memcpy(f->edges, row->edges, sizeof f->edges);
-        survey_get(store, row->id, survey, fatal);
+        survey_load(store, row->id, survey, fatal);
         f->survey_read = survey_desk_count_read(&survey->desk);
         f->survey_items = survey->desk.plan.count;
         store_gage_loaded(store, row->id, &f->loaded_us, fatal);
@@ -884,8 +884,8 @@ static void print_list(const struct day *day)
     const struct day_facts *f = &day->facts;
     const struct day_plan *plan = &day->plan;
     struct command_line line;
-    printf("\n%s: %lld landing%s today%s%s\n", day->r.db, (long long)f->today,
-           f->today == 1 ? "" : "s", f->series[0] ? ", series " : "", f->series);
+    printf("\n%s: %lld landing%s today%s%s\n", day->r.db, (long long)f->landings_today,
+           f->landings_today == 1 ? "" : "s", f->series[0] ? ", series " : "", f->series);
     for (enum day_step step = 0; step < DAY_STEPS; step++)
         printf("%c %d %-10s %-11s %s\n", step == plan->next ? '>' : ' ', (int)step + 1,
                step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
@@ -932,7 +932,7 @@ static int show_day(const struct day *day)
     free(text);
     answer_flag(answer, "logging", NULL, day->facts.logging);
     answer_count(answer, "run", NULL, day->facts.run);
-    answer_count(answer, "landings_today", NULL, day->facts.today);
+    answer_count(answer, "landings_today", NULL, day->facts.landings_today);
     answer_table(answer, "steps", "");
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
         answer_row(answer);

@@ -380,7 +380,7 @@ static void result_answer(const struct session *session, bool already, struct an
     image_answer(&session->image, answer);
     answer_count(answer, "verified_bytes", already ? NULL : "read back",
                  already ? 0 : session->image.count)
-        ->end = " bytes, identical to the file";
+        ->suffix = " bytes, identical to the file";
     answer_flag(answer, "already", NULL, already);
     answer_flag(answer, "runs", NULL, session->firmware_runs || already);
     answer_words(answer, NULL, "board", "%s",

@@ -43,7 +43,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
     answer_words(answer, "verdict", "verdict", "%s", row->verdict);
-    answer_count(answer, "rows", "imported", (int64_t)result->rows)->end =
+    answer_count(answer, "rows", "imported", (int64_t)result->rows)->suffix =
         strcmp(row->format, "csv") == 0 ? " rows" : " frames";
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
     answer_words(answer, "format", NULL, "%s", row->format);
@@ -52,16 +52,16 @@ static enum mr_status result_answer(struct store *store, const struct import_req
                          NULL);
     answer_count(answer, "other_interfaces", result->other_interface ? "other buses" : NULL,
                  (int64_t)result->other_interface)
-        ->end = " frames, left out";
+        ->suffix = " frames, left out";
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
-        ->end = " frames of other devices, kept as raw frames";
+        ->suffix = " frames of other devices, kept as raw frames";
     if (result->counts.foreign && result->runs == 0)
         answer_sentence(
             answer, NULL,
             "no landing of a board at base 0x%03x found; to read a different board, use --base B",
             request->base);
-    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->end =
+    answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->suffix =
         " frames, according to the counts of the board";
     summary_format_troubles(result->trouble, troubles, sizeof troubles);
     answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));

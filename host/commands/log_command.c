@@ -68,17 +68,17 @@ static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 }
 
 /* Waits for a queue, a recording, a signal, a typed line or a deadline. */
-static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t deadline_us,
-                                    bool ready[LINK_KINDS], bool *signalled, struct error *error)
+static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_t deadline_us,
+                                     bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
-    enum { SIGNALS = LINK_KINDS, TYPED, NEWS, POLLED };
+    enum { SIGNALS = LINK_KINDS, TYPED, QUEUE_EVENT, POLLED };
     struct pollfd polled[POLLED];
     bool held = is_campaign_locked(logger);
     int wait_ms = poll_timeout_ms(logger, deadline_us);
     uint64_t counted;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool takes = logger->open[link] && !held;
-        ready[link] = takes && (link_queue_request_news(link_reader_queue(logger->reader[link])) ||
+        ready[link] = takes && (link_queue_request_event(link_reader_queue(logger->reader[link])) ||
                                 logger->more_buffered[link]);
         polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
                                        .events = POLLIN};
@@ -87,12 +87,12 @@ static enum mr_status wait_for_news(struct logger *logger, int signals, uint64_t
     }
     polled[SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
     polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
-    polled[NEWS] = (struct pollfd){.fd = held ? -1 : logger->news_fd, .events = POLLIN};
+    polled[QUEUE_EVENT] = (struct pollfd){.fd = held ? -1 : logger->event_fd, .events = POLLIN};
     if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
         return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
-    if (polled[NEWS].revents & POLLIN && read(logger->news_fd, &counted, sizeof counted) < 0 &&
-        errno != EAGAIN)
+    if (polled[QUEUE_EVENT].revents & POLLIN &&
+        read(logger->event_fd, &counted, sizeof counted) < 0 && errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
@@ -136,8 +136,8 @@ static enum mr_status collect_data(struct logger *logger, int signals, double fo
     while (!logger->ended_by) {
         bool ready[LINK_KINDS] = {false};
         bool signalled = false;
-        enum mr_status status = wait_for_news(logger, signals, deadline_us, ready, &signalled,
-                                              error)
+        enum mr_status status = wait_for_input(logger, signals, deadline_us, ready, &signalled,
+                                               error)
                                   ?: logger_rescue_campaign(logger, error);
         if (status == MR_OK)
             logger_select_lagging_link(logger, ready);
@@ -202,15 +202,15 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
 /* Opens a reader for each link. Received data is kept from here on. */
 static enum mr_status open_readers(struct logger *logger, struct error *error)
 {
-    logger->news_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+    logger->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     enum mr_status status = MR_OK;
-    if (logger->news_fd < 0)
+    if (logger->event_fd < 0)
         return error_set(error, MR_IO,
                          "cannot create an eventfd (%s); check the limits of this system",
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
         if (logger->link[link])
-            status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->news_fd,
+            status = link_reader_open(logger->link[link], (enum link_kind)link, 0, logger->event_fd,
                                       watch_find_cause, &logger->watch, &logger->reader[link],
                                       error);
     }
@@ -347,8 +347,8 @@ static bool close_all(struct logger *logger)
         link_reader_close(logger->reader[link]);
         link_close(logger->link[link]);
     }
-    if (logger->news_fd >= 0)
-        close(logger->news_fd);
+    if (logger->event_fd >= 0)
+        close(logger->event_fd);
     return closed;
 }
 
@@ -388,7 +388,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                             .db = r.db,
                             .page = r.page,
                             .full_summaries = r.all};
-    logger.news_fd = -1;
+    logger.event_fd = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
         logger.cannot_send[link] = r.listen;
     watch_open(&logger.watch, cli);

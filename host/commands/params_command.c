@@ -22,11 +22,11 @@
 struct parameter {
     const char *key; /* scene key */
     const char *unit;
-    char from[PUSH_REASON_SIZE];
+    char source[PUSH_REASON_SIZE];
     struct estimate estimate;
     double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
-    bool given;       /* given, not measured: no error */
-    json_t *along;    /* values along the runway, as a scene has them; NULL: one value */
+    bool is_given;    /* given, not measured: no error */
+    json_t *profile;  /* values along the runway, as a scene has them; NULL: one value */
 };
 
 struct params_request {
@@ -56,11 +56,11 @@ static struct parameter *add_parameter(struct reader *r, const char *key, const 
 {
     struct parameter *found = &r->parameters[r->count];
     *found = (struct parameter){key, unit, "", estimate, (double)NAN, (double)NAN, false, NULL};
-    snprintf(found->from, sizeof found->from, "%s", from);
+    snprintf(found->source, sizeof found->source, "%s", from);
     for (size_t i = 0; i < r->count; i++)
         if (strcmp(r->parameters[i].key, key) == 0)
             error_set(fatal, MR_MALFORMED, "two tests give %s: %s: %s, %s; leave one out", key,
-                      r->path, r->parameters[i].from, from);
+                      r->path, r->parameters[i].source, from);
     if (!isfinite(estimate.value) || !isfinite(estimate.error))
         error_set(fatal, MR_NUMERICS, "result out of range: %s: %s (%s); check the readings",
                   r->path, key, from);
@@ -125,7 +125,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     add_parameter(r, "wheel_load", "lb",
                   request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
                   (struct estimate){ground->axle_load_lb, 0.0})
-        ->given = true;
+        ->is_given = true;
 }
 
 /* Draws the rigid law: vertical at the zero, then along the limit if the mat slid. */
@@ -201,7 +201,7 @@ static bool has_key(const struct reader *r, const char *name)
 }
 
 /* A reading: a number (exact), {"value", "error"}, or {"readings": [...], "error"}. */
-static struct estimate take_estimate(struct reader *r, const char *name)
+static struct estimate read_estimate(struct reader *r, const char *name)
 {
     const json_t *value = json_object_get(r->readings, name),
                  *list = json_object_get(value, "readings"),
@@ -230,7 +230,7 @@ static struct estimate take_estimate(struct reader *r, const char *name)
 
 /* Two lists that form pairs; values of the first list are multiplied by `factor`. Returns their
  * number. */
-static size_t take_pairs(struct reader *r, const char *x_name, double factor, const char *y_name,
+static size_t read_pairs(struct reader *r, const char *x_name, double factor, const char *y_name,
                          double x[READINGS_MAX], double y[READINGS_MAX])
 {
     const json_t *lists[] = {json_object_get(r->readings, x_name),
@@ -251,7 +251,7 @@ static size_t take_pairs(struct reader *r, const char *x_name, double factor, co
 }
 
 /* A spring law from such lists. */
-static struct params_spring take_spring(struct reader *r, const char *x_name, double factor,
+static struct params_spring read_spring(struct reader *r, const char *x_name, double factor,
                                         const char *y_name, const char *y_unit)
 {
     double x[READINGS_MAX], y[READINGS_MAX];
@@ -273,9 +273,9 @@ static struct params_spring take_spring(struct reader *r, const char *x_name, do
 
 static void read_inertia(struct reader *r)
 {
-    struct estimate weight = take_estimate(r, "weight_lb"),
-                    spacing = take_estimate(r, "spacing_ft"), cord = take_estimate(r, "cord_ft"),
-                    period = take_estimate(r, "period_s");
+    struct estimate weight = read_estimate(r, "weight_lb"),
+                    spacing = read_estimate(r, "spacing_ft"), cord = read_estimate(r, "cord_ft"),
+                    period = read_estimate(r, "period_s");
     add_parameter(r, "W", "lb", "weighing", weight);
     add_parameter(r, "I", "slug ft2", "period on two cords",
                   params_inertia(weight, spacing, cord, period));
@@ -284,12 +284,12 @@ static void read_inertia(struct reader *r)
 /* Either the slope, or forces and stretches of a strip. */
 static void read_tension(struct reader *r)
 {
-    struct estimate joint = take_estimate(r, "joint_in"), slope;
+    struct estimate joint = read_estimate(r, "joint_in"), slope;
     if (has_key(r, "slope_lb_in_in")) {
-        slope = take_estimate(r, "slope_lb_in_in");
+        slope = read_estimate(r, "slope_lb_in_in");
     } else {
-        struct estimate strip = take_estimate(r, "strip_in");
-        struct params_spring spring = take_spring(r, "stretch_in", 1.0, "force_lb", "lb");
+        struct estimate strip = read_estimate(r, "strip_in");
+        struct params_spring spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
         slope = params_friction(spring.k, strip); /* computes a quotient */
     }
     add_parameter(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
@@ -309,8 +309,8 @@ static void read_hinge(struct reader *r)
                       r->path, read_number("angle_deg", angle));
     }
     if (has_key(r, "strip_in"))
-        wider = params_friction(take_estimate(r, "joint_in"), take_estimate(r, "strip_in"));
-    struct params_spring spring = take_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
+        wider = params_friction(read_estimate(r, "joint_in"), read_estimate(r, "strip_in"));
+    struct params_spring spring = read_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
     struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         error_set(fatal, MR_MALFORMED,
@@ -326,14 +326,14 @@ static void read_hinge(struct reader *r)
 static void read_pull(struct reader *r)
 {
     add_parameter(r, "f", "1", "pulling",
-                  params_friction(take_estimate(r, "pull_lb"), take_estimate(r, "weight_lb")));
+                  params_friction(read_estimate(r, "pull_lb"), read_estimate(r, "weight_lb")));
 }
 
 static void read_deflection(struct reader *r)
 {
-    struct estimate load = take_estimate(r, "load_lb"),
-                    deflection = take_estimate(r, "deflection_in"),
-                    mats = has_key(r, "mats") ? take_estimate(r, "mats")
+    struct estimate load = read_estimate(r, "load_lb"),
+                    deflection = read_estimate(r, "deflection_in"),
+                    mats = has_key(r, "mats") ? read_estimate(r, "mats")
                                               : (struct estimate){1.0, 0.0};
     deflection.value /= IN_PER_FT;
     deflection.error /= IN_PER_FT;
@@ -343,13 +343,13 @@ static void read_deflection(struct reader *r)
 static void read_plate(struct reader *r)
 {
     double settlement_ft[READINGS_MAX], load_lb[READINGS_MAX];
-    size_t count = take_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
+    size_t count = read_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
-    struct estimate plate = take_estimate(r, "plate_in"), kv = {1.0, 0.0};
+    struct estimate plate = read_estimate(r, "plate_in"), kv = {1.0, 0.0};
     plate.value /= IN_PER_FT;
     plate.error /= IN_PER_FT;
     params_plate(load_lb, settlement_ft, count, plate,
-                 params_area(take_estimate(r, "mat_length_ft"), take_estimate(r, "mat_width_ft")),
+                 params_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")),
                  &kv, fatal);
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
@@ -360,9 +360,9 @@ static void read_subgrade(struct reader *r)
 {
     char path[PATH_MAX];
     const char *records = json_string_value(json_object_get(r->readings, "records"));
-    const struct estimate length_ft = take_estimate(r, "mat_length_ft"),
-                          mat_ft2 = params_area(length_ft, take_estimate(r, "mat_width_ft"));
-    const int mats = (int)take_estimate(r, "mats").value;
+    const struct estimate length_ft = read_estimate(r, "mat_length_ft"),
+                          mat_ft2 = params_area(length_ft, read_estimate(r, "mat_width_ft"));
+    const int mats = (int)read_estimate(r, "mats").value;
     struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
     struct inspections all;
     json_t *along = json_array();
@@ -390,8 +390,8 @@ static void read_subgrade(struct reader *r)
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }
     inspection_free(&all);
-    add_parameter(r, "KV", "lb/ft", "plate tests by station: mean and largest error", mean)->along =
-        along;
+    add_parameter(r, "KV", "lb/ft", "plate tests by station: mean and largest error", mean)
+        ->profile = along;
 }
 
 static const struct test {
@@ -467,17 +467,17 @@ static json_t *make_scene(const struct reader *r)
         const struct parameter *p = &r->parameters[i];
         char key[24], text[PUSH_REASON_SIZE + 80];
         snprintf(key, sizeof key, "_%s", p->key);
-        if (p->given)
-            snprintf(text, sizeof text, "%s", p->from);
+        if (p->is_given)
+            snprintf(text, sizeof text, "%s", p->source);
         else if (p->estimate.error > 0.0)
-            snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->from,
+            snprintf(text, sizeof text, "from %s, standard error %.2g %s", p->source,
                      p->estimate.error, p->unit);
         else
             snprintf(text, sizeof text,
                      "from %s, standard error unknown: these readings do not determine it",
-                     p->from);
+                     p->source);
         json_object_set_new(scene, p->key,
-                            p->along ? p->along : cli_json_number(p->estimate.value, 6));
+                            p->profile ? p->profile : cli_json_number(p->estimate.value, 6));
         json_object_set_new(scene, key, json_string(text));
     }
     return scene;
@@ -487,17 +487,17 @@ static void add_parameter_row(struct answer *answer, const struct parameter *p)
 {
     bool known = p->estimate.error > 0.0; /* 0: the error was not given */
     char error[32] = "error unknown", interval[60] = "";
-    if (p->given)
+    if (p->is_given)
         error[0] = '\0';
     else if (known)
         snprintf(error, sizeof error, "+- %-10.2g", p->estimate.error);
     if (!isnan(p->low))
         snprintf(interval, sizeof interval, "; 95 %%: %.4g to %.4g", p->low, p->high);
     answer_words(answer, NULL, p->key, "%12.6g %-13s %-10s %s%s", p->estimate.value, error, p->unit,
-                 p->from, interval);
+                 p->source, interval);
     json_t *json = json_pack("{s:o,s:o,s:s,s:s}", "value", cli_json_number(p->estimate.value, 12),
                              "error", known ? cli_json_number(p->estimate.error, 6) : json_null(),
-                             "unit", p->unit, "from", p->from);
+                             "unit", p->unit, "from", p->source);
     if (!isnan(p->low)) {
         json_object_set_new(json, "low", cli_json_number(p->low, 6));
         json_object_set_new(json, "high", cli_json_number(p->high, 6));

@@ -94,8 +94,8 @@ static void read_place(const struct request *r, struct store *store, struct stor
 }
 
 /* Fields that are left out and keep the value of the last record; says which. */
-static void copy_kept_fields(const struct inspections *all, const struct inspection_kind *kind,
-                             json_t *values, struct answer *answer)
+static void copy_previous_fields(const struct inspections *all, const struct inspection_kind *kind,
+                                 json_t *values, struct answer *answer)
 {
     const struct inspection *last = inspection_newest(all, kind, 0);
     char text[INSPECTION_TEXT_SIZE], *word;
@@ -146,7 +146,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
         inspection_read(kind, r->field[i], values, error);
     if (!old && !r->csv)
-        copy_kept_fields(all, kind, values, answer);
+        copy_previous_fields(all, kind, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));

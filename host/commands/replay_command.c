@@ -164,7 +164,7 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
     answer_count(answer, "last_block", "last block", input->last_block);
     answer_count(answer, "edges", "edges", (int64_t)input->edges);
     answer_count(answer, "commands", "commands", (int64_t)input->commands);
-    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segments)->end =
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segments)->suffix =
         " segments";
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
@@ -179,7 +179,7 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
                      "%08x recorded, %08x replayed: the database does not contain the recorded one",
                      (unsigned)replay->recorded.landing.config_crc,
                      (unsigned)replay->replayed.landing.config_crc);
-    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->end =
+    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->suffix =
         " measured before the landing and loaded for the replay";
     answer_flag(answer, "runway", NULL, input->has_runway);
     answer_words(answer, NULL, "runway", "%s",

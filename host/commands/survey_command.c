@@ -27,7 +27,7 @@ static void add_head(const struct survey *survey, struct answer *answer)
     bool ended = row->ended_us != STORE_NONE;
     char when[40];
     survey_time_text(row->made_us, when, sizeof when);
-    answer_count(answer, "survey", "survey", row->id)->end = ended ? ", ended" : ", in progress";
+    answer_count(answer, "survey", "survey", row->id)->suffix = ended ? ", ended" : ", in progress";
     answer_flag(answer, "ended", NULL, ended);
     answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
     if (row->after_run == STORE_NONE)
@@ -461,7 +461,7 @@ static void refuse_same(const struct request *request, struct store *store,
     static struct survey newest;
     struct error none = {0};
     size_t read = 0, same = 0;
-    if (request->doubtful || survey_get(store, 0, &newest, &none) != MR_OK ||
+    if (request->doubtful || survey_load(store, 0, &newest, &none) != MR_OK ||
         strcmp(newest.row.edges, survey_edges_text[request->edges]) != 0)
         return;
     for (size_t i = 0; i < newest.desk.plan.count; i++) {
@@ -494,7 +494,7 @@ static void begin_survey(const struct request *request, struct store *store, str
 {
     bool found = false;
     if (!request->begins_new)
-        survey_get_open(store, survey, &found, fatal);
+        survey_load_open(store, survey, &found, fatal);
     if (found) {
         cli_note(request->cli,
                  "continuing survey %lld, %zu of %zu points read (--new begins a new survey)",
@@ -510,7 +510,7 @@ static void begin_survey(const struct request *request, struct store *store, str
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     snprintf(row.note, sizeof row.note, "%s", request->note ? request->note : "");
     store_gage_survey_add(store, &row, fatal);
-    survey_get(store, row.id, survey, fatal);
+    survey_load(store, row.id, survey, fatal);
 }
 
 /* The readings stay in the campaign, but all commands ignore the survey. */
@@ -520,7 +520,7 @@ static int withdraw_survey(const struct request *request, struct store *store)
     struct store_withdrawal row = {
         .kind = "survey", .item = request->withdraw, .made_us = (int64_t)link_now_us()};
     int64_t loaded_us = 0;
-    survey_get(store, row.item, &survey, fatal);
+    survey_load(store, row.item, &survey, fatal);
     snprintf(row.name, sizeof row.name, "%lld", (long long)row.item);
     annotation_copy(row.who, sizeof row.who, annotation_author(NULL));
     annotation_copy(row.reason, sizeof row.reason, request->reason);
@@ -540,7 +540,7 @@ static void check_before_end(const struct request *request, struct store *store,
                              struct survey *survey)
 {
     bool found = false;
-    survey_get_open(store, survey, &found, fatal);
+    survey_load_open(store, survey, &found, fatal);
     if (!found)
         error_set(fatal, MR_NOT_NOW, "no unfinished survey: %s; --show prints the newest survey",
                   request->db);
@@ -569,7 +569,7 @@ static void run_survey(const struct request *request, struct store *store, struc
         enter_readings(&typist);
     if (request->end || survey->desk.current == survey->desk.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
-    survey_get(store, id, survey, fatal);
+    survey_load(store, id, survey, fatal);
 }
 
 /* ---- loading ---- */
@@ -685,12 +685,12 @@ static int report_load(const struct request *request, const struct survey *surve
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
-    answer_count(answer, "sent", "loaded", loaded->sent)->end = " segments";
-    answer_count(answer, "read_back", "read back", SURVEY_SPANS)->end = " segments";
+    answer_count(answer, "sent", "loaded", loaded->sent)->suffix = " segments";
+    answer_count(answer, "read_back", "read back", SURVEY_SPANS)->suffix = " segments";
     answer_count(answer, "different", "different", loaded->different);
     answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in this survey" : NULL,
                  loaded->older)
-        ->end = " segments, for which the board keeps its earlier values";
+        ->suffix = " segments, for which the board keeps its earlier values";
     if (!loaded->older && loaded->sent < SURVEY_SPANS)
         answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
     return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
@@ -700,15 +700,15 @@ static size_t write_sheet(const struct request *request, struct store *store, st
 {
     bool found = request->number != 0;
     if (found)
-        survey_get(store, request->number, survey, fatal);
+        survey_load(store, request->number, survey, fatal);
     else
-        survey_get_open(store, survey, &found, fatal);
+        survey_load_open(store, survey, &found, fatal);
     if (!found) {
         /* a new survey, with the newest readings as its previous ones */
         static struct survey newest;
         struct error none = {0};
         survey_desk_init(&survey->desk, request->edges);
-        if (survey_get(store, 0, &newest, &none) == MR_OK) {
+        if (survey_load(store, 0, &newest, &none) == MR_OK) {
             for (size_t i = 0; i < newest.desk.plan.count; i++) {
                 int at = survey_plan_find(&survey->desk.plan, &newest.desk.plan.item[i]);
                 if (at >= 0)
@@ -749,7 +749,7 @@ static int run(const struct request *request)
                  : 0;
     }
     if (request->show || request->load)
-        survey_get(store, request->number, &survey, fatal);
+        survey_load(store, request->number, &survey, fatal);
     else
         run_survey(request, store, &survey);
     survey_evaluate(store, &survey, &found, fatal);

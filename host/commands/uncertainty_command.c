@@ -169,7 +169,7 @@ static void sums_answer(struct answer *answer, const struct channel_budget *one)
     const struct budget *b = &one->budget;
     answer_value(answer, "stated", "stated error", kind, b->stated, -3);
     answer_value(answer, "combined", "combined", kind, b->combined, -3);
-    answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->factor, 3);
+    answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->coverage_factor, 3);
     answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded, -3);
     certificate_answer(answer, one);
 }
@@ -191,7 +191,7 @@ static void rows_answer(struct answer *answer, const struct channel_budget *one)
         answer_words(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
         answer_words(answer, "distribution", "distribution", "%s", budget_distribution(s));
         answer_value(answer, "divisor", "divisor", UNIT_NUMBER, row->divisor, 3);
-        answer_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard, -3);
+        answer_value(answer, "standard", "u(x)", UNIT_NUMBER, row->standard_uncertainty, -3);
         answer_value(answer, "sensitivity", "c", UNIT_NUMBER, row->sensitivity, -3);
         answer_value(answer, "contribution", "c u(x)", find_unit_kind(one), row->contribution, -3);
         answer_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);

@@ -187,15 +187,15 @@ static void add_verdict(const struct compare_verdict *verdict, struct answer *an
 void compare_to_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer)
 {
-    answer_count(answer, "run", "RUN", figures->run)->end = figures->marks;
+    answer_count(answer, "run", "RUN", figures->run)->suffix = figures->marks;
     if (figures->torn[0])
         answer_sentence(answer, "torn", "%s", figures->torn);
     else
         answer_none(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->against);
-    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->end = " ms";
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->suffix = " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)
-        ->end = ", estimated by its solver";
+        ->suffix = ", estimated by its solver";
     answer_count(answer, "seeds", NULL, figures->seeds);
     if (figures->seeds > 1)
         answer_words(answer, NULL, "runways",
@@ -226,13 +226,13 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
     compare_find_agreement(figures, &agreement);
     compare_write_sentence(&agreement, answer_is_si(answer), sentence);
     answer_sentence(answer, NULL, "%s", sentence);
-    answer_count(answer, NULL, "RUN", figures->run)->end = figures->marks;
+    answer_count(answer, NULL, "RUN", figures->run)->suffix = figures->marks;
     if (figures->torn[0])
         answer_sentence(answer, NULL, "%s", figures->torn);
     answer_words(answer, NULL, "against", "%s", figures->against);
     answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
                  figures->channels);
-    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->end =
+    answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->suffix =
         ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
     answer_value(answer, NULL, "worst channel", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
@@ -332,8 +332,8 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
     answer_count(answer, NULL, "landings", (int64_t)set->count);
     answer_count(answer, "compared", "compared", (int64_t)set->compared);
-    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->end = " ms";
-    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->end =
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->suffix = " ms";
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->suffix =
         " (largest), estimated by its solver";
     add_landings(set, answer);
     add_channels(set, answer);

@@ -50,8 +50,8 @@ struct link_queue {
     pthread_mutex_t lock;
     pthread_cond_t room;
     size_t capacity;
-    int news_fd;
-    bool wants_news, stopped, was_full;
+    int event_fd;
+    bool wants_event, stopped, was_full;
     /* largest number of items read so far; after a rewind, items below it are repeated */
     uint64_t items_read_max;
     struct piece *spare, *oldest; /* oldest: first piece that is kept */
@@ -79,7 +79,7 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room, NULL);
     made->capacity = capacity;
-    made->news_fd = news;
+    made->event_fd = news;
     made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
                     LINK_QUEUE_HISTORY_DIVISOR;
     made->oldest = made->written.piece = made->read.piece = made->released.piece = piece;
@@ -195,12 +195,12 @@ void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
 void link_queue_signal(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool tell = queue->wants_news && queue->read.totals.items != queue->written.totals.items;
-    queue->wants_news = queue->wants_news && !tell;
+    bool tell = queue->wants_event && queue->read.totals.items != queue->written.totals.items;
+    queue->wants_event = queue->wants_event && !tell;
     pthread_mutex_unlock(&queue->lock);
-    if (tell && queue->news_fd >= 0) {
+    if (tell && queue->event_fd >= 0) {
         const uint64_t one = 1;
-        ssize_t written = write(queue->news_fd, &one, sizeof one);
+        ssize_t written = write(queue->event_fd, &one, sizeof one);
         (void)written; /* a full counter also wakes the reader */
     }
 }
@@ -281,11 +281,11 @@ bool link_queue_has_unread(struct link_queue *queue)
     return unread;
 }
 
-bool link_queue_request_news(struct link_queue *queue)
+bool link_queue_request_event(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     bool unread = queue->read.totals.items != queue->written.totals.items;
-    queue->wants_news = !unread;
+    queue->wants_event = !unread;
     pthread_mutex_unlock(&queue->lock);
     return unread;
 }

@@ -55,7 +55,7 @@ struct link_queue_depth {
 };
 
 /* Opens a queue. `news`: an eventfd that is written when something is put after
- * link_queue_request_news returned false; -1: none. MR_FULL: no memory. */
+ * link_queue_request_event returned false; -1: none. MR_FULL: no memory. */
 enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
                                struct error *error);
 void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread may be in a call */
@@ -82,7 +82,7 @@ bool link_queue_is_nearly_full(struct link_queue *queue);
 bool link_queue_read(struct link_queue *queue, struct link_item *item);
 bool link_queue_has_unread(struct link_queue *queue);
 /* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
-bool link_queue_request_news(struct link_queue *queue);
+bool link_queue_request_event(struct link_queue *queue);
 /* The items read so far are stored and may be discarded. */
 void link_queue_release(struct link_queue *queue);
 /* Returns the items that were read and not released to the queue. */

@@ -38,12 +38,13 @@ static size_t copy_points(const struct timemap *map, struct timemap_fit *fit, st
     for (size_t i = 0; i < n; i++) {
         const struct timemap_pair *pair = &map->pair[(map->count - n + i) % TIMEMAP_PAIRS_MAX];
         if (i == 0) {
-            fit->board0_us = fit->from_us = pair->board_us;
-            fit->host0_us = pair->host_us;
+            fit->board_origin_us = fit->from_us = pair->board_us;
+            fit->host_origin_us = pair->host_us;
         }
         fit->to_us = pair->board_us;
-        point[i].x_s = (pair->board_us - fit->board0_us) / 1e6;
-        point[i].y_us = (double)(pair->host_us - fit->host0_us) - (pair->board_us - fit->board0_us);
+        point[i].x_s = (pair->board_us - fit->board_origin_us) / 1e6;
+        point[i].y_us = (double)(pair->host_us - fit->host_origin_us) -
+                        (pair->board_us - fit->board_origin_us);
         sum_s += point[i].x_s;
     }
     fit->pairs = n;
@@ -173,9 +174,9 @@ static struct timemap_value compute_interval(const struct timemap_fit *fit, doub
 
 struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us)
 {
-    double since_us = board_us - fit->board0_us;
+    double since_us = board_us - fit->board_origin_us;
     struct timemap_value offset = compute_interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
-    return (struct timemap_value){(double)fit->host0_us + since_us + offset.value +
+    return (struct timemap_value){(double)fit->host_origin_us + since_us + offset.value +
                                       TIME_STAMP_ERROR_US,
                                   hypot(offset.half_width, TIME_STAMP_ERROR_US)};
 }
@@ -187,7 +188,7 @@ static bool exceeds_rate(const struct timemap_fit *fit, double most_ppm)
 
 static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tolerance_ppm, bool set)
 {
-    if (fit->host0_us < DAY_ZERO_US)
+    if (fit->host_origin_us < DAY_ZERO_US)
         return TIMEMAP_NO_DATE;
     if (set && !exceeds_rate(fit, EMULATED_PPM))
         return TIMEMAP_UNCERTAIN;

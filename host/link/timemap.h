@@ -74,9 +74,10 @@ struct timemap_fit {
     double spread_us;              /* median delay minus the smallest delay */
     struct timemap_value rate_ppm; /* how much faster the board's clock runs than this computer's */
 
-    /* The posterior. Times in s and offsets in us are relative to board0_us and host0_us. */
-    double board0_us, mean_s;
-    int64_t host0_us;
+    /* The posterior. Times in s and offsets in us are relative to board_origin_us and
+     * host_origin_us. */
+    double board_origin_us, mean_s;
+    int64_t host_origin_us;
     double c_us[TIMEMAP_GRID], low_ppm[TIMEMAP_GRID], high_ppm[TIMEMAP_GRID], weight[TIMEMAP_GRID];
 };
 

@@ -59,7 +59,7 @@ struct logger {
      * not see it. */
     bool more_buffered[LINK_KINDS];
     struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
-    int news_fd;                               /* eventfd, written when a queue has a new item */
+    int event_fd;                              /* eventfd, written when a queue has a new item */
     struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
     bool troubles_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];    /* counts at the last note to the user */

@@ -84,7 +84,7 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
         "undetermined: readings at rest do not determine it; a scene uses 0.5 of critical");
 }
 
-static void add_doubts(struct answer *answer, const struct push_ground *ground)
+static void add_warnings(struct answer *answer, const struct push_ground *ground)
 {
     const struct push_interval *rho = &ground->unloading.interval;
     if (ground->has_excess_scatter)
@@ -112,7 +112,7 @@ void push_answer_law(struct answer *answer, const struct push_ground *ground,
 {
     const struct push_interval *k = &ground->k_lb_ft.interval;
     add_law(answer, ground);
-    add_doubts(answer, ground);
+    add_warnings(answer, ground);
     if (!isnan(k->value))
         answer_sentence(
             answer, NULL,

@@ -607,7 +607,7 @@ static void row_answer(const struct diff_row *row, struct answer *answer)
 static void add_uncompared(struct answer *answer, const char *name, int64_t messages,
                            const char *label, const char *end)
 {
-    answer_count(answer, name, messages ? label : NULL, messages)->end = end;
+    answer_count(answer, name, messages ? label : NULL, messages)->suffix = end;
 }
 
 void diff_answer(const struct diff *diff, struct answer *answer)

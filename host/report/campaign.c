@@ -47,7 +47,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     answer_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, facts->stop_ft.error,
                     3);
     answer_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
-                    largest ? largest->peak : none, largest ? largest->error : none, 3);
+                    largest ? largest->peak_in : none, largest ? largest->peak_error_in : none, 3);
     answer_value(answer, NULL, "at station", UNIT_STATION, largest ? largest->station_ft : none, 0);
     answer_words(answer, NULL, "warning", "%s",
                  warning->warned                    ? "yes"
@@ -56,7 +56,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
                                                     : "none")
         ->warn = warning->warned;
     add_span(answer, "zone", warning->warned, warning->longest_start_ft, warning->longest_end_ft);
-    answer_count(answer, NULL, "frames lost", facts->lost);
+    answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
 /* Print a table with the rows that `row` adds for each landing. */
@@ -111,9 +111,10 @@ static void make_profile(const struct report_facts *facts, const struct profile 
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct report_movement *moved = &facts->movement[i];
         profile->station[i] = moved->station_ft;
-        profile->value[i] = (before ? before->value[i] : 0.0) + (peak ? moved->peak : moved->end);
+        profile->value[i] = (before ? before->value[i] : 0.0) +
+                            (peak ? moved->peak_in : moved->end_in);
         profile->error[i] = hypot(before ? before->error[i] : 0.0,
-                                  peak ? moved->error : moved->end_error);
+                                  peak ? moved->peak_error_in : moved->end_error_in);
     }
 }
 
@@ -300,17 +301,18 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
     struct store_observation *seen = NULL;
     size_t count = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        if (facts->closed & 1ull << s)
+        if (facts->closed_segments & 1ull << s)
             draw_bar(rows, top, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
                      (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
     if (facts->warning.warned)
         draw_bar(rows, top, 0, "warned", facts->warning.longest_start_ft,
                  facts->warning.longest_end_ft);
-    else if (facts->longest.mats > 0)
-        draw_bar(rows, top, 0, "reported", facts->longest.start_ft, facts->longest.end_ft);
-    if (facts->last.mats > 0)
-        draw_bar(rows, top, 2, "behind", facts->last.start_ft, facts->last.end_ft);
+    else if (facts->longest_zone.mats > 0)
+        draw_bar(rows, top, 0, "reported", facts->longest_zone.start_ft,
+                 facts->longest_zone.end_ft);
+    if (facts->last_zone.mats > 0)
+        draw_bar(rows, top, 2, "behind", facts->last_zone.start_ft, facts->last_zone.end_ft);
     if (facts->fitted)
         figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
                      top - 0.05, NULL);
@@ -459,7 +461,7 @@ static void add_compared_row(const struct report_facts *facts, struct answer *an
     const struct compare_mean *mean = &compared->mean;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
-    answer_words(answer, NULL, "simulation", "%s", compared->against);
+    answer_words(answer, NULL, "simulation", "%s", compared->compared_with);
     answer_words(answer, NULL, "channels", "%zu of %zu", mean->channels, compared->channels);
     answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
     answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
@@ -537,7 +539,8 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     answer_count(answer, NULL, "zone warned of (mats)",
                  w->warned ? w->longest_mats : ANSWER_UNKNOWN);
     add_span(answer, "zone warned of", w->warned, w->longest_start_ft, w->longest_end_ft);
-    add_span(answer, "last zone", facts->last.mats > 0, facts->last.start_ft, facts->last.end_ft);
+    add_span(answer, "last zone", facts->last_zone.mats > 0, facts->last_zone.start_ft,
+             facts->last_zone.end_ft);
 }
 
 static void write_predictor(const struct report *report, FILE *out)
@@ -820,7 +823,7 @@ static void draw_since_first(struct figure *figure, const struct report *report,
         figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
     }
     for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN_MAX;) {
-        if (survey_get(report->store, rows[i].id, survey, report->error) != MR_OK ||
+        if (survey_load(report->store, rows[i].id, survey, report->error) != MR_OK ||
             survey_evaluate(report->store, survey, found, report->error) != MR_OK)
             break;
         if (!found->first)
@@ -883,7 +886,7 @@ static void write_surveys(const struct report *report, FILE *out)
     struct survey_found *found = xmalloc(sizeof *found);
     size_t count = 0;
     bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
-               survey_get(report->store, 0, survey, report->error) == MR_OK &&
+               survey_load(report->store, 0, survey, report->error) == MR_OK &&
                survey_evaluate(report->store, survey, found, report->error) == MR_OK;
     if (any) {
         write_surveys_table(out, rows, count);

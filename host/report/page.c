@@ -127,7 +127,7 @@ static void put_missing(FILE *out, const char *word, const char *how)
 struct text_row {
     const char *term;
     size_t offset; /* offset of a string in struct report_facts */
-    const char *how;
+    const char *entry_command;
 };
 
 static void put_text_fact(const struct report *report, const struct text_row *row, FILE *out)
@@ -153,7 +153,7 @@ static void put_text_fact(const struct report *report, const struct text_row *ro
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
-        put_missing(out, "not entered", row->how);
+        put_missing(out, "not entered", row->entry_command);
     end_fact(out);
 }
 
@@ -250,7 +250,7 @@ struct number_row {
     size_t offset; /* offset of a struct mr_estimate in struct report_facts */
     enum unit_kind kind;
     int decimals;
-    const char *unknown, *how;
+    const char *unknown, *entry_command;
 };
 
 static void put_number_fact(const struct report *report, const struct number_row *row, FILE *out)
@@ -271,7 +271,7 @@ static void put_number_fact(const struct report *report, const struct number_row
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
-        put_missing(out, row->unknown, row->how);
+        put_missing(out, row->unknown, row->entry_command);
     else if (high - low < 0.5 * pow(10.0, -d))
         fprintf(out, "%.*f", d, low);
     else
@@ -299,14 +299,14 @@ static void put_movement_fact(const struct report *report, FILE *out)
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_movement *moved = report_largest_movement(&report->facts[i]);
-        if (!moved || (largest && fabs(moved->peak) <= fabs(largest->peak)))
+        if (!moved || (largest && fabs(moved->peak_in) <= fabs(largest->peak_in)))
             continue;
         largest = moved;
         run = report->facts[i].landing.id;
     }
     if (largest) {
-        fprintf(out, "%.*f &plusmn; %.*f %s at %s", decimals, length->factor * largest->peak,
-                decimals, length->factor * largest->error, length->text,
+        fprintf(out, "%.*f &plusmn; %.*f %s at %s", decimals, length->factor * largest->peak_in,
+                decimals, length->factor * largest->peak_error_in, length->text,
                 unit_value_text(UNIT_STATION, report->si, largest->station_ft, 0, text));
         if (!report->run)
             fprintf(out, ", RUN %lld", (long long)run);

@@ -89,8 +89,8 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
     }
-    facts->longest = convert_zone(longest);
-    facts->last = convert_zone(zones->count ? &zones->row[zones->count - 1] : NULL);
+    facts->longest_zone = convert_zone(longest);
+    facts->last_zone = convert_zone(zones->count ? &zones->row[zones->count - 1] : NULL);
     facts->worst_verdict = STORE_NONE;
     for (size_t i = 0; i < landing->predictions; i++) {
         if (landing->prediction[i].verdict > facts->worst_verdict)
@@ -102,7 +102,7 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
     struct mr_closure_zone zone;
     zones_find_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
-        facts->closed |= remaining_in[s] < MR_CLOSURE_OPEN_IN ? 1ull << s : 0ull;
+        facts->closed_segments |= remaining_in[s] < MR_CLOSURE_OPEN_IN ? 1ull << s : 0ull;
 }
 
 /* ---- comparison ---- */
@@ -120,7 +120,8 @@ static void set_comparison(const struct report_landing *landing, struct report_f
     const struct compare_figures *figures = landing->compared;
     if (!figures)
         return;
-    snprintf(facts->compared.against, sizeof facts->compared.against, "%s", figures->against);
+    snprintf(facts->compared.compared_with, sizeof facts->compared.compared_with, "%s",
+             figures->against);
     facts->compared.channels = figures->channels;
     facts->compared.mean = compare_mean_of(figures);
     facts->compared.longest = find_overlap(&figures->zones, false, false);
@@ -135,7 +136,7 @@ static unsigned find_problems(const struct summary *summary, const struct report
 {
     unsigned wrong = (facts->incomplete ? REPORT_INCOMPLETE : 0u) |
                      (facts->fitted ? 0u : REPORT_NO_STOP) | (summary->faults ? REPORT_FAULT : 0u) |
-                     (facts->lost ? REPORT_LOST : 0u);
+                     (facts->lost_frames ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
     for (size_t i = 0; i < summary->channel_events; i++)
@@ -203,7 +204,7 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->speed_ft_s = facts->fitted ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->fitted ? measured->summary.mean_deceleration_ft_s2 : none;
     facts->stop_ft = facts->fitted ? measured->summary.stop_station_ft : none;
-    facts->lost = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
+    facts->lost_frames = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
     set_movement(measured, facts);
     set_bands(measured, facts);
     set_zones(landing, facts);
@@ -334,7 +335,7 @@ const struct report_movement *report_largest_movement(const struct report_facts 
     const struct report_movement *largest = NULL;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct report_movement *moved = &facts->movement[i];
-        if (!isnan(moved->peak) && (!largest || fabs(moved->peak) > fabs(largest->peak)))
+        if (!isnan(moved->peak_in) && (!largest || fabs(moved->peak_in) > fabs(largest->peak_in)))
             largest = moved;
     }
     return largest;

@@ -64,7 +64,7 @@ struct report_facts {
     size_t sensors, serials; /* channels that measure, and those with a serial number */
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_movement {
-        double station_ft, peak, error, end, end_error;
+        double station_ft, peak_in, peak_error_in, end_in, end_error_in;
     } movement[MR_TRANSDUCERS];
     /* Means over the gages of the band: largest fall and largest rise from the tension before the
      * landing. */
@@ -77,12 +77,12 @@ struct report_facts {
     struct report_zone {
         int64_t mats; /* 0: no zone */
         double start_ft, end_ft;
-    } longest, last;       /* zones that the board reported */
-    int64_t worst_verdict; /* STORE_NONE: none */
-    uint64_t closed;       /* bit s: segment s is closed at the end, by survey and transducers */
-    int64_t lost;
+    } longest_zone, last_zone; /* zones that the board reported */
+    int64_t worst_verdict;     /* STORE_NONE: none */
+    uint64_t closed_segments; /* bit s: segment s is closed at the end, by survey and transducers */
+    int64_t lost_frames;
     struct report_compared {
-        char against[120];
+        char compared_with[120];
         size_t channels;
         struct compare_mean mean; /* means over the transducers; channels 0: not compared */
         struct compare_overlap longest, longest_board, rest;

@@ -419,7 +419,7 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     answer_close(answer);
     if (result->speed_end_ft_s > 0.0)
         answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
-            ->end = " at most";
+            ->suffix = " at most";
 }
 
 static void add_active_mats(struct answer *answer, const struct sim_result *result)
@@ -431,7 +431,7 @@ static void add_active_mats(struct answer *answer, const struct sim_result *resu
     answer_value(answer, "dt_limit", "stability limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
         9;
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
-    answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->end =
+    answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->suffix =
         " ms";
     answer_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out[i]; i++)

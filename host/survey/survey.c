@@ -57,7 +57,7 @@ static void add_line_items(struct survey_plan *plan, enum survey_edges edges, un
         add_station(plan, edges, line, station++);
 }
 
-void survey_plan_make(struct survey_plan *plan, enum survey_edges edges)
+void survey_plan_init(struct survey_plan *plan, enum survey_edges edges)
 {
     plan->count = 0;
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
@@ -212,7 +212,7 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
 void survey_desk_init(struct survey_desk *desk, enum survey_edges edges)
 {
     memset(desk, 0, sizeof *desk);
-    survey_plan_make(&desk->plan, edges);
+    survey_plan_init(&desk->plan, edges);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         desk->value_in[i] = desk->previous_in[i] = (double)NAN;
 }
@@ -747,8 +747,8 @@ static enum mr_status refuse_missing(struct store *store, int64_t id,
                      (long long)id, path, (long long)rows[0].id, (long long)rows[count - 1].id);
 }
 
-enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
-                          struct error *error)
+enum mr_status survey_load(struct store *store, int64_t id, struct survey *survey,
+                           struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
@@ -765,8 +765,8 @@ enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey
     return status;
 }
 
-enum mr_status survey_get_open(struct store *store, struct survey *survey, bool *found,
-                               struct error *error)
+enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
+                                struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
@@ -814,7 +814,7 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
     struct survey_change *const change[2] = {&found->since_previous, &found->since_first};
     for (int k = 0; k < 2 && status == MR_OK; k++) {
         if (against[k])
-            status = survey_get(store, against[k], other, error);
+            status = survey_load(store, against[k], other, error);
         if (status == MR_OK && against[k])
             survey_compute_change(&survey->readings, &other->readings, change[k]);
     }
@@ -835,7 +835,7 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
     for (size_t i = count; status == MR_OK && !*there && i-- > 0;) {
         if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
             continue;
-        status = survey_get(store, rows[i].id, &survey, error)
+        status = survey_load(store, rows[i].id, &survey, error)
                    ?: survey_evaluate(store, &survey, found, error);
         *there = status == MR_OK && found->slack.surveyed > 0;
     }

@@ -68,7 +68,7 @@ struct survey_plan {
     struct survey_item item[SURVEY_ITEMS_MAX];
 };
 
-void survey_plan_make(struct survey_plan *plan, enum survey_edges edges);
+void survey_plan_init(struct survey_plan *plan, enum survey_edges edges);
 /* Index of an item in the plan, or -1. */
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
@@ -249,11 +249,11 @@ struct survey_found {
 };
 
 /* Loads survey `id`; 0: the newest. MR_UNKNOWN: there is no such survey. */
-enum mr_status survey_get(struct store *store, int64_t id, struct survey *survey,
-                          struct error *error);
+enum mr_status survey_load(struct store *store, int64_t id, struct survey *survey,
+                           struct error *error);
 /* Loads the newest survey in progress; *found false: none. */
-enum mr_status survey_get_open(struct store *store, struct survey *survey, bool *found,
-                               struct error *error);
+enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
+                                struct error *error);
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
                                struct survey_found *found, struct error *error);
 /* Results of the newest survey that was started between two times and has readings of segments;

@@ -50,7 +50,7 @@ static struct answer *landing(bool si)
         true;
     answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
     answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
-    answer_count(answer, "edges", "edges", 17)->end = " of 24";
+    answer_count(answer, "edges", "edges", 17)->suffix = " of 24";
     answer_flag(answer, "pass", "pass", true);
     answer_words(answer, NULL, "board", "%s", "unknown");
     answer_none(answer, "worst", "worst", "not compared");

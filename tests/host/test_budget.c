@@ -72,8 +72,8 @@ static void adds_up(void)
     double stated = 0.0, all = 0.0;
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         const struct budget_row *row = &b.row[s];
-        assert_near(row->standard, row->input / row->divisor, 1e-12);
-        assert_near(row->contribution, fabs(row->sensitivity) * row->standard,
+        assert_near(row->standard_uncertainty, row->input / row->divisor, 1e-12);
+        assert_near(row->contribution, fabs(row->sensitivity) * row->standard_uncertainty,
                     1e-9 + 1e-6 * row->contribution);
         all += row->contribution * row->contribution;
         stated += s < BUDGET_STATED ? row->contribution * row->contribution : 0.0;
@@ -124,7 +124,7 @@ TEST_IN(a_tension_by_hand, fresh, NULL)
     is(BUDGET_BASELINE, 0.0); /* of an absolute reading */
     is(BUDGET_POSITION, 0.0);
     is(BUDGET_TEMPERATURE, 0.0); /* 0.0835 * 10 / sqrt(3) = 0.48 lb: the stated drift has it */
-    assert_near(b.factor, 1.959964, 1e-3);
+    assert_near(b.coverage_factor, 1.959964, 1e-3);
     of.reading.hours = 0.0f; /* no drift is stated: the zero alone */
     budget_make(&of, &b);
     adds_up();
@@ -147,7 +147,7 @@ TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
         of.half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
         budget_make(&of, &b);
         assert_near(b.combined, 1.0, 1e-6);
-        assert_near(b.factor, known[i][1], 2e-3);
-        assert_near(b.expanded, b.factor * b.combined, 1e-12);
+        assert_near(b.coverage_factor, known[i][1], 2e-3);
+        assert_near(b.expanded, b.coverage_factor * b.combined, 1e-12);
     }
 }

@@ -182,9 +182,9 @@ TEST(news_when_somebody_listens)
     link_queue_put_frame(queue, &frame);
     link_queue_signal(queue);
     assert_int_equal(read(news, &count, sizeof count), -1); /* nobody listened */
-    assert_true(link_queue_request_news(queue));
+    assert_true(link_queue_request_event(queue));
     assert_true(link_queue_read(queue, &item));
-    assert_false(link_queue_request_news(queue));
+    assert_false(link_queue_request_event(queue));
     link_queue_signal(queue);
     assert_int_equal(read(news, &count, sizeof count), -1); /* nothing is there */
     link_queue_put_frame(queue, &frame);

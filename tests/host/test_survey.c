@@ -13,7 +13,7 @@ TEST(the_walk_is_whole_and_never_jumps)
 {
     struct survey_plan plan;
     unsigned gaps[SURVEY_LINES] = {0}, stations = 0;
-    survey_plan_make(&plan, SURVEY_EDGE_LEFT);
+    survey_plan_init(&plan, SURVEY_EDGE_LEFT);
     assert_int_equal(plan.count, 4 * 42 + 13);
     double at_ft = 0.0;
     for (size_t i = 0; i < plan.count; i++) {
@@ -28,11 +28,11 @@ TEST(the_walk_is_whole_and_never_jumps)
     for (unsigned line = 0; line < SURVEY_LINES; line++)
         assert_int_equal(gaps[line], 42);
     assert_int_equal(stations, 13);
-    survey_plan_make(&plan, SURVEY_EDGE_NONE);
+    survey_plan_init(&plan, SURVEY_EDGE_NONE);
     assert_int_equal(plan.count, 168);
-    survey_plan_make(&plan, SURVEY_EDGE_BOTH);
+    survey_plan_init(&plan, SURVEY_EDGE_BOTH);
     assert_int_equal(plan.count, 168 + 26);
-    survey_plan_make(&plan, SURVEY_EDGE_DIAGONAL);
+    survey_plan_init(&plan, SURVEY_EDGE_DIAGONAL);
     assert_int_equal(plan.count, 168 + 2 * 4 * 13 + 7 * 7);
     for (size_t i = 0; i < plan.count; i++)
         assert_int_equal(survey_plan_find(&plan, &plan.item[i]), i);
