@@ -587,7 +587,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
     return MR_OK;
 }
 
-/* Texts of before do not have the fields of brake and wheel: nothing is fitted. */
+/* Older configurations lack the fields of brake and wheel, which are then not fitted. */
 static bool field_is_optional(struct config_field_ref at)
 {
     return at.group == MR_GROUP_site && at.field >= MR_FIELD_site_brake_edge;

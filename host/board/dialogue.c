@@ -18,8 +18,8 @@
 #define SERIAL_BYTES_PER_TURN 16384u
 #define CAN_FRAMES_PER_TURN   64  /* per turn */
 #define KEY_AFTER_HELLO_S     0.2 /* the key state follows a hello within this time */
-#define KEY_PERIOD_S          1.5 /* hello and nonce come once a second */
-#define PROOF_TRIES           3u  /* per order: another program may use the nonce first */
+#define KEY_PERIOD_S          1.5 /* hello and nonce are sent once a second */
+#define PROOF_TRIES           3u  /* per command: another program may use the nonce first */
 #define TURNS_AFTER_DEADLINE  16  /* after a deadline, while data is still waiting */
 
 /* ---- identity ---- */
@@ -382,7 +382,7 @@ enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double with
     return status == MR_TIMEOUT && identity->image_known ? MR_OK : status;
 }
 
-/* ---- orders ---- */
+/* ---- commands ---- */
 
 bool dialogue_is_repeatable(unsigned code)
 {

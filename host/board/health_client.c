@@ -66,7 +66,7 @@ static void crash_answer(const struct crash_report *report, struct answer *answe
     answer_close(answer);
 }
 
-/* ---- orders ---- */
+/* ---- commands ---- */
 
 #define ANSWER_S DIALOGUE_ANSWER_S
 

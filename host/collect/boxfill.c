@@ -77,7 +77,7 @@ static void begin_box_collector(struct box_collector *m, struct store *store,
     m->side.current = &m->slot;
 }
 
-/* Takes the newest state of the record, but a landing whose end was logged stays ended. */
+/* Applies the newest state of the record; a landing whose end was logged stays ended. */
 static enum mr_status apply_state(struct box_collector *m, const struct mr_record *record,
                                   bool made, struct error *error)
 {

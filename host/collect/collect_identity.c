@@ -48,8 +48,8 @@ static enum mr_status handle_hello(struct collector *collector, struct side *sid
     return MR_OK;
 }
 
-/* Takes words `part` of the chip's unique id. False: they belong to another board; `error` is
- * set if the log cannot continue. */
+/* Handles words `part` of the chip's unique id. False: they belong to another board; `error` is set
+ * if the log cannot continue. */
 static bool handle_uid(struct collector *collector, struct side *side, unsigned part,
                        const uint32_t *words, size_t count, struct error *error)
 {

@@ -1,7 +1,7 @@
 /* Frames of the two links: time, losses, board and raw row; collect_message.c handles the content.
  * * Serial connects to one board; on CAN any node may send. Serial is therefore the record while it
- * is connected: messages sent on both links are taken from serial alone. CAN frames are stored raw
- * and shown; after a landing they fill in the losses of serial (collect_handle_landing.c). */
+ * is connected: of messages sent on both links only the serial copy is used. CAN frames are stored
+ * raw and shown; after a landing they fill in the losses of serial (collect_landing.c). */
 #include <math.h>
 #include <string.h>
 
@@ -69,8 +69,8 @@ static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_
     return sync || message->index == MR_INDEX_CLOCK;
 }
 
-/* Takes the time of a message. A clock with tick 0 means that scanning is stopped, so its block
- * is not a time. On CAN any node may have sent it. */
+/* Updates the board time from a message. A clock with tick 0 means that scanning is stopped, so its
+ * block is not a time. On CAN any node may have sent it. */
 static enum timebase_verdict update_time(struct side *side, const struct mr_message *message)
 {
     uint32_t block, tick;

@@ -109,7 +109,7 @@ static bool is_own_answer(struct collector_own_commands *own, const struct mr_ac
     return false;
 }
 
-/* Records which program gave an order and the board's answer. */
+/* Records the board's answer to a command, and which program sent it. */
 static enum mr_status record_answer(struct collector *collector, struct side *side,
                                     const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {

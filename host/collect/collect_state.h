@@ -1,5 +1,5 @@
 /* Internal data of the collector. collect_links.c handles links and frames,
- * collect_handle_landing.c landings, collect_message.c the content of messages, by topic. */
+ * collect_landing.c landings, collect_message.c the content of messages, by topic. */
 #ifndef MATRIG_HOST_COLLECT_STATE_H
 #define MATRIG_HOST_COLLECT_STATE_H
 

@@ -99,7 +99,7 @@ static void begin_load(const struct request *r, struct store *store, const struc
                   talk->state.landings, landings, r->serial);
 }
 
-/* ---- what the landings teach about the rig, from the records of their conditions ---- */
+/* ---- relations of the rig, fitted to the recorded conditions of its landings ---- */
 
 /* A prediction from one field of the conditions, fitted to the landings in which another field has
  * a given choice. */

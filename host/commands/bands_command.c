@@ -17,16 +17,16 @@
 struct band_design {
     /* input */
     double weight_lb, g_ft_s2, deceleration_ft_s2;
-    double bands; /* that share the load, N */
+    double bands; /* number of bands that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
     double mat_lb, friction;
-    double mats_per_connection; /* mats that load one connection */
-    double rows_per_connection; /* rows from one connection to the next */
+    double mats_per_connection; /* number of mats that load one connection */
+    double rows_per_connection; /* number of rows from one connection to the next */
     double row_ft;              /* mat length along the runway */
     double width_ft;            /* influence width of the gear, b; 0: not given */
     double length_ft;      /* band length between its springs; 0: the longest that C.10 allows */
     double spring_lb_ft;   /* K at either end; 0: A E/L, which dT = R/2 assumes */
-    double force_position; /* a': where R acts, fraction of the length */
+    double force_position; /* a': fraction of the length at which R acts */
     double tension_lb;     /* T0; 0: the middle of C.8 and C.9 */
     /* computed by design_bands */
     double r_lb;          /* C.1 */

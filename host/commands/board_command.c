@@ -149,7 +149,7 @@ static void box_client_begin(struct box_client *client, struct dialogue *dialogu
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
-/* Sends an order, and repeats it while the board answers MR_WAIT. */
+/* Sends a command, and repeats it while the board answers MR_WAIT. */
 static void send_box_command(struct box_client *client, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = client->dialogue;
@@ -265,9 +265,8 @@ static int report_record(const struct request *request, const struct box_client_
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-/* Stores the configuration under which the record was made, while the board still has it in
- * force. Only replay needs the configuration, so a failure here is printed and the command
- * continues. */
+/* Stores the configuration under which the record was made, if the board still uses it. Only replay
+ * needs the configuration, so a failure here is printed and the command continues. */
 static void store_configuration(const struct request *request, struct box_client *client,
                                 struct store *store, int64_t run)
 {
@@ -675,7 +674,7 @@ static int run_runway(const struct request *request, struct dialogue *dialogue)
     return print_runway(&client, request->cli);
 }
 
-/* ---- the key for signed orders ---- */
+/* ---- the key for signed commands ---- */
 
 static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
 {

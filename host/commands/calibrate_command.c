@@ -330,7 +330,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
     (void)config_client_set_live(dialogue, 0, &late);
 }
 
-/* Reads the configuration in force, then the points. */
+/* Reads the active configuration, then the points. */
 static void read_board(const struct request *r, struct mr_config *config,
                        struct calibrate_points *points)
 {

@@ -34,7 +34,7 @@ static const char *copy_text(unsigned copy)
                        : mr_status_text((enum mr_status) - (int)copy);
 }
 
-/* Reports a copy that is not in force, unless it is merely empty. */
+/* Reports a copy that is not active, unless it is empty. */
 static void note_damage(const struct cli *cli, const struct mr_config_state *state)
 {
     if (state->copy_a != 0 && state->copy_a != 255)

@@ -170,7 +170,7 @@ static void read_advice(struct store *store, struct day_facts *f)
     free(rows);
 }
 
-/* Finds the first NO-GO, and whether a calibration is due; a calibration takes precedence. */
+/* Finds the first NO-GO and whether a calibration is due; a due calibration takes precedence. */
 static void read_checks(const char *checks, struct day_facts *f)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
@@ -704,8 +704,9 @@ static bool ask_waves(struct day *day)
     }
 }
 
-/* A record of the landing, a question for each field. Enter keeps the last value, and ends records
- * of a kind that a landing may have several of. False: the end of the input, or of the records. */
+/* Asks for a record of the landing, with one question per field. Enter keeps the last value; where
+ * a landing may have several records of a kind, Enter also ends them. False: end of input, or no
+ * more records. */
 static bool ask_record(struct day *day, const struct inspection_kind *kind,
                        const struct inspection *last)
 {
@@ -745,7 +746,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
     return goes_on;
 }
 
-/* Of the kinds that the campaign has records of. */
+/* Asks for records of each kind that the campaign already contains. */
 static void ask_records(struct day *day)
 {
     struct inspections all;

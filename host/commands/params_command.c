@@ -354,8 +354,8 @@ static void read_plate(struct reader *r)
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
-/* Each node has the value of the nearest plate test of the acceptance records, of several the
- * newest: node n is at n - 1 mat lengths. Each of its mat ends carries half of a mat. */
+/* Each node has the value of the nearest plate test in the acceptance records, and of the newest if
+ * several are equally near. Node n is at n - 1 mat lengths. Each mat end carries half of a mat. */
 static void read_subgrade(struct reader *r)
 {
     char path[PATH_MAX];

@@ -76,7 +76,7 @@ static int show_report(const struct cli *cli, const char *kind, const struct rea
 
 /* ---- ready ---- */
 
-/* The shunt spans stored by the last check of this board. */
+/* Reads the shunt spans that the last check of this board stored. */
 static void read_spans(const char *checks, float span_lb[MR_GAGES])
 {
     json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
@@ -88,7 +88,8 @@ static void read_spans(const char *checks, float span_lb[MR_GAGES])
     json_decref(object);
 }
 
-/* Facts of this board at its last landing and last shunt calibration, and its certificates. */
+/* Reads the facts of this board at its last landing and last shunt calibration, and its
+ * certificates. */
 static void check_recent(struct store *store, struct ready_facts *f)
 {
     char uid[IDENTITY_UID_SIZE];

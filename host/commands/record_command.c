@@ -1,4 +1,4 @@
-/* matrig record: what the crew sets, inspects and writes down. The kinds are in
+/* matrig record: the crew's records of settings, inspections and notes. The kinds are in
  * host/store/records.def. */
 #include <math.h>
 #include <stdio.h>
@@ -70,7 +70,7 @@ static int list_kinds(const struct cli *cli)
 
 /* ---- adding ---- */
 
-/* Whose the record is, as its kind says. */
+/* Sets what the record belongs to, according to its kind. */
 static void read_place(const struct request *r, struct store *store, struct store_record *row,
                        struct error *error)
 {
@@ -93,7 +93,7 @@ static void read_place(const struct request *r, struct store *store, struct stor
                   needs[r->kind->place]);
 }
 
-/* Fields that are left out and keep the value of the last record; says which. */
+/* Copies the fields that the user left out from the last record, and reports them. */
 static void copy_previous_fields(const struct inspections *all, const struct inspection_kind *kind,
                                  json_t *values, struct answer *answer)
 {
@@ -192,7 +192,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
     output_end(&output, fatal);
 }
 
-/* The first line names the cells of the others, each of which is a request. */
+/* The first line names the columns. Each other line is one record to add. */
 static void read_csv(const struct request *r, struct store *store, const struct inspections *all,
                      struct answer *answer)
 {
@@ -242,8 +242,8 @@ static void write_attribute(FILE *out, const char *name, const char *text)
     fputc('"', out);
 }
 
-/* Writes a page that shows the picture of a record in its own pixels. Its script makes a command of
- * the marks. */
+/* Writes a page that shows the picture of a record at full resolution. Its script turns the marks
+ * into a command. */
 static void write_marks_page(const struct request *r, const struct inspections *all)
 {
     const struct inspection *entry = find_valid(r, all, r->measure);

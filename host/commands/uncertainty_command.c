@@ -227,7 +227,7 @@ static void legend_answer(struct answer *answer)
         "temperature; expanded is k times combined, a 95 %% interval.");
 }
 
-/* People see only the sums; the JSON also has the rows. */
+/* The text shows only the sums; the JSON also has the rows. */
 static void table_answer(const struct request *r, const struct subject *s, const char *name,
                          unsigned from, unsigned to, struct answer *answer)
 {

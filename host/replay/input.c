@@ -19,8 +19,8 @@
 #define ARMED_MAX_BLOCKS     20000
 #define ARMED_MIN_BLOCKS     450
 #define BLOCKS_PER_S         1000
-/* Schedule before arming: from this block on one zero per block, then a segment of the survey every
- * second block, then a word of the runway per block. */
+/* Schedule before arming, from this block on: one zero per block, then one survey segment every
+ * second block, then one runway word per block. */
 #define FIRST_COMMAND_BLOCK  40
 #define COMMANDS_PER_BLOCK   4u
 #define HELLO_CLOCK_INTERNAL 1 /* value in the message hello */

@@ -93,7 +93,7 @@ static void write_summary(const struct report *report, FILE *out)
 
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
 
-/* most lines of a plot that have a name and a style of their own; the others are thin */
+/* maximum number of lines with a separate name and style; the others are thin */
 #define NAMED_LINES_MAX 8u
 
 /* One value per transducer. NaN: unknown. */
@@ -118,7 +118,7 @@ static void make_profile(const struct report_facts *facts, const struct profile 
     }
 }
 
-/* The named profiles are spread evenly; the last profile is one of them. */
+/* Draws the profiles. The named ones are spread evenly; the last profile is one of them. */
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {
@@ -558,7 +558,7 @@ static void write_predictor(const struct report *report, FILE *out)
             add_predictor_row);
 }
 
-/* Advice, warnings and outcomes. */
+/* Adds a row with advice, warnings and outcome of a landing. */
 static void add_record_row(const struct record_row *row, struct answer *answer)
 {
     static const char *const warned[] = {[RECORD_NO_BOARD] = "no board",
@@ -764,7 +764,7 @@ static void write_journal(const struct report *report, FILE *out)
 
 /* ---- surveys of the mat ---- */
 
-#define SURVEYS_DRAWN_MAX 6u /* this many of the newest surveys */
+#define SURVEYS_DRAWN_MAX 6u /* number of newest surveys that are drawn */
 
 static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 {
@@ -776,7 +776,7 @@ static struct chart_axes survey_axes(double x[SURVEY_POINTS])
                                .height_px = 150};
 }
 
-/* Opening of the joints, or movement of the mats, along each gage line. */
+/* Draws the opening of the joints, or the movement of the mats, along each gage line. */
 static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved)
 {
     double x[SURVEY_POINTS], y[SURVEY_POINTS];

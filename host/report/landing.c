@@ -61,7 +61,7 @@ static void draw_curve(struct figure *figure, const struct curve *curve)
                                                  curve->value, curve->half, CURVE_POINTS + 1});
 }
 
-/* The board's own estimates during the landing, without values above `most`. */
+/* Draws the board's own estimates during the landing, without values above `most`. */
 static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
                         double most)
 {
@@ -115,7 +115,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
     draw_online(figure, landing, true, most);
 }
 
-/* Deceleration of the fit, only between its first and its last switch. */
+/* Draws the deceleration of the fit, only between its first and last switch. */
 static void draw_deceleration(struct figure *figure, const struct report_landing *landing,
                               struct chart_axes axes)
 {
@@ -143,7 +143,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
     draw_online(figure, landing, false, axes.y_high);
 }
 
-/* Residuals of the switches that the fit covers. */
+/* Draws the residuals of the switches that the fit covers. */
 static void draw_residuals(struct figure *figure, const struct measured *measured,
                            struct chart_axes axes)
 {
@@ -602,7 +602,7 @@ static size_t find_gages(const struct measured *measured, unsigned band,
     return count;
 }
 
-/* Largest fall and rise of the tension along each band. */
+/* Writes the largest fall and rise of the tension along each band. */
 static void write_tension_extremes(const struct report *report,
                                    const struct report_landing *landing, FILE *out)
 {

@@ -18,8 +18,8 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MAX       3u /* most texts that a fact lists */
-#define RUNS_LISTED_MAX 6u /* most RUNs that a line lists before "and 12 more" */
+#define NAMED_MAX       3u /* maximum number of texts that a fact lists */
+#define RUNS_LISTED_MAX 6u /* maximum number of RUNs that a line lists before "and 12 more" */
 #define DAY_S           86400
 
 /* ---- all pages ---- */
@@ -472,8 +472,7 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
     fputs("</p>\n", out);
 }
 
-/* Emulated boards replay synthetic landings. The banner keeps readers from taking them for a
- * test. */
+/* Emulated boards replay synthetic landings. The banner shows that the page is not about a test. */
 static void put_emulated_banner(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);

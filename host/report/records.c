@@ -1,4 +1,4 @@
-/* What the crew set, inspected and wrote down, and a map of it over the runway. */
+/* The crew's records of settings, inspections and notes, and a map of them over the runway. */
 #include <math.h>
 #include <string.h>
 
