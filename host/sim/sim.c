@@ -468,7 +468,7 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
     }
     answer_count(answer, NULL, "mats", result->mats);
     answer_value(answer, "t_end", "end", UNIT_TIME, result->t_end_s, -six)->digits = twelve;
-    answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->end = " ms";
+    answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->suffix = " ms";
     answer_count(answer, "rhs", NULL, (int64_t)result->evaluations);
     answer_count(answer, "steps", "steps", (int64_t)result->steps);
     answer_count(answer, "rejected", NULL, (int64_t)result->rejected);
