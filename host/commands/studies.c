@@ -180,7 +180,7 @@ static const struct command_part fit_parts[] = {
                 "prior value and standard error (lb, in, lb/ft); default: values of the scene, "
                 "with errors of 50 % for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, "
                 "and 20 % for f; share: 1/12, error 15 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_OPTION_DRAWS_MIN, 1e5, 300.0,
+    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_MIN, 1e5, 300.0,
                  "simulated data sets per round, at least {low}; default: {standard}"),
     OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
                  "seed of all random draws; default: {standard}"),

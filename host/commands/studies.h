@@ -9,9 +9,9 @@
 
 #include "host/base/cli.h"
 
-#define FIT_RUNS_MAX         20
-#define FIT_OPTION_DRAWS_MIN 60
-#define SWEEP_FILES_MAX      4000
+#define FIT_RUNS_MAX    20
+#define FIT_DRAWS_MIN   60
+#define SWEEP_FILES_MAX 4000
 
 struct study_request {
     const char *path, *plot;
