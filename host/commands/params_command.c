@@ -256,7 +256,7 @@ static struct params_spring read_spring(struct reader *r, const char *x_name, do
 {
     double x[READINGS_MAX], y[READINGS_MAX];
     struct params_spring spring = {.k = {1.0, 0.0}};
-    size_t count = take_pairs(r, x_name, factor, y_name, x, y);
+    size_t count = read_pairs(r, x_name, factor, y_name, x, y);
     params_fit_spring(x, y, count, &spring, fatal);
     if (spring.below_free)
         error_set(fatal, MR_MALFORMED,
