@@ -704,9 +704,8 @@ static bool ask_waves(struct day *day)
     }
 }
 
-/* Asks for a record of the landing, with one question per field. Enter keeps the last value; where
- * a landing may have several records of a kind, Enter also ends them. False: end of input, or no
- * more records. */
+/* Asks for a record of the landing, one question per field. Enter keeps the last value, or ends
+ * the records of a kind. False: end of input, or no more records. */
 static bool ask_record(struct day *day, const struct inspection_kind *kind,
                        const struct inspection *last)
 {
