@@ -68,5 +68,5 @@ cp "$work/surveyed" "$work/memory"
 play 7 "$@"
 
 "$matrig" "$@" report "$db" -o "$page"
-"$matrig" "$@" show "$db" | sed -n '/^In [0-9]* landings/,$p'
+"$matrig" "$@" show "$db" | sed -n '/^The wheel reached a zone/,$p'
 echo "Look at $page; the campaign is $db."

@@ -639,12 +639,12 @@ void compare_write_sentence(const struct compare_agreement *a, bool si,
     char measured[UNIT_TEXT], simulated[UNIT_TEXT];
     if (!a->channel) {
         snprintf(out, COMPARE_SENTENCE_SIZE,
-                 "No peak, end or arrival of landing %" PRId64 " could be compared with %s", a->run,
+                 "No peak, end or arrival of RUN %" PRId64 " could be compared with %s", a->run,
                  a->against);
         return;
     }
     snprintf(out, COMPARE_SENTENCE_SIZE,
-             "Landing %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
+             "RUN %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
              "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
              "simulated %s, En %.3g",
              a->run, a->values_differing ? "differs from" : "agrees with", a->against,

@@ -105,7 +105,7 @@ wrong_input_is_told() {
         fails_with 2 'needs DB RUN, DB FILE or DB --series' $matrig compare "$db"
 }
 ends_with_a_sentence() { # the text has it, the report too (tests/host/test_compare has which value it names)
-    local sentence='Landing 1 differs from slippery.json: [0-9]* of [0-9]* peaks, ends and arrivals differ by more than twice their errors; largest: the '
+    local sentence='RUN 1 differs from slippery.json: [0-9]* of [0-9]* peaks, ends and arrivals differ by more than twice their errors; largest: the '
     $matrig compare "$db" 1 "$tmp/slippery.json" | tr -s ' \n' ' ' | grep -o "$sentence.* En [0-9.]*" >"$tmp/said" && cat "$tmp/said" &&
         $matrig --quiet report "$db" -o "$tmp/differs.html" && grep -qF "$(cat "$tmp/said")" "$tmp/differs.html"
 }

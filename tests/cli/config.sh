@@ -92,7 +92,7 @@ files_are_refused_with_line_and_advice() {
         refused 2 'gate has no field .place.: .*; see the comment' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
         refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives it" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
         refused 4 'field site.mats is missing: .*; give every field' '/^site\.mats/d' &&
-        refused 4 'no field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&
+        refused 4 'not a field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&
         refused 4 'site.name cannot be .rig.: .*; it is at most 16 printable characters in double quotes' 's/^(site\.name = ).*/\1rig/' &&
         fails_with 3 "cannot be read .No such file.*: $tmp/none.cfg; matrig board config get" $matrig board config check "$tmp/none.cfg" &&
         fails_with 4 "not a text file: $elf; give a file" $matrig board config check $elf

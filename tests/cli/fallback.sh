@@ -26,7 +26,7 @@ one_lost() { # transducer 4, bits 6 and 7 of the doubts: missing; the zone is wa
 }
 all_lost() { # it runs on the model alone, and says so
     fly all $variants/switches.elf && [ "$(bit all 4)" = 1.00 ] && [ "$(ask all "select group_concat(distinct level) from predictions where $moving")" = 0 ] &&
-        grep 'zone  *warned' "$tmp/all.txt" && grep 'inferred  *100 % of it' "$tmp/all.txt"
+        grep 'zone  *warned' "$tmp/all.txt" && grep 'inferred  *100 % of the zone' "$tmp/all.txt"
 }
 no_switches() { # kinematic, as soon as something moves
     { echo 'matrig-faults 1'; for p in $(seq 24); do echo "at 0.5  switch $p skip"; done; } >"$tmp/none.faults"

@@ -13,7 +13,7 @@ film() {
         --faults "$tmp/camera.faults" || return 1
     build/matrig log --all --can "file:$tmp/can.log" --serial "file:$tmp/serial.bin" --db "$db" >"$tmp/log.txt" || return 1
     grep ' film ' "$tmp/log.txt"
-    grep -q '  film  *79[0-9] frames, 100.00 a second, 3 missing; gear on' "$tmp/log.txt"
+    grep -q '  film  *79[0-9] frames, 100.00 a second, 3 missing; the position of the gear is known on' "$tmp/log.txt"
 }
 each_pulse_once() { # from serial, which is the record
     [ "$(sqlite3 "$db" 'select count(*) from frames_film where links <> 2')" = 0 ] &&

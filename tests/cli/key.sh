@@ -197,7 +197,7 @@ wait $log
 exec 8>&-
 off
 $matrig show "$work/x.db" 1 >"$tmp/show"
-check "who ordered what is in the campaign" grep -q "disarm by another program at .* s: refused, the command needs the board's key" "$tmp/show"
+check "who ordered what is in the campaign" grep -q "disarm, sent by another program at .* s: refused, the command needs the board's key" "$tmp/show"
 check "the landing replays, proofs or not" $matrig replay "$work/x.db" 1
 check "the report says that a key was set" bash -c "$matrig report '$work/x.db' -o '$work/x.html' && grep -q 'a key is set' '$work/x.html'"
 

@@ -25,7 +25,7 @@ todays_is_long_enough() {
     awk -v ns="$ns" -v least=$least_ns 'BEGIN { exit !(ns >= least) }'
 }
 one_function_moves_it() { # both stores, and no other of that port whose value is known
-    awk '{ exit !($3 == "select" && $5 == "select") }' "$tmp/today"
+    awk '{ exit !($3 == "set_select" && $5 == "set_select") }' "$tmp/today"
 }
 the_old_is_too_short() { # whatever its slew
     high_cycles $old >"$tmp/old" || return 1

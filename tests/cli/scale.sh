@@ -103,7 +103,7 @@ check "a symbol in the wrong case" fails_with 2 "'W' is for weight" $m scale w=3
 check "a file for nothing" fails_with 2 "nothing to write" $m scale W=1 -o "$tmp/nothing"
 to_pipe() { timeout 600 $m scale "$tmp/block.json" -o /dev/stdout | grep -q '"mats"\|"N"'; }
 check "an output that is a pipe" to_pipe
-check "an output called -" fails_with 2 "not a file: -" $m scale "$tmp/block.json" -o -
+check "an output called -" fails_with 2 "not a file name: -" $m scale "$tmp/block.json" -o -
 check "not a number" fails_with 2 "not a number: 'x'" $m scale weight=x
 check "no such side" fails_with 2 "unknown side: 'up'" $m scale weight=1 --to up
 check "no such scene" fails_with 3 "none.json" $m scale "$tmp/none.json"

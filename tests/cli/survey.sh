@@ -47,7 +47,7 @@ killed() {
     done
     # and it goes on where it was
     echo 33.62 | $matrig survey "$tmp/k.db" --edges none >"$tmp/k.txt" 2>"$tmp/k.err"
-    grep -q "continuing survey 1, $i of 168 points read" "$tmp/k.err" && grep -q "^survey  *1, goes on$" "$tmp/k.txt" && grep -q "^read  *$((i + 1)) of 168, " "$tmp/k.txt"
+    grep -q "continuing survey 1, $i of 168 points read" "$tmp/k.err" && grep -q "^survey  *1, in progress$" "$tmp/k.txt" && grep -q "^read  *$((i + 1)) of 168, " "$tmp/k.txt"
 }
 
 doubts() {

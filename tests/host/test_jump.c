@@ -61,14 +61,14 @@ TEST(a_table_counts)
     table.points = 2;
     table.point_reading[1] = 1.0f;
     table.point_value[1] = 25.4f;
-    assert_true(jump_find(&transducer, &table, text) && strstr(text, "25.4 times"));
+    assert_true(jump_find(&transducer, &table, text) && strstr(text, "a factor of 25.4"));
 }
 
 TEST(what_is_said)
 {
     char name[8];
     jumps(transducer, 2.54, "ET-17");
-    assert_string_equal(text, "gain 0.0016 -> 0.004064 in per code, 2.54 times");
+    assert_string_equal(text, "gain 0.0016 -> 0.004064 in per code, a factor of 2.54");
     jump_channel_name(2, name);
     assert_string_equal(name, "d3");
     jump_channel_name(21, name);

@@ -78,7 +78,8 @@ TEST(what_auto_tries_next_has_a_minute)
         assert_int_equal(error.status, MR_NUMERICS);
         assert_string_equal(result.solver, "staggered");
         for (int i = 0; i < SIM_NOTES_MAX; i++)
-            said = said || strstr(result.notes[i], "the other solvers reached their limit of 60 s");
+            said = said || strstr(result.notes[i],
+                                  "the other solvers reached their computing limit of 60 s");
         assert_int_equal(said, late);
         assert_true(late ? clock.looks == 2 : clock.looks > 2);
         sim_result_free(&result);
