@@ -508,7 +508,7 @@ TEST(a_sentence_has_the_largest_difference)
 {
     struct compare_figures figures = agreeing();
     assert_sentence(&figures, false,
-                    "Landing 7 agrees with x.json: 0 of 6 peaks, ends and arrivals differ by more "
+                    "RUN 7 agrees with x.json: 0 of 6 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the arrival at transducer 3, 60.0 ft, "
                     "measured 1.5000 s, simulated 1.5090 s, En 0.9");
     figures.channel[1].figures.peak_simulated.value = 0.85;
@@ -516,10 +516,10 @@ TEST(a_sentence_has_the_largest_difference)
     figures.channel[0].end_en = 1.01;
     figures.channel[0].arrival_en = (double)NAN;
     assert_sentence(&figures, true,
-                    "Landing 7 differs from x.json: 2 of 5 peaks, ends and arrivals differ by more "
+                    "RUN 7 differs from x.json: 2 of 5 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the peak at transducer 4, 21.3 m, measured "
                     "20.320 mm, simulated 21.590 mm, En 5");
     figures.channel[0].compared = figures.channel[1].compared = false;
     assert_sentence(&figures, false,
-                    "No peak, end or arrival of landing 7 could be compared with x.json");
+                    "No peak, end or arrival of RUN 7 could be compared with x.json");
 }
