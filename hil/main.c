@@ -221,11 +221,11 @@ static const struct option {
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
             "parity at the other end of the serial line: none, even, odd or board (the same as "
-            "the\nboard); default: none; with pty:, board"),
-    OF_NUMBER(
-        "--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
-        "bit rate at the other end of the serial line; default: 2000000; with pty:, as set at "
-        "the\nterminal"),
+            "the\nboard); default: none, and board for a pty: link"),
+    OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
+              "bit rate at the other end of the serial line; default: 2000000, and for a pty: link "
+              "as set at "
+              "the\nterminal"),
     OF_TEXT("--rig", "RUNFILE", rig,
             "run file (matrig-run format) that moves the rig; default: nothing moves"),
     OF_TEXT("--replay", "FILE", replay,

@@ -107,7 +107,7 @@ for cpi in 1.0 1.5 2.0; do
     build/matrig-board --elf $elf --cpi $cpi --rig $rig --can file:$out/cpi.log --serial file:$out/cpi.bin 2>/dev/null
     rm -f $out/campaign.db
     build/matrig --quiet log --can file:$out/cpi.log --serial file:$out/cpi.bin --db $out/campaign.db >$out/cpi.txt || true
-    python3 - $cpi "$(sed -n 's/^ *\(.*\) instead of every mat.*/\1/p' $out/cpi.txt)" $out/cpi.log <<'END' | tee -a $out/budget.txt
+    python3 - $cpi "$(sed -n 's/.*(\(.*\) instead of every mat.*/\1/p' $out/cpi.txt)" $out/cpi.log <<'END' | tee -a $out/budget.txt
 import struct, sys
 said = [struct.unpack("<IHH", bytes.fromhex(line.split("#")[1])) for line in open(sys.argv[3]) if " 181#" in line]
 load = [permille / 10 for _, permille, _ in said]

@@ -530,9 +530,10 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
     if (lack == FORESIGHT_DEGRADED)
         answer_words(
             answer, NULL, LABEL,
-            "model level %s instead of every mat, from %.3f to %.3f s, because of the update limit "
-            "(predict.updates_per_block) or a backlog: the ends of zones are less certain",
-            mr_predictor_level_text((unsigned)foresight->worst_level), span->from_s, span->to_s);
+            "from %.3f to %.3f s the model was coarser (%s instead of every mat), because of the "
+            "update "
+            "limit (predict.updates_per_block) or a backlog: the ends of zones are less certain",
+            span->from_s, span->to_s, mr_predictor_level_text((unsigned)foresight->worst_level));
     else
         answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s,
                      span->to_s);

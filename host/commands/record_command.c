@@ -395,10 +395,10 @@ static int record_command(int argc, char **argv, const struct cli *cli)
 
 #define VALUES struct request
 static const struct command_part parts[] = {
-    HELP_ITEM(
-        "DB [KIND] [PLACE]",
-        "campaign database, kind of record, and its place, which depends on the kind: RUN, number "
-        "of a mat or joint, station in ft, or none. Without fields, the records are listed"),
+    HELP_ITEM("DB [KIND] [PLACE]",
+              "campaign database; kind of record; place: depending on the kind a RUN, the number "
+              "of a mat "
+              "or joint, a station in ft, or none. Without fields, the records are listed"),
     HELP_ITEM(
         "FIELD=VALUE",
         "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "

@@ -50,11 +50,11 @@ static void add_spans(const struct survey *survey, const struct survey_found *fo
                       struct answer *answer)
 {
     bool changed = found->previous != 0;
-    answer_table(answer, NULL,
-                 changed
-                     ? "opening (+) and closing (-) of ten mats since the previous survey, and the "
-                       "opening of their joints"
-                     : "distance of the gage points of ten mats, and the opening of their joints");
+    answer_table(
+        answer, NULL,
+        changed ? "change of the length of ten mats since the previous survey, and the present "
+                  "opening of their joints"
+                : "length of ten mats between gage points, and the opening of their joints");
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         bool any = false;
         for (unsigned line = 0; line < SURVEY_LINES; line++)
@@ -88,7 +88,7 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
         const double *value_in;
     } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
                    SURVEY_LINES, SURVEY_STATIONS, change->across_in[0]},
-                  {"opening (+) and closing (-) of ten mats along the 45 degree lines", 0.0,
+                  {"change of the length of ten mats along the 45 degree lines", 0.0,
                    SURVEY_DIAGONALS, SURVEY_DIAGONAL_SPANS, change->diagonal_in[0]}};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++) {
         answer_table(answer, NULL, tables[t].title);

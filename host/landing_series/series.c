@@ -78,8 +78,8 @@ static void format_expected(const struct series_key *key, char out[300])
     const struct quantity_kind *kind = quantity_kind_of(unit);
     if (key->kind == SERIES_NUMBER || key->kind == SERIES_RANGE)
         snprintf(out, 300, "a number%s from %g to %g%s%s%s%s",
-                 key->kind == SERIES_RANGE ? " or [from, to] to draw between," : "", key->low,
-                 key->high, kind ? " " : "", unit, kind ? ", or as text with " : "",
+                 key->kind == SERIES_RANGE ? ", or a range [from, to] from which it is drawn," : "",
+                 key->low, key->high, kind ? " " : "", unit, kind ? ", or as text with " : "",
                  kind ? kind->units : "");
     else if (key->kind != SERIES_CHOICE)
         snprintf(out, 300, "%s", key->kind == SERIES_FLAG ? "true or false" : "a short text");

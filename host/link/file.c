@@ -130,10 +130,11 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
         as_good += board_rank(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         list_buses(buses, least, names, sizeof names);
-        return error_set(error, MR_USAGE,
-                         "boards on several buses, %s: %s; select one with file:PATH,interface=%s, "
-                         "or matrig import --interface %s",
-                         names, where, buses->bus[best].name, buses->bus[best].name);
+        return error_set(
+            error, MR_USAGE,
+            "several buses have a board (%s): %s; select one with file:PATH,interface=%s, "
+            "or matrig import --interface %s",
+            names, where, buses->bus[best].name, buses->bus[best].name);
     }
     memcpy(interface, buses->bus[best].name, CANDUMP_INTERFACE_SIZE);
     return MR_OK;

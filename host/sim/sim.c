@@ -458,10 +458,11 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
         answer_remark(answer, " at %.*g s: the results below are unchecked and end at this time",
                       six, result->t_s);
     if (result->status == SIM_UNPREDICTABLE)
-        answer_remark(
-            answer,
-            " beyond %.*g s: after this time the errors are the spread of runs that should agree",
-            six, result->t_s);
+        answer_remark(answer,
+                      " beyond %.*g s: after this time runs with different steps disagree, and the "
+                      "errors are "
+                      "their differences",
+                      six, result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);
         answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;

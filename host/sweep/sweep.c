@@ -529,7 +529,10 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
                          "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
                          "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
                          "\"beyond_when\" a list",
-                         path, wrong.text[0] ? wrong.text : "not one condition, or out of range",
+                         path,
+                         wrong.text[0]
+                             ? wrong.text
+                             : "exactly one condition is needed, with values within their ranges",
                          SCAN_MAX);
     if (read_axis(sweep, &find->key, path, "find", name, root, error) != MR_OK)
         return error->status;

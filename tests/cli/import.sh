@@ -67,7 +67,7 @@ another_bus_is_left_out() {
 two_boards_are_a_question() {
     played --elf build/firmware/matrig.elf --can "file:$tmp/other" --rig tests/runs/landing4.run >/dev/null 2>&1
     sort -s -k 1,1 <(sed 's/ can0 / can2 /' "$tmp/other") "$tmp/can" >"$tmp/both.log"
-    local asked='boards on several buses, can[02] and can[02]: .*select one with .*interface'
+    local asked='several buses have a board .can[02] and can[02].: .*select one with .*interface'
     fails_with 2 "$asked" build/matrig import "$tmp/both.db" "$tmp/both.log" && fails_with 2 "$asked" build/matrig log --can "file:$tmp/both.log" --db "$tmp/both.db" &&
         [ ! -e "$tmp/both.db" ] && fails_with 2 'no frame of can7: .*the log has frames of can[02] and can[02]' build/matrig log --can "file:$tmp/both.log,interface=can7" --db "$tmp/both.db" || return 1
     m import "$tmp/both.db" "$tmp/both.log" --interface can2 >/dev/null && m log --can "file:$tmp/both.log,interface=can0" --db "$tmp/both.db" >/dev/null &&

@@ -69,14 +69,16 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
     for (size_t i = 1; i < scene->bump_ft.count; i++) {
         if (!(fabs(scene->bump_ft.values[i] - scene->bump_ft.values[i - 1]) <
               0.99 * scene->length_ft))
-            return refuse_feature("a bump steeper than a mat is long", "give lower heights", scene,
-                                  error);
+            return refuse_feature(
+                "a bump that changes by more than 0.99 of a mat's length from one "
+                "node to the next",
+                "give lower heights", scene, error);
     }
     size_t count = scene->bump_ft.count;
     if (count > 0 && !(fmax(fabs(scene->bump_ft.values[0]),
                             fabs(scene->bump_ft.values[count - 1])) < 0.99 * scene->length_ft))
-        return refuse_feature("a bump steeper than a mat is long", "give lower heights", scene,
-                              error);
+        return refuse_feature("a bump whose first or last height exceeds 0.99 of a mat's length",
+                              "give lower heights", scene, error);
     return MR_OK;
 }
 

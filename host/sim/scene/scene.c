@@ -221,7 +221,8 @@ static const struct sim_key keys[] = {
     RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
           "share of the displacement that the elastic ground recovers"),
     RANGE("gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
-          "exponent of the number of axles on a mat in the stiffness of the ground under the mat"),
+          "the stiffness of the ground under a mat is proportional to its number of axles to this "
+          "power"),
     NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
                  "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
                  "under the axle"),

@@ -906,7 +906,8 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
         chain_free(&chain);
         return error_set(
             error, MR_USAGE,
-            "no fixed step: solver event chooses its step; give --rtol, or --solver staggered");
+            "--dt does not apply: the solver 'event' chooses its own step; give --rtol, or "
+            "--solver staggered");
     }
     if (!given && !fixed && (event || !options->single) && chain_event_is_supported(scene)) {
         chain_event_run(scene, options, result, error);

@@ -542,7 +542,8 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                    ESTIMATE_SPAN_PART};
     if (m.law == SIM_SIGN) {
         m.law = SIM_STICK;
-        sim_result_add_note(result, "friction law sign is replaced by stick, its exact form");
+        sim_result_add_note(result,
+                            "friction law 'stick' is used: it is the exact form of the law 'sign'");
     }
     sim_result_add_note(result,
                         "error estimate: three times the largest difference to runs with 1.9 "
@@ -612,8 +613,8 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        sim_result_add_note(result, "auto: friction law sign does not define the force on a mat at "
-                                    "rest; it is replaced by stick, its exact form");
+        sim_result_add_note(result, "auto: friction law 'sign' does not define the force on a mat "
+                                    "at rest; its exact form, law 'stick', is used");
     if (steps <= ESTIMATE_EXPLICIT_STEPS) {
         sim_result_add_note(
             result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
