@@ -134,7 +134,7 @@ struct mr_predictor {
     unsigned intervals_within_budget;
     unsigned failures;     /* number of guards that tripped in this landing */
     unsigned ploughed_mat; /* last mat from which the plough pushed */
-    float pending_s;       /* time not yet computed */
+    float pending_s;       /* elapsed time that the model has not computed yet */
     /* work of the springs over the transducers' movements in this interval */
     float work_lb_in;
     float base_in[MR_TRANSDUCERS]; /* displacement in the model at the last start of the chain */

@@ -43,7 +43,7 @@ enum job {
     JOB_VERIFY,
     JOB_ERASE,
     JOB_CHECK_ERASED,
-    JOB_MARK_READ,
+    JOB_READ_FOR_MARK,
     JOB_MARK,
     JOB_MARK_CHECK,
     JOB_READ,
@@ -746,7 +746,7 @@ static bool begin_next_job(struct blackbox *box)
         if (box->armed)
             return false;
         if (box->freeing >= 0) {
-            begin_read(box, JOB_MARK_READ, box->records[box->freeing].last_sector, 0);
+            begin_read(box, JOB_READ_FOR_MARK, box->records[box->freeing].last_sector, 0);
             return true;
         }
         if (box->reading >= 0)
@@ -782,7 +782,7 @@ static void finish_job(struct blackbox *box, bool done)
         }
         break;
     case JOB_CHECK_ERASED: check_erased_page(box); break;
-    case JOB_MARK_READ: program_mark(box); break;
+    case JOB_READ_FOR_MARK: program_mark(box); break;
     case JOB_MARK: begin_read(box, JOB_MARK_CHECK, box->job_sector, 0); break;
     case JOB_MARK_CHECK: check_mark(box); break;
     case JOB_READ: read_page(box); break;

@@ -14,8 +14,8 @@
 #define STATUS_BYTES 512u     /* bytes of status: 195 us */
 #define TICKS_PER_MS 84000u   /* TIM2 */
 #define TRANSFER_MS  5u       /* 260 bytes last 0.1 ms */
-#define PROGRAM_MS   45u      /* 3 ms at most; a page that fails keeps the chip busy longer */
-#define ERASE_MS     6000u    /* 400 ms at most; a failing sector takes longer */
+#define PROGRAM_MS   45u      /* data sheet: 3 ms at most; a failing page takes longer */
+#define ERASE_MS     6000u    /* data sheet: 400 ms at most; a failing sector takes longer */
 #define POLLS_MAX    8000000u /* for any operation, if TIM2 has stopped */
 
 /* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be

@@ -137,7 +137,7 @@ static void target_event(void *device, uint64_t at)
 void hil_event_connect(struct hil_core *core, enum hil_event_slot slot,
                        void (*handler)(void *device, uint64_t at), void *device)
 {
-    core->handler[slot] = (struct hil_event_connect){handler, device};
+    core->handler[slot] = (struct hil_event_handler){handler, device};
 }
 
 void hil_core_create(struct hil_core *core)

@@ -125,7 +125,7 @@ struct hil_observers {
 };
 
 /* Handler of an event slot; `at` is the time that was set. */
-struct hil_event_connect {
+struct hil_event_handler {
     void (*handler)(void *device, uint64_t at);
     void *device;
 };
@@ -223,7 +223,7 @@ struct hil_core {
     char reason[512];
 
     struct hil_bus bus;
-    struct hil_event_connect handler[HIL_EVENT_COUNT];
+    struct hil_event_handler handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
     bool has_no_ccm; /* the chip has no CCM */
     struct hil_observers observers;

@@ -19,7 +19,7 @@
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
 #define CAN_REMOTE   0x40000000u
 #define CAN_ERROR    0x20000000u
-#define BUFFER_MAX   65536u /* of a link that drops; in addition to the kernel's buffer */
+#define BUFFER_MAX   65536u /* output held for a dropping link, beside the kernel's buffer */
 #define CLOSE_MS     500
 #define POLL_MS      100
 #define PTY_POLL_MS  2       /* opening by a host causes no wake-up */

@@ -84,7 +84,6 @@ static inline const struct hil_rules_edges *hil_rules_edges(const struct hil_rul
 {
     return &dev->state->pin[pin];
 }
-/* True if rules are checked. */
 bool hil_rules_are_checked(const struct hil_rules_device *dev);
 /* Checks a MINIMUM rule for the time between two moments. A moment with ps 0 is unknown and is not
  * checked. */

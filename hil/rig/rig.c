@@ -529,7 +529,8 @@ static void plan_frame(struct hil_camera_device *dev)
     struct hil_camera *camera = dev->state;
     const struct hil_options *options = dev->options;
     double even_ps = (double)camera->next_frame * 1e12 / options->camera_hz;
-    double drawn = (double)(mr_splitmix64(&camera->random) >> 11) * 0x1p-52 - 1.0; /* -1 to 1 */
+    double drawn = (double)(mr_splitmix64(&camera->random_state) >> 11) * 0x1p-52 -
+                   1.0; /* -1 to 1 */
     double jitter_ps = drawn * (double)options->camera_jitter_ps;
     double since_ps = (double)options->camera_delay_ps + even_ps + jitter_ps;
     camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
@@ -557,7 +558,7 @@ static void update_trigger(void *device, uint64_t at)
                                   .is_running = true,
                                   .frames_to_skip = camera->frames_to_skip,
                                   .start_ps = hil_clock_ps(&dev->core->state.clock, at),
-                                  .random = dev->options->seed};
+                                  .random_state = dev->options->seed};
     hil_trace(dev->core, "the camera starts");
     plan_frame(dev);
     camera_schedule(dev);

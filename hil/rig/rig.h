@@ -174,7 +174,7 @@ struct hil_camera {
     uint64_t next_frame; /* number of the next frame, from 0 */
     uint64_t frame_ps;   /* time of the next frame */
     uint64_t low_ps;     /* end of the pulse */
-    uint64_t random;
+    uint64_t random_state;
     uint32_t frames_to_skip; /* number of following frames without a pulse */
 };
 

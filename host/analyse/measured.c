@@ -217,21 +217,22 @@ void measured_format_no_stop(const struct measured *measured, char out[MEASURED_
 }
 
 /* Station and speed at a time. */
-struct moment {
+struct motion_point {
     double t_s;
     double station_ft;
     double speed_ft_s;
 };
 
-static struct moment fit_moment(const struct measured *measured, double t_s)
+static struct motion_point fit_motion_at(const struct measured *measured, double t_s)
 {
     struct mr_motion_estimate motion;
     mr_gates_motion_at(&measured->fit, t_s, &motion);
-    return (struct moment){t_s, motion.position_ft.value, motion.speed_ft_s.value};
+    return (struct motion_point){t_s, motion.position_ft.value, motion.speed_ft_s.value};
 }
 
 /* Cubic through station and speed of both moments. */
-static struct moment interpolate_moment(struct moment from, struct moment to, double t_s)
+static struct motion_point interpolate_motion(struct motion_point from, struct motion_point to,
+                                              double t_s)
 {
     double span_s = to.t_s - from.t_s;
     double x = (t_s - from.t_s) / span_s;
@@ -240,20 +241,21 @@ static struct moment interpolate_moment(struct moment from, struct moment to, do
     double v1 = to.speed_ft_s * span_s;
     double square = 3.0 * rise - 2.0 * v0 - v1;
     double cube = v0 + v1 - 2.0 * rise;
-    return (struct moment){t_s, from.station_ft + v0 * x + square * x * x + cube * x * x * x,
-                           (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
+    return (struct motion_point){t_s, from.station_ft + v0 * x + square * x * x + cube * x * x * x,
+                                 (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
 /* Station and speed at a time: touchdown and stop from the summary, the fit between its first
  * and last gate, and cubics in between. */
-static struct moment gear_moment(const struct measured *measured, double t_s, double *error_ft_s)
+static struct motion_point gear_motion_at(const struct measured *measured, double t_s,
+                                          double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
-    const struct moment unknown = {t_s, (double)NAN, (double)NAN};
+    const struct motion_point unknown = {t_s, (double)NAN, (double)NAN};
     *error_ft_s = (double)NAN;
     if (measured->fit_status != MR_OK || t_s < 0.0)
         return unknown;
-    struct moment stop = {summary->stop_t_s.value, summary->stop_station_ft.value, 0.0};
+    struct motion_point stop = {summary->stop_t_s.value, summary->stop_station_ft.value, 0.0};
     *error_ft_s = 0.0;
     if (t_s >= stop.t_s)
         return stop;
@@ -263,13 +265,13 @@ static struct moment gear_moment(const struct measured *measured, double t_s, do
     double first_s = measured->fit.mid_s - measured->fit.half_s;
     double last_s = measured->fit.mid_s + measured->fit.half_s;
     if (t_s < first_s) {
-        struct moment touchdown = {0.0, measured->landing.touchdown_ft,
-                                   summary->touchdown_speed_ft_s.value};
+        struct motion_point touchdown = {0.0, measured->landing.touchdown_ft,
+                                         summary->touchdown_speed_ft_s.value};
         *error_ft_s = summary->touchdown_speed_ft_s.error;
-        return interpolate_moment(touchdown, fit_moment(measured, first_s), t_s);
+        return interpolate_motion(touchdown, fit_motion_at(measured, first_s), t_s);
     }
-    return t_s <= last_s ? fit_moment(measured, t_s)
-                         : interpolate_moment(fit_moment(measured, last_s), stop, t_s);
+    return t_s <= last_s ? fit_motion_at(measured, t_s)
+                         : interpolate_motion(fit_motion_at(measured, last_s), stop, t_s);
 }
 
 double measured_block_s(const struct measured *measured, int64_t block)
@@ -280,12 +282,12 @@ double measured_block_s(const struct measured *measured, int64_t block)
 double measured_station_ft(const struct measured *measured, double t_s)
 {
     double error_ft_s;
-    return gear_moment(measured, t_s, &error_ft_s).station_ft;
+    return gear_motion_at(measured, t_s, &error_ft_s).station_ft;
 }
 
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
 {
-    return gear_moment(measured, t_s, error_ft_s).speed_ft_s;
+    return gear_motion_at(measured, t_s, error_ft_s).speed_ft_s;
 }
 
 double measured_reach_s(const struct measured *measured, double station_ft)

@@ -72,7 +72,7 @@ static bool group_is_empty(const struct answer *answer, size_t i)
 }
 
 #define CELL_SIZE   1200 /* the longest text of a cell */
-#define COLUMNS_MAX 80   /* columns of a printed table: more than a campaign has stations */
+#define COLUMNS_MAX 80   /* columns of a printed table: enough for all stations */
 
 #define DIGITS 6
 

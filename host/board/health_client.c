@@ -35,7 +35,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size)
 }
 
 /* Prints headline, registers and stack: object `crash`. */
-static void crash_answer(const struct crash_report *report, struct answer *answer)
+static void add_crash(const struct crash_report *report, struct answer *answer)
 {
     char text[300], label[20];
     answer_open(answer, "crash", "");
@@ -209,7 +209,7 @@ void health_reset_text(int64_t cause, char *out, size_t size)
     }
 }
 
-static void faults_answer(const struct health_client *client, struct answer *answer)
+static void add_faults(const struct health_client *client, struct answer *answer)
 {
     answer_table(answer, "faults", "faults");
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
@@ -230,7 +230,7 @@ static void faults_answer(const struct health_client *client, struct answer *ans
     answer_close(answer);
 }
 
-static void health_answer(const struct health_client *client, struct answer *answer)
+static void add_health(const struct health_client *client, struct answer *answer)
 {
     char text[160];
     health_reset_text(client->hello.reset_cause, text, sizeof text);
@@ -268,14 +268,14 @@ static void health_answer(const struct health_client *client, struct answer *ans
     answer_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
     answer_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close(answer);
-    faults_answer(client, answer);
+    add_faults(client, answer);
     if (client->crashed)
-        crash_answer(&client->crash, answer);
+        add_crash(&client->crash, answer);
     else
         answer_none(answer, "crash", NULL, NULL);
 }
 
-static void test_answer(const struct mr_self_test *test, struct answer *answer)
+static void add_test(const struct mr_self_test *test, struct answer *answer)
 {
     answer_count(answer, "done", NULL, test->done);
     answer_count(answer, "failed", NULL, test->failed);
@@ -292,10 +292,10 @@ static int print_checks(const char *verb, const struct health_client *client, co
     struct answer *answer = answer_new(cli->si);
     bool fault = false;
     if (strcmp(verb, "health") == 0) {
-        health_answer(client, answer);
+        add_health(client, answer);
         fault = client->health.faults != 0;
     } else if (strcmp(verb, "self-test") == 0) {
-        test_answer(&client->test, answer);
+        add_test(&client->test, answer);
         fault = client->test.failed != 0;
     } else
         answer_flag(answer, "restarted", NULL, true);

@@ -280,7 +280,7 @@ static const struct figure figures[] = {
     {"spring", "K", UNIT_STIFFNESS, 1, DESIGN_FIELD(spring_lb_ft), ", springs at the ends"},
 };
 
-static void figures_answer(const struct band_design *d, struct answer *answer)
+static void add_figures(const struct band_design *d, struct answer *answer)
 {
     for (size_t i = 0; i < sizeof figures / sizeof *figures; i++) {
         double value;
@@ -298,7 +298,7 @@ static struct answer *make_answer(const struct band_design *d, const struct find
     bool placed = d->spacing_ft > 0.0;
     answer_keep_units(answer);
     answer_open(answer, "design", "design by Appendix C, per band");
-    figures_answer(d, answer);
+    add_figures(d, answer);
     answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
                  placed ? d->spacing_ft : (double)NAN, 2)
         ->digits = 9;

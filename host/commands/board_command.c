@@ -213,7 +213,7 @@ static void box_client_read(struct box_client *client, const struct box_client_r
     client->pages = NULL;
 }
 
-static void record_answer(const struct box_client_record *r, struct answer *answer)
+static void add_record(const struct box_client_record *r, struct answer *answer)
 {
     answer_count(answer, "record", "record", r->record.record);
     answer_count(answer, "landing", "landing", r->record.landing);
@@ -242,7 +242,7 @@ static int list_records(const struct request *request, const struct box_client *
     answer_table(answer, "records", "");
     for (size_t i = 0; i < client->count; i++) {
         answer_row(answer);
-        record_answer(&client->records[i], answer);
+        add_record(&client->records[i], answer);
     }
     answer_close(answer);
     return answer_show(request->cli, answer, 0);
@@ -252,7 +252,7 @@ static int report_record(const struct request *request, const struct box_client_
                          size_t absent, const struct boxfill *filled)
 {
     struct answer *answer = answer_new(request->cli->si);
-    record_answer(r, answer);
+    add_record(r, answer);
     answer_count(answer, "absent_pages", "not read", (int64_t)absent)->suffix = " pages";
     answer_words(answer, "db", NULL, "%s", request->db);
     answer_count(answer, "run", "RUN", filled->run)->suffix = filled->created ? " (new)" : NULL;
@@ -409,7 +409,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
 
 /* ---- zero and shunt calibration ---- */
 
-static void shunts_answer(const struct gage_client *client, struct answer *answer)
+static void add_shunts(const struct gage_client *client, struct answer *answer)
 {
     answer_table(answer, "shunts", "");
     for (unsigned i = 0; i < client->shunts.count; i++) {
@@ -429,7 +429,7 @@ static void shunts_answer(const struct gage_client *client, struct answer *answe
     answer_close(answer);
 }
 
-static void zeros_answer(const struct gage_client *client, struct answer *answer)
+static void add_zeros(const struct gage_client *client, struct answer *answer)
 {
     answer_table(answer, "zeros", "");
     for (unsigned i = 0; i < client->zeros; i++) {
@@ -457,8 +457,8 @@ static int run_gages(const struct request *request, struct dialogue *dialogue)
     bool good = client.ack.status == MR_OK;
     struct answer *answer = answer_new(request->cli->si);
     answer_flag(answer, "good", NULL, good);
-    shunts_answer(&client, answer);
-    zeros_answer(&client, answer);
+    add_shunts(&client, answer);
+    add_zeros(&client, answer);
     if (zero)
         answer_sentence(answer, NULL,
                         good ? "these zeros are active until the board is reset or reconfigured"

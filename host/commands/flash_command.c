@@ -355,7 +355,7 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
 /* ---- the result ---- */
 
 /* The header of the image; null without one. */
-static void image_answer(const struct imagefile *image, struct answer *answer)
+static void add_image(const struct imagefile *image, struct answer *answer)
 {
     const struct mr_image *header = &image->header;
     char commit[MR_IMAGE_COMMIT_TEXT] = "";
@@ -375,9 +375,9 @@ static void image_answer(const struct imagefile *image, struct answer *answer)
     answer_words(answer, "for_board", "for board", "%s", board_name(header->board));
 }
 
-static void result_answer(const struct session *session, bool already, struct answer *answer)
+static void add_result(const struct session *session, bool already, struct answer *answer)
 {
-    image_answer(&session->image, answer);
+    add_image(&session->image, answer);
     answer_count(answer, "verified_bytes", already ? NULL : "read back",
                  already ? 0 : session->image.count)
         ->suffix = " bytes, identical to the file";
@@ -409,7 +409,7 @@ static int run_flash(struct session *session)
         dialogue_close(session->dialogue);
     }
     struct answer *answer = answer_new(session->cli->si);
-    result_answer(session, already, answer);
+    add_result(session, already, answer);
     return answer_show(session->cli, answer, 0);
 }
 

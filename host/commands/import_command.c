@@ -11,8 +11,8 @@
 #include "host/link/link.h"
 
 /* Prints the imported landings. */
-static enum mr_status landings_answer(struct store *store, const struct import_result *result,
-                                      struct answer *answer, struct error *error)
+static enum mr_status add_landings(struct store *store, const struct import_result *result,
+                                   struct answer *answer, struct error *error)
 {
     for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
         struct store_landing landing;
@@ -34,10 +34,9 @@ static enum mr_status landings_answer(struct store *store, const struct import_r
     return error->status;
 }
 
-static enum mr_status result_answer(struct store *store, const struct import_request *request,
-                                    const struct store_import *row,
-                                    const struct import_result *result, struct answer *answer,
-                                    struct error *error)
+static enum mr_status add_result(struct store *store, const struct import_request *request,
+                                 const struct store_import *row, const struct import_result *result,
+                                 struct answer *answer, struct error *error)
 {
     char troubles[400];
     answer_words(answer, "file", NULL, "%s", request->path);
@@ -71,7 +70,7 @@ static enum mr_status result_answer(struct store *store, const struct import_req
     for (size_t i = 0; i < result->runs; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
     answer_close(answer);
-    return landings_answer(store, result, answer, error);
+    return add_landings(store, result, answer, error);
 }
 
 static enum mr_status refuse_repeated(struct store *store, const struct store_import *row,
@@ -203,7 +202,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     enum mr_status status = error.status;
     bool told = cli->json ? result.session != 0 : status == MR_OK;
     struct answer *answer = answer_new(cli->si);
-    if (told && result_answer(store, request, &row, &result, answer, &unread) != MR_OK &&
+    if (told && add_result(store, request, &row, &result, answer, &unread) != MR_OK &&
         status == MR_OK)
         status = error_set(&error, unread.status, "%s", unread.text);
     if (status == MR_OK && result.parsed.status != MR_OK)

@@ -294,8 +294,8 @@ static void add_observation(const struct request *r, struct store *store)
 
 /* ---- showing ---- */
 
-static void journal_answer(const struct store_landing *landing, const struct journal *j,
-                           struct answer *answer)
+static void add_journal(const struct store_landing *landing, const struct journal *j,
+                        struct answer *answer)
 {
     char heading[6 * STORE_JOURNAL_TEXT_SIZE];
     snprintf(heading, sizeof heading,
@@ -331,7 +331,7 @@ static void show_landing(const struct request *r, struct store *store, struct an
         if (r->run && rows[i].id != r->run)
             continue;
         journal_load(store, &rows[i], &j, fatal);
-        journal_answer(&rows[i], &j, answer);
+        add_journal(&rows[i], &j, answer);
         journal_free(&j);
     }
     free(rows);

@@ -152,7 +152,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
     return MR_OK;
 }
 
-static void replay_answer(const struct replay *replay, struct answer *answer)
+static void add_replay(const struct replay *replay, struct answer *answer)
 {
     const struct replay_input *input = &replay->input;
     unsigned recorded = (unsigned)replay->recorded.landing.image_crc,
@@ -193,7 +193,7 @@ static void replay_answer(const struct replay *replay, struct answer *answer)
                      "by %lld s: block %lld of the record corresponds to block %lld of the replay",
                      (long long)(-input->shift_blocks / 1000), (long long)input->armed_block,
                      (long long)(input->armed_block - input->shift_blocks));
-    diff_answer(&replay->diff, answer);
+    diff_to_answer(&replay->diff, answer);
 }
 
 static enum mr_status parse_request(struct replay *replay, int argc, char **argv,
@@ -225,7 +225,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     remove_directory(replay);
     struct answer *answer = answer_new(cli->si);
     if (status == MR_OK)
-        replay_answer(replay, answer);
+        add_replay(replay, answer);
     int exit_code = answer_end(cli, answer,
                                replay->diff.differing ? mr_status_exit_code(MR_LIMIT) : 0, &error);
     board_messages_free(&replay->recorded);

@@ -78,7 +78,7 @@ static void state_text(const struct preview *preview, char *out, size_t size)
                                    : "");
 }
 
-static void motion_answer(const struct measured *measured, struct answer *answer)
+static void add_motion(const struct measured *measured, struct answer *answer)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     const struct mr_estimate none = {(double)NAN, (double)NAN};
@@ -92,7 +92,7 @@ static void motion_answer(const struct measured *measured, struct answer *answer
         ->digits = 9;
 }
 
-static void warning_answer(const struct preview *preview, struct answer *answer)
+static void add_warning(const struct preview *preview, struct answer *answer)
 {
     const struct zone_warning *w = &preview->zones.warning;
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
@@ -122,7 +122,7 @@ static void warning_answer(const struct preview *preview, struct answer *answer)
         ->digits = 9;
 }
 
-static void lost_answer(const struct preview *preview, struct answer *answer)
+static void add_lost(const struct preview *preview, struct answer *answer)
 {
     const struct summary_link *can = &preview->link[LINK_CAN],
                               *serial = &preview->link[LINK_SERIAL];
@@ -140,7 +140,7 @@ static void append_text(char *out, size_t size, const char *text)
 }
 
 /* The newest note, the number of notes, observations, and warnings. */
-static void notes_answer(const struct preview *preview, struct answer *answer)
+static void add_notes(const struct preview *preview, struct answer *answer)
 {
     char text[NOTE_SHOWN_MAX + 140] = "", part[NOTE_SHOWN_MAX + 40];
     const char *newest = NULL;
@@ -188,7 +188,7 @@ static void notes_answer(const struct preview *preview, struct answer *answer)
 }
 
 /* `bases`: also print the CAN base of the board. */
-static void preview_answer(const struct preview *preview, bool bases, struct answer *answer)
+static void add_preview(const struct preview *preview, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &preview->measured.landing;
     char when[40], state[80];
@@ -211,14 +211,14 @@ static void preview_answer(const struct preview *preview, bool bases, struct ans
     answer_flag(answer, "imported", NULL, preview->imported);
     answer_flag(answer, "torn", NULL, preview->measured.torn);
     summary_add_dates(&preview->measured, answer);
-    motion_answer(&preview->measured, answer);
-    warning_answer(preview, answer);
-    lost_answer(preview, answer);
-    notes_answer(preview, answer);
+    add_motion(&preview->measured, answer);
+    add_warning(preview, answer);
+    add_lost(preview, answer);
+    add_notes(preview, answer);
 }
 
-static void landings_answer(struct store *store, const struct store_landing *row, size_t count,
-                            struct answer *answer)
+static void add_landings(struct store *store, const struct store_landing *row, size_t count,
+                         struct answer *answer)
 {
     static struct preview preview; /* static: some ten kilobytes */
     uint16_t base = 0;
@@ -228,15 +228,15 @@ static void landings_answer(struct store *store, const struct store_landing *row
     for (size_t i = 0; i < count; i++) {
         preview_load(store, row[i].id, &preview);
         answer_row(answer);
-        preview_answer(&preview, base != 0, answer);
+        add_preview(&preview, base != 0, answer);
         preview_free(&preview);
     }
     answer_close(answer);
 }
 
 /* Prints the counts of series and surveys, and the next step if something is missing. */
-static void contents_answer(const char *db, size_t landings, size_t series, size_t surveys,
-                            struct answer *answer)
+static void add_contents(const char *db, size_t landings, size_t series, size_t surveys,
+                         struct answer *answer)
 {
     answer_words(answer, "db", NULL, "%s", db);
     answer_count(answer, "series", NULL, (int64_t)series);
@@ -260,7 +260,7 @@ static void contents_answer(const char *db, size_t landings, size_t series, size
  * in the report. */
 #define RECORDS_MAX 30
 
-static void result_answer(struct store *store, size_t landings, struct answer *answer)
+static void add_result(struct store *store, size_t landings, struct answer *answer)
 {
     struct record record;
     if (landings == 0)
@@ -287,9 +287,9 @@ static void list_landings(struct store *store, const char *db, struct answer *an
     store_landings(store, &row, &count, fatal);
     store_series_all(store, &series, &series_count, fatal);
     store_gage_surveys(store, &survey, &surveys, fatal);
-    landings_answer(store, row, count, answer);
-    contents_answer(db, count, series_count, surveys, answer);
-    result_answer(store, count, answer);
+    add_landings(store, row, count, answer);
+    add_contents(db, count, series_count, surveys, answer);
+    add_result(store, count, answer);
     free(row);
     free(series);
     free(survey);
@@ -297,8 +297,8 @@ static void list_landings(struct store *store, const char *db, struct answer *an
 
 /* ---- one landing ---- */
 
-static void reported_answer(struct store *store, const struct store_landing *landing,
-                            struct answer *answer)
+static void add_reported(struct store *store, const struct store_landing *landing,
+                         struct answer *answer)
 {
     struct journal journal;
     journal_load(store, landing, &journal, fatal);
@@ -316,7 +316,7 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
     summary_to_answer(&summary, answer);
-    reported_answer(store, &summary.measured.landing, answer);
+    add_reported(store, &summary.measured.landing, answer);
     summary_free(&summary);
 }
 

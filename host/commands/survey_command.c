@@ -174,7 +174,7 @@ static json_t *moved_json(const struct survey_change *change, double factor)
     return lines;
 }
 
-static void worst_bow_answer(const struct survey_found *found, struct answer *answer)
+static void add_worst_bow(const struct survey_found *found, struct answer *answer)
 {
     const bool si = answer_is_si(answer);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
@@ -218,8 +218,8 @@ static void add_matrices(const struct survey *survey, const struct survey_found 
     answer_json_value(answer, "bow", estimates_json(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
-static void survey_answer(const struct survey *survey, const struct survey_found *found,
-                          struct answer *answer)
+static void add_survey(const struct survey *survey, const struct survey_found *found,
+                       struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
     add_head(survey, answer);
@@ -232,7 +232,7 @@ static void survey_answer(const struct survey *survey, const struct survey_found
         add_across_and_diagonals(&found->since_previous.change, answer);
     }
     add_matrices(survey, found, answer, length->factor);
-    worst_bow_answer(found, answer);
+    add_worst_bow(found, answer);
 }
 
 /* ---- the command ---- */
@@ -758,7 +758,7 @@ static int run(const struct request *request)
         return report_load(request, &survey, &loaded);
     }
     struct answer *answer = answer_new(request->cli->si);
-    survey_answer(&survey, &found, answer);
+    add_survey(&survey, &found, answer);
     return answer_show(request->cli, answer, 0);
 }
 

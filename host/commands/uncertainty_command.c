@@ -149,7 +149,7 @@ static bool make_budget(const struct request *r, const struct subject *s, unsign
 
 /* ---- output ---- */
 
-static void certificate_answer(struct answer *answer, const struct channel_budget *one)
+static void add_certificate(struct answer *answer, const struct channel_budget *one)
 {
     char text[CERTIFICATES_TEXT_SIZE] = "none: its uncertainty is not included";
     enum certificate_state state = CERTIFICATE_VALID;
@@ -163,7 +163,7 @@ static void certificate_answer(struct answer *answer, const struct channel_budge
                          one->certificate ? one->certificate->number : "", NULL);
 }
 
-static void sums_answer(struct answer *answer, const struct channel_budget *one)
+static void add_sums(struct answer *answer, const struct channel_budget *one)
 {
     enum unit_kind kind = find_unit_kind(one);
     const struct budget *b = &one->budget;
@@ -171,10 +171,10 @@ static void sums_answer(struct answer *answer, const struct channel_budget *one)
     answer_value(answer, "combined", "combined", kind, b->combined, -3);
     answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->coverage_factor, 3);
     answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded, -3);
-    certificate_answer(answer, one);
+    add_certificate(answer, one);
 }
 
-static void rows_answer(struct answer *answer, const struct channel_budget *one)
+static void add_rows(struct answer *answer, const struct channel_budget *one)
 {
     const struct budget *b = &one->budget;
     bool transducer = one->index < MR_TRANSDUCERS;
@@ -199,7 +199,7 @@ static void rows_answer(struct answer *answer, const struct channel_budget *one)
     answer_close(answer);
 }
 
-static void head_answer(struct answer *answer, const struct channel_budget *one)
+static void add_head(struct answer *answer, const struct channel_budget *one)
 {
     char channel[8];
     jump_channel_name(one->index, channel);
@@ -211,14 +211,14 @@ static void head_answer(struct answer *answer, const struct channel_budget *one)
 }
 
 /* All results of one channel. */
-static void budget_answer(struct answer *answer, const struct channel_budget *one)
+static void add_budget(struct answer *answer, const struct channel_budget *one)
 {
-    head_answer(answer, one);
-    rows_answer(answer, one);
-    sums_answer(answer, one);
+    add_head(answer, one);
+    add_rows(answer, one);
+    add_sums(answer, one);
 }
 
-static void legend_answer(struct answer *answer)
+static void add_legend(struct answer *answer)
 {
     answer_sentence(
         answer, NULL,
@@ -228,8 +228,8 @@ static void legend_answer(struct answer *answer)
 }
 
 /* The text shows only the sums; the JSON also has the rows. */
-static void table_answer(const struct request *r, const struct subject *s, const char *name,
-                         unsigned from, unsigned to, struct answer *answer)
+static void add_table(const struct request *r, const struct subject *s, const char *name,
+                      unsigned from, unsigned to, struct answer *answer)
 {
     struct channel_budget one;
     answer_table(answer, name, "");
@@ -237,21 +237,21 @@ static void table_answer(const struct request *r, const struct subject *s, const
         if (!make_budget(r, s, i, &one))
             continue;
         struct answer *rows = answer_new(false);
-        rows_answer(rows, &one);
+        add_rows(rows, &one);
         json_t *made = answer_into_json(rows);
         answer_row(answer);
-        head_answer(answer, &one);
-        sums_answer(answer, &one);
+        add_head(answer, &one);
+        add_sums(answer, &one);
         answer_json_value(answer, "budget", json_incref(json_object_get(made, "budget")));
         json_decref(made);
     }
     answer_close(answer);
 }
 
-static void tables_answer(const struct request *r, const struct subject *s, struct answer *answer)
+static void add_tables(const struct request *r, const struct subject *s, struct answer *answer)
 {
-    table_answer(r, s, "displacements", 0, MR_TRANSDUCERS, answer);
-    table_answer(r, s, "tensions", MR_TRANSDUCERS, MR_TRANSDUCERS + MR_GAGES, answer);
+    add_table(r, s, "displacements", 0, MR_TRANSDUCERS, answer);
+    add_table(r, s, "tensions", MR_TRANSDUCERS, MR_TRANSDUCERS + MR_GAGES, answer);
 }
 
 /* ---- the command line ---- */
@@ -293,10 +293,10 @@ static void report_budgets(const struct request *r, const struct subject *s, str
         answer_count(answer, "run", "RUN", s->run);
     answer_value(answer, "kelvin", NULL, UNIT_NUMBER, r->kelvin, 3);
     if (r->channel >= 0)
-        budget_answer(answer, &one);
+        add_budget(answer, &one);
     else
-        tables_answer(r, s, answer);
-    legend_answer(answer);
+        add_tables(r, s, answer);
+    add_legend(answer);
 }
 
 static int uncertainty_command(int argc, char **argv, const struct cli *cli)

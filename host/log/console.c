@@ -536,7 +536,7 @@ void logger_note_presence(struct logger *logger)
 }
 
 /* Messages that the board counted and the link did not receive, in the whole session. */
-static void missing_answer(int kind, const int64_t missing[MR_MESSAGES], struct answer *answer)
+static void add_missing(int kind, const int64_t missing[MR_MESSAGES], struct answer *answer)
 {
     char text[1000] = "";
     size_t used = 0;
@@ -555,8 +555,8 @@ static void missing_answer(int kind, const int64_t missing[MR_MESSAGES], struct 
     answer_close(answer);
 }
 
-static void link_answer(const struct logger *logger, unsigned link,
-                        const struct collector_progress *p, struct answer *answer)
+static void add_link(const struct logger *logger, unsigned link, const struct collector_progress *p,
+                     struct answer *answer)
 {
     enum link_kind kind = (enum link_kind)link;
     const struct store_link_counts *c = &p->counts[kind];
@@ -571,7 +571,7 @@ static void link_answer(const struct logger *logger, unsigned link,
     answer_count(answer, "dropped", NULL, c->dropped);
     answer_count(answer, "bad", NULL, c->bad);
     answer_count(answer, "foreign", NULL, c->foreign);
-    missing_answer((int)kind, p->missing[kind], answer);
+    add_missing((int)kind, p->missing[kind], answer);
     answer_json_value(answer, "troubles", summary_troubles_json(trouble));
     if (line[0])
         answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
@@ -587,7 +587,7 @@ static void link_answer(const struct logger *logger, unsigned link,
     answer_close(answer);
 }
 
-static void board_answer(const struct logger *logger, struct answer *answer)
+static void add_board(const struct logger *logger, struct answer *answer)
 {
     const struct link *link = NULL;
     struct collector_progress p;
@@ -597,7 +597,7 @@ static void board_answer(const struct logger *logger, struct answer *answer)
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (logger->link[kind])
-            link_answer(logger, (unsigned)kind, &p, answer);
+            add_link(logger, (unsigned)kind, &p, answer);
     }
     answer_close(answer);
     answer_words_or_none(answer, "unheard", NULL,
@@ -611,7 +611,7 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     watch_session_text(&logger->watch, held, sizeof held);
     answer_json_value(answer, "db", json_string(logger->saved_path[0] ? logger->saved_path : db));
     answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
-    board_answer(logger, answer);
+    add_board(logger, answer);
     answer_json_value(answer, "queue", watch_json(&logger->watch));
     if (held[0])
         answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);

@@ -20,8 +20,8 @@
  * Data of a transaction stays in the queues until it is on disk. A failed transaction is rolled
  * back, in the collector too, and written again when possible. */
 
-/* A kill at any time may lose at most the last 100 ms of received data; half of that is reserved
- * for a slow disk. */
+/* A kill at any time may lose at most the last 100 ms of received data: 40 ms between commits, the
+ * rest for the commit itself. With a backlog, commits are further apart. */
 #define COMMIT_PERIOD_US     40000u
 #define COMMIT_PERIOD_MAX_US 1000000u
 #define BACKLOG_PERMILLE     10u /* this part of a queue's capacity is a backlog: 0.6 s of data */

@@ -585,7 +585,7 @@ static void difference_answer(const struct difference *d, struct answer *answer)
 }
 
 /* Print only rows with differences. */
-static void row_answer(const struct diff_row *row, struct answer *answer)
+static void add_row(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differing + row->only_recorded + row->only_replayed > 0;
     char text[300];
@@ -610,7 +610,7 @@ static void add_uncompared(struct answer *answer, const char *name, int64_t mess
     answer_count(answer, name, messages ? label : NULL, messages)->suffix = end;
 }
 
-void diff_answer(const struct diff *diff, struct answer *answer)
+void diff_to_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300], within[FIELD_TOLERANCES_TEXT];
     field_tolerances_text(answer_is_si(answer), within);
@@ -622,7 +622,7 @@ void diff_answer(const struct diff *diff, struct answer *answer)
     }
     answer_table(answer, "by_message", "");
     for (size_t i = 0; i < diff->rows; i++)
-        row_answer(&diff->row[i], answer);
+        add_row(&diff->row[i], answer);
     answer_close(answer);
     add_uncompared(answer, "after_record", diff->after_record, "not compared",
                    " messages of blocks after the last record");

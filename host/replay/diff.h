@@ -63,6 +63,6 @@ struct diff_options {
 void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
                   const struct diff_options *options, struct diff *diff);
 
-void diff_answer(const struct diff *diff, struct answer *answer);
+void diff_to_answer(const struct diff *diff, struct answer *answer);
 
 #endif

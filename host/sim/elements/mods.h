@@ -167,7 +167,7 @@ struct mods_state *mods_finish(struct mods *mods, const struct mods_view *view);
 /* Largest difference between the tensions of two runs. */
 double mods_difference_lb(const struct mods_state *a, const struct mods_state *b);
 
-/* Adds notes to a result. */
+/* Adds a note to a result for each kind of modification in use. */
 void mods_describe(const struct mods *mods, struct sim_result *result);
 
 /* Sets the state at the end of a landing in `scene`, as the start of the next landing: tensions,

@@ -106,7 +106,8 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
         double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
                          h * mat.s * (tension_l + tension_r);
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
-        double middle = (m->q1_lb - soil_l - soil_r) * inverse_mass;             /* of mat 1 */
+        double middle = (m->q1_lb - soil_l - soil_r) *
+                        inverse_mass; /* of mat 1's centre, for n = 0 */
         if (n == m->held_node - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
             double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *

@@ -149,7 +149,7 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
 {
     if (m->soil_normal)
         return m->friction * (soil_l + soil_r);
-    return m->weight_limit_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
+    return m->weight_friction_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
 }
 
 /* Prepares the values that kernel_slide_lb needs for the law tanh. */

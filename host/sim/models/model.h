@@ -53,7 +53,7 @@ struct model {
     int size;
     double length_ft, half_ft, mass_slug, inertia, weight_lb, wheel_load_lb;
     double kv, cv, kl, cl, kt, ct, tad_rad, slack_ft;
-    double friction, weight_limit_lb, veps_ft_s, shear_lb, q1_lb;
+    double friction, weight_friction_lb, veps_ft_s, shear_lb, q1_lb;
     bool full;  /* the scene's profile is full */
     bool jumps; /* the scene's torsion is `switched` */
     bool soil_normal;

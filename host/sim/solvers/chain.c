@@ -37,8 +37,8 @@ struct chain {
     double veps_ft_s;
     double mass_slug;
     const struct sim_scene *scene;
-    double weight_limit_lb; /* Coulomb limit of a mat without the wheel, f W */
-    double load_limit_lb;   /* added under the wheel, f wheel_load */
+    double weight_friction_lb; /* Coulomb limit of a mat without the wheel, f W */
+    double load_friction_lb;   /* added under the wheel, f wheel_load */
     int v0_mat;
     double *storage; /* all arrays below, each with padding at both ends */
     size_t length;   /* length of one array */
@@ -121,8 +121,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
         .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
-        .weight_limit_lb = scene->friction * scene->weight_lb,
-        .load_limit_lb = scene->friction * scene->wheel_load_lb,
+        .weight_friction_lb = scene->friction * scene->weight_lb,
+        .load_friction_lb = scene->friction * scene->wheel_load_lb,
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
         .elements = element_set_of(scene),
         .storage = storage,
@@ -160,7 +160,7 @@ static void chain_apply_load(struct chain *chain, const struct sim_touch *touch,
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] += touch[i].thrust_lb;
-        chain->limit_lb[touch[i].mat] += chain->load_limit_lb * touch[i].load_share;
+        chain->limit_lb[touch[i].mat] += chain->load_friction_lb * touch[i].load_share;
     }
 }
 
@@ -383,7 +383,7 @@ static double chain_step_limit_s(const struct chain *chain)
                            chain->scene->g_ft_s2;
     struct law_bound pulled = joint_bound(&stiffest, joints, lightest_slug);
     struct law_bound rubbed = friction_bound(chain->friction,
-                                             chain->weight_limit_lb + chain->load_limit_lb,
+                                             chain->weight_friction_lb + chain->load_friction_lb,
                                              lightest_slug, chain->veps_ft_s);
     double rate2 = pulled.rate2, damping = pulled.damping + rubbed.damping;
     if (chain->mods)

@@ -90,7 +90,7 @@ VECTOR void motion_expand(const struct motion *m, int first, int last, int order
             const struct part *part = &m->parts[i];
             m->c[k + 2][part->mat] -= part->rate_lb_ft * m->c[k][part->mat] +
                                       (k == 1 && part->mode == GIVES
-                                           ? part->side * m->load_limit_lb * part->load[1]
+                                           ? part->side * m->load_friction_lb * part->load[1]
                                            : 0.0);
         }
         if (m->friction == SIM_TANH) {
@@ -245,8 +245,8 @@ static void keep_earlier_event(struct event *event, double h, int mat, int joint
 
 double motion_part_limit_lb(const struct motion *m, const struct part *part)
 {
-    return m->weight_limit_lb +
-           m->load_limit_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
+    return m->weight_friction_lb +
+           m->load_friction_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
 }
 
 /* Finds the next event of elastic ground. `which` 0: the speed reverses; 1: the force reaches or
@@ -256,7 +256,7 @@ static void find_part_event(const struct motion *m, const struct part *part, int
 {
     double s[POLYNOMIAL_DEGREE + 1], v[POLYNOMIAL_DEGREE + 1],
         limit_lb = motion_part_limit_lb(m, part);
-    double limit_rate = m->load_limit_lb * part->load[1], noise_lb = ROUNDING * limit_lb;
+    double limit_rate = m->load_friction_lb * part->load[1], noise_lb = ROUNDING * limit_lb;
     int n = part->mat;
     if (part->mode == RIDES)
         return;
@@ -730,7 +730,7 @@ static void remove_wheel(struct motion *m, int n)
     double v = m->c[1][n];
     bool slides = m->friction == SIM_STICK ||
                   (m->friction == SIM_TANH && fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
-    m->limit_lb[n] = m->weight_limit_lb;
+    m->limit_lb[n] = m->weight_friction_lb;
     int left = slides ? (v > 0.0) - (v < 0.0) : 2;
     set_slide(m, n, m->slide[n] == SLIDE_ON_GROUND ? left : m->slide[n]);
 }
@@ -774,7 +774,7 @@ void motion_press(struct motion *m)
         for (int k = 0; k < count; k++)
             was = before[k].mat == part->mat && before[k].touching > 0.0 ? &before[k] : was;
         start_near_mat(m, part->mat);
-        m->limit_lb[part->mat] = m->weight_limit_lb + m->load_limit_lb * part->load[0];
+        m->limit_lb[part->mat] = m->weight_friction_lb + m->load_friction_lb * part->load[0];
         if (m->gear && part->touching > 0.0)
             restart_part(m, part, was);
         else
@@ -835,8 +835,8 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                          .cl = scene->cl_lb_s_ft,
                          .slack_ft = scene->slack_ft,
                          .ground_lb_s_ft = scene->element[ELEMENT_ground_damping],
-                         .weight_limit_lb = scene->friction * scene->weight_lb,
-                         .load_limit_lb = scene->friction * scene->wheel_load_lb,
+                         .weight_friction_lb = scene->friction * scene->weight_lb,
+                         .load_friction_lb = scene->friction * scene->wheel_load_lb,
                          .friction = !(scene->friction > 0.0) || scene->friction_law == SIM_NONE
                                        ? SIM_NONE
                                    : tanh_law ? SIM_TANH
@@ -851,7 +851,7 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
     double ground = m->gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
     m->rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
               2.0 * scene->gear.damping * sqrt(ground);
-    m->tanh_rate = (m->weight_limit_lb + m->load_limit_lb) * m->per_slug / scene->veps_ft_s;
+    m->tanh_rate = (m->weight_friction_lb + m->load_friction_lb) * m->per_slug / scene->veps_ft_s;
     sim_wheel_start(&m->wheel, scene);
     make_breaks(m);
     m->storage = xaligned_alloc(ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
@@ -926,7 +926,7 @@ void motion_start(struct motion *m)
                                        : OPEN);
     }
     for (int n = 1; n <= m->mats; n++) {
-        m->limit_lb[n] = m->weight_limit_lb;
+        m->limit_lb[n] = m->weight_friction_lb;
         set_slide(m, n, m->friction == SIM_STICK ? 0 : 2);
     }
     m->limit_lb[0] = m->limit_lb[m->mats + 1] = (double)INFINITY;

@@ -46,7 +46,7 @@ struct motion {
     int mats;
     double tanh_rate; /* rate of the law tanh at rest, 1/s */
     double rate;      /* fastest rate of a chain in which all joints transmit, 1/s */
-    double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_limit_lb, load_limit_lb;
+    double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_friction_lb, load_friction_lb;
     enum sim_friction friction; /* friction law: stick, tanh or none */
     void *storage;
     size_t length; /* length of each array */

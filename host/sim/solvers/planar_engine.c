@@ -587,7 +587,7 @@ void engine_free(struct planar_engine *l)
 /* speed over sqrt(g L) below which a landing node does not lift its neighbours */
 #define GENTLE_SPEED       1e-4
 
-/* Mat with the largest share of the wheel; -1: none. */
+/* Index of the mat with the largest share of the wheel; -1: none. */
 static int find_mat_under_wheel(const struct sim_touch *touch, int count)
 {
     double most = 0.0;

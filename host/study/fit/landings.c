@@ -711,7 +711,7 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 /* ---- misfit ---- */
 
 /* Squared Mahalanobis distance of each row of residuals. */
-static void add_residuals(const struct fit_result *answer, size_t rows, double *square)
+static void set_squared_distances(const struct fit_result *answer, size_t rows, double *square)
 {
     size_t p = answer->statistics;
     gsl_matrix *z = gsl_matrix_alloc(rows, p), *covariance = gsl_matrix_alloc(p, p);
@@ -782,7 +782,7 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_res
     if (answer->replicas < MISFIT_REPLICAS_MIN)
         return misfit;
     double *square = xcalloc(rows, sizeof *square);
-    add_residuals(answer, rows, square);
+    set_squared_distances(answer, rows, square);
     add_survey(list, seed, rows, square);
     for (size_t i = 0; i < rows; i++)
         out += square[i] >= square[0];
