@@ -520,7 +520,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
 
 static void reset_budget(struct mr_predictor *p)
 {
-    p->interval_updates = p->interval_search = p->second_updates = 0;
+    p->interval_updates = p->interval_search = p->history_updates = 0;
     memset(p->interval_history, 0, sizeof p->interval_history);
 }
 
@@ -687,7 +687,7 @@ static uint32_t next_level_cost(const struct mr_predictor *p)
 /* True if the last second used more than the budget, or this interval 1.5 times its budget. */
 static bool is_over_budget(const struct mr_predictor *p, uint32_t budget)
 {
-    uint64_t second = (uint64_t)p->second_updates + p->interval_updates;
+    uint64_t second = (uint64_t)p->history_updates + p->interval_updates;
     return p->interval_updates > budget + budget / 2u ||
            second > (uint64_t)budget * MR_PREDICTOR_INTERVALS_PER_S;
 }
@@ -711,7 +711,7 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
     p->intervals_within_budget = fits ? p->intervals_within_budget + 1u : 0;
     uint32_t *oldest = &p->interval_history[p->block / MR_PREDICTOR_INTERVAL_BLOCKS %
                                             (MR_PREDICTOR_INTERVALS_PER_S - 1u)];
-    p->second_updates += p->interval_updates - *oldest;
+    p->history_updates += p->interval_updates - *oldest;
     *oldest = p->interval_updates;
     p->interval_updates = p->interval_search = 0;
     if (p->intervals_within_budget >= INTERVALS_WITHIN_BUDGET && p->level > p->config.level)

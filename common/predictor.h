@@ -126,7 +126,7 @@ struct mr_predictor {
     uint32_t interval_updates;  /* in this interval, including visits */
     /* ring buffer: interval_updates of the previous intervals */
     uint32_t interval_history[MR_PREDICTOR_INTERVALS_PER_S - 1u];
-    uint32_t second_updates; /* sum over one second */
+    uint32_t history_updates; /* sum of interval_history */
     /* share of interval_updates that does not depend on the level: the search, and other work
      * counted as joints examined */
     uint32_t interval_search;

@@ -76,8 +76,8 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
     return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
 }
 
-/* Three consecutive readings of eight blocks give a second difference; the first two are kept for
- * it. */
+/* Three consecutive readings, every eight blocks, give a second difference. `turn` is the position
+ * of a reading in its three, from 0. */
 static void update_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
     float second = value - 2.0f * channel->last + channel->before_last;

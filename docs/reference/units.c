@@ -21,7 +21,7 @@ void reference_units(FILE *out)
     reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
         "A number in an option, in typed input or in a table of readings may have a unit, with or "
-        "without a blank: `15mm`, `15 mm`. In a JSON file such a number is text: `\"15 mm\"`. A "
+        "without a blank: `15mm`, `15 mm`. In a JSON file, write it in quotes: `\"15 mm\"`. A "
         "number without a unit is in the unit that the help of the option, the name of the key or "
         "the column head states.\n\n"
         "- A unit of the wrong kind is an error: `3 lb` is not a length.\n"

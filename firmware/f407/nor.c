@@ -68,9 +68,9 @@ static void wait_cycles(uint32_t cycles)
     __asm volatile("dsb\n1:\tsubs %0, #1\n\tbne 1b" : "+l"(rounds) : : "cc", "memory");
 }
 
-/* The only function that moves the select line, so tSHSL2 precedes each command. From here to the
- * first clock is at least half a period of SCK, 24 ns (tSLCH 5). The last clock has ended when BSY
- * is clear, which is after tCHSH (3 ns). */
+/* The only function that moves the select line, so the line is high for tSHSL2 before each command.
+ * The first clock follows after half a period of SCK or more, 24 ns (tSLCH needs 5 ns). BSY clears
+ * tCHSH (3 ns) or more after the last clock. */
 static __attribute__((noinline)) void set_select(bool on)
 {
     if (on)

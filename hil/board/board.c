@@ -273,8 +273,8 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options.log = NULL; /* an empty board writes no log and no trace */
     wire_board(board);
     for (unsigned i = 0; i < 2; i++)
-        board->state.mcu.adc[i].noise = options->seed * 0x2545f4914f6cdd1dull +
-                                        i * 0x632be59bd9b4e019ull;
+        board->state.mcu.adc[i].rng_state = options->seed * 0x2545f4914f6cdd1dull +
+                                            i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
     /* the one-shot and the buffers of camera, brake and wheel drive their pins low */
     for (unsigned i = 0; !options->has_no_rig && i < HIL_CAPTURE_CHANNELS; i++)

@@ -61,8 +61,8 @@ void hil_adc_reset(void *device, unsigned unit)
     struct hil_adc_device *dev = device;
     (void)unit;
     for (unsigned i = 0; i < 2; i++) {
-        uint64_t noise = dev->state[i].noise;
-        dev->state[i] = (struct hil_adc){.htr = 0xfff, .noise = noise};
+        uint64_t rng_state = dev->state[i].rng_state;
+        dev->state[i] = (struct hil_adc){.htr = 0xfff, .rng_state = rng_state};
         hil_event_set_cycle(dev->core, slot_of[i], HIL_NEVER);
     }
     *dev->ccr = 0;
@@ -82,7 +82,7 @@ static unsigned count_ones(uint64_t z)
  * 1/48; tails beyond four sigma are slightly thinner than Gaussian. */
 static double noise_lsb(struct hil_adc *a)
 {
-    uint64_t z = mr_splitmix64(&a->noise);
+    uint64_t z = mr_splitmix64(&a->rng_state);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
     return 0.5 * ((double)count_ones(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }

@@ -41,7 +41,7 @@ struct hil_adc {
     /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
     double remaining_share[16];
     double held_v;                 /* voltage of the sample capacitor; used only with errors */
-    uint64_t noise;                /* state of the random number generator */
+    uint64_t rng_state;            /* of the random number generator */
     uint16_t triggers_high;        /* levels of the external triggers, by EXTSEL */
     struct hil_moment switched_on; /* when it was switched on; used until the first conversion */
 };

@@ -52,7 +52,7 @@ static unsigned pin_speed(const struct hil_rules_device *dev, unsigned port, uns
     return dev->gpio->state->port[port].ospeedr >> (2u * pin) & 3u;
 }
 
-double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
     return 1e3 / speeds[pin_speed(dev, port, pin)].max_mhz;
 }

@@ -98,7 +98,7 @@ __attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil
                                                                       enum hil_rule rule,
                                                                       uint32_t pc,
                                                                       const char *format, ...);
-double hil_rules_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
+double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
 /* Rule with this name, or HIL_RULES. */
 enum hil_rule hil_rule_by_name(const char *name, size_t length);

@@ -132,7 +132,7 @@ static void check_begin(struct hil_spi_device *dev)
     hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
                              first_rise(dev, begin));
     hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
-                         hil_rules_period_ns(dev->rules, PORT_B, 13), begin.pc);
+                         hil_rules_min_period_ns(dev->rules, PORT_B, 13), begin.pc);
 }
 
 /* Checks a fall of the select line while a byte is being sent. */

@@ -669,10 +669,11 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
     add_plan(advise, answer);
-    answer_table(answer, "rows",
-                 "Probability that the wheel reaches a zone of 50 mats, for each mean deceleration "
-                 "and up to each station (in brackets: 95 % interval, which includes only the "
-                 "sampling error of the ensemble)");
+    answer_table(
+        answer, "rows",
+        "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration "
+        "(rows), and up to each station (columns). In brackets: 95 % interval of the "
+        "sampling error of the ensemble");
     for (size_t i = 0; i < advise->rows; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close(answer);
@@ -736,5 +737,5 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
              ? MR_OK
              : error_set(error, MR_USAGE,
                          "the plan is outside the range of the board; use speeds of 1 to 300 ft/s "
-                         "and braking that ends at 0.1 ft/s2 or more");
+                         "and a final deceleration of 0.1 ft/s2 or more");
 }

@@ -73,7 +73,7 @@ enum advise_parameter {
 
 /* Properties of the runway that are not drawn: they are the same for all members. */
 struct advise_runway {
-    struct mr_chain_params chain; /* friction as configured; its step is not used */
+    struct mr_chain_params chain; /* friction_lb as configured; step_s is not used */
     double grit_lb;               /* mean closing resistance of the joints, as configured */
     double thrust_lb_per_g;       /* thrust of the lead axle on the strip */
     /* share of the thrust that the strip carries, measured within 3 %; 0: not measured */

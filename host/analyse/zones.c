@@ -58,7 +58,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
     return warning;
 }
 
-/* Adds the predictor's data at the first warning. */
+/* Loads what the predictor stated in the block of the first warning. */
 static enum mr_status load_reason(struct store *store, const struct measured *measured,
                                   struct zones *zones, struct error *error)
 {

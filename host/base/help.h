@@ -28,7 +28,7 @@ int help_run(int argc, char **argv, const struct command_table *table, const str
 #define HELP_TEXT_COLUMN 17 /* column where the text of an item begins, counted from 0 */
 
 struct help_row {
-    char *term; /* "--for S"; NULL: lines of text, with their examples */
+    char *term; /* term, such as "--for S"; NULL: the row is prose */
     char *text; /* paragraphs, each with its newline; wrapped only when the page is printed */
 };
 

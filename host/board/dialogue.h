@@ -127,8 +127,8 @@ double dialogue_now_s(const struct dialogue *dialogue);
  * `context` belongs to the caller and must exist as long as the dialogue is used. There is room for
  * DIALOGUE_SUBSCRIBERS subscribers. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context);
-/* Resets the identity, because the board restarts or another board is expected. The board must send
- * its identity again. */
+/* Resets the identity; called when the board restarts or another board is expected. The board must
+ * send its identity again. */
 void dialogue_reset(struct dialogue *dialogue);
 
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */

@@ -2,10 +2,10 @@
  * complete.
  *
  *     .elf  the contents of its loadable segments for flash (recognised by its first bytes)
- *     .bin  flash from 0x08000000 on (recognised by its name); the configuration's sectors in it
- *           must be blank, 0xff: they are left out, as are blank bytes after vectors and header
+ *     .bin  flash from 0x08000000 on (recognised by its name)
  *
- * An image must not contain anything in the configuration's sectors. */
+ * An image must not contain anything in the configuration's sectors; in a .bin they are 0xff. These
+ * sectors, and 0xff bytes after vectors and header, are not written. */
 #ifndef MATRIG_HOST_BOARD_IMAGEFILE_H
 #define MATRIG_HOST_BOARD_IMAGEFILE_H
 

@@ -14,7 +14,7 @@
 
 /* A third kind of link, beside CAN and serial. */
 #define BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
-_Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK, "as its rows are marked");
+_Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are marked");
 
 /* Receives the record's messages: a collector for this landing alone. */
 struct box_collector {
@@ -211,7 +211,7 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
                                                   .code = header.record,
                                                   .detail = result->filled_blocks,
                                                   .value = result->missing_blocks,
-                                                  .links = BOXFILL_LINK},
+                                                  .links = BOXFILL_LINK_BIT},
                             error);
     if (status == MR_OK)
         status = store_session_end(store, session.id, (int64_t)link_now_us(), "black box", error);

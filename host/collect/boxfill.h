@@ -7,7 +7,7 @@
 #include "host/store/store.h"
 
 /* Bit in `links` of a row that came from the black box; 1 and 2 are CAN and serial. */
-#define BOXFILL_LINK 4
+#define BOXFILL_LINK_BIT 4
 
 struct boxfill {
     int64_t run;

@@ -442,9 +442,10 @@ static const struct command_part parts[] = {
         "Exit 3: " LINK_NO_HELLO
         " (no data, wrong bit rate, or error frames only); the message gives the reason. While "
         "serial data arrives, the landing is recorded from serial; after the landing, CAN frames "
-        "fill the gaps. matrig log waits for a disconnected device, and counts and reports the "
-        "data lost. If the campaign is locked, or the disk slow or full, 60 s of data wait in "
-        "memory; further data is dropped and counted as lost. If the campaign is moved, replaced, "
+        "fill the gaps. If a device is disconnected, matrig log waits until it is back, and "
+        "reports the data lost. If the campaign is locked, or the disk slow or full, 60 s of data "
+        "wait in memory; later data is dropped and counted as lost. If the campaign is moved, "
+        "replaced, "
         "deleted or overwritten, logging continues in DB-saved-DATE.db in the same folder, with "
         "exit code 3."),
 };

@@ -415,7 +415,7 @@ static const struct command_part parts[] = {
                  "points of known distance and a third point; the page prints the command that "
                  "records the height of the third point with its error"),
     OPTION_TEXT("--csv", "F.csv", csv,
-                "add a record for each line of a file; the first line names place and fields, as "
+                "add records from a file: its first line names place and fields, as "
                 "in a file that -o wrote"),
     OPTION_TEXT("-o", "F.csv or .html", path,
                 "file for the records of KIND, or for the page of --measure"),

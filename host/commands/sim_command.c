@@ -54,7 +54,7 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
                                 struct error *error)
 {
     struct progress progress;
-    progress_begin(&progress, "sim", "an earlier tend, fewer mats, a looser rtol or --limit S",
+    progress_begin(&progress, "sim", "a smaller tend, fewer mats, a looser rtol or --limit S",
                    cli->quiet);
     struct sigaction action = {.sa_handler = handle_interrupt, .sa_flags = (int)SA_RESETHAND},
                      before;

@@ -340,7 +340,7 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
     struct sim_result result = {0};
     options.may_continue = sim_progress;
     options.may_continue_ctx = &progress;
-    progress_begin(&progress, "compare", "an earlier tend or fewer mats", false);
+    progress_begin(&progress, "compare", "a smaller tend or fewer mats", false);
     sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
     sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
     enum mr_status status = sim_run(&s->scene, &options, &result, error);
@@ -482,7 +482,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     size_t count = list_stations(measured, channels, station_ft);
     if (count == 0)
         return error_set(error, MR_TOO_FEW,
-                         "no displacements: RUN %lld; compare a landing with displacement readings",
+                         "RUN %lld has no displacement readings; choose a landing that has them",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
     /* the time that landing and simulation have in common */

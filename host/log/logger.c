@@ -35,7 +35,7 @@
 /* Place of the campaign, and whether the file is still the logged one. */
 static enum store_file_state find_place(struct logger *logger)
 {
-    enum store_file_state place = watch_place(&logger->watch);
+    enum store_file_state place = watch_file_state(&logger->watch);
     if (logger->campaign_lost)
         return STORE_FILE_EMPTIED;
     return place == STORE_FILE_SAME && store_is_overwritten(logger->store) ? STORE_FILE_OVERWRITTEN
@@ -778,7 +778,7 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
  * not, and the kept data is to be written into another one. */
 static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
-    (void)watch_check_place(&logger->watch);
+    (void)watch_check_file_state(&logger->watch);
     bool gone = is_content_gone(find_place(logger));
     logger->rescue_us = 0;
     enum mr_status status = logger_rescue_campaign(logger, error);

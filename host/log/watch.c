@@ -306,7 +306,7 @@ void watch_set_path(struct watch *watch, const char *path)
     pthread_mutex_unlock(&watch->lock);
 }
 
-enum store_file_state watch_place(struct watch *watch)
+enum store_file_state watch_file_state(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
     enum store_file_state place = watch->place;
@@ -314,10 +314,10 @@ enum store_file_state watch_place(struct watch *watch)
     return place;
 }
 
-enum store_file_state watch_check_place(struct watch *watch)
+enum store_file_state watch_check_file_state(struct watch *watch)
 {
     check_file(watch, monotonic_us(), true);
-    return watch_place(watch);
+    return watch_file_state(watch);
 }
 
 void watch_note_call(struct watch *watch, bool begins)

@@ -61,9 +61,9 @@ void watch_close(struct watch *watch); /* waits for the thread */
 
 /* Sets the file of the campaign to watch. */
 void watch_set_path(struct watch *watch, const char *path);
-enum store_file_state watch_place(struct watch *watch);
-/* As watch_place, but checks the file now. */
-enum store_file_state watch_check_place(struct watch *watch);
+enum store_file_state watch_file_state(struct watch *watch);
+/* As watch_file_state, but checks the file now. */
+enum store_file_state watch_check_file_state(struct watch *watch);
 
 /* ---- for the thread that writes ---- */
 

@@ -323,12 +323,13 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
     struct push_interval ln = make_interval(&p, 0);
     size_t more = p.count - p.terms;
     ground->k_lb_ft.interval = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
-    snprintf(ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
-             p.count == 1 ? "" : "s",
-             more >= 2 ? "including the variation between places"
-             : p.spread > 0
-                 ? "which contradict each other"
-                 : "for these places only: the variation between places needs three tests or more");
+    snprintf(
+        ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
+        p.count == 1 ? "" : "s",
+        more >= 2 ? "including the variation between places"
+        : p.spread > 0
+            ? "which contradict each other"
+            : "valid for these places only: three or more tests show the variation between places");
     if (more >= 2)
         ground->spread = p.spread;
     if (!two) {

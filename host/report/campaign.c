@@ -205,7 +205,7 @@ static void write_restored(FILE *out, const struct report_facts *series, size_t 
         fprintf(out, "<p class=\"say\">RUN %lld started on the same runway as RUN %lld, restored",
                 (long long)series[i].landing.id, (long long)series[i].record.same_runway_run);
         if (before)
-            fprintf(out, ": its sum continues from RUN %lld",
+            fprintf(out, ": its cumulative displacement continues from RUN %lld",
                     (long long)series[before - 1].landing.id);
         fputs(".</p>\n", out);
     }
@@ -331,13 +331,14 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
 
 static void write_zones(const struct report *report, FILE *out)
 {
-    static const char *const keys[] = {"warned",   "zone warned of",
-                                       "reported", "longest zone reported, no warning",
-                                       "closed",   "measured closed at the end",
-                                       "behind",   "last zone reported",
-                                       "stop",     "stop of the wheel",
-                                       "seen",     "wave or break observed, with its panels",
-                                       NULL};
+    static const char *const keys[] = {
+        "warned",   "zone warned of",
+        "reported", "longest zone reported, no warning",
+        "closed",   "measured closed at the end",
+        "behind",   "last zone reported",
+        "stop",     "stop of the wheel",
+        "seen",     "observed wave or break: the panels that it covers",
+        NULL};
     for (size_t first = 0; first < report->landings; first += ZONE_ROWS) {
         size_t left = report->landings - first;
         struct figure figure =
@@ -551,10 +552,11 @@ static void write_predictor(const struct report *report, FILE *out)
     if (statements)
         write_landings_table(
             report, out,
-            "Times count from touchdown; they are board times of the start of the block (1 ms) in "
-            "which the board decided. First zone: the zone at that time. Predicted time to zone: "
-            "the first one that the board reported. A dash: no value, or the wheel did not reach "
-            "the zone. The absence of a warning is not a clearance.",
+            "Times are seconds after touchdown on the board's clock, exact to 1 ms. First zone: "
+            "the "
+            "zone of the first warning. Predicted time to zone: the first such time that the board "
+            "reported. A dash: no value, or the wheel did not reach the zone. The absence of a "
+            "warning does not make a landing safe.",
             add_predictor_row);
 }
 
@@ -690,9 +692,9 @@ static void write_advice(const struct report *report, FILE *out)
     if (count)
         answer_sentence(
             answer, NULL,
-            "Recommendations of matrig advise. Each is shown with the landing that followed it, "
-            "and with later landings that started on the same, restored runway. Followed: after "
-            "advice against the plan, the landing braked no harder than advised. Zone probability: "
+            "Recommendations of matrig advise. Each is shown with the next landing, and with later "
+            "landings that started on the same, restored runway. Followed, yes: the advice was "
+            "against the plan, and the landing braked no harder than advised. Zone probability: "
             "probability of a zone of 50 closed mats, with its sampling interval. At or above the "
             "limit, matrig advises against a landing.");
     report_answer(answer, out);

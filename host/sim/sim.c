@@ -62,7 +62,7 @@ static void format_reason(const struct sim_result *result, const struct sim_scen
                  (strcmp(result->solver, "staggered") == 0 || strcmp(result->solver, "rk4") == 0);
     bool underflow = result->status == SIM_STEP_UNDERFLOW;
     if (result->status == SIM_FOLDED)
-        snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give an earlier tend");
+        snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give a smaller tend");
     else if (!given && underflow && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
         snprintf(why, size,
                  "friction law sign chatters around rest; give friction stick, its exact form");
@@ -78,8 +78,8 @@ static void format_reason(const struct sim_result *result, const struct sim_scen
                  result->solver);
     else if (underflow)
         snprintf(why, size,
-                 "runs still differ with a step of %g s; give solver event, a larger rtol or an "
-                 "earlier tend",
+                 "runs still differ with a step of %g s; give --solver event, a larger rtol or a "
+                 "smaller tend",
                  result->dt_s);
     else if (result->dt_s > result->dt_limit_s)
         snprintf(why, size,
@@ -111,7 +111,7 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
         error_set(error, MR_NUMERICS,
                   "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
                   "diverge there, by up to %.2g ft of movement and %.2g ft of lift; a finer step "
-                  "does not help; give an earlier tend",
+                  "does not help; give a smaller tend",
                   name, six, result->t_s, result->mat, result->divergence_runs, result->error_u_ft,
                   result->error_lift_ft);
     } else {

@@ -252,10 +252,11 @@ static enum mr_status lock_for_log(struct store *store, struct error *error)
                          strerror(errno), store->path);
     }
     if (flock(store->lock_fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return error_set(error, MR_IO,
-                         "another matrig log writes to this campaign: %s; end it first, or give a "
-                         "different database",
-                         store->path);
+        return error_set(
+            error, MR_IO,
+            "another program writes to this campaign (matrig log): %s; end it first, or "
+            "give a different database",
+            store->path);
     return MR_OK;
 }
 

@@ -260,7 +260,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);
-    progress_begin(&progress, "error", "an earlier tend", cli->quiet);
+    progress_begin(&progress, "error", "a smaller tend", cli->quiet);
     enum mr_status status = error_study_run(&study, &scene, show_progress, &progress, &error);
     progress_end(&progress);
     if (status != MR_OK)

@@ -265,7 +265,7 @@ static enum survey_outcome handle_number(struct survey_desk *desk, double value_
     if (at == desk->plan.count)
         return SURVEY_REFUSED;
     double expected_in = survey_desk_expected_in(desk, at);
-    /* NaN compares as false: nothing is expected */
+    /* false if no value is expected (NaN) */
     bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
     bool again = desk->has_doubtful && fabs(value_in - desk->doubtful_in) <= CONFIRM_TOLERANCE_IN;
     *item = at;

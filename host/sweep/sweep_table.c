@@ -33,7 +33,7 @@ static json_t *simulate_scene(const json_t *input)
         return refused_json(&error);
     struct progress progress;
     progress_begin(&progress, "sweep",
-                   "an earlier tend, fewer mats, a looser rtol or a different solver", false);
+                   "a smaller tend, fewer mats, a looser rtol or a different solver", false);
     options.may_continue = sim_progress;
     options.may_continue_ctx = &progress;
     sim_run(&scene, &options, &result, &error);

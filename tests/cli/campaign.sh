@@ -99,7 +99,7 @@ two_logs_begin_a_new_database() { # at once: it is one's alone, or one was done 
     build/matrig --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/two.db" >/dev/null 2>"$tmp/two2.err" && good=1
     wait $first && good=$((good + 1))
     cat "$tmp/two1.err" "$tmp/two2.err"
-    [ $good -ge 1 ] && [ "$(cat "$tmp/two1.err" "$tmp/two2.err" | grep -c "another matrig log writes to this campaign")" = $((2 - good)) ] &&
+    [ $good -ge 1 ] && [ "$(cat "$tmp/two1.err" "$tmp/two2.err" | grep -c "another program writes to this campaign (matrig log)")" = $((2 - good)) ] &&
         [ "$(sqlite3 "$tmp/two.db" 'select count(*) from landings where state = 4')" = $good ] &&
         [ "$(sqlite3 "$tmp/two.db" 'pragma integrity_check')" = ok ]
 }

@@ -217,7 +217,7 @@ static enum mr_status refuse_failed(const struct sim_scene *scene, const char *n
 {
     return error_set(error, MR_NUMERICS,
                      "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
-                     "earlier tend or a different scene",
+                     "smaller tend or a different scene",
                      sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat,
                      failed->t_s);
 }
@@ -248,7 +248,7 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
     if (reference->u_ft > ERROR_LIMIT_U_FT || reference->lift_ft > ERROR_LIMIT_LIFT_FT)
         return error_set(error, MR_NUMERICS,
                          "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
-                         "(lift) at rtol %g; give an earlier tend or a different scene",
+                         "(lift) at rtol %g; give a smaller tend or a different scene",
                          sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
     snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
@@ -382,7 +382,7 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
         (run.status != SIM_OK || check.status != SIM_OK ||
          study->disagreement_u_ft > ERROR_LIMIT_U_FT * CHAIN_TOLERANCE_RATIO))
         error_set(error, MR_NUMERICS,
-                  "no reference: %s: two runs of event differ by %.2g ft (u); give an earlier tend "
+                  "no reference: %s: two runs of event differ by %.2g ft (u); give a smaller tend "
                   "or a different scene",
                   sim_scene_name(scene), study->disagreement_u_ft);
     for (int i = 0; i < CHAIN_RUNS + CHAIN_RUNGS && error->status == MR_OK; i++) {

@@ -206,10 +206,8 @@ static enum mr_status append_span(struct span_list *list, const struct span *spa
     if (!(span->t1_s > span->t0_s))
         return MR_OK;
     if (list->count >= SPANS_MAX)
-        return error_set(
-            error, MR_USAGE,
-            "too many hops: the aircraft crosses more than %u mats; give an earlier tend",
-            SPANS_MAX);
+        return error_set(error, MR_USAGE,
+                         "the aircraft crosses more than %u mats; give a smaller tend", SPANS_MAX);
     xlist_grow(&list->spans, list->count, sizeof *list->spans);
     list->spans[list->count++] = *span;
     return MR_OK;

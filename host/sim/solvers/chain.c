@@ -926,7 +926,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
         sim_result_set_status(result, SIM_UNSTABLE, sim_wheel_first_mat(&wheel), 0.0);
     } else if (!(steps <= MAX_STEPS)) {
         error_set(error, MR_USAGE,
-                  "too many steps: %s: %g s in steps of %g s; give a shorter tend or a larger dt",
+                  "too many steps: %s: %g s in steps of %g s; give a smaller tend or a larger dt",
                   sim_scene_name(scene), end_s, h);
     } else if (options->single) {
         run_single(&chain, scene, options, (uint64_t)steps, result);

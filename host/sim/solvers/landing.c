@@ -346,8 +346,8 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     if (!(steps <= MAX_STEPS))
         return error_set(
             error, MR_USAGE,
-            "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt or "
-            "solver implicit",
+            "too many steps: %s: %g s in steps of %g s; give a smaller tend, a larger dt or "
+            "--solver implicit",
             sim_scene_name(l->scene), end_s, h);
     if (options->single) {
         struct march only = {0};

@@ -156,7 +156,7 @@ static void set_divergence(const struct model *m, const struct pass_request *req
 #define EVENT_RHS           12.0 /* evaluations in one step of event */
 /* Criteria of a bounce: one joint or foot changes at least this often, its changes are a large part
  * of all changes, and there are few steps per change. */
-#define REBOUNDS            4
+#define BOUNCE_FLIPS_MIN    4
 #define REBOUND_STEPS       100.0
 #define PACE_AHEAD          0.02 /* part of its steps that a run may use without progress */
 /* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
@@ -308,7 +308,7 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_add_note(result,
-                            "the error estimate includes a run of solver event, which locates "
+                            "the error estimate includes a run of --solver event, which locates "
                             "every event (contact, sticking, slipping)");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
         widen_error(result, pass_compare(answer, &pass), OTHERS_ERROR_FACTOR);
@@ -319,7 +319,8 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
 
 static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
 {
-    return pass->max_flips >= REBOUNDS && 4.0 * m->mats * pass->max_flips >= (double)pass->events &&
+    return pass->max_flips >= BOUNCE_FLIPS_MIN &&
+           4.0 * m->mats * pass->max_flips >= (double)pass->events &&
            (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
 }
 
@@ -689,8 +690,8 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
     if (end / dt > MAX_FIXED_STEPS)
         return error_set(
             error, MR_USAGE,
-            "too many steps: %s: %g s in steps of %g s; give a shorter tend, a larger dt "
-            "or solver implicit",
+            "too many steps: %s: %g s in steps of %g s; give a smaller tend, a larger dt "
+            "or --solver implicit",
             sim_scene_name(m->scene), end, dt);
     sim_result_add_note(
         result, "error estimate: from the largest differences to runs with 1.9 times and, where "

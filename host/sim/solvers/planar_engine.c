@@ -283,8 +283,8 @@ static double node_soil_lb(const struct planar_engine *l, int node)
     return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.size, node);
 }
 
-/* Mean force of the soil on a node during the kick of its mats. Differs from the present force in a
- * step in parts and in the step after it. */
+/* Mean force of the soil on a node during the kick of its mats. It differs from the present force
+ * only while a step is divided into parts, and in the next step. */
 static double mean_soil_lb(const struct planar_engine *l, int node)
 {
     if (l->in_parts)
@@ -553,7 +553,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         return error_set(
             error, MR_USAGE,
             "not available: %s: friction tanh or sign with solver staggered; give stick, or "
-            "solver event",
+            "--solver event",
             sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
