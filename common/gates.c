@@ -672,7 +672,7 @@ _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and i
 #define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass through this range */
 #define DELAY_MAX_S    0.5
 #define ONSET_MAX_S    1.0  /* of a brake that acts late */
-#define LATE_GATES     4u   /* at least, that give its start values */
+#define LATE_GATES     4u   /* least number of last gates for its start values */
 #define LATE_OFF_FT    0.25 /* its start values may miss this much */
 
 /* Station and speed at a time, and the station's derivatives by the unknowns. */

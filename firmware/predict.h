@@ -96,7 +96,7 @@ void predict_on_block(struct predict *predict, struct telemetry *telemetry,
 bool predict_end(struct predict *predict, struct telemetry *telemetry,
                  const struct landing *landing, uint32_t index);
 void predict_set_survey(struct predict *predict, const float *slack_in, uint32_t index);
-/* Executes the command backlog while a landing is armed or in progress. */
+/* Executes the command `backlog`, if a landing is armed or in progress. */
 enum mr_status predict_set_backlog(struct predict *predict, int32_t waiting);
 /* Executes the commands runway-* and chart-*. `forgotten` true: the survey no longer applies. */
 enum mr_status predict_execute_command(struct predict *predict, struct telemetry *telemetry,

@@ -34,9 +34,9 @@ struct hil_dma_request {
     bool from_memory;
 };
 
-/* A peripheral connected to a controller. `catch_up`: update the transfers of the peripheral up to
- * this cycle; `enabled`: a stream was enabled, for which the peripheral may have been waiting. Both
- * may be NULL. */
+/* A peripheral connected to a controller. `advance`: update the transfers of the peripheral up to
+ * this cycle; `on_enabled`: a stream was enabled, for which the peripheral may have been waiting.
+ * Both may be NULL. */
 struct hil_dma_client {
     void *context;
     void (*advance)(void *context, uint64_t at);
@@ -48,7 +48,7 @@ struct hil_dma_client {
 struct hil_dma_device {
     HIL_NEIGHBOURS;
     struct hil_dma *state; /* both controllers */
-    /* clients of each controller, in the order of their `catch_up` calls */
+    /* clients of each controller, in the order of their `advance` calls */
     struct hil_dma_client client[2][HIL_DMA_CLIENTS];
 };
 

@@ -273,8 +273,8 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
     } else if (volts < 1.8 || dev->core->state.clock.hclk_hz >
                                   hz_by_wait_state * ((dev->rcc->state->flash_acr & 7u) + 1u)) {
         hil_core_stop(dev->core, MR_HALTED,
-                      "supply of %.2f V: the chip cannot run at HCLK %u Hz with %u wait states, "
-                      "but the option bytes allow it (brown-out reset below %.2f V)",
+                      "a supply of %.2f V is too low for HCLK %u Hz with %u wait states, and the "
+                      "option bytes reset the chip only below %.2f V",
                       volts, (unsigned)dev->core->state.clock.hclk_hz,
                       (unsigned)(dev->rcc->state->flash_acr & 7u), brown_out_volts(dev));
     }

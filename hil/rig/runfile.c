@@ -200,7 +200,8 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
             repeat > count - run->sample_count)
-            return refuse(r, "`%s` repeats no row, or exceeds the %u samples", line, count);
+            return refuse(r, "`%s` is no repeat count after a row, or exceeds the %u samples", line,
+                          count);
         for (; repeat; repeat--, run->sample_count++)
             memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
                    sizeof *run->samples);

@@ -16,7 +16,7 @@
 #define EVEN_ROWS            (ADVISE_ROWS - 1u)
 #define HARDEST_PER_LEAST    2.2 /* the last row is at this multiple of the least braking */
 #define HARDEST_PER_PLAN     1.3 /* or at this one of the planned braking, whichever is harder */
-#define HARDEST_TEXT_SIZE    140
+#define HARDEST_TEXT_SIZE    180
 #define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed tried / planned speed */
 #define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed tried / planned speed */
 /* resolution of the speed limit, as a fraction of the planned speed */
@@ -314,7 +314,7 @@ static void format_max_braking(const struct advise *advise, bool si, char out[HA
                  advise->max_braking.is_unbounded ? "at least up" : "up", value);
     else if (isfinite(advise->stop_short_ft_s2))
         snprintf(out, HARDEST_TEXT_SIZE,
-                 "the probability is below the limit only from %s up, which "
+                 "the probability is below the limit only at a deceleration of %s or more; that "
                  "stops the gear before the closed mats",
                  from);
     else

@@ -13,7 +13,7 @@
 /* Largest acceptable probability of a zone. A missed zone (the runway is relaid) costs four times
  * as much as a needlessly gentle landing (the landing is repeated), so the limit is 1 / (1 + 4). */
 #define ADVISE_RISK_LIMIT  0.2
-#define ADVISE_REASON_SIZE 300
+#define ADVISE_REASON_SIZE 340
 #define ADVISE_ACTION_SIZE 800
 #define ADVISE_SPEEDS_MAX  12u /* maximum number of touchdown speeds that are evaluated */
 

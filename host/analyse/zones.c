@@ -231,7 +231,7 @@ static void add_reason(const struct zone_warning *w, struct answer *answer)
 
 static const char *not_reached_text(const struct zone_warning *w)
 {
-    return w->path_known ? "never: the gear stopped before the zone"
+    return w->path_known ? "never: the gear stopped before this zone"
                          : "not known: the record does not show where the gear stopped";
 }
 
@@ -273,10 +273,10 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
                      (long long)w->inferred_percent);
     answer_flag(answer, "reached", NULL, w->reached);
     if (w->reached)
-        answer_value(answer, "true_lead", "wheel in the zone", UNIT_TIME, w->true_lead_s, 3)
+        answer_value(answer, "true_lead", "wheel in the first zone", UNIT_TIME, w->true_lead_s, 3)
             ->suffix = " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel in the zone", not_reached_text(w));
+        answer_none(answer, "true_lead_s", "wheel in the first zone", not_reached_text(w));
     add_reason(w, answer);
     add_lead(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
@@ -517,10 +517,10 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
                      struct answer *answer)
 {
     static const char *const words[] = {
-        [FORESIGHT_BLIND] = "no transducer corrects the model: zones follow only from switches, "
-                            "survey and earlier landings",
-        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones follow only from "
-                                "transducers and survey, and have no times",
+        [FORESIGHT_BLIND] = "no transducer corrects the model: zones are predicted from switches, "
+                            "survey and earlier landings only",
+        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones are predicted "
+                                "from transducers and survey only, without times",
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on the zones that it predicted",
     };

@@ -339,7 +339,7 @@ static const char *find_option_of_value(const struct parser *p, const char *word
     return NULL;
 }
 
-/* --speed 36 ft/s */
+/* True if argv[i] is the unit of the number before it, as in --speed 36 ft/s. */
 static bool is_unit_of(const struct parser *p, char **argv, int i)
 {
     const char *attached;

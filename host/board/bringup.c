@@ -10,12 +10,12 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FORMAT    1
-#define TEXT_MAX  65536u
-#define ANSWER_S  15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
-#define SILENCE_S 30.0 /* between two lines: watchdog test, memory erases, slow flash */
-#define ALL_S     120.0
-#define RESEND_S  3.0
+#define FORMAT      1
+#define TEXT_MAX    65536u
+#define ANSWER_S    15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
+#define SILENCE_S   30.0 /* between two lines: watchdog test, memory erases, slow flash */
+#define TOTAL_MAX_S 120.0
+#define RESEND_S    3.0
 
 /* ---- text ---- */
 
@@ -271,7 +271,7 @@ static bool has_timed_out(const struct receiver *l)
     bool begun = find_line(l->text, "begin ") != NULL; /* another section began; ours follows */
     bool says = begun || is_text(l);                   /* the board is slow but alive */
     return now_s - (says ? l->received_s : l->started_s) > (begun ? SILENCE_S : ANSWER_S) ||
-           now_s - l->started_s > ALL_S || l->length == TEXT_MAX;
+           now_s - l->started_s > TOTAL_MAX_S || l->length == TEXT_MAX;
 }
 
 /* Waits for all of `section`; if NULL, for the line `answer`. */

@@ -111,7 +111,7 @@ enum mr_status runway_client_read(struct runway_client *client, struct error *er
     }
     return status != MR_OK
              ? status
-             : error_set(error, MR_CRC, "the runway was received damaged: %s; check the cable",
+             : error_set(error, MR_CRC, "the runway data arrived damaged: %s; check the cable",
                          dialogue_spec(client->dialogue));
 }
 

@@ -255,7 +255,7 @@ static const struct command_part parts[] = {
                   "g. Give it only if its error is 3 % or less; default: unknown, assumed uniform "
                   "from 0.7 to 1.3 and estimated from the recorded landings"),
     OPTION_NUMBER("--limit", "PERCENT", limit_percent, NULL, 1.0, 99.0, 100.0 * ADVISE_RISK_LIMIT,
-                  "advise against a landing if the probability of a zone is this or more, in %; "
+                  "advise against a landing if a zone has this probability or more, in %; "
                   "default: {standard}, because a missed zone costs four times as much as a "
                   "needlessly gentle landing"),
     OPTION_WHOLE(

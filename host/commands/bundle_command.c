@@ -107,8 +107,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
         return cli_print_json(json_pack("{sssssIsI}", "file", r.path, "db", r.words[0], "run",
                                         (json_int_t)r.run, "image_bytes", (json_int_t)image),
                               0);
-    cli_note(cli,
-             "%s: contains landing %lld of %s as RUN 1; matrig replay %s checks and replays it",
+    cli_note(cli, "%s: contains RUN %lld of %s as RUN 1; matrig replay %s checks and replays it",
              r.path, (long long)r.run, r.words[0], r.path);
     return 0;
 }

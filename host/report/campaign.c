@@ -313,7 +313,7 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
                  facts->longest_zone.end_ft);
     if (facts->last_zone.mats > 0)
         draw_bar(rows, top, 2, "behind", facts->last_zone.start_ft, facts->last_zone.end_ft);
-    if (facts->fitted)
+    if (facts->has_motion_fit)
         figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
                      top - 0.05, NULL);
     store_observations(report->store, facts->landing.id, &seen, &count, report->error);
@@ -370,7 +370,7 @@ static unsigned count_bands(const struct report *report)
 {
     unsigned bands = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        for (unsigned b = 0; report->facts[i].fitted && b < REPORT_BANDS; b++)
+        for (unsigned b = 0; report->facts[i].has_motion_fit && b < REPORT_BANDS; b++)
             bands = report->facts[i].band[b].gages && b + 1 > bands ? b + 1 : bands;
     }
     return bands;
@@ -395,7 +395,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
             size_t count = 0;
             for (size_t i = 0; i < report->landings; i++) {
                 const struct report_facts *facts = &report->facts[i];
-                if (!facts->fitted || facts->band[b].gages == 0)
+                if (!facts->has_motion_fit || facts->band[b].gages == 0)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
                 half[count] = SUMMARY_HALF_WIDTH_95 *
@@ -415,7 +415,7 @@ static void draw_tension(const struct report *report, unsigned bands, FILE *out)
 
 static void add_tension_row(const struct report_facts *facts, struct answer *answer)
 {
-    if (!facts->fitted)
+    if (!facts->has_motion_fit)
         return;
     answer_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
@@ -658,11 +658,9 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
                  : strcmp(advice->verdict, "against") == 0       ? "no"
                                                                  : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",
-                 !facts                      ? "no landing yet"
-                 : !facts->warning.warned    ? "none"
-                 : facts->warning.reached    ? "yes, wheel reached the zone"
-                 : facts->warning.path_known ? "yes, wheel stopped before the zone"
-                                             : "yes");
+                 !facts                  ? "no landing yet"
+                 : facts->warning.warned ? record_verdict_text(facts->record.verdict)
+                                         : "none");
     answer_words(answer, NULL, "reason", "%s", reason);
 }
 
@@ -903,10 +901,11 @@ static void write_surveys(const struct report *report, FILE *out)
         draw_since_first(&figure, report, rows, count, false);
         draw_since_first(&figure, report, rows, count, true);
         figure_end(&figure, NULL,
-                   "Survey %lld against %lld, by gage line: opening (+) and closing (-) of ten "
-                   "mats; movement downfield. Movement (mean of the lines) and in-plane bow of the "
-                   "newest surveys since survey %lld; dotted: limits of the bow.",
-                   (long long)survey->row.id, (long long)found->previous, (long long)found->first);
+                   "First two plots: change from survey %lld to survey %lld along each gage line, "
+                   "as the length of ten mats and as movement downfield. Last two plots: change "
+                   "from survey %lld to the newest surveys, as total movement (mean of the lines) "
+                   "and as in-plane bow (dotted: its limits).",
+                   (long long)found->previous, (long long)survey->row.id, (long long)found->first);
     }
     free(rows);
     free(survey);

@@ -403,11 +403,12 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
     if (warning->reached)
-        snprintf(text, sizeof text, "first warning%s: %lld mats, reached by the wheel %.3f s later",
-                 heard, (long long)warning->mats, warning->true_lead_s);
+        snprintf(text, sizeof text,
+                 "first zone%s: %lld mats, reached by the wheel %.3f s after the warning", heard,
+                 (long long)warning->mats, warning->true_lead_s);
     else
-        snprintf(text, sizeof text, "first warning%s: %lld mats%s", heard, (long long)warning->mats,
-                 warning->path_known ? "; the wheel stopped before the zone" : "");
+        snprintf(text, sizeof text, "first zone%s: %lld mats%s", heard, (long long)warning->mats,
+                 warning->path_known ? "; the wheel stopped before this zone" : "");
     figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
                  t_s, t_s, text);
 }

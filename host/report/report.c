@@ -135,7 +135,8 @@ static void set_comparison(const struct report_landing *landing, struct report_f
 static unsigned find_problems(const struct summary *summary, const struct report_facts *facts)
 {
     unsigned wrong = (facts->incomplete ? REPORT_INCOMPLETE : 0u) |
-                     (facts->fitted ? 0u : REPORT_NO_STOP) | (summary->faults ? REPORT_FAULT : 0u) |
+                     (facts->has_motion_fit ? 0u : REPORT_NO_STOP) |
+                     (summary->faults ? REPORT_FAULT : 0u) |
                      (facts->lost_frames ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
@@ -196,14 +197,15 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->emulated = measured_is_emulated(&measured->landing);
     facts->marks = measured_marks(measured);
     facts->recalibrated = measured->recalibrated_channels;
-    facts->fitted = measured->fit_status == MR_OK;
+    facts->has_motion_fit = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
     facts->command_rights = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
     facts->surveyed = landing->survey.surveyed;
-    facts->speed_ft_s = facts->fitted ? measured->summary.touchdown_speed_ft_s : none;
-    facts->deceleration_ft_s2 = facts->fitted ? measured->summary.mean_deceleration_ft_s2 : none;
-    facts->stop_ft = facts->fitted ? measured->summary.stop_station_ft : none;
+    facts->speed_ft_s = facts->has_motion_fit ? measured->summary.touchdown_speed_ft_s : none;
+    facts->deceleration_ft_s2 = facts->has_motion_fit ? measured->summary.mean_deceleration_ft_s2
+                                                      : none;
+    facts->stop_ft = facts->has_motion_fit ? measured->summary.stop_station_ft : none;
     facts->lost_frames = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
     set_movement(measured, facts);
     set_bands(measured, facts);

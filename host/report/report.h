@@ -56,7 +56,7 @@ struct report_facts {
     struct store_series series; /* series of the landing; id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool incomplete, fitted, config_read, emulated;
+    bool incomplete, has_motion_fit, config_read, emulated;
     const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
     const char *marks;          /* marks of the landing, from measured_marks */
     int64_t recalibrated;

@@ -302,7 +302,7 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
     add_landings(answer, list);
     answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated);
     answer_remark(answer, " data sets in %u rounds%s", fit->rounds,
-                  fit->failed ? ", of which some failed" : "");
+                  fit->failed ? "; some data sets failed" : "");
     answer_count(answer, "rounds", NULL, fit->rounds);
     answer_flag(answer, "stopped", NULL, fit->not_converged);
     answer_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);

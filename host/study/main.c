@@ -58,10 +58,9 @@ static int run_study(int argc, char **argv)
         return cli_fail(&error);
     int (*run)(int argc, char **argv, const struct cli *cli) = i < argc ? find_run(argv[i]) : NULL;
     if (!run) {
-        error_set(
-            &error, MR_USAGE,
-            "not a study: '%s'; run matrig with a command, which starts matrig-study when needed",
-            i < argc ? argv[i] : "matrig-study");
+        error_set(&error, MR_USAGE,
+                  "not a study: '%s'; use matrig, which starts matrig-study when needed",
+                  i < argc ? argv[i] : "matrig-study");
         return cli_fail(&error);
     }
     return program_run(run, argc - i, argv + i, &before.cli);

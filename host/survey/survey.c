@@ -187,12 +187,12 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
 {
     static const struct {
         char letter;
-        enum survey_entry_kind word;
-    } words[] = {{'s', SURVEY_SKIP},
-                 {'u', SURVEY_UNDO},
-                 {'b', SURVEY_BACK},
-                 {'q', SURVEY_QUIT},
-                 {'?', SURVEY_HELP}};
+        enum survey_entry_kind kind;
+    } letters[] = {{'s', SURVEY_SKIP},
+                   {'u', SURVEY_UNDO},
+                   {'b', SURVEY_BACK},
+                   {'q', SURVEY_QUIT},
+                   {'?', SURVEY_HELP}};
     const char *text = skip_space(line);
     *entry = (struct survey_entry){.kind = SURVEY_INVALID, .value_in = (double)NAN};
     if (*text == '\0')
@@ -203,9 +203,9 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
         entry->kind = SURVEY_NOTE;
         entry->note = skip_space(text + 1);
     }
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        if (*text == words[i].letter && is_line_end(text + 1))
-            entry->kind = words[i].word;
+    for (size_t i = 0; i < sizeof letters / sizeof letters[0]; i++) {
+        if (*text == letters[i].letter && is_line_end(text + 1))
+            entry->kind = letters[i].kind;
     }
 }
 

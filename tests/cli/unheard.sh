@@ -55,7 +55,7 @@ has_a_hole() { # into which the warning falls, or its beginning
 # The same in the pages: a first warning is the first that was received, and where the wheel came is not known without a stop.
 first_that_was_heard() {
     grep -q '^  first warning that was received ' "$tmp/hole.txt" && ! grep -q 'that was received (+-' "$tmp/whole.txt" &&
-        grep -q '^    wheel in the zone  *not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
+        grep -q '^    wheel in the first zone  *not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
         grep -q 'first warning that was received (' "$tmp/hole.html"
 }
 ends_while_it_moves() { # once above each table

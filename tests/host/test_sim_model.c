@@ -129,8 +129,8 @@ static double energy_lb_ft(const struct model *m, const double *z)
             energy += 0.5 * m->kl * g * g;
         }
         if (m->torsion[n]) {
-            double wound = hinge_wound_rad(m->jumps, m->torsion[n], kernel_turn_rad(&left, &mat),
-                                           m->tad_rad);
+            double wound = hinge_effective_turn_rad(m->jumps, m->torsion[n],
+                                                    kernel_turn_rad(&left, &mat), m->tad_rad);
             energy += 0.5 * m->kt * wound * wound;
         }
         double ends = n == 0 || ground ? 1.0 : 2.0;

@@ -168,7 +168,7 @@ LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
 }
 
 /* The turn d beyond the free range. */
-LAW_INLINE double hinge_wound_rad(bool jumps, int side, double turn_rad, double tad_rad)
+LAW_INLINE double hinge_effective_turn_rad(bool jumps, int side, double turn_rad, double tad_rad)
 {
     if (!jumps)
         turn_rad -= tad_rad * side;

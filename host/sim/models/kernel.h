@@ -121,7 +121,8 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
 KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
                                       const struct kernel_mat *r, double kt)
 {
-    double wound = hinge_wound_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r), m->tad_rad);
+    double wound = hinge_effective_turn_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r),
+                                            m->tad_rad);
     return hinge_moment_lb_ft(kt, m->ct, wound, r->w - l->w);
 }
 

@@ -161,7 +161,7 @@ static const struct sim_key keys[] = {
     INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
     POSITIVE("mats_crossed", mats_crossed, "mats",
-             "length of the run, as the number of mats that the wheel crosses at Vac"),
+             "length of the run, as the number of mats that the wheel crosses at the speed Vac"),
     NOT_NEGATIVE("tend", t_end_s, "s",
                  "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
     LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times of the output"),
@@ -172,8 +172,8 @@ static const struct sim_key keys[] = {
     LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
          "initial opening of each joint"),
     LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_LARGEST, "lb",
-         "chain and consistent model: compression up to which each open joint resists closing "
-         "(grit)"),
+         "grit: compression up to which each open joint resists closing (models chain and "
+         "consistent)"),
     LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
          "consistent model: heights of the ground under the nodes"),
     RANGE("t_dwell", t_dwell_s, -1.0, SIM_LARGEST, false, "s",

@@ -583,7 +583,7 @@ void engine_free(struct planar_engine *l)
 #define SLIGHT_TURN        0.01 /* sine of a rotation below which no arc sine is needed */
 #define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
 #define UPDATE_STEPS       4    /* steps between updates of lifts and angles */
-#define LANDING_PARTS      16   /* parts of a step in which a node lands */
+#define LANDING_PARTS      16   /* number of parts of a step if a node lands in it */
 /* speed over sqrt(g L) below which a landing node does not lift its neighbours */
 #define GENTLE_SPEED       1e-4
 
