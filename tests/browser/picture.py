@@ -41,7 +41,7 @@ browser = Browser()
 try:
     browser.open("file://" + work + "/marks.html", 1120, 760)
     browser.wait("document.querySelector('image')")
-    box = browser.js("(() => { const b = document.getElementById('picture').getBoundingClientRect(); return [b.left, b.top, b.width, b.height]; })()")
+    box = browser.js("(() => { const b = document.getElementById('picture').getBoundingClientRect(); return [Math.round(b.left), Math.round(b.top), b.width, b.height]; })()")
     tap.check("the picture has its own pixels", box[2:] == [WIDTH, HEIGHT], box)
 
     def click(x, y):

@@ -59,7 +59,7 @@ def make_hostile(path):
 
 SECTIONS = ["summary", "cumulative", "zones", "overlay", "tension", "record", "predictor", "compared", "journal", "survey", "run1", "run2", "provenance"]
 FIGURES = ["cumulative displacement", "peak movement", "zones of each landing", "average change of band tension", "opening of joints", "speed and deceleration",
-           "displacement of eight", "two landings on one axis", "displacement against distance", "zone map", "zone that the board reported", "band tensions", "change of tension along",
+           "displacement of eight", "two landings in one plot", "displacement against distance", "zone map", "zone that the board reported", "band tensions", "change of tension along",
            "movement of the mat, measured and simulated"]
 # Of each figure that is on the screen, by its plots: pixels of any colour in the lower canvas.
 DRAWN = """(() => [...document.querySelectorAll('figure.chart')].map(f => [f.getAttribute('aria-label'), [...f.querySelectorAll('.box')].map(b => {

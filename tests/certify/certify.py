@@ -318,7 +318,7 @@ def condensed(table, damaged):
             "- In %d cases of landing 5 with a fault, the warning came in time: %.2f s (%s) to %.2f s (%s) after touchdown.\n"
             "- %d cases limit the processor load: the predictor took at most %.1f %% of the processor in any second.") % (
                 len(quiet), *max(quiet), len(leads), *max(leads), len(warned), *warned[0], *warned[-1], len(loads), max(loads, default=0.0))
-    return "\n".join(kept).replace("Undamaged", said + "\n\nUndamaged", 1)
+    return "\n".join(kept).replace("Sums over", said + "\nSums over", 1)
 
 
 def write(path, text):
@@ -371,7 +371,7 @@ def main():
         head = page.split("<!-- made by make certify -->")[0]
         stamp = "`make certify`, commit %s, %s:\n\n" % (commit(), datetime.date.today().isoformat())
         write(PAGE, head + "<!-- made by make certify -->\n\n" + stamp + condensed(table, {case.name for case in cases if case.made}))
-    print(table[table.rindex("\n\n") + 2:] if given.names else table[table.index("\nUndamaged"):])
+    print(table[table.rindex("\n\n") + 2:] if given.names else table[table.index("\nSums over"):])
     return 1 if failed else 0
 
 
