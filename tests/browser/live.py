@@ -290,6 +290,7 @@ def crowded_tabs(browser, address):
     for target in tabs[:3] + tabs[6:]:
         browser.call("Target.closeTarget", {"targetId": target})
     browser.session = first
+    given = browser.js("matrigLive.lastId")  # its last one: it has no stream
     browser.js("delete document.hidden; document.dispatchEvent(new Event('visibilitychange'))")
     tap.check("and has one again when it is seen", browser.wait("matrigLive.lastId !== %s" % json.dumps(given) + " && " + shown, 20), given)
 
