@@ -180,22 +180,10 @@ static enum mr_status report_version(struct store *store, int64_t version, struc
         (long long)version, by, STORE_VERSION, store->path);
 }
 
-static bool is_set_up_by_other(enum store_mode mode, const struct schema_id *id)
-{
-    return mode == STORE_CREATE && id->application_id == 0 &&
-           (id->version != 0 || id->object_count != 0);
-}
-
 static enum mr_status check_version(struct store *store, enum store_mode mode, struct error *error)
 {
-    struct schema_id id = {0};
-    enum mr_status status = MR_OK;
-    /* Seen once under load: a file that another program was setting up, tables without their id. */
-    for (int i = 0; i < 20 && status == MR_OK && (i == 0 || is_set_up_by_other(mode, &id)); i++) {
-        if (i > 0)
-            nanosleep(&(const struct timespec){.tv_nsec = SET_UP_RETRY_MS * 1000000l}, NULL);
-        status = read_schema_id(store, &id, error);
-    }
+    struct schema_id id;
+    enum mr_status status = read_schema_id(store, &id, error);
     if (status != MR_OK)
         return status;
     if (mode == STORE_CREATE && id.application_id == 0 && id.version == 0 && id.object_count == 0) {
@@ -326,8 +314,10 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     const bool create = mode == STORE_CREATE || mode == STORE_LOG;
     if (!create && stat(path, &info) != 0)
         return report_missing(path, error);
-    if (!output_is_database(path) && output_check_kind(path, "campaign database", error) != MR_OK)
-        return error->status;
+    struct error other = {0};
+    /* in this order: another program may be creating the database */
+    if (output_check_kind(path, "campaign database", &other) != MR_OK && !output_is_database(path))
+        return error_set(error, other.status, "%s", other.text);
     struct store *opened = calloc(1, sizeof *opened);
     char *copy = strdup(path);
     if (!opened || !copy) {
