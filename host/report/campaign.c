@@ -12,7 +12,6 @@
 #include "host/report/chart.h"
 #include "host/report/report.h"
 #include "host/store/store_journal.h"
-#include "host/survey/survey.h"
 
 static const double none = (double)NAN;
 
@@ -762,156 +761,6 @@ static void write_journal(const struct report *report, FILE *out)
     free(landing);
 }
 
-/* ---- surveys of the mat ---- */
-
-#define SURVEYS_DRAWN_MAX 6u /* number of newest surveys that are drawn */
-
-static struct chart_axes survey_axes(double x[SURVEY_POINTS])
-{
-    for (unsigned k = 0; k < SURVEY_POINTS; k++)
-        x[k] = SURVEY_SPAN_FT * k;
-    return (struct chart_axes){.x_unit = UNIT_STATION,
-                               .y_unit = UNIT_DISPLACEMENT,
-                               .x_high = CHART_RUNWAY_FT,
-                               .height_px = 150};
-}
-
-/* Draws the opening of the joints, or the movement of the mats, along each gage line. */
-static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved)
-{
-    double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x);
-    size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
-    axes.y = moved ? "moved" : "opened";
-    figure_plot(figure, &axes);
-    for (unsigned k = 0; k < SURVEY_SPANS && !moved; k++)
-        x[k] = 0.5 * (x[k] + x[k + 1]);
-    for (unsigned line = 0; line < SURVEY_LINES; line++) {
-        for (size_t k = 0; k < count; k++)
-            y[k] = moved ? found->since_previous.movement[line][k].value_in
-                         : found->since_previous.change.gap_in[line][k];
-        figure_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks", x,
-                                                     y, NULL, count});
-    }
-}
-
-static double mean_moved_in(const struct survey_change *change, unsigned point)
-{
-    double sum_in = 0.0;
-    for (unsigned line = 0; line < SURVEY_LINES; line++)
-        sum_in += change->movement[line][point].value_in;
-    return sum_in / SURVEY_LINES;
-}
-
-/* In-plane bow, with its limits, or movement (mean of the lines) since the first survey, for the
- * newest surveys. */
-static void draw_since_first(struct figure *figure, const struct report *report,
-                             const struct store_gage_survey *rows, size_t count, bool bow)
-{
-    const double limit = SURVEY_BOW_LIMIT_IN;
-    double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x);
-    char name[40];
-    unsigned drawn = 0;
-    struct survey *survey = xmalloc(sizeof *survey);
-    struct survey_found *found = xmalloc(sizeof *found);
-    axes.x = bow ? "station" : NULL;
-    axes.y = bow ? "bow" : "total movement";
-    figure_plot(figure, &axes);
-    if (bow) {
-        figure_shape(figure, "mark", none, none, limit, limit, NULL);
-        figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
-    }
-    for (size_t i = count; i-- > 0 && drawn < SURVEYS_DRAWN_MAX;) {
-        if (survey_load(report->store, rows[i].id, survey, report->error) != MR_OK ||
-            survey_evaluate(report->store, survey, found, report->error) != MR_OK)
-            break;
-        if (!found->first)
-            continue;
-        for (unsigned k = 0; k < SURVEY_POINTS; k++)
-            y[k] = bow ? found->since_first.bow[k].value_in : mean_moved_in(&found->since_first, k);
-        snprintf(name, sizeof name, "survey %lld", (long long)rows[i].id);
-        figure_series(figure,
-                      &(struct chart_series){name, drawn++, "marks", x, y, NULL, SURVEY_POINTS});
-    }
-    free(survey);
-    free(found);
-}
-
-static void write_surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
-{
-    struct answer *answer = answer_new(false);
-    answer_table(answer, NULL, "");
-    for (size_t i = 0; i < count; i++) {
-        char when[40];
-        survey_time_text(rows[i].made_us, when, sizeof when);
-        answer_row(answer);
-        answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
-                     rows[i].ended_us == STORE_NONE ? ", in progress" : "");
-        answer_words(answer, NULL, "started", "%s", when);
-        answer_count(answer, NULL, "after RUN", rows[i].after_run);
-        answer_words(answer, NULL, "by", "%s", rows[i].who);
-        answer_words(answer, NULL, "note", "%s", rows[i].note);
-    }
-    answer_close(answer);
-    report_answer(answer, out);
-}
-
-static void write_survey_text(FILE *out, const struct survey *survey,
-                              const struct survey_found *found, bool si)
-{
-    const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
-                      *station = unit_of(UNIT_STATION, si);
-    fprintf(out,
-            "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
-            "known for %zu of %u segments.",
-            (long long)survey->row.id, survey_desk_count_read(&survey->desk),
-            survey->desk.plan.count, survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
-    if (!isnan(found->worst_bow_in))
-        fprintf(out,
-                " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
-                "%s</span> at %.1f %s, %s the limit of %.3f %s.",
-                (long long)found->first,
-                fabs(found->worst_bow_in) > SURVEY_BOW_LIMIT_IN ? "warn" : "say",
-                found->worst_bow_in * length->factor, found->worst_bow_error_in * length->factor,
-                length->text, found->worst_bow_ft * station->factor, station->text,
-                survey_bow_verdict(found), SURVEY_BOW_LIMIT_IN * length->factor, length->text);
-    fputs("</p>\n", out);
-}
-
-static void write_surveys(const struct report *report, FILE *out)
-{
-    struct store_gage_survey *rows = NULL;
-    struct survey *survey = xmalloc(sizeof *survey);
-    struct survey_found *found = xmalloc(sizeof *found);
-    size_t count = 0;
-    bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
-               survey_load(report->store, 0, survey, report->error) == MR_OK &&
-               survey_evaluate(report->store, survey, found, report->error) == MR_OK;
-    if (any) {
-        write_surveys_table(out, rows, count);
-        write_survey_text(out, survey, found, report->si);
-    }
-    if (any && found->previous) {
-        struct figure figure = figure_begin(
-            out, report->si, "opening of joints, movement and in-plane bow against station", 1,
-            FIGURE_EACH);
-        draw_lines(&figure, found, false);
-        draw_lines(&figure, found, true);
-        draw_since_first(&figure, report, rows, count, false);
-        draw_since_first(&figure, report, rows, count, true);
-        figure_end(&figure, NULL,
-                   "First two plots: change from survey %lld to survey %lld along each gage line, "
-                   "as the length of ten mats and as movement downfield. Last two plots: change "
-                   "from survey %lld to the newest surveys, as total movement (mean of the lines) "
-                   "and as in-plane bow (dotted: its limits).",
-                   (long long)found->previous, (long long)survey->row.id, (long long)found->first);
-    }
-    free(rows);
-    free(survey);
-    free(found);
-}
-
 /* ---- the slow log ---- */
 
 #define HOUR_US 3600e6
@@ -986,6 +835,6 @@ const struct report_section report_sections[] = {
     {"slow", "Tension and temperature between landings", write_slow, 0},
     {"journal", "Observations and notes", write_journal, 0},
     {"records", "Acceptance and damage", report_records, 0},
-    {"survey", "Surveys of the mat", write_surveys, 0},
+    {"survey", "Surveys of the mat", report_surveys, 0},
     {NULL, NULL, NULL, 0},
 };

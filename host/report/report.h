@@ -139,6 +139,8 @@ extern const struct report_part { /* parts of each landing */
     void (*write)(const struct report *report, const struct report_landing *landing, FILE *out);
 } report_parts[];
 
+/* Surveys of the mat. */
+void report_surveys(const struct report *report, FILE *out);
 /* The crew's records: of the runway with a map, and of a landing. */
 void report_records(const struct report *report, FILE *out);
 void report_landing_records(const struct report *report, const struct report_landing *landing,
