@@ -44,7 +44,7 @@ struct arguments {
     unsigned speed;               /* 0: max, 1: real */
     unsigned gdb_time;            /* 1: time continues while gdb holds the board */
     double for_s;                 /* 0: not given */
-    double stall_s, wall_limit_s; /* wall_limit_s 0: none; negative: not given */
+    double stall_s, wall_limit_s; /* wall_limit_s 0: no limit; negative: not given */
     struct hil_options options;
 };
 
@@ -182,11 +182,11 @@ static bool parse_board_seed(struct arguments *a, const char *text)
 enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, WORD, OWN };
 
 static const struct option {
-    const char *name, *value; /* value: its name in the help */
+    const char *name, *value; /* value: name of the option's value in the help */
     enum kind kind;
     size_t place;      /* offset in struct arguments */
     double low, high;  /* range of a number */
-    const char *words; /* "a|b|c" */
+    const char *words; /* the words of a WORD: "a|b|c" */
     bool (*parse)(struct arguments *a, const char *text);
     const char *help;
 } options[] = {
@@ -489,8 +489,8 @@ static bool is_same_file(const char *a, const char *b)
 
 enum { READ_ONLY = 4, RECORDS = 7, MEMORIES = 10, PATHS = 12 };
 
-/* Refuses an output that is also an input or another output; devices may be. A record must not
- * replace a campaign or a program. */
+/* Refuses an output file that is also an input or another output, unless it is a device. An output
+ * must not replace a campaign or a program. */
 static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
@@ -524,10 +524,12 @@ static enum mr_status check_paths(const struct arguments *a)
 
 /* ---- a run ---- */
 
-#define WALL_LIMIT_S  600.0 /* in addition to the length of a run that has an end */
+/* added to the virtual duration of a run to get its limit of wall-clock time */
+#define WALL_LIMIT_S  600.0
 #define CONNECT_MS    30000
-#define SLICE_MAX_PS  (5ull * HIL_MS_PS) /* between polls of the sockets, at full speed */
-/* between polls and waits for the wall clock, in real time */
+/* virtual time between polls of the sockets, at full speed */
+#define SLICE_MAX_PS  (5ull * HIL_MS_PS)
+/* in real time: virtual time between waits for the wall clock, with a poll of the sockets each */
 #define SLICE_REAL_PS (1ull * HIL_MS_PS)
 #define HOST_AWAY_PS  (50ull * HIL_MS_PS)
 
@@ -580,8 +582,8 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
     return status == MR_CLOSED ? MR_OK : report_failure(status, error);
 }
 
-/* At full speed the board waits while no program has the pty open, so that a program can start or
- * restart. Waits only after HOST_AWAY_PS without one. */
+/* At full speed, waits while no program has had the pty open for HOST_AWAY_PS, so that a program
+ * can start or restart. False: the wait failed or was stopped. */
 static bool is_host_present(struct session *session, uint64_t t_ps)
 {
     char error[256];
@@ -617,8 +619,8 @@ static enum mr_status play_to(struct session *session, uint64_t t_ps)
             status = flushed;
         double held_s = hil_wall_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
-        /* held time does not count for the pace; without gdb skipped, because rounding would add 80
-         * ppm */
+        /* time while gdb holds the board does not count for the pace; without gdb it is not
+         * measured, because rounding would add 80 ppm */
         if (session->gdb.listener >= 0 && !session->gdb.is_time_running)
             session->pace.start_s += hil_wall_s() - held_s;
         if (!alive)
@@ -649,7 +651,7 @@ static enum mr_status session_play(struct session *session, double duration_s)
         if (real)
             hil_pace_record(&session->pace, t_ps);
     }
-    /* Waiting output gets the stall time at either speed. */
+    /* At either speed, the last output may take up to the stall time. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
     if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
         print_error("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
@@ -774,7 +776,7 @@ static enum mr_status load_memories(struct hil_board *board, const struct argume
     return status;
 }
 
-/* Saves the memories after any end of a run. */
+/* Writes the memories to files, whether or not the run was successful. */
 static enum mr_status save_memories(struct hil_board *board, const struct arguments *a,
                                     enum mr_status status)
 {
@@ -801,7 +803,7 @@ static enum mr_status add_faults(const struct session *session)
     return status;
 }
 
-/* Sets a generous limit for a run that has an end, so that it ends in any case. */
+/* Limits the wall-clock time of a run of known duration, generously, in case it does not end. */
 static void start_wall_limit(const struct arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
@@ -940,7 +942,7 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
     return status;
 }
 
-/* Opens missing standard streams: otherwise an output file could get number 2 and receive
+/* Opens missing standard streams: otherwise an output file could get descriptor 2 and receive the
  * messages. */
 static void hold_standard_streams(void)
 {

@@ -143,7 +143,8 @@ void hil_board_set_electronics(struct hil_board *board)
     board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc : NULL;
 }
 
-/* Connects the parts of a board that is zero except for options and memories. */
+/* Connects the parts of a new board. Its options and memories are set; its other members are
+ * zero. */
 static void wire_board(struct hil_board *board)
 {
     wire_core(board);
@@ -156,7 +157,8 @@ static void wire_board(struct hil_board *board)
 
 /* ---- board type of an image, from its header (common/image.h) ---- */
 
-/* Board type from the first bytes of flash; without a header `type` stays unchanged. */
+/* Reads the board type from the header at the start of flash. Without a header, `type` stays
+ * unchanged. */
 static enum mr_status read_board_type(const uint8_t *flash, const struct hil_board_type **type,
                                       char *error, size_t size)
 {
@@ -204,7 +206,7 @@ enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
 
 /* ---- the board ---- */
 
-/* Fills RAM as after a power failure: neither with the old content nor with zeroes. */
+/* Fills RAM with random bytes: after a power failure its content is undefined. */
 static void scramble_ram(struct hil_board *board)
 {
     uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
@@ -270,13 +272,14 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     board->options = *options;
     if (options->is_board_drawn)
         hil_electronics_chip_uid(options->board_seed, board->options.uid);
-    board->options.log = NULL; /* an empty board writes no log and no trace */
+    board->options.log = NULL; /* nothing is logged until the board is complete */
     wire_board(board);
     for (unsigned i = 0; i < 2; i++)
         board->state.mcu.adc[i].rng_state = options->seed * 0x2545f4914f6cdd1dull +
                                             i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
-    /* the one-shot and the buffers of camera, brake and wheel drive their pins low */
+    /* at rest, the one-shot and the buffers of camera, brake and wheel drive the capture pins
+     * low */
     for (unsigned i = 0; !options->has_no_rig && i < HIL_CAPTURE_CHANNELS; i++)
         hil_gpio_drive(&board->mcu.gpio, hil_capture_pins[i].port, hil_capture_pins[i].pin, false,
                        0);
@@ -304,7 +307,8 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
     board->lines.callbacks = *callbacks;
 }
 
-/* Powers on with the present memories. MR_OK, or the reason why the firmware cannot start. */
+/* Powers the board on with the present content of its memories. Fails if the firmware cannot
+ * start. */
 static enum mr_status restart(struct hil_board *board)
 {
     hil_cpu_discard_code(&board->core);
@@ -387,7 +391,7 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 {
     board->state.replay = (struct hil_replay_state){0};
     hil_replay_connect(&board->replay, replay);
-    fit_jumper(board); /* the jumper permits the command replay */
+    fit_jumper(board); /* with the jumper the firmware accepts the command `replay` */
     if (replay->has_uid)
         memcpy(board->options.uid, replay->uid, sizeof board->options.uid);
     if (!replay->has_crystal)
@@ -398,7 +402,8 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 static void advance_to_event(struct hil_core *core, uint64_t *counter)
 {
     struct hil_core_state *state = &core->state;
-    uint64_t next = state->events.next_cycle; /* at most the end of the run */
+    /* not later than the end of the run, which is an event, too */
+    uint64_t next = state->events.next_cycle;
     if (next > state->clock.now_cycle) {
         *counter += next - state->clock.now_cycle;
         state->clock.now_cycle = next;

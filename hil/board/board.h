@@ -104,7 +104,7 @@ void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run);
 void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay);
 
 /* Runs until virtual time t_ps (since power on). MR_OK when reached; MR_UNMODELLED, MR_HALTED. The
- * division of the time into calls has no influence on the board. */
+ * result is the same for one long run and for several short ones. */
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps);
 const char *hil_board_reason(const struct hil_board *board);
 
@@ -140,8 +140,8 @@ enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
  * flash contains no program. hil_board_reason has the text. */
 enum mr_status hil_board_load_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
-/* Write a file. The data are first written to a temporary file in the same folder, so the old file
- * remains after a failure. MR_OK, MR_IO. */
+/* Write the flash or NOR file. The data are first written to a temporary file in the same folder,
+ * so the old file remains after a failure. MR_OK, MR_IO. */
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_save_nor(struct hil_board *board, const char *path);
 /* As hil_board_load_elf, but like a flash programmer: sectors that the ELF does not use keep their
@@ -153,7 +153,8 @@ bool hil_is_protected_file(const char *path);
 
 /* Resets the chip now, for a debugger. */
 void hil_board_reset(struct hil_board *board);
-/* Draws or computes the electronics from the options and sets the errors of the converters. */
+/* Computes the board's electronics from the options, or draws their tolerances, and sets the errors
+ * of the converters. */
 void hil_board_set_electronics(struct hil_board *board);
 
 #endif

@@ -6,10 +6,10 @@
 #include "hil/periph/options.h"
 
 #define C_PER_COUNT       0.0625
-#define CONFIG_OS         0x80u /* first byte */
-#define CONFIG_RESOLUTION 0x60u /* read only: 12 bits */
+#define CONFIG_OS         0x80u /* bits of the first byte of the configuration */
+#define CONFIG_RESOLUTION 0x60u /* read-only; set: 12 bits */
 #define CONFIG_SD         0x01u
-#define CONFIG_AL         0x20u /* second byte; read only */
+#define CONFIG_AL         0x20u /* bits of the second byte; AL is read-only */
 #define CONFIG_EM         0x10u
 #define TYPICAL_PS        (26u * HIL_MS_PS)
 #define LONGEST_PS        (35u * HIL_MS_PS)
@@ -35,7 +35,7 @@ void hil_tmp112_power_on(struct hil_tmp112_device *dev)
     chip->conversion_ps = conversion_ps(dev);
 }
 
-/* Result of the conversion that ended at `t_ps`. */
+/* Returns the result of the conversion that ended at `t_ps`, in 0.0625 C. */
 static int32_t convert_temperature(const struct hil_tmp112_device *dev, uint64_t t_ps)
 {
     const struct hil_options *options = dev->options;

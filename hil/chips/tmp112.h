@@ -27,7 +27,7 @@ struct hil_options;
 
 struct hil_tmp112 {
     uint8_t pointer;
-    uint8_t config[2]; /* as written, except OS */
+    uint8_t config[2]; /* bytes as written; OS is computed when it is read */
     uint8_t limit[2][2];
     int32_t code;           /* result of the last conversion, in 0.0625 C */
     bool is_done;           /* a conversion started by OS has ended */

@@ -10,8 +10,9 @@
 #define BUSY                 1u
 #define WEL                  2u
 #define MANUFACTURER         0xefu
-#define INTERRUPTED_PERMILLE 500u /* progress of an operation that never ends */
-/* Modelled commands: data sheet rev. F, 8.1.2. */
+/* share of a hung operation's changes that are made before a reset */
+#define INTERRUPTED_PERMILLE 500u
+/* The modelled commands (data sheet rev. F, 8.1.2). */
 enum command {
     PAGE_PROGRAM = 0x02,
     READ = 0x03,
@@ -43,7 +44,7 @@ static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
     return (uint8_t)~dev->cells[address];
 }
 
-/* Changes the cells as far as the operation got: all of them after permille 1000. */
+/* Makes permille / 1000 of the changes of the operation in progress. */
 static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
@@ -66,7 +67,7 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
     }
 }
 
-/* Ends the operation after this share of its changes; 1000: completely. */
+/* Ends the operation when permille / 1000 of its changes have been made. */
 static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
@@ -131,7 +132,7 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
 static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    if (w->operation) /* "data corruption may happen" (8.2.36) */
+    if (w->operation) /* data sheet 8.2.36: "data corruption may happen" */
         end_operation(dev, w->end_ps == HIL_NEVER ? INTERRUPTED_PERMILLE
                                                   : (unsigned)((t_ps - w->begin_ps) * 1000u /
                                                                (w->end_ps - w->begin_ps)));
@@ -152,7 +153,7 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
         if (w->page_count)
             start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
         break;
-    case ERASE_4K: /* only with exactly an address */
+    case ERASE_4K: /* executed only after exactly three address bytes */
         if (w->byte_count == 4)
             start_operation(dev, t_ps, w->address & ~(HIL_NOR_SECTOR - 1u), HIL_NOR_SECTOR, 45000,
                             400000);
@@ -194,7 +195,7 @@ static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, ui
         return get_cell(dev, address);
     }
     if (w->command == PAGE_PROGRAM) {
-        /* wraps; the last byte at an address counts */
+        /* the address wraps within the page; of two bytes for one address the second counts */
         uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE;
         w->page[at] = in;
         w->page_mask[at / 8u] |= (uint8_t)(1u << at % 8u);
@@ -236,7 +237,7 @@ static bool is_known(uint8_t command)
     return memchr(known, command, sizeof known) != NULL;
 }
 
-/* Applies orders of the fault script for the whole chip (hil/rig/faults.h). */
+/* Applies the requests of the fault script to the chip (hil/rig/faults.h). */
 static void apply_requests(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
@@ -244,7 +245,8 @@ static void apply_requests(struct hil_w25q_device *dev)
     w->is_dead = orders->is_dead;
     w->is_stuck = orders->is_stuck;
     if (orders->is_fill_requested) {
-        memset(dev->cells, 0xff, HIL_NOR_SIZE); /* inverted: zeroes */
+        /* cells are stored inverted: all of them read as 0 */
+        memset(dev->cells, 0xff, HIL_NOR_SIZE);
         memset(w->used_sectors, 0xff, sizeof w->used_sectors);
         orders->is_fill_requested = false;
     }
@@ -260,7 +262,7 @@ static void begin_command(void *device, uint64_t at)
     apply_requests(dev);
 }
 
-/* Rule for the time without access that a command requires afterwards. */
+/* Returns the rule for the pause that must follow a command; HIL_RULES: none. */
 static enum hil_rule pause_rule(uint8_t command)
 {
     return command == RELEASE    ? HIL_RULE_RELEASE

@@ -22,10 +22,10 @@
 
 struct hil_rules_device;
 
-/* Times from which the rules measure the next command. */
+/* Earlier events from which the rules measure the time to the next command. */
 struct hil_w25q_times {
     uint8_t previous_command; /* previous command; 0: none since power on */
-    uint8_t pause_command;    /* an executed command that requires a pause; 0: none */
+    uint8_t pause_command;    /* executed command that must be followed by a pause; 0: none */
     uint64_t power_ps;        /* time of power on */
 };
 
@@ -56,13 +56,14 @@ struct hil_w25q {
     /* totals */
     uint64_t operations; /* programs and erases begun since creation */
     uint64_t random;
-    /* set by the fault script: the chip is dead; it stays busy; the operation in progress fails */
+    /* Set by the fault script. is_dead: the chip does not respond; is_stuck: it is always busy;
+     * is_failing: the operation in progress changes nothing. */
     bool is_dead, is_stuck, is_failing;
-    /* sectors that are not fully erased, or were not at some time */
+    /* sectors that may contain bytes other than 0xff */
     uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
 };
 
-/* Requests of a fault script to the chip. The chip executes and clears `fill_requested`, and
+/* Requests of a fault script to the chip. The chip executes and clears `is_fill_requested`, and
  * decrements the counts with each failure. */
 struct hil_nor_requests {
     /* the chip does not drive its output: all reads give ones, and commands have no effect */
@@ -71,7 +72,7 @@ struct hil_nor_requests {
     bool is_fill_requested;    /* program every byte with zeroes */
     uint32_t program_failures; /* number of following page programs that change nothing */
     uint32_t erase_failures;
-    uint32_t hang_count; /* number of following programs and erases that end at a reset only */
+    uint32_t hang_count; /* number of following programs and erases that do not end until a reset */
 };
 
 struct hil_w25q_device {

@@ -15,9 +15,10 @@ struct hil_peripheral;
 /* Adds a peripheral below 0x40080000 to the bus. Aborts if there are more than HIL_PERIPHERALS_MAX
  * or if registers.def does not list the peripheral. */
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral);
-/* Accesses by the core. */
+/* Read or write a register as the core does. A refused access stops the run, and the read returns
+ * 0. */
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size);
-/* Bits of the word being read that the core receives. */
+/* Returns a mask of the bits that the core receives from the register being read. */
 uint32_t hil_bus_read_mask(const struct hil_core *core);
 void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 

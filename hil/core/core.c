@@ -3,7 +3,7 @@
 #include <stdarg.h>
 #include <string.h>
 
-#define CSR_PIN (1u << 26) /* every reset also sets the pin flag */
+#define CSR_PIN (1u << 26) /* PINRSTF, set by every reset */
 
 void hil_core_stop(struct hil_core *core, enum mr_status status, const char *format, ...)
 {
@@ -90,11 +90,13 @@ void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
 
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
 {
-    if (cycle < clock->anchor_cycle) /* slightly earlier: the present rate applies */
+    /* in the cycles just before a change of HCLK, the new HCLK applies */
+    if (cycle < clock->anchor_cycle)
         return clock->anchor_ps -
                (uint64_t)((wide)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
-    /* 64 bits last for days at common rates, and are four times faster */
+    /* A product of 64 bits lasts for days at common clock rates and is four times faster than
+     * `wide`. */
     if (clock->ratio_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;
@@ -150,8 +152,9 @@ void hil_core_create(struct hil_core *core)
     memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
 }
 
-/* Finds the earliest event. The key has the slot in its low bits, so at the same time the first
- * slot wins. Several independent minimum chains are faster than one. */
+/* Finds the earliest event. The search key has the cycle in its upper bits and the slot in its
+ * lower bits, so of two events at the same cycle the lower slot is first. Several independent
+ * chains of minima are faster than one. */
 #define SLOT_BITS 5u
 _Static_assert(HIL_EVENT_SLOTS <= 1u << SLOT_BITS, "slots in their bits");
 
@@ -251,7 +254,8 @@ void hil_hclk_skip_to_event(struct hil_core *core)
 {
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
-    uint64_t next_ps = HIL_NEVER; /* the end of the run is always in the queue, so the loop ends */
+    /* the end of the run is always in the queue, so a time is found */
+    uint64_t next_ps = HIL_NEVER;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         if (events->at_ps[i] < next_ps)
             next_ps = events->at_ps[i];
@@ -334,7 +338,7 @@ unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, ui
     const uint8_t *code = from < to ? hil_memory_at(core, from, to - from, false) : NULL;
     unsigned n = 0;
     for (uint32_t i = 0; code && i < to - from; n++)
-        i += code[i + 1] >= 0xe8u ? 4 : 2; /* 4 bytes: ARMv7-M A5.1 */
+        i += code[i + 1] >= 0xe8u ? 4 : 2; /* 4 bytes: see ARMv7-M A5.1 */
     return n;
 }
 
@@ -347,7 +351,7 @@ uint32_t hil_access_pc(const struct hil_core *core)
              : hil_cpu_register(core, 15) & ~1u;
 }
 
-/* True if a condition holds: ARMv7-M A7.3. */
+/* Condition codes: ARMv7-M A7.3. */
 bool hil_is_condition_met(uint32_t xpsr, unsigned condition)
 {
     bool n = xpsr >> 31 & 1u, z = xpsr >> 30 & 1u, c = xpsr >> 29 & 1u, v = xpsr >> 28 & 1u;

@@ -21,7 +21,7 @@
 #include "hil/core/state.h"
 #include "hil/core/translator.h"
 
-/* The access in progress, for the message of a refusal. */
+/* The bus access in progress, for messages about a refused access. */
 struct hil_access {
     uint32_t address;
     unsigned size;
@@ -92,7 +92,7 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
 /* Observers while the core runs: debugger, trace and profiler (hil/debug/). The core knows them
  * only by these calls. An observer whose calls are NULL is not attached.
  *
- * Observers do not change the behaviour of a board: a debugger holds virtual time, the others only
+ * Observers do not change the behaviour of a board: a debugger stops virtual time, the others only
  * observe. */
 struct hil_debugger_calls {
     bool (*is_holding)(const void *context);
@@ -100,9 +100,9 @@ struct hil_debugger_calls {
     bool (*has_hit_watchpoint)(void *context);
     /* the firmware has executed BKPT */
     void (*handle_bkpt)(void *context);
-    /* true if this block must be executed instruction by instruction */
+    /* returns true if the block must be executed instruction by instruction */
     bool (*has_point_in)(const void *context, uint32_t address, uint32_t size);
-    /* true if the board must stop before this instruction of such a block */
+    /* returns true if the board must stop before this instruction */
     bool (*is_stop_before)(void *context, uint32_t pc);
 };
 
@@ -151,18 +151,18 @@ struct hil_region {
     uint32_t base;
 };
 
-/* Interface state between the core and Unicorn. All of it is derived or belongs to a single return
- * from Unicorn, so it is not part of a snapshot. */
+/* Interface state between the core and Unicorn. Its members can be recomputed, or are used only
+ * until the next call of Unicorn, so they are not part of a snapshot. */
 struct hil_cpu_engine {
     struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
-    /* 1, then 2: Unicorn executes a single instruction of a block */
+    /* 0: off; 1: Unicorn is to execute a single instruction; 2: it executes this instruction */
     unsigned single_step;
     /* Results of the core's hooks for the main loop. */
     int return_reason;
     uint32_t return_number;
     uint32_t bad_address, bad_size;
-    struct hil_instruction bad_place; /* the instruction of the bad access */
+    struct hil_instruction bad_place; /* instruction that made the bad access */
     bool has_left_block; /* the run was stopped by an access, and the core is at that instruction */
     /* bytes of an unaligned store to flash that are still to be stored one by one */
     unsigned split_bytes_left;
@@ -173,7 +173,7 @@ struct hil_cpu_engine {
     struct hil_region regions[HIL_REGIONS];
 };
 
-/* ---- must ---- */
+/* ---- failures that abort the program ---- */
 
 /* Checks a call of Unicorn that must not fail; aborts otherwise. */
 
@@ -201,7 +201,7 @@ struct hil_reset {
     bool is_requested;
     bool has_lost_power; /* the reset is caused by the return of the supply */
     uint32_t flags;      /* flags for RCC_CSR */
-    uint64_t hold_ps;    /* end of the reset */
+    uint64_t hold_ps;    /* time at which the reset ends */
 };
 
 struct hil_core {
@@ -213,8 +213,9 @@ struct hil_core {
     /* length of an instruction in 1/HIL_CYCLE_PARTS cycles, from hil_options.cpi */
     uint32_t cycle_parts;
 
-    /* Members of the present run; they are not used after the run. */
-    /* the block hook returns to the loop from this cycle on; not later than the next event */
+    /* The members from here to `reason` are used only during a run. */
+    /* the block hook returns to the main loop at the first block that begins at or after this
+     * cycle; not later than the next event */
     uint64_t limit_cycle;
     bool target_reached;
     struct hil_reset reset;
@@ -225,12 +226,13 @@ struct hil_core {
     struct hil_bus bus;
     struct hil_event_handler handler[HIL_EVENT_COUNT];
     struct hil_bank_calls bank;
-    bool has_no_ccm; /* the chip has no CCM */
+    bool has_no_ccm;
     struct hil_observers observers;
     struct hil_cpu_engine engine;
 };
 
-/* Physical time of a cycle, rounded down, and the first cycle that is not before a time. */
+/* Returns the physical time of a cycle, rounded down; the second function returns the first cycle
+ * at or after a physical time. */
 uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
 uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
 /* Starts a clock with the given HCLK. */
@@ -269,7 +271,8 @@ static inline uint64_t hil_now_ps(const struct hil_core *core)
     return hil_clock_ps(&core->state.clock, core->state.clock.now_cycle);
 }
 
-/* Position of n bytes in flash, SRAM or CCM; NULL: they are not within one of them. */
+/* Host address of n bytes in flash, SRAM or CCM; NULL: the bytes are not within one of these
+ * memories. */
 static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t address, uint32_t n)
 {
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))

@@ -20,7 +20,8 @@ __asm__(".section .rodata\n"
 /* --- the address space --- */
 
 /* Maps memory that stores do not change. The protection must be changed after mapping: only then
- * does Unicorn discard a store that the memory hook has handled; otherwise it would store it. */
+ * does Unicorn discard a store that the memory hook has handled; otherwise Unicorn would execute
+ * the store. */
 static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, const uint8_t *bytes,
                           bool readable)
 {
@@ -31,7 +32,7 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
     uc_check(uc_mem_protect(core->uc, base, size, protection), "protecting flash or ROM");
 }
 
-/* Maps address 0 to flash, or to the ROM if BOOT0 selected it. */
+/* Maps address 0 to flash or, if BOOT0 selected the boot ROM, to the ROM. */
 static void map_zero(struct hil_core *core, bool rom, bool readable)
 {
     core->engine.is_rom_at_zero = rom;
@@ -49,7 +50,7 @@ static void unmap_zero(struct hil_core *core)
 
 /* Makes reads of flash call the memory hook: during an erase, because reads must wait, and
  * afterwards while the data cache may hold old content. Only a new mapping empties the core's
- * address cache; it takes a millisecond, too long to do it per word. */
+ * address cache; a mapping takes a millisecond, too long for each word. */
 static void intercept_flash_reads(struct hil_core *core, bool guarded)
 {
     if (core->engine.is_flash_guarded == guarded)
@@ -183,7 +184,7 @@ enum {
 #define OPCODE_WFE      0xbf20u
 #define OPCODE_WFI      0xbf30u
 #define OPCODE_SEV      0xbf40u
-#define MAX_BLOCK_BYTES 4096u /* a block is within a page */
+#define MAX_BLOCK_BYTES 4096u /* Unicorn's blocks do not cross a page */
 
 static uint16_t halfword(const uint8_t *p)
 {
@@ -252,7 +253,7 @@ static const struct hil_block_info *block_info(struct hil_core *core, uint32_t a
     return info;
 }
 
-/* End of the block, in fractions of a cycle beyond now_cycle. */
+/* Returns the time from now_cycle to the end of the block, in 1/HIL_CYCLE_PARTS cycles. */
 static uint64_t block_end_parts(const struct hil_core *core)
 {
     const struct hil_cpu *cpu = &core->state.cpu;
@@ -292,7 +293,8 @@ static bool is_stop_due(struct hil_core *core, uint32_t address)
     if (nvic->next_exception && nvic->next_group < nvic->active_group) {
         if (hil_exception_next(core))
             return true;
-        core->limit_cycle = 0; /* masked: checks every block until the mask is cleared */
+        /* the exception is masked: check at each block whether it still is */
+        core->limit_cycle = 0;
     }
     return false;
 }
@@ -412,7 +414,7 @@ void hil_cpu_destroy(struct hil_core *core)
 void hil_cpu_discard_code(struct hil_core *core)
 {
     memset(core->engine.blocks, 0, sizeof core->engine.blocks);
-    hil_whatif_destroy(core); /* whatif has translated and evaluated the old code */
+    hil_whatif_destroy(core); /* whatif uses translations and results of the old code */
     if (!core->engine.is_rom_at_zero)
         uc_ctl_remove_cache(core->uc, 0x00000000u, HIL_FLASH_SIZE);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + HIL_FLASH_SIZE);
@@ -425,8 +427,8 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
         hil_cpu_discard_code(core);
         return;
     }
-    /* A block with a changed byte begins at most the block length before that byte. Both addresses
-     * of flash share an entry. */
+    /* A block that contains a changed byte begins at most MAX_BLOCK_BYTES ahead of the byte. Flash
+     * at 0 and at 0x08000000 has the same cache entries. */
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
         core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address =
             UINT32_MAX;
@@ -445,7 +447,8 @@ static uint32_t itstate_of(uint32_t xpsr)
     return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
 }
 
-/* Sets ITSTATE to its value before the faulting instruction: the frame stores it. */
+/* Sets ITSTATE to its value before the faulting instruction, because the exception frame stores
+ * it. */
 static void set_itstate(struct hil_core *core, uint32_t itstate)
 {
     uint32_t xpsr = hil_cpu_register(core, XPSR);
@@ -460,7 +463,8 @@ static uint32_t read_pc(const struct hil_core *core)
     return pc;
 }
 
-/* The instruction at `pc` faults: counts the instructions of the block before it. */
+/* Raises a fault of the instruction at `pc`, after the instructions of the block before it were
+ * counted. */
 static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_cpu *cpu = &core->state.cpu;
@@ -469,8 +473,8 @@ static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint3
     hil_exception_fault(core, cfsr, pc, address);
 }
 
-/* Handles an instruction that Unicorn does not execute: WFE and YIELD (PC already past), or an
- * undefined one. */
+/* Handles an instruction that Unicorn does not execute: an undefined one, or WFE or YIELD, which PC
+ * has already passed. */
 static void handle_invalid(struct hil_core *core)
 {
     uint32_t pc = read_pc(core) & ~1u;
@@ -523,8 +527,8 @@ static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
     return err;
 }
 
-/* Handles Unicorn's return at the end of a block or inside it. `slept`: by WFI, if there is no
- * other reason. */
+/* Handles Unicorn's return at the end of a block or inside it. `slept`: without any other reason,
+ * the core has executed WFI. */
 static void handle_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
@@ -554,7 +558,7 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
     switch (core->engine.return_reason) {
     case RETURNED_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
     case RETURNED_SVC: hil_exception_svc(core, read_pc(core)); break;
-    case RETURNED_NO_CODE: /* address range that cannot hold code (ARMv7-M B3.1) */
+    case RETURNED_NO_CODE: /* code cannot be at this address (ARMv7-M B3.1) */
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
         break;
     case RETURNED_BKPT:
@@ -671,7 +675,7 @@ void hil_cpu_run(struct hil_core *core)
     uc_err err = start(core, read_pc(core), 0);
     if (core->state.cpu.is_stepping)
         return; /* the caller continues at the start of the block */
-    /* Returned without a request and inside a block: WFI. */
+    /* If Unicorn returned inside a block without a request, the core has executed WFI. */
     handle_return(core, err, core->state.cpu.block_instructions != 0);
 }
 
@@ -694,7 +698,8 @@ void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registe
     uint32_t pc = registers->pc | 1u;
     hil_whatif_reset(core);
     hil_map_update_boot_memory(core);
-    /* First privileged thread mode on MSP, so that all registers can be set; the mode last. */
+    /* First switch to privileged thread mode on MSP, in which all registers can be set. Set the
+     * mode last. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &none);
     for (int i = 0; i < 13; i++)

@@ -12,7 +12,7 @@
 struct hil_memory;
 
 /* Copies the load segments to their physical addresses, except ELF headers at the start of a
- * segment and the bytes next to them below a memory. On failure `error` describes the fault and
+ * segment and bytes below the first address of a memory. On failure `error` describes the fault and
  * memory is unchanged. MR_IO: cannot be read; MR_TOO_LONG; MR_TRUNCATED; MR_MALFORMED: not an ELF
  * file, or not an executable; MR_VERSION: for a different machine, or a segment is outside flash
  * (0x08000000, 1 MiB), SRAM (0x20000000, 128 KiB) and CCM (0x10000000, 64 KiB). */

@@ -20,15 +20,15 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
         vsnprintf(at->error + n, at->error_size - (size_t)n, format, arguments);
     va_end(arguments);
     for (char *p = at->error; *p; p++) {
-        /* a file name may contain any printable character, text of a file only ASCII */
+        /* the path may contain UTF-8, text from the file only ASCII */
         if ((*p > 0 && *p < ' ') || (p - at->error >= n && (*p < ' ' || *p > '~')))
             *p = '?';
     }
     return status;
 }
 
-/* The file of this name that was built or installed with the program; NULL: none. The caller frees
- * it. */
+/* Returns the path of the file with this name that was built or installed with matrig; NULL: there
+ * is none. The caller frees it. */
 static char *own_file(const char *path)
 {
     static const char *const places[] = {"..", "../share/matrig/runs", "../share/matrig"};
@@ -45,7 +45,8 @@ static char *own_file(const char *path)
     return found;
 }
 
-/* A relative path may be given in the wrong folder. */
+/* Reports that the file does not exist. For a relative path the message names the current folder,
+ * which may be the wrong one. */
 static enum mr_status refuse_missing(const struct hil_file_place *at, const char *advice)
 {
     char folder[PATH_MAX] = "", *own = own_file(at->path);
@@ -72,7 +73,7 @@ enum mr_status hil_file_read(const struct hil_file_place *at, size_t most, const
         room = room ? 2 * room : 1u << 20;
         *bytes = realloc(*bytes, room + 1);
         if (!*bytes)
-            abort(); /* without memory the board aborts too */
+            abort(); /* out of memory: abort, as everywhere in the emulated board */
         *size += fread(*bytes + *size, 1, room - *size, file);
     }
     bool failed = ferror(file) != 0;

@@ -28,7 +28,7 @@ void hil_nvic_reset(struct hil_nvic *nvic)
     nvic->priority[HIL_EXC_RESET] = -3;
     nvic->priority[HIL_EXC_NMI] = -2;
     nvic->priority[HIL_EXC_HARD_FAULT] = -1;
-    /* These have no enable bit. SHCSR enables the configurable faults. */
+    /* These exceptions have no enable bit. SHCSR enables the configurable faults. */
     set_bit(nvic->enabled, HIL_EXC_NMI, true);
     set_bit(nvic->enabled, HIL_EXC_HARD_FAULT, true);
     set_bit(nvic->enabled, HIL_EXC_SVCALL, true);
@@ -121,7 +121,8 @@ bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
     return get_bit(nvic->active, exception);
 }
 
-/* Part of an exception set as one 32-interrupt register, offset by the 16 system exceptions. */
+/* Returns register n of a set: the bits of interrupts 32 n to 32 n + 31. In the set, the 16 system
+ * exceptions precede the interrupts. */
 static uint32_t read_window(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
@@ -162,7 +163,7 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
     hil_nvic_update(core);
 }
 
-/* The set that ISER, ICER, ISPR, ICPR or IABR shows. */
+/* Returns the set to which the register at `offset` belongs (ISER, ICER, ISPR, ICPR or IABR). */
 static uint32_t *register_set(struct hil_nvic *nvic, uint32_t offset)
 {
     return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
@@ -333,9 +334,10 @@ static void move_registers(struct hil_core *core, struct frame *frame, bool fp, 
         uc_reg_read_batch(core->uc, ids, values, fp ? 15 : 6);
 }
 
-/* Handles a frame without memory. A handler of bus faults or hard faults runs anyway, with nothing
- * on its stack (DUI 0553A 2.4.2, DDI 0337E 5.12.1). Any other exception becomes this bus fault, or
- * a hard fault if bus faults are disabled or their priority is too low. 0: the run has ended. */
+/* Handles an exception frame at an address without memory and returns the exception to enter. A
+ * handler of bus faults or hard faults runs anyway, with nothing on its stack (DUI 0553A 2.4.2, DDI
+ * 0337E 5.12.1). Any other exception is replaced by a bus fault, or a hard fault if bus faults are
+ * disabled or their priority is too low. 0: the run has ended. */
 static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, uint32_t frame_at,
                                    uint32_t pc)
 {
@@ -395,8 +397,8 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     jump_to_handler(core, exception, exc_return);
 }
 
-/* The exception taken for a synchronous one: itself, or HardFault if it is disabled or its priority
- * is not above the running one. 0: the run has ended. */
+/* Returns the exception to enter for a synchronous exception: the same one, or HardFault if it is
+ * disabled or its priority is not above the running code's. 0: the run has ended. */
 static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
@@ -460,8 +462,8 @@ static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_r
     jump_to_handler(core, exception, exc_return);
 }
 
-/* An invalid return: its fault is tail-chained, with the stack unchanged (ARMv7-M B1.5.8, PM0214
- * 4.4.10). */
+/* Handles an invalid return: tail-chains its fault, with the stack unchanged (ARMv7-M B1.5.8,
+ * PM0214 4.4.10). */
 static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
 {
     record_fault(core, cfsr, exc_return, 0);
@@ -600,8 +602,8 @@ static uint32_t counter_value(const struct hil_core *core)
     return (uint32_t)left;
 }
 
-/* Schedules the next zero of the running counter, now at `value`. From 0 the counter first
- * reloads. */
+/* Schedules the time when the running counter, now at `value`, reaches 0. A counter at 0 reloads
+ * first. */
 static void schedule(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
@@ -645,7 +647,7 @@ static uint32_t systick_read(struct hil_core *core, uint32_t offset)
         return value;
     case 0x14: return s->load;
     case 0x18: return counter_value(core);
-    default: /* CALIB: 18750, skewed */ return 0x4000493e;
+    default: /* CALIB: TENMS 18750, SKEW set */ return 0x4000493e;
     }
 }
 
@@ -778,7 +780,7 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     switch (offset) {
     case ICTR: /* interrupt lines in groups of 32, minus one */ return 2;
     case ICSR: return read_icsr(core);
-    case AIRCR: /* reads the complement of the key */
+    case AIRCR: /* the upper half reads as the complement of the key */
         return 0xfa050000u | (uint32_t)core->state.nvic.prigroup << 8;
     case SHCSR: return read_shcsr(&core->state.nvic);
     default: return scb->word[(offset - SCB) / 4u];
@@ -842,7 +844,7 @@ static void dwt_write(struct hil_core *core, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     if (!(scb->demcr & DEMCR_TRCENA))
-        return; /* as on hardware: the unit is off */
+        return; /* as on hardware, the unit is off and ignores the write */
     /* refuse all bits but CYCCNTENA, SYNCTAP and CYCTAP; the latter two matter only to trace */
     if (value & 0x3ffffffeu & ~0x1e00u)
         hil_bus_refuse(core, "DWT functions other than the cycle counter");

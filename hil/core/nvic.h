@@ -47,12 +47,13 @@ void hil_nvic_update(struct hil_core *core);
 /* Sets the level of a peripheral's interrupt line. A line that is high when its handler returns
  * becomes pending again. */
 void hil_irq_set_line(struct hil_core *core, unsigned irq, bool level);
-/* As hil_irq_set_line, for an exception by its number (the clock security system holds NMI). */
+/* As hil_irq_set_line, for an exception by its number; the clock security system uses it for
+ * NMI. */
 void hil_nvic_set_line(struct hil_core *core, unsigned exception, bool level);
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception);
 
-/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; only
- * reaching 0 is an event. */
+/* SysTick: 24-bit down counter (ARMv7-M B3.3). The counter is computed when it is read; the only
+ * event is the counter reaching 0. */
 void hil_systick_create(struct hil_core *core);
 void hil_systick_reset(struct hil_core *core);
 

@@ -1,4 +1,4 @@
-/* The state of the processor, part by part; the functions of each part are in its own header. The
+/* The state of the processor, part by part; the header of each part declares its functions. The
  * state contains no pointers: a copy is a snapshot. */
 #ifndef MATRIG_HIL_STATE_H
 #define MATRIG_HIL_STATE_H
@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* ---- call ---- */
+/* ---- call-backs ---- */
 
 /* A call-back from one part to another: the receiver and its function. The sender does not know the
  * receiver, so a peripheral is independent of its board. */
@@ -22,7 +22,7 @@ static inline void hil_call(const struct hil_call *wire)
         wire->call(wire->context);
 }
 
-/* ---- words ---- */
+/* ---- registers by name and by offset ---- */
 
 /* Registers of a peripheral by name and by offset: word[offset / 4] is the register named at that
  * position. Positions without a register, and registers without storage, have a name too and stay
@@ -43,7 +43,7 @@ static inline void hil_call(const struct hil_call *wire)
 #define HIL_MS_PS     1000000000ull
 #define HIL_US_PS     1000000ull
 #define HIL_NS_PS     1000ull
-#define HIL_NEVER     UINT64_MAX /* for cycles and for physical times */
+#define HIL_NEVER     UINT64_MAX /* a cycle or physical time that is never reached */
 
 struct hil_clock {
     uint64_t now_cycle;    /* start of the running basic block */
@@ -103,7 +103,7 @@ extern const uint8_t hil_bootrom_image[];
 struct hil_counters {
     uint64_t instructions;
     uint64_t asleep_cycles; /* HCLK cycles spent in WFI or WFE */
-    uint64_t exceptions;    /* entries, including tail-chained ones */
+    uint64_t exceptions;    /* entered exceptions, including tail-chained ones */
     uint64_t tail_chains;
     uint64_t faults; /* entries of MemManage, BusFault, UsageFault and HardFault */
     uint64_t resets; /* all resets except power on */
@@ -112,7 +112,7 @@ struct hil_counters {
     uint64_t can_frames_in;
     uint64_t can_frames_filtered; /* received frames that no filter accepted */
     uint64_t can_errors;          /* frames that were destroyed or not acknowledged */
-    /* times that a mailbox was filled again before its RQCP was cleared */
+    /* number of times that the firmware filled a mailbox again before it cleared RQCP */
     uint64_t can_ends_unseen;
     uint64_t can_in_dropped; /* frames injected while the queue of the other node was full */
     uint64_t serial_bytes_out;
@@ -127,7 +127,8 @@ struct hil_counters {
     uint64_t edges_captured;  /* captures by TIM2 channel 1 */
     uint64_t frames_captured; /* captures by TIM2 channel 2 */
     uint64_t film_frames;     /* pulses sent by the camera */
-    /* time with PD12 high and PD13 low; without a direct component plus equals minus */
+    /* time with PD12 high and PD13 low; equal to excitation_minus_ps if there is no direct
+     * component */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t faults_injected;    /* injected faults, as reported by hil/rig/faults.h */
@@ -145,7 +146,7 @@ enum hil_event_slot {
     HIL_EVENT_PLL,
     HIL_EVENT_LSI,
     HIL_EVENT_POWER, /* the supply has returned */
-    HIL_EVENT_FAULT, /* before other events at the same time */
+    HIL_EVENT_FAULT, /* handled before other events of the same cycle */
     HIL_EVENT_LATE,
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR,
@@ -160,7 +161,7 @@ enum hil_event_slot {
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,
     HIL_EVENT_CAN,
-    HIL_EVENT_CAN_OTHER, /* the other node's wait has ended */
+    HIL_EVENT_CAN_OTHER, /* the other node may send again */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,
@@ -191,7 +192,7 @@ struct hil_nvic {
     uint32_t enabled[HIL_EXCEPTION_WORDS];
     uint32_t pending[HIL_EXCEPTION_WORDS];
     uint32_t active[HIL_EXCEPTION_WORDS];
-    uint32_t line[HIL_EXCEPTION_WORDS]; /* level held by a peripheral */
+    uint32_t line[HIL_EXCEPTION_WORDS]; /* levels of the interrupt lines */
     /* fixed priorities are -3..-1; others are 0..240 in steps of 16 */
     int16_t priority[HIL_EXCEPTIONS];
     uint16_t next_exception; /* pending exception of the highest priority; 0: none */
@@ -220,11 +221,13 @@ struct hil_systick {
 /* --- the core itself --- */
 
 struct hil_cpu {
-    uint32_t block_instructions; /* instructions of the running block, not yet added to the time */
+    /* executed instructions of the running block, whose time is not yet added to now_cycle */
+    uint32_t block_instructions;
     uint32_t block_address;
     uint32_t block_size;
-    uint32_t cycle_rest; /* fraction of a cycle used by instructions, not yet added to the time */
-    bool is_stepping;    /* the block is executed instruction by instruction */
+    /* in 1/HIL_CYCLE_PARTS cycles: part of a cycle that is not yet added to now_cycle */
+    uint32_t cycle_rest;
+    bool is_stepping; /* the block is executed instruction by instruction */
     bool is_asleep;
     bool has_event; /* event register, for which WFE waits */
 };

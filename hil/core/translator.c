@@ -1,11 +1,11 @@
 /* Replaces internals of Unicorn 2.0.1 (Debian 12) for which it has no interface.
  *
- * Speed: half of the time of a run. Unicorn sends every store to RAM through its slow path, to look
- * for translated code that the store changes. Unlike QEMU and later versions (pull requests 1838,
- * 2031) it does not notice that a page has no code. Here RAM pages are marked free of code
- * (`tlb_set_dirty`) when they enter the translation buffer. Once the board runs code from RAM,
- * every store of that board is checked again. The locks around the check build a tree per store and
- * protect nothing in a single thread; they are left out, as in the next version.
+ * Speed: this saves half of the time of a run. Unicorn sends every store to RAM through its slow
+ * path, to look for translated code that the store changes. Unlike QEMU and later versions (pull
+ * requests 1838, 2031) it does not notice that a page has no code. Here RAM pages are marked free
+ * of code (`tlb_set_dirty`) when they enter the translation buffer. Once the board runs code from
+ * RAM, every store of that board is checked again. The locks around the check build a tree per
+ * store and protect nothing in a single thread; they are left out, as in the next version.
  *
  * Instruction of an access: Unicorn's hooks report an access with PC at the start of the block and
  * ITSTATE 0. For each access that is not plain memory, translated code calls `helper_...` with the
@@ -56,10 +56,11 @@ static loop_exit *library_loop_exit;
 /* translator of the board that this thread runs */
 static _Thread_local struct hil_translator *running;
 
-/* Receives the instruction found; NULL: library_restore restores the registers as usual. */
+/* Where library_restore stores the instruction that it finds; NULL: it restores the registers as
+ * usual. */
 static _Thread_local struct hil_instruction *asked;
 
-/* Loads and stores on the slow path. */
+/* Unicorn's functions for loads and stores on the slow path. */
 #define LOADS(X)                          \
     X(uintptr_t, helper_ret_ldub_mmu_arm) \
     X(uintptr_t, helper_le_lduw_mmu_arm)  \
@@ -181,7 +182,8 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
         library_restore_to(state, block, data);
 }
 
-/* Records an access and returns the one around it: an access may consist of several. */
+/* Records an access and returns the access in progress: an unaligned access calls this again for
+ * each of its parts. */
 static struct hil_translated_access begin_access(uint32_t address, uintptr_t from)
 {
     struct hil_translated_access outer = {0};

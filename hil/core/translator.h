@@ -15,7 +15,7 @@ struct hil_translator {
         uint32_t address;
         uintptr_t from; /* position in the translated code; 0: no access is in progress */
     } access;
-    bool abandoned; /* the instruction that makes the access ends there */
+    bool abandoned; /* the instruction that makes the access is not continued */
 };
 
 /* Initialises the translator of a new processor. */

@@ -14,7 +14,7 @@ int64_t hil_wall_ms(void);
 
 struct hil_pace {
     double start_s;     /* wall clock at the start of virtual time */
-    double max_delay_s; /* largest delay of a piece so far */
+    double max_delay_s; /* largest delay so far of the end of a piece */
     /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
      * memories */
     double max_started_delay_s;

@@ -7,7 +7,7 @@
 #include "hil/core/core.h"
 
 #define STEPS_MAX        (2u * HIL_WHATIF_INSTRUCTIONS)
-/* range below and above the load's stack pointer that may differ */
+/* bytes below and above the stack pointer of the load that may differ */
 #define STACK_LOW        0x1000u
 #define STACK_TOP        0x200u
 #define REMEMBERED_LOADS 256u /* number of remembered instructions */
@@ -227,7 +227,7 @@ static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
 {
     unsigned i = 0;
-    uint32_t caller = 0; /* LR may also hold another value; it only distinguishes callers */
+    uint32_t caller = 0; /* LR need not be a return address: it only distinguishes callers */
     uc_reg_read(w->core->uc, UC_ARM_REG_LR, &caller);
     while (
         i < REMEMBERED_LOADS && w->tested[i].times &&

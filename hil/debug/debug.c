@@ -207,7 +207,7 @@ static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint3
     return false;
 }
 
-/* True if a step covers the code running now: not handlers of interrupts during the step. */
+/* True if the running code is part of the step; handlers of interrupts during a step are not. */
 static bool is_step_at_code(const struct hil_board *board)
 {
     const struct hil_debug *d = debugger_of(board);

@@ -17,7 +17,8 @@
 
 #define POLL_MS          50
 #define SEND_MS          10000
-#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u) /* bytes in one answer, in hex */
+/* bytes of memory whose hex digits fit into one answer */
+#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u)
 #define SIGNAL_INTERRUPT 2
 #define SIGNAL_TRAP      5
 #define SIGNAL_SEGMENT   11
@@ -157,9 +158,9 @@ static void drop_line(struct hil_gdb_line *line, size_t n)
     line->in_size -= n;
 }
 
-/* Takes the next whole packet from the buffer, unescaped and terminated with 0. Returns its length,
- * or -1 without one. *interrupt: Ctrl-C instead. A packet that cannot be acknowledged does not
- * count: the connection is lost, and the board detached. Exception: after sending kill, gdb
+/* Removes the next whole packet from the buffer and copies it, unescaped and terminated with 0.
+ * Returns its length; -1: no packet, or, if *interrupt is set, Ctrl-C. If a packet cannot be
+ * acknowledged, the connection is lost and the packet is ignored, except kill, after which gdb
  * disconnects at once. */
 static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {

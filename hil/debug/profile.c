@@ -5,7 +5,8 @@
 
 #include "hil/board/board.h"
 
-#define HALFWORDS ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u) /* one per halfword of flash or SRAM */
+/* number of halfwords of flash and SRAM */
+#define HALFWORDS ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u)
 
 /* The block that begins at a halfword of memory. */
 struct profile_block {

@@ -61,7 +61,8 @@ static void declare_lane(struct hil_vcd *vcd, const char *name, unsigned bits)
             name);
 }
 
-/* Gives a lane to each exception with its own vector: not empty, and not the most common one. */
+/* Adds a lane for each exception with a handler of its own: its vector is not 0 and is not the most
+ * common vector. */
 static void declare_exceptions(struct hil_vcd *vcd, const struct hil_board *board,
                                const struct mr_symbols *symbols)
 {

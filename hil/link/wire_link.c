@@ -19,11 +19,12 @@
 #define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
 #define CAN_REMOTE   0x40000000u
 #define CAN_ERROR    0x20000000u
-#define BUFFER_MAX   65536u /* output held for a dropping link, beside the kernel's buffer */
+/* limit of the output that waits for a link with is_dropping, in addition to the kernel's buffer */
+#define BUFFER_MAX   65536u
 #define CLOSE_MS     500
 #define POLL_MS      100
-#define PTY_POLL_MS  2       /* opening by a host causes no wake-up */
-#define PTY_BAUD     115200u /* until a host sets another rate */
+#define PTY_POLL_MS  2       /* the kernel does not wake the board when a host opens the terminal */
+#define PTY_BAUD     115200u /* rate until a host sets another one */
 
 /* ---- pseudo-terminal: a host program opens its name like a serial port. The rate that the host
  * sets is the rate of its end of the line. Linux drops the parity setting of pseudo-terminals
@@ -41,8 +42,8 @@ static bool set_raw(int fd, uint32_t baud)
     return ioctl(fd, TCSETS2, &t) == 0;
 }
 
-/* Opens and closes it once: an unused pseudo-terminal reports a missing host only after its first
- * close. */
+/* Opens and closes the host's end once: an unused pseudo-terminal reports a missing host only after
+ * its first close. */
 static bool open_and_close(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -83,7 +84,7 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
     return MR_IO;
 }
 
-/* True if a host has it open. */
+/* True if a host has the pseudo-terminal open. */
 static bool pty_in_use(int fd)
 {
     struct pollfd look = {.fd = fd};
@@ -104,8 +105,8 @@ static const char *link_noun(const struct hil_link *link)
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
 
-/* True if a listener exists. A connection of the wrong type does not disturb it, and the error
- * differs. */
+/* True if a program listens on the socket. The connection has the wrong type: it does not disturb
+ * the program, and its error differs from that without a program. */
 static bool is_live(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);

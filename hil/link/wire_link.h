@@ -27,12 +27,13 @@ struct hil_link {
     int listener, fd; /* -1: none */
     uint8_t *buffer;
     size_t start, end, capacity; /* waiting output in `buffer`, and its size */
-    bool is_dropping;            /* drop output when the buffer is full, instead of enlarging it */
-    bool is_hung_up;             /* the host has closed its end (a pty may be opened again) */
-    bool has_moved_data;         /* pty: data were transferred since the last check */
-    uint32_t baud;               /* pty: as last reported to the board */
-    uint64_t dropped;            /* number of dropped frames (CAN) or bytes (serial) */
-    uint8_t partial[16];         /* part of a frame received so far */
+    /* when the buffer is full, output is dropped instead of enlarging the buffer */
+    bool is_dropping;
+    bool is_hung_up;     /* the host has closed its end (a pty may be opened again) */
+    bool has_moved_data; /* pty: data were transferred since the last check */
+    uint32_t baud;       /* pty: as last reported to the board */
+    uint64_t dropped;    /* number of dropped frames (CAN) or bytes (serial) */
+    uint8_t partial[16]; /* bytes of an incomplete frame */
     size_t partial_size;
 };
 

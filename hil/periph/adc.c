@@ -148,7 +148,8 @@ static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     }
 }
 
-/* The stream configured for this converter: two are wired to each (RM0090 table 43). */
+/* Returns the request for the DMA stream that is set up for this converter. Each converter can use
+ * two streams (RM0090 table 43). */
 static struct hil_dma_request dma_request(const struct hil_adc_device *dev, unsigned unit)
 {
     static const uint8_t streams[2][2] = {{0, 4}, {0, 1}};
@@ -277,7 +278,7 @@ static void check_sampling(struct hil_rules_device *rules, unsigned adc, unsigne
                                    input, adc, ohm, sample_clocks, clock_hz * 1e-6, most_ohm);
 }
 
-/* Plans the sequence from the registers. False: an impossible one. */
+/* Plans the sequence from the registers. False: the sequence is not possible. */
 static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
 {
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
@@ -449,7 +450,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     schedule(dev, unit);
 }
 
-/* ---- adc_errors ---- */
+/* ---- errors of a real converter ---- */
 
 #define BITS       12u
 #define BITS_DRAWN 8u
@@ -462,8 +463,9 @@ static double draw_uniform(uint64_t *random)
     return (double)(mr_splitmix64(random) >> 11) * 0x1p-52 - 1.0;
 }
 
-/* Draws the errors of the capacitors, proportional to the root of their size. A carry into bit b
- * replaces all lower bits by it, which gives a jump. The largest jump is scaled to `jump_lsb`. */
+/* Draws the errors of the capacitors, proportional to the root of their size. At a carry, the
+ * capacitor of bit b replaces those of all lower bits, which gives a jump. The largest jump is
+ * scaled to `jump_lsb`. */
 static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
 {
     double off[BITS_DRAWN], all = 0.0, most = 0.0;
@@ -530,9 +532,9 @@ double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, 
     return left + (source < 0 ? 0.0 : errors->kick_rel[source]);
 }
 
-/* ---- adc_sampling ---- */
+/* ---- sampling time ---- */
 
-/* Same table: C(ADC) typical, R(ADC) maximum. */
+/* C(ADC) typical and R(ADC) maximum, from the ADC characteristics of the data sheet. */
 #define SAMPLE_FARAD 4e-12
 #define SWITCH_OHM   6000.0
 

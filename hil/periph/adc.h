@@ -40,10 +40,11 @@ struct hil_adc {
     uint16_t code[16];
     /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
     double remaining_share[16];
-    double held_v;                 /* voltage of the sample capacitor; used only with errors */
-    uint64_t rng_state;            /* of the random number generator */
-    uint16_t triggers_high;        /* levels of the external triggers, by EXTSEL */
-    struct hil_moment switched_on; /* when it was switched on; used until the first conversion */
+    double held_v; /* voltage of the sample capacitor; used only with errors */
+    uint64_t rng_state;
+    uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
+    /* when the converter was switched on; used until the first conversion */
+    struct hil_moment switched_on;
 };
 
 /* The circuit connected to the analogue pins. */
@@ -79,12 +80,12 @@ void hil_adc_reset(void *device, unsigned unit);
 HIL_ON_BUS(adc)
 /* Call at an edge of an external trigger, identified by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
-/* Computes everything that was sampled or finished up to `at`. */
+/* Computes all samples and conversions up to `at`. */
 void hil_adc_advance(void *device, uint64_t at);
 void hil_adc1_event(void *device, uint64_t at);
 void hil_adc3_event(void *device, uint64_t at);
 
-/* ---- adc_errors ---- */
+/* ---- errors of a real converter ---- */
 
 /* Errors of a real converter: offset, gain, integral nonlinearity, noise, and the residual charge
  * of the previous channel in the sample capacitor.
@@ -93,8 +94,8 @@ void hil_adc3_event(void *device, uint64_t at);
  * has two parts: the charge that the pin's capacitor has not replaced (`kick_rel`), and the
  * incomplete settling within the sampling window, exp(-t / ((RADC + source) CADC)). RADC = 6 kOhm
  * and CADC = 7 pF are the maxima of DS8626 table 67. Units are LSB of 4096 codes; sources are
- * numbered as by hil_analogue.source.
- * */
+ * numbered as by
+ * hil_analogue.source. */
 
 #define HIL_ADC_SOURCES    24u
 #define HIL_ADC_CODES      4096u
@@ -126,7 +127,7 @@ double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, dou
  * without a source. */
 double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, double window_s);
 
-/* ---- adc_sampling ---- */
+/* ---- sampling time ---- */
 
 /* Sampling time required for a source resistance: STM32F407 data sheet, 12-bit ADC characteristics,
  * equation 1, for an error below a quarter of an LSB. */

@@ -47,7 +47,7 @@
 #define LEC_BIT_DOMINANT  5u
 #define SUSPEND_BITS      8u /* additional wait of an error-passive transmitter */
 #define JOIN_BITS         11u
-#define LEAVE_BITS        2u /* the manual gives no number; HAL and libopencm3 also wait */
+#define LEAVE_BITS        2u /* the manual gives no duration; HAL and libopencm3 wait, too */
 #define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t bit_cycles(const struct hil_can_device *dev)
@@ -115,10 +115,10 @@ static uint32_t tsr_value(const struct hil_can *c)
             if (code == 3)
                 code = m;
         } else if (is_mailbox_empty(c, last) || !is_before(c, m, last)) {
-            last = m; /* lowest priority of the pending ones */
+            last = m; /* pending mailbox with the lowest priority */
         }
     }
-    if (empty < 2) /* with two or more pending the lowest priority is marked */
+    if (empty < 2) /* LOW marks a mailbox only if at least two are pending */
         value |= 1u << (29 + last);
     return value | (empty ? code : last) << 24;
 }
@@ -142,8 +142,8 @@ static void drop_other_frame(struct hil_can *c)
     c->queue_count--;
 }
 
-/* State of the bus for the board's transmitter: a wrong bit rate, or pins not switched to CAN,
- * destroys every frame. */
+/* Returns the state of the bus as the board's transmitter sees it: a wrong bit rate, or pins not
+ * switched to CAN, destroys every frame. */
 static enum hil_can_bus effective_bus(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
@@ -165,14 +165,14 @@ static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, ui
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
 }
 
-/* True if the other node has a frame to send, after faults of the line were applied to it. */
+/* True if the other node has a frame to send. Applies faults of the line to the frame first. */
 static bool is_other_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
     if (c->other_waits_ps > now_ps)
         return false;
-    if (c->other_waits_ps) { /* its delay has ended */
+    if (c->other_waits_ps) { /* the delay of the frame has ended */
         c->other_waits_ps = 0;
         return true;
     }
@@ -187,7 +187,7 @@ static bool is_other_ready(struct hil_can_device *dev, uint64_t at)
     return false;
 }
 
-/* Starts a frame on the free bus: that of the node that wins arbitration. */
+/* If the bus is free, starts the frame that wins arbitration. */
 static void try_start(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -259,7 +259,8 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
         wait_recessive(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
 }
 
-/* Counts eight more dominant bits. A receiver stops counting when it is error-passive. */
+/* Counts eight more dominant bits while the bus is jammed. An error-passive receiver stops
+ * counting. */
 static void end_jammed_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -486,8 +487,7 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
     return MR_OK;
 }
 
-/* The bus becomes dominant: the sender of the present frame destroys it, all other nodes detect an
- * error. */
+/* Makes the bus dominant. The frame in progress is destroyed, and the nodes detect an error. */
 static void begin_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
@@ -600,7 +600,7 @@ static void tsr_write(struct hil_can_device *dev, uint32_t value)
     check_flags(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
-        if (bits & 1u) /* RQCP also clears TXOK, ALST and TERR */
+        if (bits & 1u) /* clearing RQCP also clears TXOK, ALST and TERR */
             c->tsr &= ~(0xfu << (8u * m));
         if ((bits & 0x80u) && !is_mailbox_empty(c, m)) { /* ABRQ */
             bool begun = c->phase == HIL_CAN_FRAME;

@@ -7,7 +7,7 @@
  * 128 and stays there. With shorted wires, a wrong bit rate, or pins that are not in CAN mode there
  * are bit errors, and TEC rises to bus-off. If the bus is held dominant, no frame begins and
  * initialisation is not left; a transmitter counts up to bus-off and a receiver to error passive,
- * eight for every eight bits. CAN2 and time-triggered mode are not modelled. */
+ * by 8 for every eight bits. CAN2 and time-triggered mode are not modelled. */
 #ifndef MATRIG_HIL_CAN_H
 #define MATRIG_HIL_CAN_H
 
@@ -27,7 +27,7 @@
 
 struct hil_can_mailbox {
     HIL_WORDS(word, tir, tdtr, tdlr, tdhr);
-    uint32_t request_number; /* sequence number of its request */
+    uint32_t request_number; /* requests are numbered in the order in which they were made */
 };
 
 struct hil_can_received {
@@ -57,7 +57,7 @@ struct hil_can {
     uint32_t filter[HIL_CAN_BANKS][2];
 
     uint32_t phase;
-    int8_t sender;           /* mailbox 0..2, 3: the other node */
+    int8_t sender;           /* 0..2: a mailbox; 3: the other node */
     bool is_spoiled;         /* the frame in progress will be destroyed */
     bool is_repeated;        /* the other node's frame has been repeated by a fault */
     uint64_t other_waits_ps; /* the other node does not start a frame before this time */

@@ -5,7 +5,7 @@
 struct stream {
     struct hil_can_bits bits;
     unsigned last; /* level of the last bit sent */
-    unsigned run;  /* equal bits up to the last one */
+    unsigned run;  /* number of equal bits up to and including the last one */
 };
 
 static void send_bit(struct stream *s, unsigned bit)

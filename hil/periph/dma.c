@@ -7,7 +7,7 @@
 #include "hil/core/nvic.h"
 
 #define LIFCR        0x08u
-#define STREAMS      0x10u /* offset of the first of eight */
+#define STREAMS      0x10u /* offset of the registers of stream 0 */
 #define STREAM_BYTES 0x18u
 #define CR           0x00u
 #define FCR          0x14u
@@ -138,7 +138,8 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
     uint8_t *memory = next_items(dev, r, n);
     if (!memory)
         return;
-    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC); /* nearly all transfers */
+    /* true for nearly all transfers */
+    bool halves = bytes == sizeof values[0] && (s->cr & CR_MINC);
     if (halves)
         memcpy(memory, values, n * sizeof values[0]);
     for (uint32_t i = 0; i < n && !halves; i++) {
@@ -212,7 +213,7 @@ void hil_dma_reset(void *device, unsigned unit)
     }
 }
 
-/* Updates streams to the present before a read: their data are those of the last event. */
+/* Updates the transfers of a controller to the present before its registers are read. */
 static void advance(struct hil_dma_device *dev, unsigned unit)
 {
     for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
@@ -238,7 +239,7 @@ static void enable_stream(struct hil_dma_device *dev, unsigned unit, unsigned st
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
     if (stream_flags(dma, stream) ||
-        s->ndtr == 0) { /* as on hardware: it does not start (10.3.17) */
+        s->ndtr == 0) { /* as on hardware, the stream does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
                   (unsigned)stream_flags(dma, stream), (unsigned)s->ndtr);
         return;

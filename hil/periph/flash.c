@@ -165,7 +165,7 @@ static void begin_operation(struct hil_flash_device *dev, enum hil_flash_operati
     hil_core_request_check(dev->core);
 }
 
-/* Changes the cells as far as the operation got: all of them after permille 1000. */
+/* Makes permille / 1000 of the changes of the operation in progress. */
 static void change_cells(struct hil_flash_device *dev, unsigned permille)
 {
     struct hil_flash *flash = dev->state;
@@ -401,7 +401,7 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
     bool regression = protection_level(flash->options) == 1 && protection_level(value) == 0;
     flash->value = value & OPTCR_BITS;
     flash->optcr |= OPTCR_STRT;
-    /* The data sheet has no time for option bytes; a 16 KiB sector's is used. */
+    /* The data sheet gives no time for option bytes; the time of a 16 KiB sector is used. */
     begin_operation(dev, HIL_FLASH_OPTIONS, regression ? &erase_all_time : &erase_16k_time);
 }
 

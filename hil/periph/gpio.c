@@ -58,7 +58,7 @@ static const struct hil_pin *pin_user(const struct hil_gpio_device *dev, unsigne
     return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
 }
 
-/* Level of a pin. `held`: something drives or pulls it. */
+/* Returns the level of a pin. *held is true if something drives or pulls the pin. */
 static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
 {
     const struct hil_gpio_port *p = &dev->state->port[port];

@@ -20,7 +20,7 @@
 struct hil_gpio_port {
     HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
     uint16_t driven_pins; /* pins connected to an outside driver */
-    uint16_t outside;     /* level of that driver */
+    uint16_t outside;     /* levels of the outside drivers */
 };
 
 struct hil_gpio {
@@ -41,7 +41,7 @@ struct hil_pin {
     void (*edge)(void *context, unsigned channel, bool level, uint64_t at);
 };
 
-/* Receiver of the call that a pin may have changed. */
+/* Called when a pin may have changed. */
 struct hil_pin_listener {
     void *context;
     void (*changed)(void *context, uint64_t at);
@@ -59,7 +59,8 @@ struct hil_gpio_device {
     struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;
     struct hil_pin_listener timer_listener; /* listener for the pins that TIM4 can drive */
-    uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS]; /* by outside resistors */
+    /* pins with an outside resistor */
+    uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS];
     /* called when the core reads IDR while these pins float; NULL: no listener */
     void (*on_floating_read)(void *context, unsigned port, uint32_t value, uint32_t pins);
     /* called when the core has stored to a port; NULL: no listener */
@@ -93,7 +94,7 @@ void hil_gpio_notify(struct hil_gpio_device *dev, uint64_t at);
 void hil_gpio_notify_timer(struct hil_gpio_device *dev, uint64_t at);
 
 HIL_ON_BUS(gpio)
-/* Bits of a register that a narrow write does not change (hil_peripheral.rest). */
+/* Bits of a register that a narrow write does not change (hil_peripheral.unchanged_bits). */
 uint32_t hil_gpio_unchanged_bits(void *device, unsigned unit, uint32_t offset);
 
 #endif

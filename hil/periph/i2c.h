@@ -45,7 +45,7 @@ struct hil_i2c {
     bool scl, sda; /* levels at the last check */
 };
 
-/* Effects of a slave on the lines, apart from its bytes. */
+/* What a slave does to the lines apart from its bytes. */
 struct hil_i2c_hold {
     bool is_sda_stuck;    /* SDA is held low permanently */
     unsigned hung_clocks; /* clocks until the slave, interrupted within a byte, releases SDA */
@@ -72,8 +72,8 @@ struct hil_i2c_device {
     struct hil_i2c_slave slave;
 };
 
-/* Reset of the chip or of the peripheral, or SWRST. In the calls for the bus and the event queue,
- * `device` is a struct hil_i2c_device. */
+/* Call at a reset of the chip or of the peripheral, and for SWRST. In the calls for the bus and the
+ * event queue, `device` is a struct hil_i2c_device. */
 void hil_i2c_reset(void *device, unsigned unit);
 HIL_ON_BUS(i2c)
 void hil_i2c_event(void *device, uint64_t at);

@@ -214,7 +214,7 @@ void hil_mcu_reset(struct hil_mcu *mcu, uint32_t csr_flags)
 {
     hil_flash_reset(&mcu->flash);
     hil_rcc_reset(&mcu->rcc, csr_flags);
-    /* before its DMA stops: otherwise the converter would report an overrun */
+    /* reset the converters before their DMA; otherwise they would report an overrun */
     hil_adc_reset(&mcu->adc, 0);
     for (unsigned unit = 0; unit < 2; unit++) {
         hil_dma_reset(&mcu->dma, unit);

@@ -34,7 +34,7 @@ struct hil_board_type {
     unsigned number; /* number as in the header of the image (common/boards.def) */
     uint32_t idcode; /* DBGMCU_IDCODE */
     uint32_t flash_kib;
-    bool has_no_ccm;                  /* the chip has no CCM */
+    bool has_no_ccm;
     bool clock_bypass;                /* true: OSC_IN receives a clock; false: there is a crystal */
     double supply_v;                  /* VDDA */
     uint16_t bonded[HIL_BOARD_PORTS]; /* pins of each port that the package has */
@@ -89,9 +89,10 @@ struct hil_options {
     uint32_t can_base; /* base of the board's identifiers, used for CAN commands in the run file */
     /* frame rate of the film camera, 1/s; 0: no camera (hil/rig/rig.h) */
     double camera_hz;
-    uint64_t camera_delay_ps;  /* delay from the trigger to the first frame */
-    uint64_t camera_jitter_ps; /* of each frame, uniformly distributed within +- this value */
-    bool adc_noise;            /* false: codes are exact, for tests */
+    uint64_t camera_delay_ps; /* delay from the trigger to the first frame */
+    /* jitter of each frame, uniformly distributed within +- this value */
+    uint64_t camera_jitter_ps;
+    bool adc_noise; /* false: codes are exact, for tests */
     /* supply of converters and staircase, 2.7 to 3.6 V; 0: nominal supply of the board */
     double vdda_v;
     /* electronics have random tolerances, from board_seed (hil/rig/electronics.h) */

@@ -333,7 +333,7 @@ static void check_new_clock_access(void *context)
             between - 1u, (unsigned)fresh.pc, fresh.cycles);
 }
 
-/* A peripheral answers two AHB cycles after its clock is enabled; on APB 1 + the prescaler. */
+/* A peripheral responds two AHB cycles after its clock is enabled; on APB, 1 + the prescaler. */
 static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32_t rising)
 {
     struct hil_moment at = hil_access_moment(dev->core);
@@ -423,7 +423,9 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         rcc->word[offset / 4u] = value;
         break;
     case CIR: cir_write(dev, value); break;
-    case AHB1RSTR: /* a reset ends at once */ reset_lines(dev, HIL_RCC_AHB1, value); break;
+    case AHB1RSTR: /* a reset of a peripheral ends at once */
+        reset_lines(dev, HIL_RCC_AHB1, value);
+        break;
     case APB1RSTR: reset_lines(dev, HIL_RCC_APB1, value); break;
     case APB2RSTR: reset_lines(dev, HIL_RCC_APB2, value); break;
     case CSR: csr_write(dev, value); break;
@@ -437,7 +439,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 /* ---- power ---- */
 
-/* Power control, and the clock limit from it and the wait states of flash. */
+/* Power control. The voltage scale and the wait states of flash limit HCLK. */
 
 #define ACR_LATENCY 7u
 #define PWR_VOS     (1u << 14)
@@ -473,7 +475,7 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     rcc->pwr_cr = value;
 }
 
-/* ---- iwdg ---- */
+/* ---- the independent watchdog ---- */
 
 #define KR                0x00u
 #define PR                0x04u

@@ -73,7 +73,7 @@ HIL_ON_BUS(pwr)
 /* Maximum HCLK for the present flash wait states and voltage scale, Hz. */
 uint32_t hil_power_limit_hz(const struct hil_rcc *rcc);
 
-/* ---- iwdg ---- */
+/* ---- the independent watchdog ---- */
 
 /* Independent watchdog (RM0090 21), clocked by the LSI (17 to 47 kHz). */
 

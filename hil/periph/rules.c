@@ -173,7 +173,7 @@ static void track_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, boo
                                  high ? edges->fell : edges->rose, at);
         break;
     case HIL_RULES_THERMOMETER_DATA: track_bus(dev, high, at); break;
-    default: break; /* the chip's model checks this when it knows the command */
+    default: break; /* the model of the chip checks this rule when it knows the command */
     }
 }
 

@@ -50,7 +50,8 @@ struct hil_tally {
 
 struct hil_rules_edges {
     bool high;
-    struct hil_moment rose, fell; /* ps 0: no edge since the reset, or of unknown origin */
+    /* ps 0: no edge since the reset, or an edge whose instruction is not known */
+    struct hil_moment rose, fell;
 };
 
 /* Contains no pointers: a copy is a snapshot. */
@@ -100,7 +101,7 @@ __attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil
                                                                       const char *format, ...);
 double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
-/* Rule with this name, or HIL_RULES. */
+/* Rule with this name; HIL_RULES: there is none. */
 enum hil_rule hil_rule_by_name(const char *name, size_t length);
 /* Number of violated rules among those that are only counted, and the total number of their
  * violations. */

@@ -111,7 +111,8 @@ static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 
 /* --- rules of the select line and the clock --- */
 
-/* SCK rises in the middle of a bit (modes 0 and 3, those of the chip). */
+/* Returns the time of the first rise of SCK: in the middle of a bit, in modes 0 and 3, which the
+ * chip requires. */
 static struct hil_moment first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
 {
     begin.ps += (uint64_t)(hil_spi_period_ns(dev) / 2.0 * 1e3);

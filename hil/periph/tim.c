@@ -314,7 +314,7 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     uint64_t *cycle = &t->capture_cycle[channel];
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
-        *cycle = HIL_NEVER; /* shorter than the filter: removed */
+        *cycle = HIL_NEVER; /* the pulse is shorter than the filter and has no effect */
     if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {

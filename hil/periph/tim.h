@@ -29,7 +29,8 @@ extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS];
 struct hil_tim {
     /* registers as written */
     HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
-    uint32_t psc_now, arr_now, ccr_now[4]; /* active values (with preload) */
+    /* values in use: with preload, the registers of the last update */
+    uint32_t psc_now, arr_now, ccr_now[4];
     /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
@@ -72,7 +73,7 @@ struct hil_tim11 {
     HIL_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30, ccr1,
               at_38[6], or);
     uint64_t began_ps; /* time at which counter and capture were switched on; HIL_NEVER: off */
-    uint64_t captures; /* captures since then */
+    uint64_t captures; /* captures since began_ps */
 };
 
 struct hil_tim11_device {

@@ -39,7 +39,7 @@ static const struct unit_numbers {
     uint32_t data_register;
     enum hil_irq irq;
     uint8_t request;        /* channel of DMA2's streams */
-    uint8_t receive_stream; /* DMA receives on this stream or on 2 */
+    uint8_t receive_stream; /* stream of DMA2 that receives; stream 2 is the other possible one */
 } usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
 
 static const struct unit_numbers *unit_numbers(const struct hil_usart_device *dev)
@@ -170,7 +170,7 @@ static void fill_dr(struct hil_usart_device *dev)
         u->is_dr_full = hil_dma_read_items(dev->dma, &request, &u->held, 1);
 }
 
-/* Moves DR to the shift register at cycle `at` if that is free. */
+/* Moves DR to the shift register at cycle `at` if the shift register is free. */
 static void shift_byte(struct hil_usart_device *dev, uint64_t at)
 {
     struct hil_usart *u = dev->state;
@@ -202,7 +202,8 @@ static void schedule(struct hil_usart_device *dev)
             n = hil_dma_items_until_flag(dev->dma, &request);
         if (n > HIL_USART_GROUP)
             n = HIL_USART_GROUP;
-        /* Item n from now reaches DR after n - 1 more bytes, following the present one. */
+        /* The n-th item from now reaches DR when the present byte and n - 1 more bytes have been
+         * sent. */
         next = u->shift_end_cycle +
                (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
     }

@@ -1,6 +1,6 @@
 /* Connections of a peripheral: its neighbours within the chip, and the line between the pins of a
- * link and its other end. The line carries frames and bytes and decides their faults, which the rig
- * provides (hil/rig/faults.h). */
+ * link and its other end. The line carries frames and bytes, with the faults that the rig injects
+ * (hil/rig/faults.h). */
 #ifndef MATRIG_HIL_WIRE_H
 #define MATRIG_HIL_WIRE_H
 

@@ -52,9 +52,8 @@ struct hil_electronics {
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
     uint64_t pulse_ps; /* pulse of the one-shot */
-    /* the following delays are from a pin change to the lamp's read-back and to the contacts of the
-     * shunt relay */
     bool is_lamp_detected; /* the current of the hot lamp is above the threshold of the read-back */
+    /* delays from a pin change to the lamp's read-back and to the contacts of the shunt relay */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
     bool is_drawn; /* false: only the source resistances in `adc` are valid */
     struct hil_adc_errors adc;

@@ -42,7 +42,8 @@ struct hil_callbacks {
 };
 
 struct hil_line_effect {
-    uint32_t units_left; /* number still to be affected; HIL_FAULT_ALL: no limit */
+    /* frames or bytes that the fault will still affect; HIL_FAULT_ALL: no limit */
+    uint32_t units_left;
     double probability;
     uint64_t duration_ps;
     unsigned file_line;
@@ -63,9 +64,10 @@ struct hil_lines_device {
     struct hil_core *core;
     const struct hil_options *options;
     struct hil_lines *state;
-    struct hil_callbacks callbacks;     /* at the host's end */
-    struct hil_callbacks pin_callbacks; /* at the board's pins, before the faults of the links */
-    struct hil_call frame_sent;         /* called when a CAN frame has left the board */
+    struct hil_callbacks callbacks; /* called for output that reaches the host */
+    /* called for output at the board's pins, before the faults of the links */
+    struct hil_callbacks pin_callbacks;
+    struct hil_call frame_sent; /* called when a CAN frame has left the board */
 };
 
 /* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */

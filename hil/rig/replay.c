@@ -14,14 +14,15 @@
 #include "hil/rig/rig.h"
 
 /* The application handles a block 0.97 ms after its first trigger. A command sent half a block
- * earlier arrives between the handling of the block before and of this one. */
+ * earlier arrives after the application has handled the previous block. */
 #define COMMAND_TICKS     37800u
 #define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 /* the one-shot falls 1 us after the capture, because the next edge may be close */
 #define EDGE_PULSE_TICKS  84u
 #define TRAIN_PULSE_TICKS 8400u /* 100 us */
-#define SERIAL_COMMANDS   2u    /* the application handles this many from each link per block */
-#define MARGIN_S          1.0   /* from power on to the first scan, and to send the last data */
+#define SERIAL_COMMANDS   2u    /* commands from each link that the application handles per block */
+/* time to the first scan after power on, and time to send the last data */
+#define MARGIN_S          1.0
 
 static uint64_t tick_cycles(const struct hil_replay_device *dev)
 {
@@ -104,7 +105,8 @@ static void begin_replay(struct hil_replay_device *dev)
     schedule(dev);
 }
 
-/* Sends all commands of the next block at once. The application handles those from CAN first. */
+/* Sends all commands of the next block at once. The application handles the commands from CAN
+ * first. */
 static void apply_block(struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
@@ -223,7 +225,7 @@ double hil_replay_duration_s(const struct hil_replay *replay)
     return ((double)replay->blocks[replay->block_count - 1].index + 1.0) * 1e-3 + MARGIN_S;
 }
 
-/* ---- replayfile ---- */
+/* ---- the replay file ---- */
 
 #define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
 

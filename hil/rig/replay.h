@@ -78,7 +78,7 @@ void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *
 /* Time from power on, s, after which the record has ended and all output about it has been sent. */
 double hil_replay_duration_s(const struct hil_replay *replay);
 
-/* ---- replayfile ---- */
+/* ---- the replay file ---- */
 
 /* The replay file: the board's input during a recorded landing, as text. hil/README.md, "Replay
  * file", describes its lines. Blocks are counted from the start of the board's scans, as in the
@@ -103,9 +103,9 @@ struct hil_replay {
     uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */
 };
 
-/* Reads a file. On failure nothing is kept, and `error` (size bytes) describes the fault with file
- * and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a
- * complete replay file of version 1, or a record with impossible sums. */
+/* Reads a file. On failure no memory remains allocated, and `error` (size bytes) describes the
+ * fault with file and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC,
+ * MR_VERSION: not a complete replay file of version 1, or a record with impossible sums. */
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error,
                                size_t size);
 void hil_replay_free(struct hil_replay *replay);

@@ -271,7 +271,7 @@ void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, d
     dev->state->offset_lb[gage] = offset_lb;
 }
 
-/* Temperature relative to that at which the electronics were adjusted. */
+/* Temperature above the one at which the electronics were adjusted, in K. */
 static double temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
@@ -307,7 +307,8 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
            (e->vdda_v / HIL_NOMINAL_VDDA_V);
 }
 
-/* The reference voltage relative to its nominal value. */
+/* Returns the reference voltage as a fraction of its nominal value. `warmer`: temperature rise,
+ * K. */
 static double reference_ratio(const struct hil_rig_device *dev, double warmer)
 {
     return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);

@@ -103,7 +103,7 @@ struct hil_rig_device {
     struct hil_adc_device *adc;
     const struct hil_board_type *type;
     const struct hil_electronics *electronics;
-    bool has_no_rig;           /* the rig is not connected */
+    bool has_no_rig;
     const struct hil_run *run; /* NULL: nothing moves */
     struct hil_pin lamp;
     struct hil_settling settling[HIL_SETTLINGS]; /* derived; recomputed when needed */
@@ -159,7 +159,7 @@ enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_dev
                                 uint16_t *sequence, const struct mr_command *message, bool serial);
 
 void hil_script_create(struct hil_script_device *dev);
-/* Starts the commands of the rig's run. */
+/* Schedules the first command of the rig's run. */
 void hil_script_start(struct hil_script_device *dev);
 
 /* The film camera of the rig. A rising edge on PE2 triggers it. After a delay it gives a pulse of

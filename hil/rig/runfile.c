@@ -67,7 +67,7 @@ char *hil_record_line(struct hil_record *r)
 void *hil_record_grow(void *array, size_t count, size_t size)
 {
     if (count & (count - 1))
-        return array; /* the array is full only at powers of two */
+        return array; /* full arrays have a count that is a power of two */
     array = realloc(array, (count ? 2 * count : 1) * size);
     if (!array)
         abort();

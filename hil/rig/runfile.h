@@ -35,10 +35,11 @@ struct hil_train_state {
     bool is_high;
 };
 
-/* Time of the next change of the input, if each pulse has this width; HIL_RUN_NEVER: none. */
+/* Returns the time of the next edge of the input, rising or falling, for pulses of this width;
+ * HIL_RUN_NEVER: there is none. */
 uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
                         uint64_t width);
-/* Applies that change. */
+/* Moves the state past the next edge. */
 void hil_train_move(struct hil_train_state *state);
 
 struct hil_run_command {
@@ -62,9 +63,9 @@ struct hil_run {
     int32_t (*samples)[HIL_RUN_COLUMNS];
 };
 
-/* Reads a file. On failure nothing is kept, and `error` (size bytes) describes the fault with file
- * and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC, MR_VERSION: not a
- * complete run file of version 1. */
+/* Reads a file. On failure no memory remains allocated, and `error` (size bytes) describes the
+ * fault with file and line. MR_OK; MR_IO: cannot be read; MR_MALFORMED, MR_TRUNCATED, MR_CRC,
+ * MR_VERSION: not a complete run file of version 1. */
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size);
 
 /* Frees the memory owned by the run; the struct itself belongs to the caller. */
@@ -77,7 +78,7 @@ double hil_run_truth(const struct hil_run *run, unsigned column, double t_s);
 /* A text file. Its first line contains the kind of the file and its version, its last line is `end`
  * with the CRC-32 of everything before it. */
 struct hil_record {
-    struct hil_file_place at; /* at.line: the present line */
+    struct hil_file_place at; /* at.line: line number of the present line */
     char *bytes, *next;       /* the caller must free `bytes`, also after a failure */
     size_t size;
 };

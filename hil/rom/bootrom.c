@@ -61,13 +61,13 @@
 #define RX_PIN       (1u << 10)
 #define FLASH_BEGIN  0x08000000u
 #define FLASH_END    0x08100000u
-#define RAM_BEGIN    0x20002000u /* this program's variables are below */
+#define RAM_BEGIN    0x20002000u /* the variables of this program are below this address */
 #define RAM_END      0x20020000u
 #define SYSTEM_BEGIN 0x1fff0000u
 #define SYSTEM_END   0x1fff7000u
 #define SECTORS      12u
 
-static bool line_error; /* a byte had an error since the flag was cleared */
+static bool line_error; /* a byte was received with an error since the flag was cleared */
 
 void reset(void) __attribute__((noreturn));
 extern uint32_t stack_top[];
