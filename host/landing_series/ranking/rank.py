@@ -1,9 +1,11 @@
-"""Rank studies against the first one on the same seeds: python3 rank.py FIRST.json OTHER.json ...
+"""python3 rank.py studies DIR writes the studies of ranking.json to DIR.
+python3 rank.py FIRST.answer OTHER.answer ... ranks studies against the first one on the same seeds
 (answers of `matrig --json study`). Of the last landing: ratio of the lift ratios (geometric mean
 over the runways). Of all landings: largest movement of a mat, summed. 95 % intervals: bootstrap of
 the runways; Wilson for the share of runways with a lift ratio below 1."""
 import json
 import math
+import os
 import random
 import sys
 
@@ -22,6 +24,19 @@ def wilson(count, of, z=1.96):
     return 100 * (middle - half), 100 * (middle + half)
 
 
+def write_studies(folder):
+    here = os.path.dirname(os.path.abspath(__file__))
+    with open(os.path.join(here, "ranking.json")) as file:
+        ranking = json.load(file)
+    for name, changes in ranking["modifications"].items():
+        study = {**ranking["study"], **changes}
+        study["landings"][0]["apply"] = study.pop("apply", {})
+        for scene in "scene", "elastic":
+            study[scene] = os.path.join(here, study[scene])
+        with open(os.path.join(folder, name + ".json"), "w") as file:
+            json.dump(study, file)
+
+
 def landings(path):
     with open(path) as file:
         answer = json.load(file)
@@ -30,6 +45,8 @@ def landings(path):
     return answer["name"], {run["seed"]: run["landings"] for run in answer["runways"]}
 
 
+if sys.argv[1] == "studies":
+    sys.exit(write_studies(sys.argv[2]))
 first = landings(sys.argv[1])[1]
 for path in sys.argv[1:]:
     name, runs = landings(path)
