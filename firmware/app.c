@@ -31,7 +31,7 @@ DUE_TOGETHER(ZONES, LAMP);
 DUE_TOGETHER(ALL_FAULTS, FAULTS);
 #undef DUE_TOGETHER
 
-/* Clears the histories' row of a missing block. */
+/* Sets the row of a missing block in the histories to NaN. */
 static void clear_history_row(struct app *app, uint32_t index)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -40,8 +40,8 @@ static void clear_history_row(struct app *app, uint32_t index)
         app->tension_lb[index % 4][i] = MR_NAN;
 }
 
-/* Clears the history of each channel with a new zero, so that no mean mixes readings from before
- * and after. */
+/* Clears the history of each channel with a new zero, so that no mean mixes readings with the old
+ * and the new zero. */
 static void clear_changed_zeros(struct app *app)
 {
     uint32_t changed = zero_get_changed();
@@ -125,8 +125,8 @@ void app_start(struct app *app)
     board_set_warning(false);
 }
 
-/* Sends the blocks before the next one, back to the last gap, so that everything derived from a
- * record depends only on the record. */
+/* Sends up to APP_BLOCKS_BEFORE blocks before the next one, without a gap, so that a record
+ * contains all blocks on which its first means depend. */
 static void report_blocks_before(struct app *app)
 {
     uint32_t first = app->next_index;
@@ -160,15 +160,15 @@ static void read_channels(struct app *app, const struct mr_block *block)
     }
 }
 
-/* While nothing is recorded, only blocks that a reported mean uses are read. */
+/* True if a mean that is sent while nothing is recorded uses this block. */
 static bool is_reported_while_idle(uint32_t index)
 {
     return BLOCKS_UNTIL(DISPLACEMENTS_IDLE, index) < APP_DISPLACEMENT_BLOCKS ||
            BLOCKS_UNTIL(TENSIONS_IDLE, index) < APP_TENSION_BLOCKS;
 }
 
-/* Fills the histories at arming for the first means. Missing blocks are already marked in the
- * histories, and no mean reaches beyond one. */
+/* At arming, fills the histories with the blocks that the first means use. Missing blocks are
+ * already NaN in the histories. */
 static void read_blocks_before(struct app *app)
 {
     for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
@@ -362,7 +362,7 @@ static enum mr_status execute_live(struct app *app, const struct mr_command *com
 static enum mr_status execute_backlog(struct app *app, const struct mr_command *command)
 {
     enum mr_status status = predict_set_backlog(&app->predict, command->argument);
-    /* not answered, because the original landing had no such answer */
+    /* no answer, because the replayed landing had none */
     return status == MR_OK ? NO_ANSWER : status;
 }
 
@@ -370,7 +370,7 @@ static enum mr_status execute_replay(struct app *app, const struct mr_command *c
 {
     (void)command;
     app->is_replay = true;
-    return NO_ANSWER; /* not answered, for the same reason */
+    return NO_ANSWER; /* no answer, because the replayed landing had none */
 }
 
 static enum mr_status execute_box(struct app *app, const struct mr_command *command)
@@ -383,11 +383,12 @@ static enum mr_status execute_key(struct app *app, const struct mr_command *comm
     if (blackbox_has_memory(&app->box) && !blackbox_is_idle(&app->box))
         return MR_WAIT; /* the black box may erase for minutes */
     enum mr_status status = keystore_execute(&app->keystore, command);
-    return status == MR_OK ? NO_ANSWER : status; /* answered when the key is written */
+    /* the answer follows when the key has been written */
+    return status == MR_OK ? NO_ANSWER : status;
 }
 
-/* Passes a command to its part. This is a switch, because the computed stack bound does not allow
- * function pointers. */
+/* Executes a command with the function of its module. It is a switch, because the stack bound that
+ * the build computes does not allow function pointers. */
 static enum mr_status dispatch_command(struct app *app, const struct mr_command *command)
 {
     switch (command->code) {
@@ -409,7 +410,7 @@ static const struct command_rule {
 #include "common/catalogue.def"
 };
 
-/* True if commands from this link may be executed. */
+/* MR_OK if commands from this link may be executed; otherwise the status that names what is missing. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
     bool jumper = links != MR_LINKS_BOTH && board_is_jumper_fitted();
@@ -428,8 +429,8 @@ static enum mr_status execute_command(struct app *app, const struct mr_command *
         !command_rule[command->code].states)
         return MR_UNKNOWN;
     const struct command_rule *rule = &command_rule[command->code];
-    /* The proof is checked first. This uses it up, so an eavesdropper cannot repeat a command that
-     * is refused below. */
+    /* The proof is checked first and is then used up, so that an eavesdropper cannot repeat a
+     * command that is refused below. */
     if (rule->privilege == MR_PRIVILEGE_OPERATOR) {
         enum mr_status status = proof_check(&app->proof, &app->keystore, &app->telemetry,
                                             app->is_by_serial, payload);
@@ -452,7 +453,8 @@ static enum mr_status handle_command(struct app *app, const uint8_t *payload, si
         return status;
     blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
     status = execute_command(app, &command, payload);
-    if (command.code == MR_COMMAND_ARM && status == MR_OK) /* the command that began the record */
+    /* recorded after its execution, because it begins the record */
+    if (command.code == MR_COMMAND_ARM && status == MR_OK)
         blackbox_record_message(&app->box, MR_ID_COMMAND, payload, length);
     if (status != NO_ANSWER)
         TELEMETRY_SEND(&app->telemetry, TO_RECORD, ack, ACK, .code = command.code,
@@ -520,7 +522,7 @@ static void mean_of_last(const float *history, unsigned width, unsigned row, uns
     }
 }
 
-/* Temperature and slow log: measured mostly between landings. */
+/* Measures the mat temperature and continues the slow log. */
 static void handle_slow_log(struct app *app, uint32_t index)
 {
     const struct landing *landing = &app->landing;
@@ -627,8 +629,8 @@ static void count_lost_blocks(struct app *app, uint32_t next_index)
     app->next_index = next_index;
 }
 
-/* Takes the next block into the slot of its index among the newest. The block stored there is no
- * longer needed. NULL: none. */
+/* Copies the next block into newest_blocks, over one that is no longer needed. NULL: no block is
+ * ready. */
 static struct mr_block *fetch_block(struct app *app)
 {
     struct mr_block *expected = &app->newest_blocks[app->next_index % APP_NEWEST_BLOCKS];
@@ -640,8 +642,9 @@ static struct mr_block *fetch_block(struct app *app)
     return block;
 }
 
-/* Runs the board's key storage. The key has the memory first at start, and during a change while
- * nothing is armed. True: the key uses the memory now. */
+/* Runs the storage of the board's key. It uses the memory before all other modules at start, and
+ * while the key is changed, which is possible only while nothing is armed. True: it uses the memory
+ * now. */
 static bool run_keystore(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
@@ -666,7 +669,8 @@ static void share_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
-    bool begun = app->keystore.state != MR_KEY_NOT_READ; /* the key must be read first */
+    /* the black box uses the memory only after the key has been read */
+    bool begun = app->keystore.state != MR_KEY_NOT_READ;
     runwaystore_set_memory(store, blackbox_has_memory(box));
     if (!runwaystore_poll(store, &app->predict, app->slack_in) &&
         !run_keystore(app, !begun || blackbox_is_idle(box))) {

@@ -23,7 +23,7 @@
 #include "firmware/telemetry.h"
 #include "firmware/thermometer.h"
 
-/* blocks averaged per displacement message; the next constant is that of tensions */
+/* number of blocks averaged in a message of displacements and in one of tensions */
 #define APP_DISPLACEMENT_BLOCKS 2u
 #define APP_TENSION_BLOCKS      4u
 /* a record begins this many blocks before arming, because the first means reach back that far */
@@ -45,7 +45,7 @@ struct app {
     uint32_t fitted;     /* bit c: channel c is fitted */
     uint16_t can_base;   /* current base of the identifiers */
     bool is_by_serial;   /* the command being executed was received by serial */
-    bool is_replay;      /* inputs of a replay are accepted */
+    bool is_replay;      /* the command replay was accepted */
 
     /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
     struct mr_block newest_blocks[APP_NEWEST_BLOCKS];

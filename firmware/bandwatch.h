@@ -1,5 +1,5 @@
-/* The bands on the board: passes the tensions of each message to common/bands.h and reports its
- * findings. */
+/* Supervises the bands on the board: passes the tensions of each message to common/bands.h and
+ * reports its findings. */
 #ifndef MATRIG_FIRMWARE_BANDWATCH_H
 #define MATRIG_FIRMWARE_BANDWATCH_H
 
@@ -12,9 +12,9 @@
 
 struct bandwatch {
     struct mr_bands bands;
-    struct landing_wheel wheel; /* wheel at wheel_block */
+    struct landing_wheel wheel; /* wheel at block wheel_block */
     uint32_t wheel_block;
-    bool wheel_known; /* position determined since arming */
+    bool wheel_known; /* the wheel's position has been determined since arming */
 };
 
 void bandwatch_arm(struct bandwatch *watch);

@@ -5,15 +5,16 @@
 #include "common/wire.h"
 #include "firmware/health.h"
 
-#define STEPS_PER_POLL           128u /* steps per poll; a read needs two polls or more */
+/* steps of work per call of blackbox_poll; a read takes two calls or more */
+#define STEPS_PER_POLL           128u
 #define VERIFY_TRIES             2u
 #define ERASE_TRIES              2u
 #define FAILURES_MAX             64u
 #define ERASE_ASSUMED_MS         60u /* assumed until an erase has been timed */
 #define READ_TRIES               4u
-#define SCAN_TRIES               32u /* twice per page of a sector */
-/* free pages of the ring: 8 pages of configuration at 4 ms each, 58 bytes per ms meanwhile,
- * twice */
+#define SCAN_TRIES               32u /* each page of a sector is read twice */
+/* free pages of the ring: twice the 58 bytes per ms that arrive while 8 pages of configuration are
+ * written, each in 4 ms */
 #define RING_RESERVE_PAGES       16u
 #define RING_RESERVE_ERASE_PAGES 112u /* RING_RESERVE_PAGES plus 400 ms of the stream */
 #define SECTOR_PAGES             NOR_PAGES_PER_SECTOR
@@ -22,7 +23,7 @@
 enum {
     SECTOR_BAD = 0xf9, /* programming or erasing failed */
     SECTOR_UNREAD = 0xfa,
-    /* dirty, with the mark that its record was freed: erased after the other dirty ones */
+    /* dirty, and marked to show that its record was freed; erased after all other dirty sectors */
     SECTOR_LAST = 0xfb,
     SECTOR_DIRTY = 0xfc,
     /* belongs to a record that does not fit into `records`; it is not touched */
@@ -161,7 +162,8 @@ static void begin_ring(struct blackbox *box)
     box->stream.page[MR_BOXPAGE_FIRST] = 0;
 }
 
-/* Room for one more record of the stream: it may need the page after the open one. */
+/* True if the ring has room for one more block or message, which may need the page after the open
+ * one. */
 static bool has_room(const struct blackbox *box)
 {
     return is_rolling(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
@@ -294,7 +296,7 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
     unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_closed) * MR_BOXPAGE_PAYLOAD * 8u -
                     box->meta.bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
-        /* room for the end tag and the word that flush may add */
+        /* keep room for the end tag and for the last, incomplete word */
         append_bits(box, &box->meta, bits, count);
         return;
     }
@@ -378,7 +380,7 @@ static void scan_page(struct blackbox *box)
         scan_next(box);
     } else if (++box->tries < SCAN_TRIES) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
-    } else { /* torn, or not a page of the black box */
+    } else { /* damaged, or not a page of the black box */
         set_sector(box, box->job_sector, SECTOR_DIRTY);
         scan_next(box);
     }
@@ -397,7 +399,7 @@ static void scan_head(struct blackbox *box)
     scan_next(box);
 }
 
-/* Walks through the last sector of a record to its last page. */
+/* Searches the last sector of a record, page by page, for its last page. */
 static void scan_walk(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->scan_place];
@@ -730,7 +732,7 @@ static void check_mark(struct blackbox *box)
     if (!(box->buffer[MR_BOXPAGE_KIND] & MR_BOXPAGE_LIVE))
         drop_record(box, (unsigned)box->freeing);
     else
-        health_count(MR_FAULT_NOR_FAILED, 4); /* the record stays */
+        health_count(MR_FAULT_NOR_FAILED, 4); /* the record is not freed */
     box->freeing = -1;
 }
 

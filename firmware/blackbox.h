@@ -70,16 +70,16 @@ struct blackbox {
     struct blackbox_record records[BLACKBOX_RECORDS_MAX];
     uint16_t next_record;
     uint32_t next_seq;
-    /* written last; kept until a newer one is written, because its numbers are needed at start */
+    /* sector written last; not erased until a newer one is written, because its numbers are needed
+     * at start */
     unsigned newest_sector;
 
     /* Record being assembled. */
     struct mr_pack pack;
     bool key_due;
     uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE];
-    uint32_t pages_closed,
-        /* put: pages closed (page `pages_closed` is open); got: pages written or dropped */
-        pages_written;
+    uint32_t pages_closed;  /* number of closed pages; the page with this number is open */
+    uint32_t pages_written; /* number of pages written or dropped */
     uint8_t config[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE];
     unsigned config_closed, config_written;
     bool is_configuring;
@@ -93,7 +93,7 @@ struct blackbox {
     uint32_t stored;       /* blocks packed since start */
     uint32_t first_stored; /* blocks packed before the record's first block */
     uint32_t last_block;
-    /* block and count at the first key of a page */
+    /* block index, and number of blocks packed since start, at the first key of each page */
     uint32_t key_block[BLACKBOX_RING_PAGES], key_stored[BLACKBOX_RING_PAGES];
     bool key_valid[BLACKBOX_RING_PAGES];
 
@@ -103,7 +103,7 @@ struct blackbox {
     unsigned record_index; /* index in `records` of the record being written */
     unsigned head;         /* sector being written, or start of the search for the next */
     unsigned head_page;    /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
-    unsigned failures;     /* pages in a row that failed the read-back */
+    unsigned failures;     /* number of consecutive pages that failed the read-back */
     uint32_t erase_begun_ms, erase_ms;
     bool is_waiting_for_erase; /* waiting for an erase by the runway store (app.c) */
     int freeing;               /* index of the record being freed; -1: none */
@@ -137,7 +137,8 @@ enum mr_status blackbox_check_ready(const struct blackbox *box);
 /* Expected seconds until blackbox_check_ready returns MR_OK; NaN: waiting does not help. */
 float blackbox_wait_s(const struct blackbox *box);
 
-/* At arming: the facts of the landing, then its configuration, one call per message. */
+/* Call at arming with the facts of the landing; then record its configuration, one call per
+ * message. */
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start);
 void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint8_t *payload,
                                    size_t length);

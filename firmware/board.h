@@ -66,8 +66,7 @@ struct board_upkeep {
     uint32_t bad_address;            /* address of the first bad RAM */
 };
 
-/* Starts the hardware that responds. All other functions may be called afterwards, also if parts
- * are missing. */
+/* Starts the hardware. If parts are missing, the other functions may still be called afterwards. */
 void board_start(void);
 void board_identify(struct board_identity *identity);
 /* Bit c: the board has an input for channel c (common/block.h). The bits of staircase and reference
@@ -106,7 +105,7 @@ bool board_can_receive(struct board_can_frame *frame);
  * that frame has not been sent. The time is late by the interrupt latency, less than 30 us. */
 bool board_can_sync_tick(uint32_t block, uint32_t *tick);
 /* Drops all waiting frames, including those in the controller's mailboxes. A frame on the wire is
- * completed first; `pending` becomes false when no frame is left. */
+ * completed first; board_can_errors.is_pending becomes false when no frame is left. */
 void board_can_clear(void);
 /* Leaves bus-off in two steps: call with `begin` true, and one tick later with false. The
  * controller then waits for 128 times 11 recessive bits. */

@@ -68,7 +68,7 @@ static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
 
 /* ---- means of a phase ---- */
 
-/* Code in the form in which common/channels.h applies the zero: without the ratio. */
+/* Code to which common/channels.h applies the zero: not yet corrected by the reference. */
 static float channel_code(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
@@ -113,7 +113,7 @@ static float standard_deviation(const struct calibrate_mean *mean)
     return __builtin_sqrtf(variance > 0.0f ? variance : 0.0f);
 }
 
-/* The larger one of standard deviation and difference of the halves. */
+/* Returns the larger of the standard deviation and the difference between the two halves. */
 static float mean_spread(const struct calibrate_mean *mean)
 {
     float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half_sum) / (float)HALF_BLOCKS,
@@ -166,7 +166,7 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
     calibrate->command = 0;
 }
 
-/* Sets a zero measured earlier: the bits of the argument are the code. */
+/* Sets a zero that was measured earlier. The argument contains the bits of the code, a float. */
 static enum mr_status set_given_zero(const struct mr_command *command)
 {
     unsigned channel = command->index - 1u;

@@ -49,8 +49,8 @@ static uint16_t *current_drops(struct canwatch *watch)
     return watch->state == MR_CAN_OFF ? &watch->drops.bus_off : &watch->drops.timeout;
 }
 
-/* Handles the waiting frames during an outage: kept, then dropped, then replaced by the alarm as a
- * probe. */
+/* Handles the frames that wait during an outage: they are kept at first, then dropped; then only
+ * the alarm is sent, as a probe. */
 static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *news)
 {
     switch (watch->phase) {

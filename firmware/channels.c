@@ -98,7 +98,7 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 /* ---- zero ---- */
 
 static uint32_t measured; /* channels with a measured zero, bit per channel */
-static uint32_t changed;  /* channels with a new zero since zero_get_changed */
+static uint32_t changed;  /* channels with a new zero since the last zero_get_changed */
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
 void zero_reset(void)

@@ -8,8 +8,8 @@
 #include "firmware/schedule.h"
 #include "firmware/channels.h"
 
-/* Numbers of the items. Calibrations have two values per part; tables only the points in use.
- * Parameters exist only with a predictor. */
+/* Numbers of the items. A calibration is sent in parts of two values each, its table only up to the
+ * last point in use. Parameters exist only with a predictor. */
 #define FIRST_SWITCH          MR_CHANNELS
 #define FIRST_SEGMENT         (FIRST_SWITCH + MR_CONFIG_SWITCHES)
 #define FIRST_CALIBRATION     (FIRST_SEGMENT + MR_SEGMENTS)
@@ -69,7 +69,7 @@ static bool is_not_fitted(unsigned item)
     return item < FIRST_SEGMENT && config.gate[item - FIRST_SWITCH].step_codes == 0;
 }
 
-/* The next item after this one that has content; 0 after the last. */
+/* Returns the next item after `item` that has content; 0 after the last one. */
 static unsigned next_item(unsigned item)
 {
     for (item++; item < ITEMS; item++) {

@@ -62,8 +62,9 @@ static bool use_copy(struct configstore *store, unsigned copy)
     return true;
 }
 
-/* Highest revision of intact copies that were refused. The next change counts on from it: otherwise
- * it would be older than such a copy if another firmware accepts the copy again. */
+/* Highest revision of intact copies that were refused. The next change must have a higher one:
+ * otherwise it would count as older than such a copy if another firmware version accepts the copy
+ * again. */
 static uint32_t refused_revision(const struct configstore *store)
 {
     uint32_t highest = 0;
@@ -168,7 +169,8 @@ static enum mr_status check_staged(struct configstore *store, struct mr_config_r
     return status;
 }
 
-/* Writes a copy that is not in force; the first word last, so an interrupted copy is not valid. */
+/* Writes a copy that is not in force. Its first word is written last, so that an interrupted copy
+ * is not valid. */
 static bool write_copy(const struct configstore *store, unsigned copy)
 {
     flash_begin();

@@ -98,7 +98,7 @@ void tasks_start(void)
     tasks_begin(MR_TASK_LOOP);
 }
 
-/* The first late task in table order; 0 if none. */
+/* Returns the first late task in table order; 0: none is late. */
 static unsigned find_late_task(void)
 {
     unsigned found = 0;
@@ -115,7 +115,7 @@ void tasks_tick(uint32_t pc)
 {
     unsigned task = find_late_task();
     if (task && !late) {
-        /* If the loop itself is late, the part that runs is the cause. */
+        /* If the loop itself is late, the task that runs is the cause. */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);

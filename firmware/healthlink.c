@@ -6,7 +6,7 @@
 #include "firmware/health.h"
 #include "firmware/schedule.h"
 
-/* ---- selftest ---- */
+/* ---- self-test ---- */
 
 /* A driven transducer at its mechanical zero reads 62 codes, an undriven one 0. The sums are of
  * four scans of each polarity. */
@@ -125,7 +125,7 @@ void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
                           health_get_count(MR_FAULT_POLARITY) == test->polarity_faults);
 }
 
-/* ---- healthlink ---- */
+/* ---- health on the links ---- */
 
 void healthlink_start(struct healthlink *link)
 {

@@ -11,7 +11,7 @@
 #include "common/fault.h"
 #include "firmware/telemetry.h"
 
-/* ---- selftest ---- */
+/* ---- self-test ---- */
 
 /* The self-test on command tests everything that can be tested without moving the rig: RAM,
  * program, reference channel, excitation, the memory of the black box, and the warning output. The
@@ -21,7 +21,7 @@
 #define SELFTEST_LAMP_TICKS  20u /* 200 ms lit */
 #define SELFTEST_DARK_TICKS  5u  /* 50 ms for the lamp's current to stop */
 #define SELFTEST_LIMIT_TICKS 450u
-#define SELFTEST_BLOCKS      100u /* blocks examined */
+#define SELFTEST_BLOCKS      100u /* blocks that the self-test examines */
 
 struct selftest {
     bool is_running;
@@ -33,7 +33,7 @@ struct selftest {
     bool reference_bad, excited;
 };
 
-/* ---- healthlink ---- */
+/* ---- health on the links ---- */
 
 #define HEALTHLINK_RESET_TICKS 5u /* 50 ms to send the acknowledgement */
 /* steps of the background tests per block during a self-test */
@@ -43,7 +43,7 @@ struct healthlink {
     struct selftest test;
     struct board_restart restart;
     unsigned crash_next;     /* next word to be sent; MR_CRASH_ITEMS: none */
-    unsigned ticks;          /* ticks, for the pace of the background tests */
+    unsigned ticks;          /* supervision ticks, which pace the background tests */
     unsigned ticks_to_reset; /* 0: no reset requested */
 };
 

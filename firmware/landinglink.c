@@ -123,7 +123,7 @@ void landinglink_send_changes(struct telemetry *telemetry, const struct landing 
         landinglink_send_state(telemetry, landing);
 }
 
-/* ---- live ---- */
+/* ---- live mode ---- */
 
 enum mr_status live_begin(struct live *live, struct landing *landing,
                           const struct mr_command *command, uint32_t index)
@@ -146,7 +146,7 @@ void live_on_block(struct live *live, struct landing *landing, struct telemetry 
         landinglink_send_block(telemetry, block);
 }
 
-/* ---- regular ---- */
+/* ---- regular messages ---- */
 
 static void send_can_health(struct telemetry *telemetry)
 {

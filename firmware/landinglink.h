@@ -26,7 +26,7 @@ void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates
 void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
                               const struct landing_block_changes *news, uint32_t index);
 
-/* ---- live ---- */
+/* ---- live mode ---- */
 
 /* Live mode, by command, for an inspection of the rig while idle: edges are sent as they occur, and
  * a block record is sent on serial every 20 blocks (schedule.def). Nothing is recorded and no state
@@ -47,7 +47,7 @@ enum mr_status live_begin(struct live *live, struct landing *landing,
 void live_on_block(struct live *live, struct landing *landing, struct telemetry *telemetry,
                    const struct mr_block *block);
 
-/* ---- regular ---- */
+/* ---- regular messages ---- */
 
 /* The board's regular messages according to schedule.def: clock, health, links, faults, counts,
  * hello, state. */

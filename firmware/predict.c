@@ -9,7 +9,7 @@
 
 #define NOTHING_TO_REPORT UINT32_MAX
 
-/* Saves the runway state for reports, with its CRC as its number. */
+/* Saves the runway state for reports, and computes its CRC. */
 static void save_runway(struct predict *p)
 {
     mr_predictor_save(&p->predictor, &p->state);
@@ -142,7 +142,7 @@ static void begin_report(struct predict *p, struct telemetry *telemetry)
     p->next_report_message = 0;
 }
 
-/* Item n of the list: chart and plan, then the lamp limit. */
+/* Returns item n of the report: chart and plan, then the lamp limit. */
 static float risk_item(const struct predict *p, unsigned n)
 {
     return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
@@ -274,7 +274,7 @@ enum mr_status predict_load(struct predict *p, enum mr_runway_source source, con
     enum mr_status status = mr_predictor_load(&p->predictor, &p->state);
     if (status != MR_OK)
         return status;
-    /* the survey arrived before the runway was loaded */
+    /* a survey that arrived before the runway was loaded applies to the loaded runway */
     mr_predictor_set_survey(&p->predictor, slack_in);
     p->source = (uint8_t)(p->is_dirty ? MR_RUNWAY_MEASURED : source);
     save_runway(p);
@@ -328,7 +328,7 @@ bool predict_end(struct predict *p, struct telemetry *telemetry, const struct la
         record_change(p, MR_RUNWAY_MEASURED, index);
     }
     p->predictor.is_armed = false;
-    if (moved) /* the plan was for this landing */
+    if (moved) /* the plan was valid only for the landing that has ended */
         discard_plan(p);
     return folded;
 }

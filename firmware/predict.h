@@ -33,17 +33,17 @@ struct predict {
     struct mr_predictor_zone zone; /* newest result */
     struct predict_motion motion;
     bool is_warning;      /* state of the lamp */
-    uint32_t doubts;      /* as last reported */
+    uint32_t doubts;      /* doubts as last reported */
     uint32_t updates;     /* mat updates of the landing, as last reported */
     uint32_t trust_block; /* block of the last message trust */
     bool has_hurried;
     uint32_t hurried_block;
-    uint16_t backlog_command; /* set by command; 0: none */
+    uint16_t backlog_command; /* number of waiting blocks set by the command backlog; 0: none */
 
     struct mr_risk_state risk;
     struct mr_risk_report risk_report; /* newest result */
     struct mr_risk_plan plan;          /* for the next or the present landing */
-    struct mr_risk_plan staged_plan;   /* received by commands, not yet in effect */
+    struct mr_risk_plan staged_plan;   /* received by commands, not active yet */
     bool has_plan;
     unsigned next_risk_item; /* next item of the plan to be sent; UINT32_MAX: none */
     float lamp_limit;        /* limit of the risk; NaN: the lamp follows the verdict */
@@ -51,7 +51,7 @@ struct predict {
     /* runway at arming, to be sent; or runway to be stored (runwaystore.h) */
     struct mr_predictor_state state;
     unsigned next_report_message; /* next message of the runway to be sent; UINT32_MAX: none */
-    struct mr_predictor_state staged_state; /* received by commands, not yet in effect */
+    struct mr_predictor_state staged_state; /* received by commands, not active yet */
     uint8_t source;                         /* enum mr_runway_source */
     /* a landing or a command set the runway; the stored runway does not replace it */
     bool is_runway_set;

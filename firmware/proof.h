@@ -19,13 +19,13 @@
 struct proof {
     uint8_t nonce[MR_PROOF_BYTES];
     bool valid;       /* the nonce may be used */
-    uint32_t nonces;  /* nonces since start */
+    uint32_t nonces;  /* number of nonces since start */
     uint16_t refused; /* number of wrong proofs */
     struct {
         uint8_t proof[MR_PROOF_BYTES];
         bool given;
         uint8_t failures, locked;
-    } link[2]; /* indices: CAN, serial */
+    } link[2]; /* links: CAN, serial */
 };
 
 /* Stores the message `proof` for the next operator's command on the same link. */

@@ -58,7 +58,7 @@ static unsigned newest_copy(const struct runwaystore *store)
  * in the memory. */
 static void check_copy(struct runwaystore *store, struct predict *predict)
 {
-    /* free for use: nothing is armed before the runway is loaded */
+    /* predict->state may be overwritten: nothing is armed before the runway is loaded */
     struct mr_predictor_state *state = &predict->state;
     enum mr_status status = mr_runway_read(state, &store->sequence[store->step_copy], store->image);
     store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK

@@ -20,7 +20,7 @@ struct slowlog {
     uint16_t count[MR_GAGES];
     float tension_lb[MR_GAGES]; /* tensions of the newest row; NaN: missing */
     uint8_t row;
-    unsigned unsent; /* gages not yet sent */
+    unsigned unsent; /* number of gages whose tensions are not yet sent */
 };
 
 /* Call in each block. `tension_lb`: MR_GAGES values, NaN: missing; `quiet`: no landing is in

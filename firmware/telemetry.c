@@ -87,7 +87,7 @@ void telemetry_start(struct telemetry *telemetry, struct blackbox *box)
         health_count(MR_FAULT_CAN_SILENT, 0);
 }
 
-/* ---- timesync ---- */
+/* ---- time synchronisation ---- */
 
 /* a full queue ahead of the sync frame takes 33 ms; in that case this pair is skipped */
 #define FOLLOW_UP_BLOCKS 10u

@@ -53,9 +53,9 @@ struct telemetry {
     struct blackbox *box; /* stores the messages needed in a landing's record */
 };
 
-enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `said` */
+enum { TELEMETRY_CAN, TELEMETRY_SERIAL }; /* indices of the links in `sent_counts` */
 
-/* The pointer `box` is kept. */
+/* Clears the counts and stores the pointer `box`, which must remain valid. */
 void telemetry_start(struct telemetry *telemetry, struct blackbox *box);
 void telemetry_send(struct telemetry *telemetry, unsigned sinks, uint16_t id,
                     const uint8_t *payload, size_t length);
@@ -89,7 +89,7 @@ bool telemetry_has_box(const struct telemetry *telemetry);
         TELEMETRY_SEND_MESSAGE(telemetry, sinks, name, NAME, &message_); \
     } while (0)
 
-/* ---- timesync ---- */
+/* ---- time synchronisation ---- */
 
 /* Time synchronisation over CAN in two steps: once per second a sync frame, and 10 ms later the
  * board time at which that frame was sent. A receiver that recorded the arrival of the frame then

@@ -359,7 +359,7 @@ static void print_noise(void)
     print_channels("noise_", false);
 }
 
-/* ---- cost ---- */
+/* ---- cost of the predictor ---- */
 
 /* Cycles of the predictor for one block of a landing at 8 ft/s2. For comparison, the budget assumes
  * 1.5 cycles an instruction and 12.5 more for a division or root (tests/budget.sh). INSTRUCTIONS is
@@ -498,7 +498,8 @@ static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
 
 struct outcome {
     uint32_t rounds, wrong, failed;
-    uint32_t erase_us, erase_max_us, program_us, program_max_us; /* sums and maxima */
+    /* sums and maxima of the durations */
+    uint32_t erase_us, erase_max_us, program_us, program_max_us;
 };
 
 /* Sleeps between two polls, until the next block or supervision tick. Times are from TIM2, which
@@ -725,8 +726,8 @@ static void set_brown_out(void)
 
 /* ---- tests that end in a reset ---- */
 
-/* A stack overflow, and a watchdog that is not fed. After the reset the results are in the fault
- * record (fault.c) and in a count in RAM. */
+/* Tests a stack overflow, and a watchdog that is not fed. After the reset the results are in the
+ * fault record (fault.c) and in a count in RAM. */
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u

@@ -179,7 +179,7 @@ void print_flush(void)
     pace_wait(LAST_BYTES_US);
 }
 
-/* ---- pace ---- */
+/* ---- bounded waits ---- */
 
 void pace_start(void)
 {

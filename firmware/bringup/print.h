@@ -39,7 +39,7 @@ void print_text(const char *text);
 /* Waits until all output has been sent; the wait is bounded. */
 void print_flush(void);
 
-/* ---- pace ---- */
+/* ---- bounded waits ---- */
 
 /* Time from the core's cycle counter, which runs whenever the core runs. It bounds all waits here
  * and wraps after 25 s at 168 MHz. PM0214 does not describe the DWT; see ARMv7-M C1.8. */

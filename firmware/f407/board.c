@@ -79,7 +79,8 @@ static void start_supervision(void)
     SYST_RVR = 168000000u / SUPERVISION_HZ - 1;
     SYST_CVR = 0;
     SCB_SHPR[11] = PRIORITY_SUPERVISION << 4; /* SysTick is system handler 15; SHPR begins at 4 */
-    SYST_CSR = 7u;                            /* on, interrupt, processor clock */
+    /* enabled, with interrupt, from the processor clock */
+    SYST_CSR = 7u;
 }
 
 void board_start(void)
@@ -175,7 +176,7 @@ bool board_sleep(void)
     }
     irq_restore(mask);
     bool passed = tick_passed;
-    if (passed) /* a tick after this is for the next call */
+    if (passed) /* a tick from here on is reported by the next call */
         tick_passed = false;
     return passed;
 }

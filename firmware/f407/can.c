@@ -16,7 +16,8 @@
 #define RX_QUEUE   64u
 #define ALL_EMPTY  (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
 #define INIT_POLLS 100000u
-#define SYNC_MARK  0x8000u /* flag in the queue with the identifier: this is the sync frame */
+/* set in the identifier of the sync frame while the frame is in the queue */
+#define SYNC_MARK  0x8000u
 #define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
 static struct board_can_frame tx_ring[TX_QUEUE], rx_ring[RX_QUEUE];
@@ -74,7 +75,8 @@ void board_can_set_base(uint16_t to)
     base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
     /* Leaves init mode: the first time, the controller joins the bus after 11 recessive bits and
-     * holds frames until then. No wait here: a bus that is shorted now may be repaired later. */
+     * holds frames until then. This does not wait for the controller, because the bus may be
+     * shorted now and repaired later. */
     CAN1->MCR = CAN_MCR_TXFP;
 }
 

@@ -8,7 +8,7 @@
 #include "firmware/health.h"
 
 #define EDGE_CAPTURES      64u
-#define PULSE_CAPTURES     32u /* 160 ms at 200 a second */
+#define PULSE_CAPTURES     32u /* pulses of 160 ms at 200 per second */
 #define EDGE_STREAM        5u
 #define EDGE_FILTER_TICKS  8u
 #define PULSE_FILTER_TICKS 256u
@@ -51,10 +51,11 @@ void capture_start(void)
     TIM2->CCMR1 = TIM_CCMR1_CC1_TI1 | TIM_CCMR1_IC1F_8;
     TIM2->CCER = 1u; /* rising edges */
     TIM2->DIER = TIM_DIER_CC1DE;
-    TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM4's start starts it */
+    TIM2->SMCR = TIM_SMCR_TS_ITR3 | TIM_SMCR_SMS_TRIGGER; /* TIM2 starts together with TIM4 */
 }
 
-/* Takes captures up to a tick, oldest first, with the filter delay subtracted. */
+/* Removes the captures up to a tick and returns them, oldest first, with the filter delay
+ * subtracted. */
 static size_t get_captures(unsigned stream, const volatile uint32_t *captured, unsigned size,
                            unsigned *taken, uint32_t until_tick, uint32_t delay, uint32_t *ticks,
                            size_t capacity)

@@ -17,7 +17,7 @@
 #define CRYSTAL_KHZ_MAX 8800u
 #define RTC_DIVIDER     31u
 #define CAPTURES        16u
-#define CAPTURE_POLLS   1000u /* 62 us; 125 us for a crystal of 4 MHz */
+#define CAPTURE_POLLS   1000u /* 0.5 ms; captures of a 4 MHz crystal are 62 us apart */
 
 #define DETAIL_STOPPED 255u /* detail of the fault */
 

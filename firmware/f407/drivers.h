@@ -24,10 +24,11 @@ uint32_t clock_crystal_khz(void);
 /* scan.c: TIM4, ADC1, ADC3, their DMA, and blocks. Must be called before board_scans_configure can
  * start the scans. */
 void scan_prepare(void);
-bool scan_is_block_ready(void); /* a block is ready */
+bool scan_is_block_ready(void);
 /* capture.c: TIM2 and its DMA. Call before the scans start, because their timer starts both. */
 void capture_start(void);
-/* Counts captures from before a stop of the blocks as lost, before their ticks wrap. */
+/* Drops captures that are too old because no block has taken them, and counts them as lost, before
+ * their ticks wrap. */
 void capture_drop_old(void);
 void can_start(void);
 /* nor.c: SPI2 and the memory of the black box, which is missing before this call. */

@@ -171,7 +171,8 @@ bool fault_read_record(uint8_t cause)
         past.restarts = (uint8_t)(past.restarts + (past.restarts < UINT8_MAX));
         past.in_row = (uint8_t)(past.in_row + (past.in_row < UINT8_MAX));
     } else {
-        past.in_row = past.crystal_stops = 0; /* power, reset button or command */
+        /* the cause was power, the reset button or a command */
+        past.in_row = past.crystal_stops = 0;
     }
     if (crash.fresh && crash.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
         past.crystal_stops = (uint8_t)(past.crystal_stops + (past.crystal_stops < UINT8_MAX));

@@ -2,8 +2,8 @@
  * and 3.9.
  *
  * The watchdog may be as fast as 0.34 s, an erase as slow as 0.5 s, and nothing can feed it during
- * an erase: its time is trebled from begin to end. Interrupts are off: their handlers are in the
- * flash, which is busy. */
+ * an erase: its time-out is three times as long from flash_begin to flash_end. Interrupts are off:
+ * their handlers are in the flash, which is busy. */
 #include "firmware/board.h"
 
 #include "firmware/f407/drivers.h"

@@ -86,7 +86,8 @@ static void begin_clocking(void)
     set_phase(CLOCKING);
 }
 
-/* Clocks until SDA is free, nine times at most; then SDA low and high while SCL is high, a stop. */
+/* Makes the next edge: clocks until SDA is free, at most nine; then a stop, SDA low and high while
+ * SCL is high. */
 static void toggle_clock(void)
 {
     bool is_free = pin_read(PIN_THERMOMETER_DATA);

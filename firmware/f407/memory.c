@@ -14,9 +14,10 @@
 
 #define STACK_PATTERN     0x5afe57acu
 #define WINDOW_WORDS      4u
-#define SLICE_WINDOWS     8u    /* windows per slice */
-#define FLASH_SLICE_BYTES 128u  /* bytes */
-#define DMA_REACH_BYTES   1024u /* bytes after a stream's address that the stream may write */
+#define SLICE_WINDOWS     8u
+#define FLASH_SLICE_BYTES 128u
+/* a stream may write up to this number of bytes after its address */
+#define DMA_REACH_BYTES   1024u
 #define STREAMS           16u
 
 /* linker script */
@@ -24,8 +25,8 @@ extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_en
 extern const uint8_t program_start[], program_end[];
 
 static struct board_upkeep upkeep;
-static uint32_t *at;            /* next window */
-static const uint8_t *flash_at; /* next byte */
+static uint32_t *at;            /* next window to be tested */
+static const uint8_t *flash_at; /* next byte for the checksum of the program */
 static uint32_t flash_crc, image_crc;
 
 /* Returns the bits of four words that failed. The registers saved on the stack are restored before

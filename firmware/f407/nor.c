@@ -11,12 +11,12 @@
 #define RX_STREAM    3u
 #define TX_STREAM    4u
 #define BYTE_POLLS   200u     /* a byte takes 64 cycles */
-#define STATUS_BYTES 512u     /* bytes of status: 195 us */
+#define STATUS_BYTES 512u     /* status bytes that one DMA transfer reads, in 195 us */
 #define TICKS_PER_MS 84000u   /* TIM2 */
 #define TRANSFER_MS  5u       /* 260 bytes last 0.1 ms */
 #define PROGRAM_MS   45u      /* data sheet: 3 ms at most; a failing page takes longer */
 #define ERASE_MS     6000u    /* data sheet: 400 ms at most; a failing sector takes longer */
-#define POLLS_MAX    8000000u /* for any operation, if TIM2 has stopped */
+#define POLLS_MAX    8000000u /* limit of any operation if TIM2 has stopped */
 
 /* Data sheet 9.6. Before and after an erase, a program or a status command the chip must be
  * deselected for tSHSL2, or two commands become one. SLEW_NS is the rise time of the line (pins.c).
@@ -56,7 +56,7 @@ static volatile enum phase {
 } phase;
 static volatile bool failed;
 static uint32_t since_tick, polls;
-/* DMA targets: `sink` for bytes received while a page is sent, and the newest status. */
+/* DMA target for the bytes received while a page is sent, and for the newest status. */
 static volatile uint8_t sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 

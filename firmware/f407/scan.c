@@ -45,7 +45,7 @@ static struct queue queue;
 /* Indices of the block being filled, and of the block at the start of the first half of the
  * buffer. */
 static uint32_t next_index, first_index;
-/* From a block's first trigger to the start of its last conversion. */
+/* Ticks from a block's first trigger to the start of its last conversion. */
 static uint32_t last_conversion_ticks;
 
 /* Position of the other converter's stream at the end of the last block. A stopped stream is at the

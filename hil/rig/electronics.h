@@ -51,7 +51,7 @@ struct hil_electronics {
     double staircase_zero;            /* in units of the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
-    uint64_t pulse_ps; /* pulse of the one-shot */
+    uint64_t pulse_ps;     /* pulse of the one-shot */
     bool is_lamp_detected; /* the current of the hot lamp is above the threshold of the read-back */
     /* delays from a pin change to the lamp's read-back and to the contacts of the shunt relay */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
