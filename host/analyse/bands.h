@@ -10,7 +10,7 @@
 struct bands_shunt { /* calibrations of one gage, before and after the landing */
     unsigned gage;
     double expected_lb, before_lb, after_lb; /* NaN: not calibrated at that time, or not valid */
-    /* verdict of the message; STORE_NONE: not calibrated */
+    /* verdicts that the board sent; STORE_NONE: not calibrated */
     int64_t before_verdict, after_verdict;
 };
 

@@ -216,7 +216,6 @@ void measured_format_no_stop(const struct measured *measured, char out[MEASURED_
                  measured_motion_at_end_text(measured));
 }
 
-/* Station and speed at a time. */
 struct motion_point {
     double t_s;
     double station_ft;
@@ -230,7 +229,7 @@ static struct motion_point fit_motion_at(const struct measured *measured, double
     return (struct motion_point){t_s, motion.position_ft.value, motion.speed_ft_s.value};
 }
 
-/* Cubic through station and speed of both moments. */
+/* Interpolates with the cubic that has the station and the speed of both points. */
 static struct motion_point interpolate_motion(struct motion_point from, struct motion_point to,
                                               double t_s)
 {
@@ -309,7 +308,7 @@ double measured_reach_s(const struct measured *measured, double station_ft)
 
 /* ---- channels ---- */
 
-/* Sample of the first named edge; `samples` if there is none. */
+/* Returns the sample of the first named edge, or `samples` if there is none. */
 static size_t first_edge_sample(const struct measured *measured)
 {
     if (measured->gates == 0)
@@ -441,7 +440,8 @@ void measured_find_results(struct measured *measured)
     }
 }
 
-/* Source of a block: that of its block record; without one, CAN if any channel has a CAN sample. */
+/* Returns the source of a block: that of its block record; without one, CAN if any channel has a
+ * CAN sample. */
 static enum measured_source source_of_block(const struct measured *measured, size_t sample)
 {
     enum measured_source source = MEASURED_NO_SOURCE;
@@ -531,7 +531,6 @@ size_t measured_list_channels(const struct measured *measured,
     return count;
 }
 
-/* The standard errors defined in measured.h. */
 #define BLOCKS_PER_H 3600000.0
 
 struct mr_error_case measured_error_case(const struct measured *measured,
@@ -623,7 +622,8 @@ static struct sums make_sums(const struct measured *measured,
     return sums;
 }
 
-/* Mean of one half of the values within `reach` samples of `sample`. NaN: no valid value. */
+/* Returns the mean of one half of the values within `reach` samples of `sample`, or NaN if there is
+ * no valid value. */
 static double half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
                         size_t samples)
 {
@@ -639,7 +639,7 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
                          size_t from, double *high, double *low)
 {
     *high = *low = (double)NAN;
-    if (measured->samples == 0) /* the stride is not set either */
+    if (measured->samples == 0) /* without samples, the stride is not set either */
         return;
     const size_t search = search_half_width(channel), peak = peak_half_width(channel);
     struct sums sums = make_sums(measured, channel);
@@ -694,7 +694,8 @@ char measured_source_letter(enum measured_source source)
     return sources[source].letter;
 }
 
-/* Describes the records that were excluded because of their time; false: there are none. */
+/* Describes the records that were excluded because of their time. Returns false if there are
+ * none. */
 static bool format_excluded(const struct measured *measured, char *out, size_t size)
 {
     const struct measured_excluded *aside = &measured->excluded;

@@ -92,8 +92,7 @@ struct measured {
     size_t stretches;
     int64_t blocks_from[MEASURED_SOURCES]; /* number of samples from each source */
     int64_t first_block;
-    /* Earlier blocks of a landing that was armed long before the first edge: not loaded, and
-     * available only in the campaign. */
+    /* number of earlier blocks that were not loaded (see MEASURED_BEFORE_BLOCKS) */
     int64_t skipped_blocks;
     struct measured_excluded excluded;
     size_t samples;
@@ -149,9 +148,9 @@ const char *measured_origin_text(const struct measured *measured);
 /* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
-/* Marks to print after any number of the landing: "", ", incomplete", ", UNCALIBRATED" or
- * ", calibration unknown" (its configuration was not read), or the first and one of these. Static
- * storage. */
+/* Marks to print after any number of the landing: ""; ", incomplete"; ", UNCALIBRATED" or ",
+ * calibration unknown" (its configuration was not read); or ", incomplete" followed by one of the
+ * latter two. Static storage. */
 const char *measured_marks(const struct measured *measured);
 /* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
 #define MEASURED_REASON_SIZE 100
@@ -202,8 +201,6 @@ int measured_channel_index(const struct measured *measured, enum mr_channel_kind
 size_t measured_list_channels(const struct measured *measured,
                               const struct measured_channel **channels);
 
-/* Peaks of a channel: the largest and the smallest mean of a few readings. */
-
 /* Extremes of the moving mean of the value (measured_value) from sample `from` on. Each extreme is
  * located in every second reading, and its value is the mean of the other readings; both halves are
  * used (see the file comment). NaN: no mean has a valid reading. */
@@ -212,12 +209,9 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
 /* Number of samples in the mean of a peak, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 
-/* Sources of the samples of a measured landing: serial, the black box, CAN, a file of another
- * instrument, or none. */
-
 #define MEASURED_SOURCE_SIZE 600
 
-/* "serial", "can", "blackbox", "import", "none". Static storage. */
+/* Name of a source: "serial", "can", "blackbox", "import", "none". Static storage. */
 const char *measured_source_name(enum measured_source source);
 /* Source as one letter for tables: S, C, B, I, and - for none. */
 char measured_source_letter(enum measured_source source);

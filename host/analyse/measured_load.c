@@ -50,10 +50,11 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
  * belong to it: one wrong time would make the record hours long. Data outside all groups is
  * counted and excluded; the campaign keeps it ---- */
 
-#define GROUP_PAUSE_S 30
-#define GROUP_SHARE   100u /* a group below a hundredth of the largest one is excluded, */
-#define GROUP_MIN_ENTRIES \
-    100u /* unless it has edges and this many entries (a link that was down before) */
+#define GROUP_PAUSE_S     30
+/* A group smaller than 1/GROUP_SHARE of the largest one is excluded, unless it has edges and
+ * GROUP_MIN_ENTRIES entries: a link may have been down before it. */
+#define GROUP_SHARE       100u
+#define GROUP_MIN_ENTRIES 100u
 
 struct time_groups {
     struct group {
@@ -272,8 +273,8 @@ static void invalidate_stuck(struct measured_channel *channel, size_t sample)
     channel->raw[sample] = MR_NAN;
 }
 
-/* Judges readings as the board does. A stuck channel is invalid from its anchor on, so readings
- * back to the anchor are invalidated. */
+/* Judges readings as the board does. A stuck channel is invalid from the reading at which it
+ * stopped moving, so earlier readings back to that one are invalidated. */
 static void read_block(struct measured *measured, struct mr_watch *watch,
                        const struct mr_block *block, enum measured_source source)
 {

@@ -169,7 +169,8 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
  * mats. */
 struct reached_zone {
     unsigned mats;
-    double start_ft, t_s; /* NaN: never for MIN_ZONE_STEPS */
+    /* zone start and time of reaching 50 closed mats; NaN: none lasted MIN_ZONE_STEPS */
+    double start_ft, t_s;
 };
 
 static struct reached_zone find_reached_zone(const struct measured *measured,
@@ -407,7 +408,7 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
     return NULL;
 }
 
-/* Samples load slowly and are useful only with a survey, so this is checked first. */
+/* Loading samples is slow and is useful only with a survey, so the survey is checked first. */
 static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
 {
     struct zones_closure told;
@@ -560,7 +561,6 @@ void record_free(struct record *record)
     record->landing = NULL;
 }
 
-/* Texts and totals of the campaign's record. */
 const char *record_verdict_text(enum record_verdict verdict)
 {
     static const char *const text[RECORD_VERDICTS] = {

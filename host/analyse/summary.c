@@ -91,7 +91,7 @@ json_t *summary_troubles_json(const int64_t *trouble)
     return object;
 }
 
-/* Reason why the frames of a gap are missing. */
+/* Returns the reason why the frames of a gap are missing. */
 static const char *gap_reason(const char *cause)
 {
     static const struct {
@@ -380,7 +380,7 @@ struct summary_moment summary_time_of_day(const struct summary *summary, double 
     return summary_convert_time(&summary->clock, board_us);
 }
 
-/* "2026-11-21 22:28:14.1234 UTC" */
+/* Formats a time in Unix microseconds, for example "2026-11-21 22:28:14.1234 UTC". */
 static void format_day(double host_us, char *out, size_t size)
 {
     time_t second = fabs(host_us) < TIME_MAX_US ? (time_t)floor(host_us / 1e6) : 0;
@@ -508,7 +508,6 @@ void summary_free(struct summary *summary)
     free(summary->key);
 }
 
-/* "all 24 seen" or "19 of 24 seen, missing 3, 17; switches 22 to 24 not reached". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size)
 {
     size_t seen = measured->gates;

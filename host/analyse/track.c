@@ -238,7 +238,7 @@ void track_make(const struct measured *measured, struct track *track)
         set_ends(measured, track);
 }
 
-/* Cubic through station and speed of both moments; the error is interpolated. */
+/* Interpolates station and speed with a cubic, and the error linearly. */
 static struct mr_estimate interpolate_cubic(const struct track_moment *from,
                                             const struct track_moment *to, double t_s)
 {

@@ -39,8 +39,8 @@ struct track {
     double error_ft;                                    /* standard error of each gate station */
     size_t models;                                      /* the models with the largest weights */
     struct track_model {
-        double q;         /* (ft/s3)^2 s */
-        double ripple_ft; /* standard deviation */
+        double q;         /* intensity of the white noise, (ft/s3)^2 s */
+        double ripple_ft; /* standard deviation of the ripple */
         double weight;
         double inverse[TRACK_SIZE][TRACK_SIZE];
     } model[TRACK_MODELS];

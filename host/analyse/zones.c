@@ -16,7 +16,7 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
     return measured_block_s(measured, zone->block);
 }
 
-/* "2.824 s after touchdown" */
+/* size of a time as text, for example "2.824 s after touchdown" */
 #define MOMENT_TEXT_SIZE 60
 static const char *format_moment(double t_s, const char *origin, char out[MOMENT_TEXT_SIZE])
 {
@@ -287,7 +287,7 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
 }
 
-/* "no warning", or the reason why one may have been missed. */
+/* Writes "no warning", or the reason why a warning may have been missed. */
 static void format_no_warning(const struct zones *zones, char out[NO_WARNING_TEXT_SIZE])
 {
     char doubt[ZONES_DOUBT_SIZE];

@@ -87,8 +87,7 @@ void zones_add_warned(const struct zones *zones, bool watched, struct answer *an
 bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
-/* Remaining slack of each segment at a sample, inches (NaN: not surveyed), and the longest closed
- * run ahead of the wheel. */
+/* Slack of each segment according to the survey, inches; NaN: not surveyed. */
 struct zones_closure {
     float slack_in[MR_SEGMENTS];
     size_t surveyed; /* number of segments with a slack */
