@@ -77,7 +77,7 @@ static bool is_reached(const void *context)
     return client->landing_received && client->landing.state == client->wanted_state;
 }
 
-/* If the answer is lost: the order worked if the state changed to the wanted one. */
+/* Used if the answer is lost: true if the board has reached the wanted landing state. */
 static bool has_changed(const void *context)
 {
     const struct arm_client *client = context;

@@ -6,14 +6,13 @@
 #include "host/board/dialogue.h"
 
 #define ARM_CLIENT_LANDING_MAX 65535
-/* Time limit for the answer to arm or disarm; applies here, at the terminal of matrig log and on
- * the live page. */
+/* Time limit for the answer to arm or disarm, also in matrig log and on the live page. */
 #define ARM_CLIENT_ANSWER_S    3
 
 struct arm_client {
     struct dialogue *dialogue;
     bool landing_known, wait_known;
-    bool landing_received; /* received since the command was sent */
+    bool landing_received; /* a landing state was received since the command was sent */
     /* landing states: the one that the command is to reach, and the one before the command */
     unsigned wanted_state, previous_state;
     struct mr_landing landing; /* newest state of the landing */

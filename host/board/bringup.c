@@ -12,8 +12,10 @@
 
 #define FORMAT      1
 #define TEXT_MAX    65536u
-#define ANSWER_S    15.0 /* to the first line: a reset takes 1 s, 10 s on a busy emulator */
-#define SILENCE_S   30.0 /* between two lines: watchdog test, memory erases, slow flash */
+/* time limit for the first line: a reset takes 1 s, or 10 s on a busy emulator */
+#define ANSWER_S    15.0
+/* time limit between two lines: watchdog test, memory erasure and flash are slow */
+#define SILENCE_S   30.0
 #define TOTAL_MAX_S 120.0
 #define RESEND_S    3.0
 
@@ -74,7 +76,7 @@ static size_t line_length(const char *text, size_t length)
     return end ? (size_t)(end - text) : SIZE_MAX;
 }
 
-/* `text` has no carriage returns. */
+/* Parses one section. `text` must not contain carriage returns. */
 static enum mr_status parse_section(struct bringup *b, const char *text, size_t length,
                                     struct error *error)
 {
@@ -149,7 +151,7 @@ struct receiver {
     size_t bytes;    /* total of received bytes */
 };
 
-/* The first line that begins with `word`; NULL: none. */
+/* Returns the first line that begins with `word`, or NULL. */
 static const char *find_line(const char *text, const char *word)
 {
     for (const char *at = text; at; at = strchr(at, '\n')) {
@@ -219,7 +221,7 @@ static enum mr_status receive(struct receiver *l, struct link *link, struct erro
         return status == MR_TOO_FEW ? MR_OK : status;
     }
     for (size_t i = l->length; status == MR_OK && i < l->length + count; i++) {
-        if (l->text[i] == 0) /* noise, not the end of the text */
+        if (l->text[i] == 0) /* a zero byte is noise, not the end of the text */
             l->text[i] = '?';
     }
     if (status == MR_OK && count) {
@@ -231,7 +233,7 @@ static enum mr_status receive(struct receiver *l, struct link *link, struct erro
     return status;
 }
 
-/* Bytes without a "begin" line are not a report: removed to make room. */
+/* Removes bytes before a "begin" line, which are not part of a report, to make room. */
 static void discard_noise(struct receiver *l)
 {
     if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
@@ -268,13 +270,14 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
 static bool has_timed_out(const struct receiver *l)
 {
     double now_s = monotonic_s();
-    bool begun = find_line(l->text, "begin ") != NULL; /* another section began; ours follows */
-    bool says = begun || is_text(l);                   /* the board is slow but alive */
+    /* another section began; the requested one follows */
+    bool begun = find_line(l->text, "begin ") != NULL;
+    bool says = begun || is_text(l); /* the board is slow but alive */
     return now_s - (says ? l->received_s : l->started_s) > (begun ? SILENCE_S : ANSWER_S) ||
            now_s - l->started_s > TOTAL_MAX_S || l->length == TEXT_MAX;
 }
 
-/* Waits for all of `section`; if NULL, for the line `answer`. */
+/* Waits for the whole of `section`; if it is NULL, for the line `answer`. */
 static enum mr_status wait_for(struct receiver *l, struct link *link, const char *section,
                                const char *answer, const char **from, struct error *error)
 {
@@ -291,7 +294,8 @@ static enum mr_status wait_for(struct receiver *l, struct link *link, const char
                              link_spec(link));
         if (status == MR_CLOSED && link_is_recorded(link))
             return find_line(l->text, "begin ")
-                     ? MR_OK /* incomplete: parse reports it */
+                     /* an incomplete section is left to bringup_parse, which reports the error */
+                     ? MR_OK
                      : error_set(error, MR_MALFORMED,
                                  "the file contains no output of a bring-up image: %s; give the "
                                  "file that the terminal program saved",
@@ -390,7 +394,7 @@ static bool limit_applies_to(const struct bringup_limit *limit, const char *name
                                          : strcmp(limit->name, name) == 0;
 }
 
-/* `none` can stand for a whole group: `noise none` for all of noise_... */
+/* A line with the value `none` may name a whole group: `noise none` means all noise_ lines. */
 static const struct bringup_limit *find_limit(unsigned section, const struct bringup_line *line)
 {
     for (size_t i = 0; i < LIMITS; i++) {
@@ -402,7 +406,7 @@ static const struct bringup_limit *find_limit(unsigned section, const struct bri
     return NULL;
 }
 
-/* True: `word` is in `words`, which are separated by blanks. */
+/* True if `word` is one of the blank-separated `words`. */
 static bool is_word_of(const char *words, const char *word)
 {
     size_t length = strlen(word);

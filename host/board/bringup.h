@@ -40,20 +40,20 @@ enum mr_status bringup_parse(struct bringup *bringup, const char *text, size_t l
  * no answer. Other statuses as bringup_parse and those of the link. */
 enum mr_status bringup_request(struct bringup *bringup, struct link *link, const char *section,
                                struct error *error);
-/* Starts the boot ROM. Statuses as bringup_request. */
+/* Makes the board start the boot ROM of its processor. Statuses as bringup_request. */
 enum mr_status bringup_start_rom(struct link *link, struct error *error);
 void bringup_free(struct bringup *bringup);
 
 /* Finds a line by name; NULL if there is none. */
 const struct bringup_line *bringup_find(const struct bringup *bringup, const char *name);
 
-/* A bring-up report of a board, checked against limits (bringup_limits.def). */
+/* Result of checking one line against its limit: within it, suspect ("look"), or wrong. */
 enum bringup_verdict { BRINGUP_OK, BRINGUP_LOOK, BRINGUP_WRONG };
 
 struct bringup_limit {
     unsigned sections; /* bit mask of the sections to which the limit applies */
     const char *name;  /* a * at the end matches all names with this beginning */
-    const char *words; /* allowed words; "": any word; NULL: a number from least to most */
+    const char *words; /* allowed words; "": any word; NULL: a number from min to max */
     double min, max;
     /* Limit computed for this board; NULL: the limit is the same for all boards. */
     double (*board_value)(const struct mr_board *board);
@@ -72,7 +72,7 @@ struct bringup_result {
 #define BRINGUP_RESULTS_MAX (2 * BRINGUP_LINES_MAX)
 
 /* Judges the lines in their order, then adds the missing ones. Returns the number of results, which
- * point into `now`. */
+ * point into `bringup`. */
 size_t bringup_judge(const struct bringup *now, struct bringup_result judged[BRINGUP_RESULTS_MAX]);
 enum bringup_verdict bringup_worst_verdict(const struct bringup_result *judged, size_t count);
 const char *bringup_verdict_text(enum bringup_verdict verdict); /* "ok", "look", "wrong" */

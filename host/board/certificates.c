@@ -105,7 +105,7 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
                                   struct error *error)
 {
     char *copy = xstrdup(text), *rest = NULL;
-    unsigned seen = 2; /* bit 1 set: the laboratory is optional */
+    unsigned seen = 2; /* bit 1: the laboratory is optional and therefore counts as present */
     for (char *part = strtok_r(copy, ",", &rest); part && error->status == MR_OK;
          part = strtok_r(NULL, ",", &rest)) {
         char *equals = strchr(part, '=');

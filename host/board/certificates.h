@@ -27,7 +27,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
  * time; the caller sets row->index. MR_USAGE: the text is invalid. */
 enum mr_status certificates_parse(const char *text, struct store_certificate *row,
                                   struct error *error);
-/* `channel`: from the board's configuration. `now_s`: Unix time. */
+/* Compares a certificate with its channel in the board's configuration at the Unix time `now_s`. */
 enum certificate_state certificates_state(const struct store_certificate *certificate,
                                           const struct mr_channel_config *channel, int64_t now_s);
 /* State as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */

@@ -57,7 +57,7 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
 
 #define WINDOW_S     2.0 /* time after which a window of words is sent again */
 #define WINDOW_WORDS 16u /* words; fits into the board's queues */
-#define ATTEMPTS     6   /* attempts to request absent words, or to send words again */
+#define ATTEMPTS     6   /* attempts to request missing words, or to send words again */
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
                                      struct error *error)
@@ -117,7 +117,7 @@ static enum mr_status set_not_now_error(const struct config_client *client, stru
                      dialogue_spec(client->dialogue));
 }
 
-/* One request for all words from the first absent one on. */
+/* Requests all words from the first missing one on. */
 static enum mr_status request_words(struct config_client *client, struct error *error)
 {
     struct mr_ack ack;
@@ -135,7 +135,8 @@ static enum mr_status request_words(struct config_client *client, struct error *
         status = dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set,
                                                &client->words.ended, &client->received, WINDOW_S,
                                                error);
-    if (status == MR_TIMEOUT && error->status == MR_OK) /* the caller requests absent words again */
+    /* the caller requests missing words again */
+    if (status == MR_TIMEOUT && error->status == MR_OK)
         status = MR_OK;
     if (status == MR_OK && client->words.count && client->words.count != MR_CONFIG_WORDS)
         return error_set(error, MR_VERSION,
@@ -271,7 +272,8 @@ enum mr_status config_client_set(struct config_client *client, const struct mr_c
     client->tag = dialogue_next_tag(client->dialogue);
     enum mr_status status = send_words(client, image, error)
                               ?: send_command(client, MR_COMMAND_CONFIG_APPLY, crc, &ack, error);
-    if (status == MR_OK && ack.status == MR_OK) /* the answer is the last message at the old base */
+    /* the board sends its answer still at the old CAN base */
+    if (status == MR_OK && ack.status == MR_OK)
         dialogue_set_base(client->dialogue, config->site[0].can_base);
     if (status != MR_OK || ack.status == MR_OK)
         return status;

@@ -34,7 +34,7 @@ static void *field_bytes(const struct mr_config *config, struct config_field_ref
            group->fields[at.field].offset;
 }
 
-/* Advances to the next field of the table; false: no more. Start with {0}. */
+/* Advances `*at` to the next field of the table; returns false at the end. Start with {0}. */
 static bool next_field(struct config_field_ref *at)
 {
     if (++at->field < mr_config_groups[at->group].field_count)
@@ -56,7 +56,6 @@ static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SI
                  field_info(at)->name);
 }
 
-/* True: the field is a date. */
 static bool is_day_field(const struct mr_config_field *field)
 {
     size_t length = strlen(field->name);
@@ -145,7 +144,7 @@ static void field_value_text(const struct mr_config_field *field, const void *by
         snprintf(out, CONFIG_FIELD_VALUE_SIZE, "%u", integer_at(field, bytes));
 }
 
-/* "from 1 to 512". */
+/* Writes the limits of a field, for example "from 1 to 512". */
 static void field_limits_text(const struct mr_config_field *field, char *out, size_t size)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT) {
@@ -217,7 +216,7 @@ static const char *const right_kinds = "channel[1] to [8] are displacement (1), 
                                        "tension (2), [23] the staircase (3; 0 where no "
                                        "switch is fitted), [24] the reference (4); 0: not fitted";
 
-/* Explains an impossible gain with numbers and the probable mistake. */
+/* Explains why a gain is impossible, with the numbers and the probable mistake. */
 static void write_gain_advice(const struct mr_channel_config *channel, unsigned rule, char *out,
                               size_t size)
 {
@@ -350,7 +349,7 @@ static void write_legend(FILE *file, unsigned group)
         const struct words *w = &words[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
         bool day = is_day_field(field);
-        if (day) /* format in the text; stored as a number of days */
+        if (day) /* dates are YYYY-MM-DD in the text and numbers of days in the configuration */
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
                     (int)strcspn(w->text, ",;"), w->text);
         else
@@ -423,7 +422,7 @@ static bool is_line_end(const char *p)
     return !*p || *p == '#';
 }
 
-/* Reads `group[index].field` and `=`. */
+/* Reads `group[index].field` and the `=` after it. */
 static enum mr_status read_name(const struct reader *r, const char **p, struct config_field_ref *at)
 {
     char group[32] = "", field[48] = "", what[160];

@@ -1,4 +1,4 @@
-/* The configuration as text. */
+/* Conversion of a board's configuration to text and back. */
 #ifndef MATRIG_HOST_BOARD_CONFIG_TEXT_H
 #define MATRIG_HOST_BOARD_CONFIG_TEXT_H
 
@@ -10,10 +10,8 @@
 #include "common/config.h"
 #include "host/base/error.h"
 
-/* One field of a member of the configuration: its name, value and limits as text. Days are written
- * as dates. */
-#define CONFIG_FIELD_NAME_SIZE \
-    80u /* length of "channel[3].unit_per_code" and its terminating zero */
+/* length of "channel[3].unit_per_code" and its terminating zero */
+#define CONFIG_FIELD_NAME_SIZE  80u
 #define CONFIG_FIELD_VALUE_SIZE 200u /* length of a value as text and its terminating zero */
 
 struct config_field_ref {

@@ -16,11 +16,12 @@
 #include "host/base/monotonic_clock.h"
 
 #define SERIAL_BYTES_PER_TURN 16384u
-#define CAN_FRAMES_PER_TURN   64  /* per turn */
+#define CAN_FRAMES_PER_TURN   64
 #define KEY_AFTER_HELLO_S     0.2 /* the key state follows a hello within this time */
 #define KEY_PERIOD_S          1.5 /* hello and nonce are sent once a second */
 #define PROOF_TRIES           3u  /* per command: another program may use the nonce first */
-#define TURNS_AFTER_DEADLINE  16  /* after a deadline, while data is still waiting */
+/* additional turns after a deadline, as long as received data is still unread */
+#define TURNS_AFTER_DEADLINE  16
 
 /* ---- identity ---- */
 
@@ -120,7 +121,8 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
     *dialogue = (struct dialogue){.now_s = monotonic_s,
                                   .link = {[LINK_CAN] = can, [LINK_SERIAL] = serial}};
     dialogue->kind = serial ? LINK_SERIAL : LINK_CAN;
-    dialogue->tag = (uint16_t)(link_now_us() / 1000u); /* differs from the tag of another program */
+    /* unlikely to be the tag of another program */
+    dialogue->tag = (uint16_t)(link_now_us() / 1000u);
     mr_deframer_init(&dialogue->deframer);
 }
 
@@ -194,7 +196,7 @@ void dialogue_reset(struct dialogue *dialogue)
     mr_deframer_init(&dialogue->deframer);
 }
 
-/* Keeps the first answer to the current order. Answers to other programs have other tags. */
+/* Stores the first answer to the current command. Answers to other programs have other tags. */
 static void handle_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack heard;
@@ -223,7 +225,7 @@ static enum mr_status handle_message(struct dialogue *dialogue,
     return status;
 }
 
-/* MR_TOO_FEW: no more data now. */
+/* MR_TOO_FEW: no data is waiting. */
 static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, struct error *error)
 {
     uint8_t bytes[SERIAL_BYTES_PER_TURN];
@@ -269,7 +271,7 @@ void dialogue_set_base(struct dialogue *dialogue, uint16_t base)
         link_set_base(can, base);
 }
 
-/* Receives all waiting data of both links. `*came`: true if there was any. */
+/* Receives all waiting data of both links. Sets `*received` if there was any. */
 static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
                               bool *came, struct error *error)
 {
@@ -434,7 +436,7 @@ static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *comma
     enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->key_known,
                                                 within_s, error);
     if (status != MR_OK || who->key.state != MR_KEY_SET || !who->image_known)
-        return status == MR_TIMEOUT ? MR_OK : status; /* the answer shows what is missing */
+        return status == MR_TIMEOUT ? MR_OK : status; /* the board's answer shows what is missing */
     status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->nonce_known, KEY_PERIOD_S,
                                  error);
     identity_uid_text(who, uid);

@@ -1,20 +1,29 @@
 /* The dialogue with one board: its identity, commands and answers, waiting, and its other messages.
- * *     struct dialogue dialogue;     struct mr_ack answer;     const struct dialogue_command state
- * = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};     status = dialogue_open(&dialogue,
- * NULL, "serial:/dev/ttyUSB0", error);     dialogue_subscribe(&dialogue, handle_message, client);
- * status = dialogue_wait_for_hello(&dialogue, NULL, NULL, error);     status =
- * dialogue_send_command(&dialogue, &state, &answer, error);     dialogue_close(&dialogue);  *
+ *
+ *     struct dialogue dialogue;
+ *     struct mr_ack answer;
+ *     const struct dialogue_command state = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};
+ *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
+ *     dialogue_subscribe(&dialogue, handle_message, client);
+ *     status = dialogue_wait_for_hello(&dialogue, NULL, NULL, error);
+ *     status = dialogue_send_command(&dialogue, &state, &answer, error);
+ *     dialogue_close(&dialogue);
+ *
  * Links. The dialogue owns its links from dialogue_open or dialogue_begin on; dialogue_close closes
  * them. Commands are sent over serial if there is a serial link, otherwise over CAN. Only the hello
  * and the answers on that link are used; messages of the other link go to subscribers. If a device
- * disappears, the link waits for its return (host/link/link.h).  * Time. Deadlines are in seconds
- * of a monotonic clock. Received data is read before a deadline applies, so that a suspended
- * computer does not make the board appear silent.  * Errors. A function that returns MR_TIMEOUT
- * leaves `error` unchanged, and the caller reports what is missing. Only dialogue_wait_for_hello
- * and the functions for error messages at the end of this file set `error` for MR_TIMEOUT too.
- * Every other failure sets `error`: MR_VERSION (a board with another layout), MR_CLOSED (the board
- * ended the link), MR_IO, or the status that a subscriber returned.  * Threads. Only one thread at
- * a time may use a dialogue. All waits are bounded. */
+ * disappears, the link waits for its return (host/link/link.h).
+ *
+ * Time. Deadlines are in seconds of a monotonic clock. Received data is read before a deadline
+ * applies, so that a suspended computer does not make the board appear silent.
+ *
+ * Errors. A function that returns MR_TIMEOUT leaves `error` unchanged, and the caller reports what
+ * is missing. Only dialogue_wait_for_hello and the functions for error messages at the end of this
+ * file set `error` for MR_TIMEOUT too. Every other failure sets `error`: MR_VERSION (a board with
+ * another layout), MR_CLOSED (the board ended the link), MR_IO, or the status that a subscriber
+ * returned.
+ *
+ * Threads. Only one thread at a time may use a dialogue. All waits are bounded. */
 #ifndef MATRIG_HOST_BOARD_DIALOGUE_H
 #define MATRIG_HOST_BOARD_DIALOGUE_H
 
@@ -29,7 +38,7 @@
 
 #define DIALOGUE_HELLO_S     10.0 /* a board sends a hello once a second */
 #define DIALOGUE_ANSWER_S    10.0 /* the slowest command, a shunt calibration, takes 0.9 s */
-#define DIALOGUE_TURN_S      0.1  /* longest duration of one turn */
+#define DIALOGUE_TURN_S      0.1  /* longest duration of one call of dialogue_receive */
 #define DIALOGUE_SUBSCRIBERS 4u
 
 /* A board's messages about itself and its image, sent once a second: hello and the messages after
@@ -161,9 +170,10 @@ enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double with
 
 /* A command to the board: one message `command` (common/command.h). Its answer is the ack with the
  * same code and tag. Each command has a new tag, so that a command of another program is unlikely
- * to have the same one. The first answer is used; later answers are ignored.  * If no answer
- * arrives, either the command or the answer was lost. A command that may be executed twice
- * (dialogue_is_repeatable) is sent again with the same tag, and an answer to either copy is
+ * to have the same one. The first answer is used; later answers are ignored.
+ *
+ * If no answer arrives, either the command or the answer was lost. A command that may be executed
+ * twice (dialogue_is_repeatable) is sent again with the same tag, and an answer to either copy is
  * accepted. Any other command is sent once, whatever `tries` is, because a second arming would be
  * refused due to the first. The board's state is used instead: `was_executed` decides whether the
  * state shows that the command was executed. */

@@ -1,4 +1,4 @@
-/* Zeros and shunt calibration of a board. */
+/* Measurement of a board's channel zeros, and shunt calibration of its gages. */
 #ifndef MATRIG_HOST_BOARD_GAGE_CLIENT_H
 #define MATRIG_HOST_BOARD_GAGE_CLIENT_H
 

@@ -75,7 +75,7 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
         flag = true;                                      \
     break
 
-/* Drops old values: the board restarted, or a new request follows. */
+/* Discards received values, after a restart or before a new request. */
 static void discard_state(struct health_client *client)
 {
     client->restarts_known = client->upkeep_known = client->alarm_known = client->drops_known =
@@ -160,7 +160,7 @@ static void health_client_receive(struct health_client *client)
 {
     discard_state(client);
     send_command(client, MR_COMMAND_STATE);
-    /* a whole second of board time: from one regular hello to the next */
+    /* two hellos span a whole second of board time, in which the board reports everything */
     wait_for_hello(client, client->hellos + 2);
     if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_S, fatal) ==
         MR_TIMEOUT)

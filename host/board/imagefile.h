@@ -22,13 +22,13 @@ struct imagefile {
     uint8_t *bytes;    /* IMAGEFILE_BYTES of flash, 0xff where the image has no data */
     uint8_t *is_given; /* 1: the image contains this byte */
     uint32_t count;    /* number of bytes that the image contains */
-    bool has_header;   /* it has a valid header */
+    bool has_header;   /* the image contains a valid header */
     struct mr_image header;
 };
 
 /* Reads an image file. Keeps the pointer `path`. MR_IO: the file cannot be read. MR_MALFORMED,
- * MR_TRUNCATED, MR_TOO_LONG, MR_VERSION: not such a file, for another machine or address, with data
- * in the configuration's sectors, or without vectors. MR_CRC: wrong checksum, or a header that
+ * MR_TRUNCATED, MR_TOO_LONG, MR_VERSION: not an image file, for another machine or address, with
+ * data in the configuration's sectors, or without vectors. MR_CRC: wrong checksum, or a header that
  * marks the image as incomplete. The caller frees the image, also after a failure. */
 enum mr_status imagefile_read(const char *path, struct imagefile *image, struct error *error);
 void imagefile_free(struct imagefile *image);

@@ -32,7 +32,7 @@ static void keyfile_path_with_ending(const char *uid, const char *ending,
     char in[KEYFILE_PATH_SIZE];
     keyfile_folder(in);
     if (snprintf(path, KEYFILE_PATH_SIZE, "%s/%s.key%s", in, uid, ending) >= (int)KEYFILE_PATH_SIZE)
-        path[0] = '\0'; /* cannot be opened */
+        path[0] = '\0'; /* an empty path cannot be opened */
 }
 
 void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE])
@@ -104,7 +104,7 @@ static void make_folder(void)
     keyfile_folder(path);
     for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
-        (void)mkdir(path, 0700); /* an error shows when the file is opened */
+        (void)mkdir(path, 0700); /* an error shows later, when the key file is opened */
         *slash = '/';
     }
     (void)mkdir(path, 0700);

@@ -392,7 +392,7 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
         channel->noise_codes = (float)sqrt(square / (valid - 1));
 }
 
-/* "100 +- 25 lb" */
+/* Formats a range, for example "100 +- 25 lb". */
 static const char *tolerance_text(const struct ready_facts *f, float wanted_lb, float by_lb,
                                   char out[UNIT_TEXT])
 {
@@ -758,8 +758,9 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 #define BOX_S          3.0
 #define SETTLE_S       3.0 /* for the thermometer, and for faults that persist */
 #define LIVE_S         20
-#define PAST_FAULTS_MS 1500u /* by then every past fault has been sent once, board time */
-#define EMULATED_PPM   700.0 /* a larger error: the board is emulated, or a recording */
+#define PAST_FAULTS_MS 1500u /* board time in which the board sends every past fault once */
+/* a larger clock error means that the board is emulated or a recording */
+#define EMULATED_PPM   700.0
 
 /* The increase of a repeated count since its first value. */
 struct counter_rise {
@@ -769,7 +770,7 @@ struct counter_rise {
 
 struct query {
     struct dialogue *dialogue;
-    struct ready_facts *facts; /* the result */
+    struct ready_facts *facts; /* facts that the queries fill in */
     struct error *error;
     double until_s; /* deadline of the whole check, by the dialogue's clock */
 
@@ -878,8 +879,8 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
     }
 }
 
-/* Compares the frames received on CAN with the count that the board sent. Other nodes do not
- * count. */
+/* Compares the number of frames received on CAN with the number that the board reports as sent.
+ * Frames of other nodes are ignored. */
 static void handle_can_message(struct query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
@@ -910,7 +911,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     return MR_OK;
 }
 
-/* Waits, but not beyond the deadline. The facts show what is missing. */
+/* Waits, but not beyond the deadline of the whole check. Facts that did not arrive stay unknown. */
 static void wait_for(struct query *a, dialogue_done *done, const void *context, double most_s)
 {
     if (a->error->status == MR_OK)

@@ -33,10 +33,11 @@
 #define READY_CLOCK_ERROR_MAX_PPM       200.0
 /* size assumed for a campaign without landings: 10 s of both links */
 #define READY_LANDING_BYTES             4.0e6
-#define READY_FREE_LANDINGS_MIN \
-    10.0                         /* number of landings for which there must be room on the disk */
-#define READY_BLOCKS_WANTED 100u /* number of readings for a check of a channel, if they arrive */
-#define READY_BLOCKS_MAX    256u
+/* number of landings for which there must be room on the disk */
+#define READY_FREE_LANDINGS_MIN         10.0
+/* number of readings for a check of a channel, if they arrive */
+#define READY_BLOCKS_WANTED             100u
+#define READY_BLOCKS_MAX                256u
 
 enum ready_verdict { READY_GO, READY_NO_GO, READY_NOT_DONE };
 
@@ -65,7 +66,7 @@ struct ready_channel {
 };
 
 struct ready_facts {
-    /* Requested checks. */
+    /* What to check, and the values to compare with. */
     uint32_t today_day; /* days since 1970-01-01 */
     int64_t now_s;      /* Unix time */
     /* image to compare with; NULL: that of the campaign's last landing */
@@ -79,7 +80,7 @@ struct ready_facts {
     bool can_used;
     bool si; /* print quantities in SI units */
 
-    /* Campaign and computer. */
+    /* Facts about the campaign and this computer. */
     /* the campaign has a landing of this board; the next fields are from the last one */
     bool has_previous;
     /* RUN, image CRC and configuration CRC of that landing; STORE_NONE: not known */
@@ -90,7 +91,7 @@ struct ready_facts {
     bool database_checked;            /* all pages were checked within the time limit */
     double free_bytes, landing_bytes;
 
-    /* The board. */
+    /* Facts about the board. */
     struct identity identity;
     uint32_t config_crc;
     struct mr_config config;

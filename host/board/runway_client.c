@@ -158,7 +158,7 @@ enum mr_status runway_client_discard(struct runway_client *client, struct error 
 enum mr_status runway_client_send_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                                         struct error *error)
 {
-    /* drops words of an earlier, incomplete chart */
+    /* discards the words of an earlier, incomplete chart */
     enum mr_status status = send_command(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
     for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
         float value = mr_risk_item(plan, i);

@@ -31,9 +31,9 @@ enum mr_status runway_client_load(struct runway_client *client,
  * MR_NOT_NOW: the board is armed or in a landing. */
 enum mr_status runway_client_discard(struct runway_client *client, struct error *error);
 
-/* Sending a board the chart and the plan for the next landing (common/risk.h). */
-/* Call after the board's hello. MR_NOT_NOW: the board is armed or has no predictor. MR_VERSION: the
- * number of landings in its runway history is different. */
+/* Sends the risk chart and the plan of the next landing (common/risk.h). Call it after the board's
+ * hello. MR_NOT_NOW: the board is armed or has no predictor. MR_VERSION: the board's runway history
+ * has a different number of landings. */
 enum mr_status runway_client_send_chart(struct dialogue *dialogue, const struct mr_risk_plan *plan,
                                         struct error *error);
 

@@ -153,7 +153,7 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
 
 /* ---- the table ---- */
 
-/* The fitted switches or gages in the order of their first response. */
+/* Lists the fitted switches or gages in the order of their first response. */
 static unsigned list_in_response_order(const struct walk *walk, enum walk_kind kind,
                                        unsigned order[WALK_ITEMS])
 {

@@ -53,7 +53,7 @@ struct walk {
     bool gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
 };
 void walk_start(struct walk *walk, const struct mr_config *config);
-/* The walk_take functions add data of the board. They return true if an item answered;
+/* The walk_add functions add data of the board. They return true if an item answered;
  * walk_add_reading sets `kind` to its kind. */
 bool walk_add_edge(struct walk *walk, const struct mr_edge *edge);
 void walk_add_event(struct walk *walk, const struct mr_switch_event *event);
