@@ -1,7 +1,8 @@
 /* Structs for the rows of a campaign's tables, generated from tables.def: struct store_edge is a
- * row of the table `edges`. tables.def lists the fields with their units.  * An INTEGER is an
- * int64_t, and NULL is STORE_NONE. A REAL is a double, and NULL is NaN. A TEXT is an array of
- * characters, and NULL is an empty string. A put copies the data behind pointers. */
+ * row of the table `edges`. tables.def lists the fields with their units.
+ *
+ * An INTEGER is an int64_t, and NULL is STORE_NONE. A REAL is a double, and NULL is NaN. A TEXT is
+ * an array of characters, and NULL is an empty string. A put copies the data behind pointers. */
 #ifndef MATRIG_HOST_STORE_ROWS_H
 #define MATRIG_HOST_STORE_ROWS_H
 

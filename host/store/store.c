@@ -315,7 +315,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     if (!create && stat(path, &info) != 0)
         return report_missing(path, error);
     struct error other = {0};
-    /* in this order: another program may be creating the database */
+    /* the kind is checked first, because another program may be creating the database */
     if (output_check_kind(path, "campaign database", &other) != MR_OK && !output_is_database(path))
         return error_set(error, other.status, "%s", other.text);
     struct store *opened = calloc(1, sizeof *opened);
@@ -673,7 +673,7 @@ enum mr_status store_copy_to(struct store *store, const char *path, struct error
         status = store_open(path, STORE_READ, &check, error);
     store_close(check);
     if (status != MR_OK)
-        unlink(path); /* incomplete */
+        unlink(path); /* remove the incomplete copy */
     return status;
 }
 

@@ -65,7 +65,8 @@ enum mr_status store_session_end(struct store *store, int64_t session, int64_t e
 enum mr_status store_session_get(struct store *store, int64_t session,
                                  struct store_session_row *row, struct error *error);
 
-/* Counts of a session on one of its links until now; `link` is an enum link_kind. */
+/* Stores and reads the counts of a session on one of its links up to now; `link` is an enum
+ * link_kind. */
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
                               const struct store_link_counts *counts, struct error *error);
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
@@ -173,8 +174,8 @@ STORE_NUMBERS_OF_CAMPAIGN(STORE_DECLARE_NUMBER)
 
 /* Functions that read one number of a landing. store_blocks_count reads the number of its blocks.
  * store_block_first reads the index of its first block (-1: none). store_gage_loaded reads the host
- * time at which a gage survey was last sent to a board (0: never); `run` is the id of the survey.
- */
+ * time at which a gage survey was last sent to a board (0: never); `run` is the id of the
+ * survey. */
 #define STORE_NUMBERS_OF_LANDING(X)     \
     X(store_blocks_count, BLOCKS_COUNT) \
     X(store_block_first, BLOCK_FIRST)   \
@@ -185,8 +186,8 @@ STORE_NUMBERS_OF_LANDING(STORE_DECLARE_NUMBER_OF)
 
 /* Functions that write one row of a landing: store_edge_put(store, run, &edge, error). Data that
  * both links deliver is stored once: tables.def defines how a put changes an existing row. A
- * calibration row has one value of a channel's calibration; `item` is an enum mr_calibration_item.
- */
+ * calibration row has one value of a channel's calibration; `item` is an enum
+ * mr_calibration_item. */
 #define STORE_PUT_OF_LANDING(X) \
     X(quality)                  \
     X(switch)                   \
@@ -212,15 +213,15 @@ enum mr_status store_configuration_put(struct store *store, uint32_t crc, const 
 enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
                                        struct error *error);
 
-/* Configuration of a channel for a landing, as the board reported it. */
+/* Stores the configuration of a channel for a landing, as the board reported it. */
 enum mr_status store_channel_put(struct store *store, int64_t run, int64_t index,
                                  const struct mr_channel_config *channel, struct error *error);
-/* Slack of a segment for a landing. */
+/* Stores the slack of a segment for a landing. */
 enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error);
 /* Reads the channels of a landing, with their calibration, into an array of MR_CHANNELS. Channels
- * that the board did not report get kind MR_KIND_NONE. *found is the number of reported channels.
- * */
+ * that the board did not report get kind MR_KIND_NONE. *found is the number of reported
+ * channels. */
 enum mr_status store_channels(struct store *store, int64_t run, struct mr_channel_config *channels,
                               size_t *found, struct error *error);
 
@@ -241,7 +242,7 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
 enum mr_status store_block_indexes_each(struct store *store, int64_t run,
                                         void (*each)(void *context, int64_t index), void *context,
                                         struct error *error);
-/* Index of the first block of a landing from `from` to `to`; -1: none. */
+/* Reads the index of the first block of a landing from `from` to `to`; -1: none. */
 enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                   int64_t *index, struct error *error);
 
@@ -249,8 +250,8 @@ struct store_frame {
     int64_t run;   /* landing of the frame; STORE_NONE outside landings */
     int link;      /* enum link_kind */
     int direction; /* 0 from the board, 1 to the board */
-    /* serial: sequence number of the frame; CAN: number of frames received earlier in the session
-     * */
+    /* serial: sequence number of the frame; CAN: number of frames received earlier in the
+     * session */
     int64_t seq;
     int64_t board_us; /* STORE_NONE: not known yet */
     int64_t host_us;
@@ -260,7 +261,7 @@ struct store_frame {
 };
 /* Frames are buffered and written together (store_frames.c), at the latest at a commit or before
  * any read. A later call may therefore return the error of a failed write. */
-/* Row id of the newest frame; 0: none. */
+/* Reads the row id of the newest frame; 0: none. */
 enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error);
 enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error);
@@ -269,17 +270,18 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
                                  enum mr_status (*each)(void *context,
                                                         const struct store_frame *frame),
                                  void *context, struct error *error);
-/* CAN base of the board at a landing: the number that the board adds to its frames' identifiers on
- * the bus (common/canbase.h). */
+/* Reads the CAN base of the board at a landing: the number that the board adds to its frames'
+ * identifiers on the bus (common/canbase.h). */
 enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *base,
                                   struct error *error);
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error);
 
-/* Mean of a quantity over a landing. mean->messages is 0 if the campaign has no column for it. */
+/* Reads the mean of a quantity over a landing. mean->messages is 0 if the campaign has no column
+ * for the quantity. */
 enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity quantity,
                               struct store_mean *mean, struct error *error);
-/* Rows of the slow log of one board, or of all boards (board_uid NULL), in order of time. */
+/* Reads the slow log of one board, or of all boards (board_uid NULL), in order of time. */
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error);
 
@@ -289,8 +291,8 @@ enum mr_status store_edge_reject(struct store *store, int64_t run, int64_t count
                                  struct error *error);
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error);
-/* The newest row of each fault that the board reported from its start until the end of the landing.
- * */
+/* Reads the newest row of each fault that the board reported from its start until the end of the
+ * landing. */
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error);
 
@@ -304,7 +306,8 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
 enum mr_status store_bundle_extract(struct store *store, int64_t run, const char *path, bool *found,
                                     struct error *error);
 
-/* Number of errors of each kind (enum link_count_event) that a link detected during a landing. */
+/* Reads the number of errors of each kind (enum link_count_event) that a link detected during a
+ * landing. */
 enum mr_status store_link_errors(struct store *store, int64_t run, int link,
                                  struct store_link_error **rows, size_t *count,
                                  struct error *error);
@@ -317,8 +320,8 @@ enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
                              const struct store_gap *gap, struct error *error);
 
 /* One channel of a comparison of a landing with a simulation. Value i of the series is the
- * simulated displacement at time t0_s + i * dt_s after touchdown, on the clock of the measurement.
- * */
+ * simulated displacement at time t0_s + i * dt_s after touchdown, on the clock of the
+ * measurement. */
 struct store_simulation {
     int64_t number; /* number of the transducer */
     double station_ft;
@@ -357,8 +360,8 @@ void store_simulations_free(struct store_simulation *rows, size_t count);
 
 /* Assigns CAN frames to a landing that the serial link has reported, when one link is read after
  * the other. The first frame is the one after row `mark` with the landing's first state on serial.
- * The last frame is row `last` or, if `last` is STORE_NONE, the one with the landing's last state.
- * */
+ * The last frame is row `last` or, if `last` is STORE_NONE, the one with the landing's last
+ * state. */
 enum mr_status store_frames_assign(struct store *store, int64_t session, int64_t run, int64_t mark,
                                    int64_t last, struct error *error);
 

@@ -54,7 +54,7 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
                       "FROM main.landing_changes WHERE"
                       " landing=?1 AND field='series' ORDER BY id DESC LIMIT 1) ELSE "
                       "s.made_us<=" SELECT_ARMED_US " END)";
-    if (strcmp(table, "advices") == 0) /* newest since the previous landing */
+    if (strcmp(table, "advices") == 0) /* the newest advice since the previous landing */
         return "id=(SELECT max(id) FROM main.advices WHERE after_run=coalesce((SELECT max(id) FROM "
                "main.landings WHERE id<?1), 0))";
     if (strcmp(table, "records") == 0) /* also records that belong to no landing */

@@ -58,8 +58,8 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
 struct store_recalibration {
     int64_t made_us;
     const char *who, *reason;
-    bool
-        zeros; /* also change the zeros of gages, although these were measured before the landing */
+    /* the zeros of gages are changed too, although they were measured before the landing */
+    bool zeros;
 };
 /* Changes the calibration of channel `index` of a landing, in the caller's transaction. *changed is
  * the number of changed values. */

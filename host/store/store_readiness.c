@@ -6,8 +6,8 @@
 #include "host/store/table.h"
 #include "host/base/monotonic_clock.h"
 
-#define STEPS_PER_TIME_CHECK \
-    20000 /* virtual machine instructions of SQLite between two checks of the time */
+/* virtual machine instructions of SQLite between two checks of the time */
+#define STEPS_PER_TIME_CHECK 20000
 
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error)

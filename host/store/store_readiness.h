@@ -7,8 +7,8 @@
 
 #include "host/store/store.h"
 
-#define STORE_READINESS_VALID_US \
-    43200000000 /* 12 h: a result applies to landings within this time */
+/* 12 h: a result applies to landings within this time */
+#define STORE_READINESS_VALID_US      43200000000
 #define STORE_READINESS_VALID_US_TEXT "43200000000"
 
 struct store_readiness {

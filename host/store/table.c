@@ -46,8 +46,8 @@
                    "the field of column " #column " of struct store_" #row " is no " #type);
 #include "host/store/tables.def"
 
-/* Rows in which every field is missing. Fields of type int and bool cannot be STORE_NONE and are 0.
- * */
+/* Rows in which every field is missing. Fields of type int and bool cannot be STORE_NONE and are
+ * 0. */
 /* clang-format off */
 #define BLANK_INTEGER(row, field) \
     .field = _Generic(((const struct store_##row *)0)->field, int64_t: STORE_NONE, default: 0),
@@ -418,8 +418,8 @@ static int has_too_many_steps(void *context)
            store->steps > STEPS_MIN + STEPS_PER_BYTE * get_file_bytes(store);
 }
 
-/* Called when a statement starts. Keeps the count of steps if another statement is still running.
- * */
+/* Called when a statement starts. Keeps the count of steps if another statement is still
+ * running. */
 static int reset_steps(unsigned event, void *context, void *begins, void *text)
 {
     struct store *store = context;

@@ -1,9 +1,11 @@
 /* Writing and reading rows of the campaign: the tables of tables.def, the statements of
- * queries.def. Only files in host/store/ include this file and use SQLite.  * The compiler checks
- * that a row has the struct of its table or query, that the number of owner columns is right, and
- * that each parameter of a statement is an integer, a real or a text. Two more mistakes end the
- * program when the statement is used first: a wrong number of parameters, and columns that differ
- * from the fields of the struct. tests/host/test_tables.c uses each statement. */
+ * queries.def. Only files in host/store/ include this file and use SQLite.
+ *
+ * The compiler checks that a row has the struct of its table or query, that the number of owner
+ * columns is right, and that each parameter of a statement is an integer, a real or a text. Two
+ * more mistakes end the program when the statement is used first: a wrong number of parameters, and
+ * columns that differ from the fields of the struct. tests/host/test_tables.c uses each
+ * statement. */
 #ifndef MATRIG_HOST_STORE_TABLE_H
 #define MATRIG_HOST_STORE_TABLE_H
 
@@ -72,8 +74,8 @@ struct store_table {
 
 const struct store_table *store_table(enum store_table_number which);
 
-/* A table on demand is created when its first row is written. Until then a query returns no rows.
- * */
+/* A table on demand is created when its first row is written. Until then a query returns no
+ * rows. */
 #define STORE_IS_ON_DEMAND(which) ((which) == STORE_TABLE_record)
 /* Creates the tables, indexes and triggers that are on demand, or all others. Returns SQLite's
  * code. */
@@ -249,14 +251,14 @@ struct store {
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
     int lock_fd;              /* descriptor whose lock keeps other logs out; 0: none */
     bool checkpointed;        /* the journal was written back since the last commit */
-    bool size_limit_reached;  /* by the file, at the last failed call */
+    bool size_limit_reached;  /* the last failed call reached the size limit of the file */
     bool retrying;            /* the campaign is being opened a second time, with a longer wait */
     bool checkpoint_at_close; /* store_close writes the journal back */
     char copy_folder[STORE_TEXT_SIZE]; /* folder with the copy that is read instead; "": none */
     sqlite3_stmt *insert_frames;
     struct store_buffered_frame buffered[STORE_FRAMES_PER_STATEMENT];
     unsigned buffered_count;
-    int64_t steps; /* since the last statement that started while no other one was running */
+    int64_t steps; /* number of steps since a statement started while no other one was running */
     struct store_file_header header; /* at the last check; file_bytes 0: not checked yet */
     bool overwritten;
     struct store_guard guard;
