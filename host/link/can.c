@@ -22,7 +22,7 @@
 
 /* ---- Linux's extra data with a received frame ---- */
 
-#define CONTROL_BYTES 128u /* enough for all of it */
+#define CONTROL_BYTES 128u /* room for all control messages of one frame */
 
 struct control {
     uint64_t kernel_us; /* Unix time of reception by the kernel; 0: unknown */
@@ -50,9 +50,9 @@ static void read_control(struct msghdr *message, struct control *control)
 
 /* ---- the link ---- */
 
-/* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700
- * bytes of queue. So the queue holds more than half a second, even if the kernel counts each
- * frame twice. */
+/* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
+ * of queue. The queue therefore holds more than half a second of frames, even if the kernel counts
+ * each frame twice. */
 #define QUEUE_BYTES  (8 * 1024 * 1024)
 #define SEND_WAIT_MS 1000
 
@@ -71,7 +71,7 @@ static bool is_can_interface(int fd, const char *name, short *flags)
     return true;
 }
 
-/* "there are can0, vcan0" or "there is none". */
+/* Writes "there are can0, vcan0" or "there is none". */
 static void list_interfaces(int fd, char *out, size_t size)
 {
     struct if_nameindex *all = if_nameindex();
@@ -106,7 +106,7 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
     return MR_OK;
 }
 
-/* As large as allowed; more than net.core.rmem_max requires CAP_NET_ADMIN. */
+/* Makes the queue as large as allowed; more than net.core.rmem_max requires CAP_NET_ADMIN. */
 static void enlarge_receive_queue(int fd)
 {
     int bytes = QUEUE_BYTES;
@@ -211,15 +211,16 @@ static enum mr_status can_send(struct link *link, const uint8_t *bytes, size_t l
                              "the bus accepts no frames: %s; check that the board is on and the "
                              "bus is terminated",
                              link->spec);
-        /* poll does not wait for a full transmit queue of the interface (ENOBUFS). */
+        /* poll does not wait while the interface's transmit queue is full (ENOBUFS) */
         poll(&ready, 1, errno == ENOBUFS ? 0 : 10);
         poll(NULL, 0, 1);
     }
     return MR_OK;
 }
 
-/* Count frames that were lost without a frame after them. Only if the queue is empty: otherwise the
- * loss would be reported ahead of frames received before it. */
+/* Counts frames that were lost without a later frame that reports the loss. Does so only if the
+ * queue is empty; otherwise the loss would be reported ahead of frames that were received before
+ * it. */
 static void can_service(struct link *link)
 {
     uint32_t info[SK_MEMINFO_VARS];

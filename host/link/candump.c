@@ -8,13 +8,13 @@ struct cursor {
     const char *end;
 };
 
-/* Value of a hexadecimal digit plus 1; 0: not a digit. */
+/* value of a hexadecimal digit plus 1; 0: not a digit */
 static const uint8_t hex_and_1[256] = {
     ['0'] = 1,  ['1'] = 2,  ['2'] = 3,  ['3'] = 4,  ['4'] = 5,  ['5'] = 6,  ['6'] = 7,  ['7'] = 8,
     ['8'] = 9,  ['9'] = 10, ['A'] = 11, ['B'] = 12, ['C'] = 13, ['D'] = 14, ['E'] = 15, ['F'] = 16,
     ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
 
-/* Value of a hexadecimal digit; more than 15: not a digit. */
+/* Returns the value of a hexadecimal digit; more than 15: not a digit. */
 static uint32_t hex_value(char c)
 {
     return hex_and_1[(uint8_t)c] - 1u;
@@ -28,7 +28,7 @@ static bool accept_char(struct cursor *at, char c)
     return true;
 }
 
-/* Skip blanks: programs pad their fields to align them. */
+/* Skips blanks, with which programs align the fields. */
 static bool accept_blanks(struct cursor *at)
 {
     const char *from = at->p;
@@ -37,7 +37,7 @@ static bool accept_blanks(struct cursor *at)
     return at->p > from;
 }
 
-/* Decimal digits; returns how many there were. */
+/* Parses decimal digits and returns their number. */
 static unsigned parse_decimal(struct cursor *at, uint64_t *value)
 {
     unsigned digits = 0;
@@ -107,7 +107,7 @@ static bool parse_data(struct cursor *at, struct link_frame *frame)
     return true;
 }
 
-/* A length code above 8, for 8 bytes: "_9" to "_F". */
+/* Accepts a length code above 8 ("_9" to "_F") after 8 bytes. */
 static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
 {
     if (!accept_char(at, '_'))
@@ -189,7 +189,7 @@ bool candump_log_parse_line(struct candump_log *log, const char *text, size_t le
     if (length == 0)
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
-    if (!whole) { /* a valid frame may be the beginning of a longer one */
+    if (!whole) { /* without its newline, a valid frame may be the beginning of a longer one */
         parse_result_set(&log->result, MR_TRUNCATED, log->line, before + length + 1,
                          "the log ends inside a line");
         return false;

@@ -41,8 +41,8 @@ struct parse_result {
 /* Sets the result. Only the first call has an effect. */
 void parse_result_set(struct parse_result *result, enum mr_status status, size_t line,
                       size_t column, const char *what);
-/* The result as text: "complete", "truncated at line 7, column 12: ...", "malformed at line ...; 3
- * lines were passed over". */
+/* Writes the result as text: "complete", "truncated at line 7, column 12: ...", "malformed at line
+ * ...; 3 lines were passed over". */
 void parse_result_text(const struct parse_result *result, char *out, size_t size);
 
 /* State of reading a log of one or several buses, line by line. */

@@ -14,8 +14,8 @@
 #include "host/link/candump.h"
 #include "host/link/link_ops.h"
 
-/* A log is text, serial bytes are not. If one is given in place of the other, the error message
- * says so. */
+/* Checks that a log is text and that serial bytes are not. If not, the error message names the kind
+ * that was probably meant. */
 static enum mr_status check_kind(struct link *link, struct error *error)
 {
     char head[65] = "";
@@ -60,7 +60,7 @@ static struct bus *find_bus(struct buses *buses, const struct candump_line *line
     return bus;
 }
 
-/* Add a line to the counts of its bus. False: too many buses. */
+/* Adds a line to the counts of its bus. Returns false if there are too many buses. */
 static bool add_to_buses(struct buses *buses, const struct candump_line *line, uint16_t base)
 {
     const struct link_frame *frame = &line->frame;
@@ -76,13 +76,13 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
     return true;
 }
 
-/* 2: a board of this layout is on the bus; 1: another board; 0: none. */
+/* Returns 2 if a board of this layout is on the bus, 1 for another board, 0 for none. */
 static unsigned board_rank(const struct bus *bus)
 {
     return bus->has_this_layout ? 2 : bus->hellos > 0;
 }
 
-/* "can0, can1 and can2": all buses of at least this rank. */
+/* Lists all buses of at least the rank `least`: "can0, can1 and can2". */
 static void list_buses(const struct buses *buses, unsigned least, char *out, size_t size)
 {
     size_t of = 0, used = 0, k = 0;
@@ -101,7 +101,7 @@ static void list_buses(const struct buses *buses, unsigned least, char *out, siz
     }
 }
 
-/* Choose the bus with the board, or the bus that is `named`; without a board the first bus.
+/* Selects the bus with the board, or the bus that is `named`; without a board the first bus.
  * MR_USAGE: there are boards on several buses, or no bus has that name. */
 static enum mr_status select_bus(const struct buses *buses, const char *named, const char *where,
                                  char interface[CANDUMP_INTERFACE_SIZE], struct error *error)
@@ -142,11 +142,12 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
 
 /* ---- the link ---- */
 
-#define BAD_LINES_MAX  1000u      /* this many without a frame: not a log */
-#define LINE_BYTES_MAX 100000000u /* this many without a newline: likewise */
+#define BAD_LINES_MAX  1000u /* this many invalid lines without a frame: the file is not a log */
+#define LINE_BYTES_MAX 100000000u /* this many bytes without a newline: the file is not a log */
 
-/* Take the next line out of the buffer; `*length` excludes the newline. `*whole` is false if the
- * file ends first. A very long line is cut off. MR_MALFORMED: the line does not end. */
+/* Removes the next line from the buffer; `*length` excludes the newline. `*whole` is false if the
+ * file ends before the newline. A very long line is cut off. MR_MALFORMED: the line does not
+ * end. */
 static enum mr_status read_line(struct link *link, const char **line, size_t *length, bool *whole,
                                 struct error *error)
 {
@@ -185,7 +186,7 @@ static enum mr_status read_line(struct link *link, const char **line, size_t *le
 }
 
 #define PRINTABLE_CHARS 40u
-/* Make an invalid line printable. */
+/* Makes an invalid line printable. */
 static void make_printable(const char *text, size_t length, char seen[PRINTABLE_CHARS + 1])
 {
     size_t i = 0;
@@ -194,7 +195,7 @@ static void make_printable(const char *text, size_t length, char seen[PRINTABLE_
     seen[i] = '\0';
 }
 
-/* Choose the bus of a log. A complete log is searched for boards first. */
+/* Selects the bus of a log. A complete log is searched for boards first. */
 static enum mr_status detect_bus(struct link *link, const char *named, struct error *error)
 {
     struct buses *buses = calloc(1, sizeof *buses);
@@ -253,7 +254,8 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
                          link->spec);
     if (link->text)
         return detect_bus(link, named, error);
-    /* A named pipe opens at once: waiting for its writer must not stop signals. */
+    /* Without O_NONBLOCK, open would wait for the writer of a named pipe, and signals could not
+     * stop matrig. */
     link->fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (link->fd < 0)
         return error_set(error, MR_IO, "cannot open (%s): %s; check the path", strerror(errno),
@@ -268,7 +270,7 @@ static enum mr_status file_open(struct link *link, const char *given, struct err
     if (link->kind == LINK_CAN && S_ISREG(info.st_mode))
         return detect_bus(link, named, error);
     link->follows_board = link->kind == LINK_CAN && !named;
-    /* A pipe that another program still writes to must not block matrig. */
+    /* Reading a pipe must not block while its writer is still running. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
                          link->spec);
@@ -298,8 +300,8 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
     return (ssize_t)count;
 }
 
-/* It is unknown which bus of a pipe has the board: use the first bus until a board says hello on
- * another one. */
+/* Reads the first bus of a pipe until a board says hello on another bus, because it is not known
+ * which bus has the board. */
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses heard = {.count = 0};

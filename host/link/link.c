@@ -45,7 +45,7 @@ static const struct kind *find_kind(const char *spec)
     return NULL;
 }
 
-/* "unix:PATH, file:PATH or pty:PATH" */
+/* size of "unix:PATH, file:PATH or pty:PATH" */
 #define FORMS_TEXT_SIZE 200u
 static void list_forms(char out[FORMS_TEXT_SIZE])
 {
@@ -127,7 +127,7 @@ const char *link_trouble_text(unsigned trouble)
     return trouble < LINK_TROUBLES ? texts[trouble] : "unknown trouble";
 }
 
-/* Count received bytes and frames, until the first valid frame. */
+/* Counts received bytes and frames, until the first valid frame. */
 static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
 {
     rx->bytes += length;
@@ -139,13 +139,13 @@ static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
     }
 }
 
-/* Path of a link: the text behind the name of the kind. */
+/* Returns the path of a link: the text after the name of the kind. */
 static const char *find_path(const char *spec)
 {
     return strchr(spec, ':') + 1;
 }
 
-/* Close the device; the link itself stays. */
+/* Closes the device, but not the link. */
 static void close_handle(struct link *link)
 {
     if (link->ops->close)
@@ -163,7 +163,7 @@ static void write_spec(struct link *link)
         strcpy(link->spec, link->name);
 }
 
-/* `text`: read instead of the device or file in `spec`; NULL: none. */
+/* Opens the link `spec`. If `text` is not NULL, reads this text instead of the device or file. */
 static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t base,
                                 const char *text, size_t length, struct link **link,
                                 struct error *error)
@@ -345,7 +345,7 @@ static void set_absence(struct link *link, const struct error *why)
     pthread_mutex_unlock(&link->counters_lock);
 }
 
-/* The device is gone: keep the reason, close it, and wait for it. */
+/* Closes a device that has disappeared, stores the reason, and starts waiting for its return. */
 static void close_device(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->device_lock);
@@ -386,8 +386,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     uint64_t now_us = monotonic_us();
     if (link->absence.status != MR_OK)
         return reopen_device(link, now_us, error);
-    /* Sending can take a second and holds the lock. Receiving continues meanwhile; service
-     * waits. */
+    /* Sending holds the lock for up to a second. Receiving continues meanwhile; service waits for
+     * the lock. */
     if (link->ops->service && now_us >= link->service_us &&
         pthread_mutex_trylock(&link->device_lock) == 0) {
         link->service_us = now_us + SERVICE_US;
@@ -397,8 +397,8 @@ enum mr_status link_service(struct link *link, struct error *error)
     return MR_OK;
 }
 
-/* Result of receiving for the caller. A broken device that may return is away, which is not an
- * error yet. */
+/* Returns the status of receiving for the caller. A broken device that may return counts as away,
+ * which is not an error yet. */
 static enum mr_status handle_result(struct link *link, enum mr_status status,
                                     const struct error *found, struct error *error)
 {
@@ -429,8 +429,8 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error)
         link->read_us = link_now_us();
         return MR_OK;
     }
-    /* If the other side ends while it has unread bytes of ours, the socket reports a reset: treat
-     * it as the end. */
+    /* If the other side ends while it has unread bytes of this link, the socket reports a reset,
+     * which counts as the end. */
     if (count == 0 || errno == ECONNRESET)
         return MR_CLOSED;
     if (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)
@@ -461,7 +461,7 @@ static uint32_t controller_troubles(uint8_t state)
     return troubles;
 }
 
-/* Bit 1 << enum link_trouble for each trouble in an error frame; at least one is set. */
+/* Returns bit 1 << enum link_trouble for each trouble in an error frame; at least one is set. */
 static uint32_t error_troubles(const struct link_frame *frame)
 {
     static const struct {
@@ -537,7 +537,7 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
     return MR_OK;
 }
 
-/* Lock the device for sending. It may be away, or the receiving thread may be opening it. */
+/* Locks the device for sending. It may be away, or the receiving thread may be opening it. */
 static enum mr_status lock_device(struct link *link, struct error *error)
 {
     bool taken = false;
@@ -552,7 +552,7 @@ static enum mr_status lock_device(struct link *link, struct error *error)
     return error_set(error, MR_IO, "the device is disconnected: %s; plug it in again", link->spec);
 }
 
-/* `counts`: the amount to add to the counter of sent data. */
+/* Sends bytes and adds `counts` to the counter of sent data. */
 static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length,
                                    size_t counts, struct error *error)
 {
@@ -642,7 +642,7 @@ static enum diagnosis diagnose_serial(const struct link *link, const struct link
     return DIAGNOSIS_GARBLED;
 }
 
-/* The most frequent trouble in the error frames. */
+/* Returns the most frequent trouble in the error frames. */
 static const char *most_common_error(const struct link_counters *counters)
 {
     unsigned most = 0;

@@ -1,17 +1,24 @@
-/* A link to a board: CAN frames or serial bytes, independent of the transport.  * A LINK is written
- * `unix:PATH`, `can:IFACE`, ...; kinds.def lists all kinds.  * unix: is a stream socket on which an
- * emulated board listens; it carries the 16-byte struct can_frame of SocketCAN for CAN, and plain
- * bytes for serial. file: reads a `candump -L` log for CAN, or recorded bytes for serial, from a
- * file or a pipe. can: is a CAN interface of the Linux kernel. serial: is a serial port, 8N1,
- * default 2000000 baud. pty: is the pseudo-terminal of an emulated board.  * A LINK that carries
- * CAN may end in ,base=N, the board's base on the bus (common/canbase.h): can:can0,base=0x190. The
- * default base is 0. Frames have the identifiers of the bus in both directions.  * An open link
- * never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW, because bytes may
- * be buffered inside the link where poll does not see them. Call link_service at least once a
- * second. A device that disappears (unplugged, interface down) is opened again when it returns
- * within 10 s, or within the time set by link_set_absence_limit; meanwhile link_fd is -1 and
- * receiving returns MR_TOO_FEW.  * One thread may receive and service a link while a second thread
- * sends. */
+/* A link to a board: CAN frames or serial bytes, independent of the transport.
+ *
+ * A LINK is written `unix:PATH`, `can:IFACE`, ...; kinds.def lists all kinds.
+ *
+ * unix: is a stream socket on which an emulated board listens; it carries the 16-byte struct
+ * can_frame of SocketCAN for CAN, and plain bytes for serial. file: reads a `candump -L` log for
+ * CAN, or recorded bytes for serial, from a file or a pipe. can: is a CAN interface of the Linux
+ * kernel. serial: is a serial port, 8N1, default 2000000 baud. pty: is the pseudo-terminal of an
+ * emulated board.
+ *
+ * A LINK that carries CAN may end in ,base=N, the board's base on the bus (common/canbase.h):
+ * can:can0,base=0x190. The default base is 0. Frames have the identifiers of the bus in both
+ * directions.
+ *
+ * An open link never blocks. Wait for link_fd to be readable, then receive until MR_TOO_FEW,
+ * because bytes may be buffered inside the link where poll does not see them. Call link_service at
+ * least once a second. A device that disappears (unplugged, interface down) is opened again when it
+ * returns within 10 s, or within the time set by link_set_absence_limit; meanwhile link_fd is -1
+ * and receiving returns MR_TOO_FEW.
+ *
+ * One thread may receive and service a link while a second thread sends. */
 #ifndef MATRIG_HOST_LINK_LINK_H
 #define MATRIG_HOST_LINK_LINK_H
 
@@ -22,7 +29,7 @@
 #include "host/base/error.h"
 #include "host/link/link_frame.h"
 
-/* Text of a link error; "unknown trouble" for a number that is not in the table. Static storage. */
+/* Name of a link error; "unknown trouble" for a number that is not in the table. Static storage. */
 const char *link_trouble_text(unsigned trouble);
 
 #define LINK_BOARD_BAUD 2000000 /* baud rate of the board's USART1 */
@@ -35,10 +42,10 @@ struct candump_log;
 /* Returns MR_USAGE if the text does not begin with a kind of link. */
 enum mr_status link_check(const char *spec, struct error *error);
 
-/* True if the LINK always carries CAN frames: can:. */
+/* True if the LINK always carries CAN frames (can:). */
 bool link_is_can(const char *spec);
 
-/* True for a device, which may disappear and return: can:, serial:. */
+/* True if the LINK is a device, which may disappear and return (can:, serial:). */
 bool link_device_can_return(const char *spec);
 
 /* Opens a link; the caller closes it. Waits at most 5 s for a unix: socket to appear. MR_USAGE: not
@@ -56,10 +63,10 @@ void link_close(struct link *link); /* NULL is allowed */
 void link_set_absence_limit(struct link *link, double seconds);
 
 /* Removes ,base=N from a LINK that carries CAN, in place; the base is 0 if there is none. MR_USAGE:
- * not a base. */
+ * N is not a base. */
 enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error);
-/* Reads a base, decimal or 0x190, from the whole of `text`. MR_USAGE: not a base; `where` is the
- * position of the text for the message. */
+/* Parses a base, decimal or 0x190, which must be the whole of `text`. MR_USAGE: not a base; `where`
+ * is the position of the text for the message. */
 enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
                               struct error *error);
 
@@ -76,7 +83,7 @@ void link_set_base(struct link *link, uint16_t base);
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
-/* For file: with CAN: the state of reading the log. */
+/* State of reading the log; only for file: links that carry CAN. */
 const struct candump_log *link_candump(const struct link *link);
 
 /* Receives the next CAN frame; LINK_ID_ERROR marks the adapter's reports about the bus. MR_TOO_FEW:
@@ -99,8 +106,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
  * line. MR_IO: the port does not support the rate. */
 enum mr_status link_set_baud(struct link *link, int baud, struct error *error);
 
-/* Send to the board; wait at most 1 s for room. MR_NOT_NOW: the link is a file. MR_IO: the device
- * is away or failed. */
+/* Send to the board, and wait at most 1 s for room. MR_NOT_NOW: the link is a file. MR_IO: the
+ * device is away or failed. */
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
                                struct error *error);
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
@@ -124,7 +131,7 @@ uint64_t link_clock_ahead_us(void);
  * has only errors. */
 
 #define DIAGNOSIS_TEXT_SIZE 400u
-/* Beginning of such a message; the link follows, then what to do. */
+/* Beginning of an error message of link_set_no_board_error; the link and advice follow. */
 #define LINK_NO_HELLO       "no hello from a board"
 
 enum diagnosis {
@@ -134,7 +141,8 @@ enum diagnosis {
     DIAGNOSIS_NO_HELLO,   /* frames, but none that identifies the board */
 };
 
-/* Finds the reason. `text`: "NAME: what was received; what to do", one line. */
+/* Finds the reason why no board is understood. `text`: "NAME: what was received; what to do", one
+ * line. */
 enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE]);
 /* The reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello". Static
  * storage. */

@@ -22,7 +22,7 @@ struct link_ops {
     enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length,
                            struct error *error);
     /* The functions below may be NULL. */
-    /* As read(2); NULL: read(2) from fd. */
+    /* Like read(2); NULL: read(2) from fd. */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
     void (*service)(struct link *link); /* called about once a second */
     enum mr_status (*set_baud)(struct link *link, int baud, struct error *error);
@@ -56,11 +56,11 @@ struct link {
     size_t start;
     size_t end;
     uint64_t read_us; /* Unix time at which the newest of these bytes were read */
-    /* For file: with CAN. */
+    /* the next two fields are for file: links that carry CAN */
     struct candump_log log;
     /* the bus is still unknown: it will be the first one on which a board sends a hello */
     bool follows_board;
-    const char *text; /* log in memory; NULL: read from fd */
+    const char *text; /* log in memory; NULL: the log is read from fd */
     size_t text_length, text_at;
 
     struct error absence;    /* why the device is away; MR_OK: it is not */
@@ -91,6 +91,6 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
 void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count);
 /* Restarts the counting of received data. `baud`: rate of the serial line; 0: the link has none. */
 void link_restart_counting(struct link *link, int baud);
-/* The counters so far, except `sent`, and why the device is away. Any thread may call it. */
+/* Copies the counters, and why the device is away. Any thread may call it. */
 
 #endif

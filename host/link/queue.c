@@ -39,7 +39,7 @@ struct item_header {
 _Static_assert(sizeof(struct item_header) == LINK_QUEUE_ITEM_BYTES,
                "the header's sum of memory counts on it");
 
-/* A position between two items. */
+/* A position in the queue, between two items. */
 struct queue_position {
     struct piece *piece;
     size_t offset;
@@ -54,7 +54,7 @@ struct link_queue {
     bool wants_event, stopped, was_full;
     /* largest number of items read so far; after a rewind, items below it are repeated */
     uint64_t items_read_max;
-    struct piece *spare, *oldest; /* oldest: first piece that is kept */
+    struct piece *spare, *oldest; /* oldest: first piece that has not been discarded */
     size_t history;
     struct queue_position written, read, released;
 };
@@ -112,7 +112,7 @@ static size_t padded_length(size_t length)
     return (length + 7u) & ~(size_t)7u;
 }
 
-/* Advance a position past the next item. */
+/* Advances a position past the next item. */
 static void advance(struct queue_position *place, const struct item_header *head)
 {
     size_t size = sizeof *head + padded_length(head->length);
@@ -123,7 +123,7 @@ static void advance(struct queue_position *place, const struct item_header *head
     place->totals.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
-/* Append an item. `beyond_capacity`: also if the queue is full. */
+/* Appends an item. `beyond_capacity`: also if the queue is full. */
 static bool append_item(struct link_queue *queue, const struct item_header *head,
                         const void *content, bool beyond_capacity)
 {
@@ -201,7 +201,9 @@ void link_queue_signal(struct link_queue *queue)
     if (tell && queue->event_fd >= 0) {
         const uint64_t one = 1;
         ssize_t written = write(queue->event_fd, &one, sizeof one);
-        (void)written; /* a full counter also wakes the reader */
+        /* if the counter of the eventfd is full, the write fails, but the reader wakes all the
+         * same */
+        (void)written;
     }
 }
 
@@ -229,7 +231,7 @@ bool link_queue_is_nearly_full(struct link_queue *queue)
     return tight;
 }
 
-/* At the end of a piece, move to the beginning of the next one. */
+/* Moves a position at the end of a piece to the beginning of the next one. */
 static void skip_piece_end(struct queue_position *place)
 {
     if (place->offset == place->piece->used && place->piece->next) {
@@ -380,7 +382,8 @@ struct link_reader {
     bool recorded; /* recorded link: read without a thread */
     bool ended;
     bool is_dropping;
-    uint64_t queued_troubles; /* troubles and bad lines of the link that are in the queue */
+    /* number of troubles and bad lines of the link that the queue already contains */
+    uint64_t queued_troubles;
     pthread_t thread;
     bool started;
     int wake_fd; /* event that ends a wait */
@@ -409,13 +412,13 @@ int link_reader_fd(const struct link_reader *reader)
     return reader->recorded && !reader->ended ? link_fd(reader->link) : -1;
 }
 
-/* Put changed counters into the queue, ahead of the next data. */
+/* Puts changed counters into the queue, before the next data. */
 static void put_counters(struct link_reader *reader)
 {
     const struct link_counters *counters = link_counters(reader->link);
     if (counters->troubles + counters->bad_lines == reader->queued_troubles)
         return;
-    /* the count of sent data belongs to another thread */
+    /* the count of sent data is left out: another thread changes it */
     struct link_counters copy = {.received = counters->received,
                                  .troubles = counters->troubles,
                                  .bad_lines = counters->bad_lines};
@@ -431,7 +434,7 @@ static void drop_queued(struct link_reader *reader, size_t count)
     atomic_fetch_add(&reader->lost, count);
 }
 
-/* Queue one frame or one read. False: the reader was stopped. */
+/* Puts one frame or one read into the queue. Returns false if the reader was stopped. */
 static bool queue_data(struct link_reader *reader, const struct link_frame *frame, size_t length,
                        uint64_t host_us)
 {
@@ -467,7 +470,8 @@ static void end_reading(struct link_reader *reader, const struct error *reason)
     reader->ended = true;
 }
 
-/* Read the data that waits in the link, at most one turn's worth. True: there may be more. */
+/* Reads the waiting data of the link, up to the limit of one turn. Returns true if there may be
+ * more. */
 static bool read_once(struct link_reader *reader)
 {
     struct link_frame frame;
@@ -524,7 +528,7 @@ static void *run_reader(void *context)
         if (!more && !reader->ended)
             poll(polled, 2, SERVICE_MS);
     }
-    put_counters(reader); /* including the last losses */
+    put_counters(reader); /* the counters include the last losses */
     link_queue_signal(reader->queue);
     return NULL;
 }
@@ -545,7 +549,8 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;
-    if (made->recorded) /* unlimited: each item is read before the next one is added */
+    /* a recording needs no limit: each item is read before the next one is added */
+    if (made->recorded)
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
     if (status == MR_OK && made->wake_fd < 0)

@@ -83,7 +83,7 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item);
 bool link_queue_has_unread(struct link_queue *queue);
 /* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
 bool link_queue_request_event(struct link_queue *queue);
-/* The items read so far are stored and may be discarded. */
+/* Discards the items read so far, which are stored now. */
 void link_queue_release(struct link_queue *queue);
 /* Returns the items that were read and not released to the queue. */
 void link_queue_rewind(struct link_queue *queue);
@@ -101,13 +101,16 @@ void link_queue_stop(struct link_queue *queue);
 
 struct link_queue_depth link_queue_depth(struct link_queue *queue);
 
-/* ---- the reader ----  * Reads a link into its queue, so that reading never waits for the thread
- * that writes the campaign.  * A live link has a separate thread, which puts a time stamp on data
- * as it arrives. When its queue is full, all data is lost until a quarter is free again: the queued
- * data stays complete, the gap has one beginning and one end, and the link's counters show the
- * cause (LINK_LOST_...). A link whose sender can wait (link_sender_waits) is not read meanwhile,
- * and loses nothing. A recording (link_is_recorded) has no thread: it is read on request, so that
- * the same files always give the same campaign. */
+/* ---- the reader ----
+ *
+ * Reads a link into its queue, so that reading never waits for the thread that writes the campaign.
+ *
+ * A live link has a separate thread, which puts a time stamp on data as it arrives. When its queue
+ * is full, all data is lost until a quarter is free again: the queued data stays complete, the gap
+ * has one beginning and one end, and the link's counters show the cause (LINK_LOST_...). A link
+ * whose sender can wait (link_sender_waits) is not read meanwhile, and loses nothing. A recording
+ * (link_is_recorded) has no thread: it is read on request, so that the same files always give the
+ * same campaign. */
 
 #define LINK_READER_FRAMES_MAX 1024u /* CAN frames read in one turn */
 
@@ -134,7 +137,7 @@ struct link_queue *link_reader_queue(const struct link_reader *reader);
 int link_reader_fd(const struct link_reader *reader);
 /* Reads one turn of a recording. Returns true if there may be more data at once. */
 bool link_reader_read(struct link_reader *reader);
-/* Data lost so far because the queue was full: CAN frames, serial bytes. */
+/* Amount of data lost so far because the queue was full: CAN frames or serial bytes. */
 uint64_t link_reader_lost(const struct link_reader *reader);
 /* True if the queue is full and the sender is waiting. */
 bool link_reader_is_blocked(const struct link_reader *reader);

@@ -8,7 +8,8 @@
 
 #define TIME_STAMP_ERROR_US  0.5 /* half the resolution of the host's time stamps */
 #define SCALE_MIN_US         1e-3
-#define DAY_ZERO_US          946684800000000 /* year 2000; earlier: not a time of day */
+/* 2000-01-01; an earlier time stamp is not a time of day */
+#define DAY_ZERO_US          946684800000000
 #define UNCERTAINTY_MAX_US   50000.0
 #define BISECTIONS           60
 /* a larger rate difference is not a clock setting: the board's time is emulated */
@@ -20,7 +21,7 @@
 #define CLOCK_SET_PLACES_MAX 60u /* most places that are tried */
 
 struct point {
-    double x_s;  /* board time */
+    double x_s;  /* board time, s */
     double y_us; /* host time minus board time, both since the first pair */
 };
 
@@ -58,7 +59,7 @@ static bool is_above(struct point a, struct point b, struct point c)
     return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
 }
 
-/* Lower convex hull of points that are sorted by time. */
+/* Computes the lower convex hull of points that are sorted by time. */
 static size_t lower_hull(const struct point *point, size_t n, struct point *hull)
 {
     size_t count = 0;
@@ -70,8 +71,8 @@ static size_t lower_hull(const struct point *point, size_t n, struct point *hull
     return count;
 }
 
-/* The line below all points with the smallest mean distance to them: the hull's edge at the mean
- * time. */
+/* Finds the line below all points with the smallest mean distance to them: the hull's edge at the
+ * mean time. */
 static void find_touching_line(const struct point *hull, size_t count, double mean_s,
                                double *at_mean_us, double *slope_ppm)
 {
@@ -82,7 +83,7 @@ static void find_touching_line(const struct point *hull, size_t count, double me
     *at_mean_us = hull[i].y_us + *slope_ppm * (mean_s - hull[i].x_s);
 }
 
-/* Range of slopes of the lines through (mean_s, c_us) that stay below the hull. */
+/* Finds the range of slopes of the lines through (mean_s, c_us) that stay below the hull. */
 static void find_slope_range(const struct point *hull, size_t count, double mean_s, double c_us,
                              double *low_ppm, double *high_ppm)
 {
@@ -99,13 +100,13 @@ static void find_slope_range(const struct point *hull, size_t count, double mean
     *high_ppm = fmax(*high_ppm, *low_ppm);
 }
 
-/* Number of pairs next to the line that are assumed to be evenly dense. */
+/* Returns the number of pairs next to the line that are assumed to be evenly dense. */
 static size_t strip_pairs(size_t n)
 {
     return 4 + (size_t)sqrt((double)n);
 }
 
-/* Integrate over c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the
+/* Integrates over c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the
  * tangents. */
 static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count,
                       double touch_us, double strip_us, double m)
@@ -154,7 +155,7 @@ static double quantile(const struct mixture *mixture, double low, double high, d
     return 0.5 * (low + high);
 }
 
-/* 95 % interval of k c + b t. */
+/* Computes the 95 % interval of k c + b t. */
 static struct timemap_value compute_interval(const struct timemap_fit *fit, double k, double t_s)
 {
     struct mixture mixture = {.weight = fit->weight};

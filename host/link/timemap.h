@@ -86,7 +86,7 @@ void timemap_add(struct timemap *map, double board_us, int64_t host_us);
 /* Fits the line. `tolerance_ppm`: largest possible rate error of both clocks together; if the rate
  * is certainly beyond it, the result is TIMEMAP_OTHER_RATE. */
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
-/* Time of day, Unix microseconds, of a moment of the board. The interval grows with the distance
+/* Converts a board time to the time of day, Unix microseconds. The interval grows with the distance
  * from the pairs. */
 struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us);
 /* Meaning of a refusal and what to do, as text. Static storage. */

@@ -62,7 +62,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 #define BAUD_MAX               20000000
 /* no serial port, but used like one: socat, or the emulation of an adapter */
 #define PTS_DIRECTORY          "/dev/pts/"
-/* With a larger error of the rate a UART loses bytes. */
+/* a UART loses bytes if its rate has a larger error */
 #define BAUD_TOLERANCE_PERCENT 2
 
 struct tty {
@@ -89,7 +89,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
         *baud = (int)value;
         length = (size_t)(colon - text);
     } else if (colon && colon > text && (size_t)(colon - text) < TTY_PATH_SIZE) {
-        /* names in /dev/serial/by-path/ contain colons */
+        /* a colon does not end the path: names in /dev/serial/by-path/ contain colons */
         snprintf(path, TTY_PATH_SIZE, "%.*s", (int)(colon - text), text);
         if (access(path, F_OK) == 0 && access(text, F_OK) != 0)
             return error_set(error, MR_USAGE,
@@ -103,8 +103,8 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
     return MR_OK;
 }
 
-/* Text that identifies the adapter of a port: "USB 0403:6001, serial number A50285BI"; empty: not
- * USB. */
+/* Writes a text that identifies the adapter of a port: "USB 0403:6001, serial number A50285BI";
+ * empty: not USB. */
 static void name_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE])
 {
     const char *number = sp_get_port_usb_serial(port);
@@ -116,9 +116,9 @@ static void name_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE])
                  number ? ", serial number " : "", number ?: "");
 }
 
-/* Find the adapter `usb`, and put its present name into `real`. Names can change: `real` may now
- * name another adapter. False: the adapter is missing, or several are alike and none has the old
- * name. */
+/* Finds the adapter `usb`, and writes its present name into `real`. Names can change: `real` may
+ * now name another adapter. Returns false if the adapter is missing, or if several are alike and
+ * none has the old name. */
 static bool find_adapter(const char *usb, char real[PATH_MAX])
 {
     struct sp_port **ports = NULL;
@@ -141,8 +141,8 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
     return same || count == 1;
 }
 
-/* Remember the adapter of the port, unless several ports are alike (adapters without serial
- * numbers, or with several ports): then only the name distinguishes them. */
+/* Stores the adapter of the port, unless several ports are alike (adapters without serial numbers,
+ * or with several ports): then only the name distinguishes them. */
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
@@ -151,7 +151,7 @@ static void remember_adapter(struct link *link)
         link->usb[0] = '\0';
 }
 
-/* "there are /dev/ttyS0, /dev/ttyUSB0" or "there is none". */
+/* Writes "there are /dev/ttyS0, /dev/ttyUSB0" or "there is none". */
 static void list_ports(char *out, size_t size)
 {
     struct sp_port **ports = NULL;
@@ -219,8 +219,8 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
     return MR_OK;
 }
 
-/* Keep others out in two ways: TIOCEXCL stops every program except root's, the lock stops another
- * matrig. */
+/* Locks the port in two ways: TIOCEXCL stops every program except root's, the file lock stops
+ * another matrig. */
 static enum mr_status lock_port(struct tty *tty, struct error *error)
 {
     if (flock(tty->fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
@@ -326,7 +326,7 @@ static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
                               : read(tty->fd, bytes, size);
     if (count > 0)
         return count;
-    /* a hang-up may follow the data that is there */
+    /* a hang-up may follow the waiting data */
     if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR))
         count = 0;
     /* A port that hung up reads as empty but stays readable. */
@@ -385,12 +385,14 @@ const struct link_ops link_serial_ops = {
 /* ---- pty: ---- */
 
 #define OPEN_TRIES    250
-#define OPEN_PAUSE_MS 20 /* 5 s in all, like the link unix: the board may be starting */
+/* pause between two tries; all tries take 5 s, as for unix: links, because the board may be
+ * starting */
+#define OPEN_PAUSE_MS 20
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
     bool first = link->absence.status ==
-                 MR_OK; /* link.c waits for a device that was there before */
+                 MR_OK; /* link.c waits for a device that was present before */
     for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_restart_counting(link, TTY_BAUD_DEFAULT);

@@ -10,7 +10,7 @@
 #include "host/link/link_ops.h"
 
 #define OPEN_TRIES      250
-#define OPEN_PAUSE_MS   20 /* 5 s in all */
+#define OPEN_PAUSE_MS   20 /* pause between two tries; all tries take 5 s */
 #define SEND_WAIT_MS    1000
 /* struct can_frame: id u32, length, 3 bytes of padding, 8 bytes of data; little-endian hosts */
 #define CAN_FRAME_BYTES 16u
