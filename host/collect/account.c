@@ -9,10 +9,12 @@
 #define SEQ_JUMP_MAX 0x8000u
 #define SEQ_RANGE    0x10000
 
-/* Upper limit: at 1 Mbit/s an empty frame takes 47 bit times, so 21 fit into a block. */
+/* Upper limit on CAN: at 1 Mbit/s an empty frame takes 47 bit times, so 21 frames fit into a
+ * block. */
 #define FRAMES_PER_BLOCK   21
-#define IDLE_PERIOD_BLOCKS 100  /* between two readings of an idle board (firmware/schedule.def) */
-#define TOLERANCE_BLOCKS   1000 /* tolerance: clocks are sent every 100 blocks and can be lost */
+#define IDLE_PERIOD_BLOCKS 100 /* between two readings of an idle board (firmware/schedule.def) */
+/* tolerance for lost clock messages, which are sent every 100 blocks */
+#define TOLERANCE_BLOCKS   1000
 
 void account_start(struct account *account, enum link_kind kind)
 {
@@ -42,7 +44,7 @@ void account_confirm_time(struct account *account)
     account->time_unconfirmed = false;
 }
 
-/* True: that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
+/* True if that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
 static bool frames_can_fit(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
@@ -64,7 +66,7 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
         !frames_can_fit((int64_t)(count->count - account->board_count[place]),
                         account->board_count_block[place], newest_block(account)))
         return false;
-    /* A message_count does not count its own frame. */
+    /* The board's count does not include the message_count that carries it. */
     int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
     if (account->board_count_known[place] || account->complete_from_start) {
         bool known = account->board_count_known[place];
@@ -104,8 +106,8 @@ static struct store_gap make_gap(const struct account *account, const char *mess
     return gap;
 }
 
-/* If the list is full, the total is still correct and only the row is missing. The collector
- * empties the list after every frame. */
+/* Adds a gap to the list. If the list is full, the total is still correct and only the row is
+ * missing; the collector empties the list after every frame. */
 static void add_gap(struct account *account, struct store_gap gap)
 {
     if (account->gaps < ACCOUNT_GAPS_MAX)
@@ -189,7 +191,8 @@ void account_add_can_frame(struct account *account)
     account->received_since_doubt++;
 }
 
-/* Records or drops the suspected gaps since the last can_health. */
+/* Records the suspected gaps since the last can_health if they are `believed`; otherwise drops
+ * them. */
 static void settle_suspects(struct account *account, bool believed)
 {
     for (size_t i = 0; believed && i < account->suspected_gaps; i++)
@@ -198,7 +201,7 @@ static void settle_suspects(struct account *account, bool believed)
     account->suspected_frames = 0;
 }
 
-/* Cause of a gap for each receive queue of this computer. */
+/* cause of a gap for each receive queue of this computer */
 static const struct {
     enum link_trouble trouble;
     const char *cause;
@@ -216,7 +219,7 @@ static int64_t sum_queue_losses(const struct account *account)
     return sum;
 }
 
-/* CAN: records the lost frames that the queues counted; returns the remaining number. */
+/* Records the lost CAN frames that the queues counted; returns the remaining number. */
 static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t block)
 {
     for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
@@ -261,7 +264,7 @@ static void add_lost_frames(struct account *account, int64_t lost, int64_t block
                 make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
 }
 
-/* True: the message continues the last accepted one. Otherwise the message is doubtful until a
+/* True if the message continues the last accepted one. Otherwise the message is doubtful until a
  * later one continues it. */
 static bool is_believable(struct account *account, const struct mr_can_health *health,
                           int64_t block)
@@ -273,7 +276,7 @@ static bool is_believable(struct account *account, const struct mr_can_health *h
     }
     if (account->doubt_known && frames_can_fit((int32_t)(health->sent - account->doubt_sent),
                                                account->doubt_block, block)) {
-        account->sent = account->doubt_sent; /* an unnoticed restart of the board */
+        account->sent = account->doubt_sent; /* the board restarted unnoticed */
         account->sent_block = account->doubt_block;
         account->received_since_health = account->received_since_doubt;
         account->doubt_known = false;
@@ -292,14 +295,15 @@ void account_apply_can_health(struct account *account, const struct mr_can_healt
     if (!is_believable(account, health, block))
         return;
     if (account->sent_known) {
-        /* This frame is counted as received, but `sent` does not include it yet. */
+        /* This frame is counted as received, but its `sent` does not include it yet. */
         int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) -
                        (account->received_since_health - 1);
         settle_suspects(account, lost > 0);
         if (lost > 0)
             add_lost_frames(account, lost, block);
     } else {
-        /* The queue's losses so far were sent before this message, but not before logging began. */
+        /* Frames that the queues have lost so far were sent before this message, but not before
+         * logging began. */
         if (account->before_first < 0) {
             int64_t before = (int64_t)health->sent - (account->received_since_health - 1);
             int64_t in_queue = sum_queue_losses(account);
@@ -335,7 +339,7 @@ void account_apply_dropped(struct account *account, uint16_t dropped, int64_t bl
     account->dropped_block = block;
 }
 
-/* "d1-d3" */
+/* Writes the channels of a message, for example "d1-d3". */
 static void channels_text(const struct mr_series_pack *pack, char letter, char *out, size_t size)
 {
     snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter,
@@ -375,7 +379,7 @@ void account_add_block(struct account *account, uint32_t index)
 
 void account_end(struct account *account)
 {
-    /* frames missing between readings are part of the queue's losses */
+    /* frames missing between readings are part of the queues' losses */
     int64_t in_queue = sum_queue_losses(account) - account->suspected_frames;
     if (in_queue > 0) {
         account->counts.lost += in_queue;

@@ -49,22 +49,22 @@ struct account {
     uint32_t sent; /* count of the last accepted can_health */
     int64_t sent_block;
     int64_t received_since_health; /* frames received since that can_health, including it */
-    /* An implausible can_health, kept until a second one continues from it. */
+    /* An implausible can_health, stored until a second one continues from it, and the number of
+     * frames received since, including that can_health. */
     bool doubt_known;
     uint32_t doubt_sent;
-    int64_t doubt_block,
-        received_since_doubt; /* frames received since that can_health, including it */
+    int64_t doubt_block, received_since_doubt;
     /* CAN frames that the board sent before logging began; -1: not known yet */
     int64_t before_first;
     struct store_gap suspected_gap[MR_SERIES_PACKS];
     size_t suspected_gaps;
-    /* Frames since the last can_health that are missing according to the steps of the series. */
+    /* number of frames missing since the last can_health, according to the steps of the series */
     int64_t suspected_frames;
     int64_t step_block[MR_SERIES_PACKS]; /* last block of each series; -1: none */
 
     /* all frames that the board sent since its start were sent while logging */
     bool complete_from_start;
-    /* Frames of each message received since the board started, or since logging began. */
+    /* number of frames of each message received since the board started, or since logging began */
     int64_t received_count[MR_MESSAGES];
     bool board_count_known[MR_MESSAGES];
     uint32_t board_count[MR_MESSAGES]; /* the board's last count of each message */
@@ -72,16 +72,19 @@ struct account {
     int64_t board_count_block[MR_MESSAGES];
     /* number of frames of the message received by the time the board's count arrived */
     int64_t received_at_board_count[MR_MESSAGES];
-    /* Missing frames by all counts so far, in all boots; frames that the board dropped are
-     * included. */
+    /* number of missing frames by all counts so far, in all boots, including frames that the board
+     * dropped */
     int64_t missing_count[MR_MESSAGES];
-    int64_t repeated_count[MR_MESSAGES]; /* frames received more often than they were sent */
+    /* number of frames received more often than they were sent */
+    int64_t repeated_count[MR_MESSAGES];
 
-    /* Frames that queues of this computer lost since the last can_health, by cause. */
+    /* number of frames that queues of this computer lost since the last can_health, by cause */
     int64_t queue_lost_frames[ACCOUNT_QUEUES];
-    /* serial: bytes received; bytes lost by the full queue since the last frame */
+    /* for serial: number of bytes received, and of bytes that the full queue lost since the last
+     * frame */
     int64_t bytes, bytes_lost;
-    const char *link_cause; /* cause of losses since then, as detected by the link; NULL: none */
+    /* cause of losses since the last frame, as detected by the link; NULL: none */
+    const char *link_cause;
 
     bool dropped_known;
     uint16_t dropped;
@@ -92,7 +95,7 @@ struct account {
 };
 
 void account_start(struct account *account, enum link_kind kind);
-/* The board restarted, and its counters with it. `whole`: logging continues from the board's
+/* Resets the counters after a restart of the board. `whole`: logging continues from the board's
  * first frame, so no frame of this start is missed. */
 void account_restart(struct account *account, bool whole);
 /* Call after account_restart if the first serial frames of this start, from number 0 on, may be
@@ -109,7 +112,8 @@ void account_reset_steps(struct account *account);
  * the ignored one. */
 void account_add_message(struct account *account, unsigned place); /* enum mr_message_index */
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count);
-/* A board time arrived that continues from the previous ones: the board has not restarted. */
+/* Call when a board time has arrived that continues from the previous ones, so the board has not
+ * restarted. */
 void account_confirm_time(struct account *account);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
@@ -122,14 +126,14 @@ void account_add_can_frame(struct account *account);
 void account_apply_can_health(struct account *account, const struct mr_can_health *health,
                               int64_t block);
 void account_apply_dropped(struct account *account, uint16_t dropped, int64_t block);
-/* enum mr_series_pack_number */
+/* `pack`: enum mr_series_pack_number. */
 void account_add_series_message(struct account *account, unsigned pack, int64_t block);
 void account_add_block(struct account *account, uint32_t index);
 
-/* The link reported an error `count` times. */
+/* Counts an error that the link reported `count` times. */
 void account_add_trouble(struct account *account, enum link_trouble trouble, int64_t count);
 
-/* The link ended or has become silent: suspected losses are counted as losses. */
+/* Counts suspected losses as losses, when the link has ended or become silent. */
 void account_end(struct account *account);
 
 #endif

@@ -12,11 +12,11 @@
 #include "host/collect/collect_state.h"
 #include "host/base/xmalloc.h"
 
-/* A third kind of link, beside CAN and serial. */
+/* the black box counts as a third kind of link, besides CAN and serial */
 #define BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
 _Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are marked");
 
-/* Receives the record's messages: a collector for this landing alone. */
+/* A collector for one landing, which receives the messages of the record. */
 struct box_collector {
     struct collector collector;
     struct side side;
@@ -63,8 +63,8 @@ static enum mr_status create_landing(struct store *store, int64_t session,
     return status;
 }
 
-/* Messages of the box are handled like those of a link, in the session and boot of the landing:
- * rows that the log already has are marked, not duplicated. */
+/* Begins to handle messages of the box like those of a link, in the session and boot of the
+ * landing: rows that the log already has are marked, not duplicated. */
 static void begin_box_collector(struct box_collector *m, struct store *store,
                                 const struct store_landing *landing)
 {
@@ -77,7 +77,7 @@ static void begin_box_collector(struct box_collector *m, struct store *store,
     m->side.current = &m->slot;
 }
 
-/* Applies the newest state of the record; a landing whose end was logged stays ended. */
+/* Applies the newest state of the record. A landing whose end was logged stays ended. */
 static enum mr_status apply_state(struct box_collector *m, const struct mr_record *record,
                                   bool made, struct error *error)
 {

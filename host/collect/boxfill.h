@@ -14,8 +14,8 @@ struct boxfill {
     bool created;   /* no landing of the database matched, so a new one was made */
     int64_t blocks; /* number of blocks in the record */
     int64_t filled_blocks, filled_edges;
-    /* Blocks missing between the first and the last one: lost by the board, or on pages that could
-     * not be read. */
+    /* number of blocks missing between the first and the last one: lost by the board, or on pages
+     * that could not be read */
     int64_t missing_blocks;
 };
 

@@ -124,7 +124,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
     return status;
 }
 
-/* Drops a partial frame: after a reconnection the data does not continue it. */
+/* Discards a partial frame, because data received after a reconnection does not continue it. */
 static void discard_partial_frame(struct side *side)
 {
     if (side->deframer.length > 0)

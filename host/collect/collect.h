@@ -48,11 +48,11 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
 enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
                                           const struct link_counters *counters,
                                           struct error *error);
-/* This computer's clock was set by `jump_us`: records an event `clock-set` and starts a new
- * estimate of the offset between the board's clock and this computer's. */
+/* Handles a change of this computer's clock by `jump_us`: records an event `clock-set` and starts a
+ * new estimate of the offset between the board's clock and this computer's. */
 enum mr_status collector_handle_clock_set(struct collector *collector, int64_t jump_us,
                                           struct error *error);
-/* A link ended. MR_TRUNCATED: it ended inside a serial frame. */
+/* Handles the end of a link. MR_TRUNCATED: the link ended inside a serial frame. */
 enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error);
 /* Discards the estimated clock offset of one link between board and computer; it is estimated again
@@ -64,8 +64,8 @@ void collector_discard_clock_offset(struct collector *collector, enum link_kind 
  * in again. */
 enum mr_status collector_save_mark(struct collector *collector, struct error *error);
 void collector_restore_mark(struct collector *collector);
-/* Continues with this store, which contains everything that was committed to the previous one. Call
- * it between two transactions. */
+/* Continues with another store, which contains everything that was committed to the previous one.
+ * Call it between two transactions. */
 void collector_set_store(struct collector *collector, struct store *store);
 /* Opens a new session of the same links in another store. `whole`: all data since the beginning is
  * passed in again; otherwise the session starts with what the board has reported about itself so
@@ -85,14 +85,15 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
  * now. */
 bool collector_needs_configuration(const struct collector *collector);
 
-/* RUN of a landing that has ended since the last call; 0: none. Call until it returns 0. */
+/* Returns the RUN of a landing that has ended since the last call; 0: none. Call it until it
+ * returns 0. */
 int64_t collector_pop_finished(struct collector *collector);
-/* A processor fault that the board reported since the last call; NULL: none. */
+/* Returns the processor fault that the board reported since the last call; NULL: none. */
 const struct crash_report *collector_pop_crash(struct collector *collector);
-/* The board's CAN state if it has changed since the last call; NULL: it has not. */
+/* Returns the board's CAN state if it has changed since the last call; NULL: it has not. */
 const struct mr_can_alarm *collector_pop_alarm(struct collector *collector);
-/* Commands that this program sent, which distinguish answers to them from answers to other
- * programs. The caller owns this list, because the collector may return to a mark. */
+/* Commands that this program sent. They distinguish answers to this program from answers to other
+ * programs. The caller owns the list, so that collector_restore_mark does not change it. */
 #define COLLECTOR_OWN_COMMANDS 16u
 struct collector_own_commands {
     struct {
@@ -128,7 +129,7 @@ struct collector_progress {
     unsigned state; /* last reported state of the landing */
     int64_t block;  /* newest block on either link; -1: none */
     unsigned edges; /* edges of the landing in progress */
-    /* What the board reported about itself; "" or NULL: not yet. */
+    /* the next fields are what the board reported about itself; "" or NULL: not reported yet */
     const char *board_uid, *firmware;
     const struct mr_landing *landing;
     const struct mr_bus_key *key; /* whether commands need a proof */
@@ -151,8 +152,8 @@ struct collector_event {
     uint64_t host_us;
     int64_t board_us; /* board time of the message; STORE_NONE: not known */
 };
-/* A listener for incoming data: messages, and block records with this computer's time. The campaign
- * is written in any case. `listener` must outlive the collector; NULL: no listener. */
+/* A listener to incoming data: messages, and block records with this computer's time. The data is
+ * stored all the same. `listener` must outlive the collector; NULL: no listener. */
 struct collector_listener {
     void (*message)(void *context, const struct collector_event *event);
     void (*record)(void *context, const struct mr_block *block, uint64_t host_us);
@@ -160,7 +161,7 @@ struct collector_listener {
 };
 void collector_set_listener(struct collector *collector, const struct collector_listener *listener);
 
-/* The link that is behind the other one in board time, with the board's starts taken into
+/* Returns the link that is behind the other one in board time, with the board's starts taken into
  * account. */
 enum link_kind collector_lagging_link(const struct collector *collector);
 int64_t collector_session(const struct collector *collector);

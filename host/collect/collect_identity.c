@@ -1,4 +1,4 @@
-/* Stores identity and configuration that the board reports. */
+/* Stores the identity and the configuration that the board reports. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,9 +8,9 @@
 #include "host/collect/collect_state.h"
 #include "host/board/config_text.h"
 
-/* A message of a board other than the known one. On serial this ends the log. On CAN it may be a
- * stranger, unless several such messages arrive in a row and serial has ended and cannot
- * identify the board. */
+/* Rejects a message of a board other than the known one. On serial this ends the log. On CAN the
+ * message may be from another node, unless several such messages arrive in a row and serial has
+ * ended and cannot identify the board. */
 static enum mr_status reject_other_board(struct collector *collector, struct side *side,
                                          enum mr_status why, const char *now, struct error *error)
 {
@@ -48,8 +48,8 @@ static enum mr_status handle_hello(struct collector *collector, struct side *sid
     return MR_OK;
 }
 
-/* Handles words `part` of the chip's unique id. False: they belong to another board; `error` is set
- * if the log cannot continue. */
+/* Handles words `part` of the chip's unique id. Returns false if they belong to another board;
+ * `error` is set if the log cannot continue. */
 static bool handle_uid(struct collector *collector, struct side *side, unsigned part,
                        const uint32_t *words, size_t count, struct error *error)
 {
@@ -197,7 +197,8 @@ static enum mr_status handle_slack(struct collector *collector, const struct sid
         (known->slack_in == segment.slack_in ||
          (isnan(known->slack_in) && isnan(segment.slack_in))))
         return MR_OK;
-    /* a board that restarted during a landing lost its survey; the landing keeps it */
+    /* a board that restarted during a landing has lost its survey, but the landing's survey is
+     * still valid */
     bool forgotten = collector->reported.segment_known[message->segment] &&
                      !isnan(known->slack_in) && isnan(segment.slack_in);
     *known = segment;
@@ -256,7 +257,7 @@ static enum mr_status handle_board_image(struct collector *collector, struct sid
     return MR_OK;
 }
 
-/* Stores an event when the state changes. */
+/* Stores an event when the state of the board's key changes. */
 static enum mr_status handle_bus_key(struct collector *collector, struct side *side,
                                      const struct mr_bus_key *message, uint64_t host_us,
                                      struct error *error)
@@ -301,7 +302,8 @@ bool collector_needs_configuration(const struct collector *collector)
                  collector->reported.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (collector->side[kind].current)
-            return false; /* the board does not send it from arming to the end */
+            /* the board does not send its configuration from arming to the end of the landing */
+            return false;
     }
     return known &&
            !(collector->config_stored &&

@@ -9,11 +9,11 @@
 #include "host/store/store.h"
 #include "host/store/store_journal.h"
 
-/* A link is silent if its newest block is this far behind the other link's: clocks are sent
- * every 100 blocks. */
+/* A link is silent if its newest block is this far behind the other link's. Clocks are sent every
+ * 100 blocks. */
 #define SILENT_BLOCKS        300
-/* Once one link has the end of the landing, a silent link is waited for only this long: its
- * cable was probably unplugged. Links are read in step, so no data of that link is waiting. */
+/* Once one link has the end of the landing, a silent link is waited for only this long: its cable
+ * was probably unplugged. Links are read in step, so no data of a silent link is waiting. */
 #define UNPLUGGED_BLOCKS     5000
 /* CAN fills in this far around a loss on serial, because a message may describe an earlier
  * moment. */
@@ -43,16 +43,16 @@ static enum mr_status add_silence(struct collector *collector, const struct slot
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
 }
 
-/* After a landing, CAN data fills in the losses of serial. */
+/* Fills the losses of serial with CAN data after a landing. */
 struct gap_filler {
     struct collector *collector;
-    struct side can; /* state of the CAN side at that time */
+    struct side can; /* state of the CAN side at the time of the frame */
     struct store_gap *gaps;
     size_t count;
     struct error *error;
 };
 
-/* True: serial lost data near that block. */
+/* True if serial lost data near that block. */
 static bool is_lost_on_serial(const struct gap_filler *filler, int64_t block)
 {
     for (size_t i = 0; i < filler->count; i++) {
@@ -66,7 +66,8 @@ static bool is_lost_on_serial(const struct gap_filler *filler, int64_t block)
     return false;
 }
 
-/* Handles a stored frame of gear, predictor or bands as if received now. Existing rows stay. */
+/* Handles a stored frame of gear, predictor or bands as if it were received now. Existing rows are
+ * not changed. */
 static enum mr_status fill_frame(void *context, const struct store_frame *frame)
 {
     struct gap_filler *filler = context;
@@ -129,7 +130,8 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
     return status;
 }
 
-/* Finishes a landing when every link has left it, has ended, or is known to have missed it. */
+/* Finishes each landing that every link has left, during which it ended, or that it is known to
+ * have missed. */
 enum mr_status collect_finish_ended(struct collector *collector, struct error *error)
 {
     for (size_t i = 0; i < SLOTS; i++) {
@@ -232,12 +234,12 @@ static enum mr_status enter_landing(struct collector *collector, struct side *si
     collect_leave_landing(side);
     if (!slot)
         status = create_slot(collector, side, landing, armed_block, host_us, &slot, error);
-    else /* this link reported the configuration before the landing */
+    else /* in this case the link reported the configuration before the landing */
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
     if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
-        /* a CAN frame is stamped on arrival, serial bytes only when read */
+        /* a CAN frame has the time of its arrival, serial bytes the time at which they were read */
         slot->row.armed_us = (int64_t)host_us;
     slot->entered[side->kind] = true;
     side->current = slot;
@@ -273,7 +275,7 @@ enum mr_status collect_handle_landing(struct collector *collector, struct side *
                                       bool *believed, struct error *error)
 {
     int64_t newest = collect_newest_block(side);
-    /* on CAN: rejects an invalid state, a future one, and one delayed in a controller */
+    /* on CAN, an invalid state, one in the future, or one that a controller delayed is rejected */
     *believed = side->kind != LINK_CAN ||
                 (landing->state <= MR_LANDING_DONE && landing->cause <= MR_LANDING_BY_LIMIT &&
                  landing->block >= side->state_block &&

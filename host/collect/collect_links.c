@@ -1,7 +1,8 @@
 /* Frames of the two links: time, losses, board and raw row; collect_message.c handles the content.
- * * Serial connects to one board; on CAN any node may send. Serial is therefore the record while it
+ *
+ * Serial connects to one board; on CAN any node may send. Serial is therefore the record while it
  * is connected: of messages sent on both links only the serial copy is used. CAN frames are stored
- * raw and shown; after a landing they fill in the losses of serial (collect_landing.c). */
+ * raw and shown; after a landing they fill the losses of serial (collect_landing.c). */
 #include <math.h>
 #include <string.h>
 
@@ -9,16 +10,16 @@
 #include "host/collect/collect.h"
 #include "host/collect/collect_state.h"
 
-/* Messages of a link are in order. A prediction may describe an earlier moment, readings are
- * current, and clocks are sent every 100 blocks. */
+/* largest age of a message: messages of a link are in order, a prediction may describe an earlier
+ * moment, and clocks are sent every 100 blocks */
 #define MESSAGE_AGE_MAX_BLOCKS 2000
 #define READING_AGE_MAX_BLOCKS 200
 #define CLOCK_AGE_MAX_BLOCKS   1000
 
-#define SERIAL_SILENT_BLOCKS \
-    1000 /* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
-#define MARK_PERIOD_BLOCKS 5000
-#define SAME_START_BLOCKS  10000
+/* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
+#define SERIAL_SILENT_BLOCKS 1000
+#define MARK_PERIOD_BLOCKS   5000
+#define SAME_START_BLOCKS    10000
 
 /* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
  * received. */
@@ -60,7 +61,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     return store_event_put(collector->store, &event, error);
 }
 
-/* True: the message has a full block index and its tick. */
+/* Gets the full block index of a message and its tick. Returns false if the message has none. */
 static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
     bool sync = message->index == MR_INDEX_SYNC;
@@ -113,7 +114,7 @@ static enum mr_status store_raw(struct collector *collector, const struct side *
     return store_frame_put(collector->store, collector->session, frame, error);
 }
 
-/* True, only for CAN: the board cannot send a message with this time now. Allows for the pause
+/* True, only for CAN, if the board cannot send a message with this time now. Allows for the pause
  * since the last message and for delays in queues. */
 static bool is_impossible_time(const struct side *side, const struct mr_message *message,
                                uint64_t host_us)
@@ -142,7 +143,7 @@ static bool serial_is_record(const struct collector *collector)
                                          can->clock_block - spoke <= SERIAL_SILENT_BLOCKS));
 }
 
-/* Each link counts restarts on its own. CAN may miss a short restart, or mistake a stranger's
+/* Each link counts restarts on its own. CAN may miss a short restart, or mistake another node's
  * message for a restart. CAN adopts serial's count when both links had the same time for longer
  * than CAN can lag. */
 static void adopt_serial_boot(const struct collector *collector, struct side *can)
@@ -154,7 +155,8 @@ static void adopt_serial_boot(const struct collector *collector, struct side *ca
         can->boot = serial->boot;
 }
 
-/* Takes the arming time from CAN: a frame is stamped on arrival, serial bytes only when read. */
+/* Sets the arming time from CAN, where a frame has the time of its arrival; serial bytes have the
+ * time at which they were read. */
 static enum mr_status stamp_landing(struct collector *collector, struct side *can,
                                     const struct collector_event *event, struct error *error)
 {
@@ -173,7 +175,8 @@ static enum mr_status stamp_landing(struct collector *collector, struct side *ca
     return store_landing_put(collector->store, &slot->row, error);
 }
 
-/* Remembers a position some seconds back for the next landing. */
+/* Stores the row of the newest frame from time to time. The next landing begins at a row some
+ * seconds back. */
 static enum mr_status mark_frames(struct collector *collector, struct side *can,
                                   struct error *error)
 {
@@ -185,7 +188,7 @@ static enum mr_status mark_frames(struct collector *collector, struct side *can,
     return store_newest_frame(collector->store, &can->mark[1], error);
 }
 
-/* True: the board sends the same message on both links. */
+/* True if the board sends the same message on both links. */
 static bool is_sent_on_both_links(const struct mr_message *message)
 {
     switch (message->index) {
@@ -193,12 +196,12 @@ static bool is_sent_on_both_links(const struct mr_message *message)
     case MR_INDEX_CAN_HEALTH:
     case MR_INDEX_MESSAGE_COUNT:
     case MR_INDEX_CAN_ALARM:
-    case MR_INDEX_CONFIG_IMAGE: return false; /* these differ by link */
+    case MR_INDEX_CONFIG_IMAGE: return false; /* these messages differ between the links */
     default: return message->info->direction == MR_DIRECTION_BOTH;
     }
 }
 
-/* Puts CAN into serial's landing, from its first block to its last. */
+/* Assigns the landing on serial to CAN, from CAN's first block of the landing to the last. */
 static void adopt_serial_landing(struct collector *collector, struct side *can)
 {
     int64_t block = collect_newest_block(can);
@@ -217,8 +220,8 @@ static void adopt_serial_landing(struct collector *collector, struct side *can)
     }
 }
 
-/* Notes which board sends on CAN. If serial's board never does, the two links belong to two
- * boards. */
+/* Compares the identity of the board on CAN with that on serial. If serial's board never sends on
+ * CAN, the two links belong to two boards. */
 static void compare_can_identity(struct collector *collector, struct side *can,
                                  const struct mr_message *message)
 {
@@ -313,7 +316,8 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
     return status == MR_OK ? collect_finish_ended(collector, error) : status;
 }
 
-/* True: the message comes from the board, or from another node with the same identifiers. */
+/* Decodes a frame. Returns true if it is a message of the board, or of another node with the same
+ * identifiers. */
 static bool read_frame(const struct collector *collector, const struct link_frame *frame,
                        struct mr_message *message)
 {
@@ -333,7 +337,7 @@ static enum mr_status handle_can_frame(struct collector *collector, struct side 
         return handle_message(collector, side, &message, side->account.counts.received,
                               frame->host_us, error);
 
-    /* From another node: stored raw, not interpreted. */
+    /* frames of other nodes are stored raw and not interpreted */
     const struct mr_message_info *info = standard ? mr_message_find((uint16_t)id) : NULL;
     bool command = info && info->direction == MR_DIRECTION_HOST;
     if (!command && !(frame->id & LINK_ID_ERROR))
@@ -389,7 +393,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
         return handle_message(collector, side, &message, frame->seq, host_us, error);
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    /* a page of the black box, or unknown */
+    /* also a page of the black box, or an unknown frame */
     account_add_message(&side->account, mr_message_index(frame->type));
     side->account.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
@@ -445,7 +449,8 @@ static enum mr_status process_held_frame(struct collector *collector, struct sid
              : process_serial_frame(collector, side, &frame, held->frame.host_us, error);
 }
 
-/* Handles the held frames. START_NEW: the first of them is the first known frame of a new start. */
+/* Handles the held frames. `start` is START_NEW if the first of them is the first known frame of a
+ * new start. */
 static enum mr_status release_held_frames(struct collector *collector, struct side *side,
                                           enum start start, uint64_t host_us, struct error *error)
 {
@@ -467,7 +472,8 @@ static enum mr_status release_held_frames(struct collector *collector, struct si
     return status;
 }
 
-/* True: the frame is held. False: the held frames were handled, or `error` is set. */
+/* Returns true if the frame is held; false if the held frames were handled, or if `error` is
+ * set. */
 static bool hold_frame(struct collector *collector, struct side *side, enum start start,
                        const struct held_frame *held, struct error *error)
 {

@@ -1,5 +1,5 @@
-/* Effect of each message on the campaign. Landing state, time and losses are handled here, other
- * topics further below. */
+/* Stores the effect of each message on the campaign. Landing state, time and losses are handled
+ * first, other topics further below. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -43,7 +43,7 @@ static enum mr_status record_landing(struct collector *collector, struct side *s
     return status;
 }
 
-/* Counts losses. The newest block already includes this reading. */
+/* Counts a message for the accounting of losses. The newest block already includes this reading. */
 static enum mr_status count_message(struct collector *collector, struct side *side,
                                     const struct collector_event *event, struct error *error)
 {
@@ -141,7 +141,7 @@ static enum mr_status record_answer(struct collector *collector, struct side *si
     return status;
 }
 
-/* Landing state, film frames, answers to commands, and board time. */
+/* Handles landing state, film frames, answers to commands, and board time. */
 static enum mr_status handle_state_message(struct collector *collector, struct side *side,
                                            const struct collector_event *event, struct error *error)
 {
@@ -223,7 +223,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 }
 
 /* Motion and its errors are two messages with the same block: the first is stored at once, the
- * second completes the row. Zone and zone lead likewise. */
+ * second completes the row. A zone and its lead time are stored in the same way. */
 #define RECORD_TWO_PARTS(name, NAME, second)                                               \
     static enum mr_status name(struct collector *collector, struct side *side,             \
                                const struct mr_message *m, struct error *error)            \
@@ -375,7 +375,8 @@ enum mr_status collect_write_parameters(struct collector *collector, const struc
     return status;
 }
 
-/* Index 0 starts a new list: items not received since are missing. */
+/* Stores one parameter of the risk. Index 0 starts a new list, so items of the previous list count
+ * as missing. */
 static enum mr_status record_risk_parameter(struct collector *collector, const struct side *side,
                                             const struct mr_risk_item *m, struct error *error)
 {
@@ -403,7 +404,8 @@ static enum mr_status record_risk(struct collector *collector, struct side *side
     return side->current && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
 }
 
-/* Parts of a prediction. They have its block: the newest or a slightly older one. */
+/* Stores a part of a prediction. It has the block of the prediction, which is the newest one or
+ * slightly older. */
 static enum mr_status record_statement(struct collector *collector, struct side *side,
                                        const struct mr_message *m, struct error *error)
 {
@@ -442,7 +444,7 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 
 /* ---- bands: events, tensions, and shunt calibration of the gages ---- */
 
-/* Full index of a recent block; does not advance the time. */
+/* Returns the full index of a recent block; does not advance the time. */
 static int64_t unwrap_block(const struct side *side, uint16_t at_block16)
 {
     struct timebase copy = side->time;
@@ -460,8 +462,8 @@ static enum mr_status record_band_message(struct collector *collector, const str
     return side->current ? COLLECT_PUT(band_event, &row) : MR_OK;
 }
 
-/* Result and check of a gage are two messages: the first is stored at once, the second completes
- * the row. */
+/* Stores the result or the check of a gage. They are two messages: the first is stored at once, the
+ * second completes the row. */
 static enum mr_status record_shunt(struct collector *collector, struct side *side,
                                    const struct mr_message *m, struct error *error)
 {
@@ -485,8 +487,8 @@ static enum mr_status record_shunt(struct collector *collector, struct side *sid
     return store_shunt_put(collector->store, collector->session, side->boot, row, error);
 }
 
-/* Tension before and after, and smallest and largest tension, share a row. A value without gage
- * is ignored. */
+/* Stores a band message. Tension before and after, and smallest and largest tension, share a row. A
+ * value without gage is ignored. */
 static enum mr_status record_band(struct collector *collector, const struct side *side,
                                   const struct mr_message *m, struct error *error)
 {
@@ -530,7 +532,7 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
 
 /* ---- health: faults, slow log, crash, and CAN as seen by the board ---- */
 
-/* Faults are repeated once a second; stored only when the count changes. */
+/* Stores a fault when its count changes; the board repeats faults once a second. */
 static enum mr_status record_fault(struct collector *collector, const struct side *side,
                                    const struct mr_fault *message, uint64_t host_us,
                                    struct error *error)
@@ -580,8 +582,8 @@ static enum mr_status record_slow_tension(struct collector *collector, struct si
     return store_slow_put(collector->store, &side->slow, error);
 }
 
-/* Report of a processor fault: stores one event per word, once per report, although both links
- * repeat it. */
+/* Stores one event per word of the report of a processor fault. Both links repeat the report; it is
+ * stored once. */
 static enum mr_status record_crash(struct collector *collector, const struct side *side,
                                    const struct mr_crash *message, uint64_t host_us,
                                    struct error *error)
@@ -599,7 +601,8 @@ static enum mr_status record_crash(struct collector *collector, const struct sid
     return status;
 }
 
-/* The board sends its CAN state every second; stored when state or outage count changes. */
+/* Stores the board's CAN state when state or outage count changes; the board sends it every
+ * second. */
 static enum mr_status record_can_alarm(struct collector *collector, const struct side *side,
                                        const struct mr_can_alarm *message, uint64_t host_us,
                                        struct error *error)
@@ -607,7 +610,7 @@ static enum mr_status record_can_alarm(struct collector *collector, const struct
     int64_t block = collect_newest_block(side);
     struct mr_can_alarm *newest = &collector->alarm;
     bool same = newest->state == message->state && newest->outages == message->outages;
-    /* delayed in the controller */
+    /* an older state was delayed in the CAN controller */
     bool older = side->kind == LINK_CAN && message->outages < newest->outages;
     if (same || older)
         return MR_OK;

@@ -18,7 +18,7 @@
 struct collector;
 struct collector_event;
 
-/* A landing that is open or was open recently. */
+/* A landing that is in progress or ended recently. */
 struct slot {
     struct store_landing row; /* row.id 0: the slot is free */
     bool entered[LINK_KINDS];
@@ -66,14 +66,14 @@ struct side {
     struct mr_sync sync;
     uint64_t sync_host_us;
     int64_t boot;
-    struct held_frame
-        held[COLLECT_HELD_MAX]; /* frames held since a hello on CAN, since a loss on serial */
+    /* frames held since a hello on CAN, or since a loss on serial */
+    struct held_frame held[COLLECT_HELD_MAX];
     size_t held_count;
     struct slot *current;
     struct slot *last; /* the landing left most recently */
     struct mr_deframer deframer;
-    /* First half of a zone or motion message that waits for its second half. zone16, motion16: its
-     * block. */
+    /* First half of a zone or motion message that waits for its second half. zone16 and motion16
+     * have the low 16 bits of its block. */
     struct store_zone zone;
     struct store_motion motion;
     int32_t zone16, motion16;
@@ -84,10 +84,10 @@ struct side {
     unsigned slow_number, slow_gages;
     struct mr_predictor_state runway;         /* runway being assembled */
     unsigned runway_parts;                    /* number of the runway's parts received in order */
-    struct mr_runway_store runway_store;      /* newest */
+    struct mr_runway_store runway_store;      /* newest report of the stored runway */
     uint64_t counted_troubles[LINK_TROUBLES]; /* errors that the link has counted */
-    /* Errors that are counted but not recorded yet: they belong to landing pending_run and began at
-     * pending_us. */
+    /* Errors that were counted but not recorded yet. They belong to landing pending_run and began
+     * at pending_us. */
     uint64_t pending[LINK_TROUBLES];
     int64_t pending_run;
     int64_t pending_us; /* board time */
@@ -112,7 +112,7 @@ struct repeated {
     unsigned count;
 };
 
-/* What the board last reported about itself, by itself or on request. */
+/* Newest reports of the board about itself, sent by itself or on request. */
 struct board_report {
     bool hello_known;
     bool landing_known;
@@ -151,18 +151,19 @@ struct collector {
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;     /* newest, from either link */
+    struct mr_runway_store stored;     /* newest report from either link */
     bool stored_known, stored_changed; /* stored_changed: the caller has not read it yet */
     bool config_stored; /* the database has the configuration with CRC config_stored_crc */
     uint32_t config_stored_crc;
-    struct crash_report crash[LINK_KINDS]; /* being assembled */
+    struct crash_report crash[LINK_KINDS]; /* being assembled, one per link */
     struct crash_report stored_crash;      /* the newest stored processor fault */
     bool crash_unread;                     /* not read yet */
-    struct mr_can_alarm alarm;             /* newest, from either link */
+    struct mr_can_alarm alarm;             /* newest state from either link */
     bool alarm_unread;
     struct collector_own_commands *own_commands; /* NULL: not known */
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
-    unsigned answers, answers_read;         /* total numbers */
+    /* total numbers of answers, and of those that the caller has read */
+    unsigned answers, answers_read;
     struct repeated repeated[REPEATED_MAX]; /* indexed by code modulo REPEATED_MAX */
 };
 
@@ -187,7 +188,7 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
 
 /* ---- collect_links.c ---- */
 
-/* The link ended: the held frames are processed with the most likely boot. */
+/* Processes the held frames when the link has ended, with the most likely boot. */
 enum mr_status collect_release_held_frames(struct collector *collector, struct side *side,
                                            struct error *error);
 /* Stores the gaps that the account has found, with the landing in which they occurred. */
@@ -224,8 +225,8 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
 enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
                                          const struct mr_film_frame *frame, struct error *error);
 
-/* The side reports a state of a landing: enters, follows or leaves it. `*believed` false: the state
- * cannot be current, and nothing was done. */
+/* Handles a state of a landing that the side reports: enters, follows or leaves the landing.
+ * `*believed` false: the state cannot be current, and nothing was done. */
 enum mr_status collect_handle_landing(struct collector *collector, struct side *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error);

@@ -5,12 +5,12 @@
 #include "common/block.h"
 
 #define RESTART_BLOCKS         1000
-/* Clocks are sent every 100 blocks. Must be below RESTART_BLOCKS: otherwise a stranger's block
- * looks like a restart. */
+/* Clocks are sent every 100 blocks. The limit must be below RESTART_BLOCKS: otherwise a block from
+ * another node looks like a restart. */
 #define CONTINUE_BLOCKS        500
-/* Block records and messages overtake each other in the board's serial queues. */
+/* Block records and messages can overtake each other in the board's serial queues by this much. */
 #define OVERTAKE_BLOCKS        100
-#define ORIGIN_TOLERANCE_TICKS 8400 /* 0.1 ms tolerance; the origin of a boot is constant */
+#define ORIGIN_TOLERANCE_TICKS 8400 /* 0.1 ms; the origin is constant while the board runs */
 
 bool timebase_apply_block(struct timebase *timebase, uint32_t block)
 {

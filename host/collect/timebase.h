@@ -21,7 +21,7 @@ bool timebase_apply_block(struct timebase *timebase, uint32_t block);
 bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
 enum timebase_verdict { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
-/* A board time that does not continue from the known one, kept until a second one confirms it. */
+/* A board time that does not continue from the known one; a second one must confirm it. */
 struct timebase_doubt {
     bool pending;
     uint32_t block, origin;
@@ -34,8 +34,9 @@ enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct tim
 /* For a link that keeps the order of frames. Returns true if the block is before the newest one, by
  * any amount: the board restarted. */
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block);
-/* Block with these low 16 bits that is nearest to the newest block. It becomes the newest if it is
- * later by less than half a second; larger steps are accepted only from a clock. -1: not known. */
+/* Returns the block with these low 16 bits that is nearest to the newest block. It becomes the
+ * newest if it is later by less than half a second; larger steps are accepted only from a clock.
+ * -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 /* Board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);
