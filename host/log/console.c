@@ -1,5 +1,5 @@
 /* Output of matrig log for its user: troubles, landings, progress, and a summary of the session at
- * the end. Also here: the page of --page, and typed commands. */
+ * the end. This file also starts the page of --page and handles typed commands. */
 #include "host/log/logger.h"
 
 #include <fcntl.h>
@@ -45,7 +45,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
         uint64_t more = counters->trouble[i] - logger->noted[link][i];
         bool lately = logger->noted_us[link][i] != 0 &&
                       now_us - logger->noted_us[link][i] < NOTE_PERIOD_US;
-        /* the count can fall after a rollback; it rises again with the repeated data */
+        /* a rollback can decrease the count; it increases again when the data is processed again */
         if (counters->trouble[i] <= logger->noted[link][i] || lately)
             continue;
         logger_clear_progress(logger);
@@ -79,8 +79,8 @@ void logger_note_exchanged_links(struct logger *logger)
     cli_note(logger->cli, "%s", error.text);
 }
 
-/* A frame of another board: a hello of this version at another base, then the identity at that
- * base. */
+/* Notes another board on the bus, which shows by a hello of this version at another base and then
+ * by the identity at that base. */
 void logger_note_other_board(struct logger *logger, const struct link_frame *frame)
 {
     struct mr_message message;
@@ -103,7 +103,7 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
     }
 }
 
-/* Warn of a landing that is already in the campaign, probably from a recording that was logged
+/* Warns of a landing that is already in the campaign, probably because a recording was logged
  * twice. */
 static void note_repeated_landing(struct logger *logger, int64_t run)
 {
@@ -126,8 +126,8 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
 #define LANDING_SILENT_US 4000000u
 #define PAGE_TIMEOUT_S    60.0
 
-/* True if a landing with a moving gear has had no data for LANDING_SILENT_US. True once per
- * landing. */
+/* Returns true, once per landing, if a landing with a moving gear has had no data for
+ * LANDING_SILENT_US. */
 static bool landing_is_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
@@ -157,7 +157,8 @@ static void write_page(struct logger *logger)
     const int streams[3] = {-1, open("/dev/null", O_WRONLY | O_CLOEXEC), -1};
     if (process_start(logger->cli->si ? words : plain, streams, &logger->page_child, &error) !=
         MR_OK)
-        logger->page_child = 0; /* not an error: the summary is printed in any case */
+        /* a failed page is not an error of the log: the summary is printed in any case */
+        logger->page_child = 0;
     close(streams[1]);
 }
 
@@ -188,8 +189,8 @@ void logger_set_nonblocking(struct logger *logger, bool on)
             logger->output[i] = 0;
         } else if (on && fstat(fd, &info) == 0 &&
                    (S_ISFIFO(info.st_mode) || (S_ISCHR(info.st_mode) && isatty(fd)))) {
-            /* opened anew, because the inherited description is shared with the parent, and
-             * O_NONBLOCK would affect it too */
+            /* the output is opened again, because the inherited description is shared with the
+             * parent process, and O_NONBLOCK would affect that process too */
             other = open(path, O_WRONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
         }
         if (other < 0)
@@ -247,7 +248,8 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         if (status != MR_OK)
             return status;
         if (summary_load(logger->store, run, &summary, &why) != MR_OK) {
-            /* a summary can be printed again later; received data cannot be repeated */
+            /* a failed summary does not end the log: it can be printed later, while received data
+             * cannot be repeated */
             cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
             summary_free(&summary);
             continue;
@@ -267,7 +269,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
     return MR_OK;
 }
 
-/* If the links fall silent during a landing, print the summary of the data so far. */
+/* Prints the summary of the data so far if the links have fallen silent during a landing. */
 enum mr_status logger_show_silent_landing(struct logger *logger, struct error *error)
 {
     struct collector_progress progress;
@@ -294,7 +296,7 @@ enum mr_status logger_show_silent_landing(struct logger *logger, struct error *e
     return MR_OK;
 }
 
-/* Report crashes and CAN alarms of the board without being asked. */
+/* Reports crashes and CAN alarms of the board, without a request from the user. */
 void logger_note_health(struct logger *logger)
 {
     char text[300];
@@ -370,7 +372,7 @@ void logger_show_progress(struct logger *logger, bool last)
             last ? "\n" : "");
 }
 
-/* No board was received: diagnose the first link that received anything. */
+/* Returns the diagnosis of the first link that received anything, when no board was received. */
 static enum diagnosis diagnose_links(const struct logger *logger, const struct link **link)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
@@ -407,7 +409,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     return link_set_no_board_error(link, error);
 }
 
-/* If no board is received for a while, report that once for each open link. */
+/* Reports once, for each open link, that no board has been received for a while. */
 void logger_note_missing_board(struct logger *logger)
 {
     char text[DIAGNOSIS_TEXT_SIZE];
@@ -430,9 +432,9 @@ void logger_note_missing_board(struct logger *logger)
  *
  * A board sends a hello and the state of its landing every second on each link. */
 
-#define LINKS_SILENT_US   1700000u /* all links silent: reported within 2 s */
-#define LINK_SILENT_US    4000000u /* one link silent */
-/* this program did not run for this long: unread data may be waiting */
+#define LINKS_SILENT_US   1700000u /* all links are silent: reported within 2 s */
+#define LINK_SILENT_US    4000000u /* one link is silent */
+/* if this program did not run for this long, unread data may be waiting */
 #define PROCESS_PAUSED_US 500000u
 
 static void count_received(struct logger *logger, const struct collector_progress *p,
@@ -464,7 +466,7 @@ uint64_t logger_silence_due_us(const struct logger *logger)
              : UINT64_MAX;
 }
 
-/* "idle, waiting to be armed", "armed, landing 7" */
+/* Writes the state of a landing: "idle, waiting to be armed", "armed, landing 7". */
 static void state_text(const struct mr_landing *landing, char *out, size_t size)
 {
     if (landing->state == MR_LANDING_IDLE || landing->state == MR_LANDING_DONE)
@@ -488,7 +490,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         else
             cli_note(logger->cli, "the board sends again: %s", state);
     }
-    /* the links return one after the other: give each link the full time again */
+    /* the links may return one after the other, so each link gets the full time again */
     for (unsigned link = 0; link < LINK_KINDS && logger->silence_reported && !now_silent; link++)
         logger->received_us[link] = logger->received_us[link] ? now_us : 0;
     logger->silence_reported = now_silent;
@@ -535,7 +537,7 @@ void logger_note_presence(struct logger *logger)
              state);
 }
 
-/* Messages that the board counted and the link did not receive, in the whole session. */
+/* Adds the messages that the board counted and the link did not receive, in the whole session. */
 static void add_missing(int kind, const int64_t missing[MR_MESSAGES], struct answer *answer)
 {
     char text[1000] = "";
@@ -641,7 +643,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
  * Before it arms, and before it ends a landing in progress, it asks for confirmation. */
 
 #define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_S)
-#define CONFIRM_TIMEOUT_US 30000000u /* time to confirm */
+#define CONFIRM_TIMEOUT_US 30000000u /* time limit for the confirmation */
 #define TYPING_HOLD_US     15000000u
 
 /* reply to an unknown command */
@@ -651,9 +653,9 @@ void typed_begin(struct typed *typed, bool commands, bool listen)
 {
     typed->terminal = isatty(STDIN_FILENO) == 1;
     typed->enabled = !listen && (commands || typed->terminal);
-    typed->tag = (uint16_t)(link_now_us() / 1000u); /* differs from the tags of other programs */
+    typed->tag = (uint16_t)(link_now_us() / 1000u); /* unlikely to be a tag of another program */
     if (typed->enabled)
-        /* in the background, reading the terminal must not stop the logging */
+        /* in the background, reading the terminal must not stop the log */
         signal(SIGTTIN, SIG_IGN);
 }
 
@@ -675,7 +677,7 @@ void typed_read(struct typed *typed)
         typed->ended = true;
 }
 
-/* The user typed a command, so print the reply even with --quiet. */
+/* Prints a reply to a typed command, even with --quiet. */
 __attribute__((format(printf, 2, 3))) static void print_reply(const struct logger *logger,
                                                               const char *format, ...)
 {
@@ -688,14 +690,14 @@ __attribute__((format(printf, 2, 3))) static void print_reply(const struct logge
     va_end(arguments);
 }
 
-/* Take the first line out of the buffer. False: there is no complete line. */
+/* Removes the first line from the buffer. Returns false if there is no complete line. */
 static bool read_line(struct typed *typed, char line[sizeof typed->text])
 {
     char *end = memchr(typed->text, '\n', typed->length);
     size_t length = end ? (size_t)(end - typed->text) : typed->length;
     if (!end && typed->length < sizeof typed->text)
-        return false; /* at the end of the input: ignore an incomplete line */
-    if (!end) {       /* longer than any command */
+        return false; /* an incomplete line at the end of the input is ignored */
+    if (!end) {       /* the line is longer than any command */
         memcpy(line, typed->text, length - 1);
         line[length - 1] = '\0';
         typed->length = 0;
@@ -724,8 +726,7 @@ static void send_command(struct logger *logger)
 
 static void handle_command(struct logger *logger, const char *line);
 
-/* Handle the reply to a confirmation. If it is a new command instead of `yes`, execute that
- * command. */
+/* Handles the reply to a request for confirmation. A new command instead of `yes` is executed. */
 static void handle_reply(struct logger *logger, const char *line)
 {
     struct typed *typed = &logger->typed;
@@ -741,7 +742,7 @@ static void handle_reply(struct logger *logger, const char *line)
         handle_command(logger, line);
 }
 
-/* State of a landing in progress; NULL: none. */
+/* Returns the state of a landing in progress as text; NULL: none. */
 static const char *recorded_state_text(const struct logger *logger)
 {
     struct collector_progress p;
@@ -795,7 +796,7 @@ static void handle_command(struct logger *logger, const char *line)
                     "the mat is at rest. Type yes: ");
 }
 
-/* Report the outcome of the sent command. */
+/* Reports the outcome of the sent command. */
 static void report_answer(struct logger *logger)
 {
     struct typed *typed = &logger->typed;

@@ -1,6 +1,6 @@
-/* The work of matrig log. Received data goes from the queues into the collector, in transactions.
- * Also here: a campaign that refuses data or was taken away, the end of the log, and requests to
- * the board. */
+/* The work of matrig log: received data goes from the queues into the collector, in transactions.
+ * This file also handles a campaign that refuses data or was removed, the end of the log, and
+ * requests to the board. */
 #include "host/log/logger.h"
 
 #include <libgen.h>
@@ -20,19 +20,21 @@
  * Data of a transaction stays in the queues until it is on disk. A failed transaction is rolled
  * back, in the collector too, and written again when possible. */
 
-/* A kill at any time may lose at most the last 100 ms of received data: 40 ms between commits, the
- * rest for the commit itself. With a backlog, commits are further apart. */
+/* Killing the program may lose at most the last 100 ms of received data: 40 ms between commits, and
+ * the duration of the commit itself. With a backlog, commits are further apart. */
 #define COMMIT_PERIOD_US     40000u
 #define COMMIT_PERIOD_MAX_US 1000000u
-#define BACKLOG_PERMILLE     10u /* this part of a queue's capacity is a backlog: 0.6 s of data */
-/* A summary waits this long: a program that closes the campaign locks it for a moment. */
+/* a queue filled to this share of its capacity, 0.6 s of data, has a backlog */
+#define BACKLOG_PERMILLE     10u
+/* A summary waits this long for the campaign: a program that closes a campaign locks it for a
+ * moment. */
 #define READ_WAIT_MS         5000
-/* Time to the next attempt: another program usually locks the campaign for a moment only; a disk
+/* Time until the next attempt: another program usually locks the campaign for a moment only; a disk
  * usually stays full for longer. */
 #define RETRY_LOCKED_US      20000u
 #define RETRY_US             250000u
 
-/* Place of the campaign, and whether the file is still the logged one. */
+/* Finds out whether the campaign's path still leads to the file that is being logged. */
 static enum store_file_state find_place(struct logger *logger)
 {
     enum store_file_state place = watch_file_state(&logger->watch);
@@ -47,7 +49,8 @@ static bool is_content_gone(enum store_file_state place)
     return place == STORE_FILE_OVERWRITTEN || place == STORE_FILE_EMPTIED;
 }
 
-/* Another program may have replaced the content of the campaign, as sqlite3's .restore does. */
+/* Checks for the session in the campaign: another program may have replaced the content, as
+ * sqlite3's .restore does. */
 static enum mr_status find_session(struct logger *logger, struct error *error)
 {
     bool there = true;
@@ -65,7 +68,7 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
     if (logger->in_transaction)
         return MR_OK;
     watch_note_call(&logger->watch, true);
-    /* do not block in SQLite: the main loop retries, and does all other work meanwhile */
+    /* SQLite must not block: the main loop retries, and does all other work meanwhile */
     store_set_wait_ms(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
     store_set_wait_ms(logger->store, READ_WAIT_MS);
@@ -87,7 +90,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
     if (status == MR_OK)
         status = store_record_progress(logger->store, collector_session(logger->collector), error);
     if (status == MR_OK &&
-        store_is_overwritten(logger->store)) /* write nothing more into that file */
+        store_is_overwritten(logger->store)) /* write nothing more into an overwritten file */
         status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
@@ -106,14 +109,15 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
         }
     }
     logger->commit_us = monotonic_us() - from_us;
-    if (status == MR_OK && !logger->watch_knows_file) /* the journal exists from here on */
+    /* a journal exists from the first commit on */
+    if (status == MR_OK && !logger->watch_knows_file)
         watch_set_path(&logger->watch, store_path(logger->store));
     logger->watch_knows_file |= status == MR_OK;
     return status;
 }
 
-/* Each commit waits for the disk. While a slow disk leaves a backlog in the queues, commit less
- * often. */
+/* True if it is time to commit. Each commit waits for the disk, so commits are less frequent while
+ * a slow disk leaves a backlog in the queues. */
 bool logger_is_commit_due(struct logger *logger)
 {
     uint64_t after_us = COMMIT_PERIOD_US;
@@ -141,7 +145,7 @@ static enum mr_status continue_in_next(struct logger *logger, const char *origin
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_refusal_pop(logger->store);
-    /* checked even if the store reported no refusal */
+    /* the file is checked even if the store reported no refusal */
     bool other = is_content_gone(find_place(logger));
     if (error->status == MR_OK || (refused == STORE_NO_RETRY && !other))
         return error->status;
@@ -163,10 +167,11 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 
 /* ---- data from the queues into the collector ---- */
 
-#define FRAMES_PER_TURN 64u /* less than any board sends in a second, so the links stay in step */
+/* fewer frames than a board sends in a second, so that the links stay in step */
+#define FRAMES_PER_TURN 64u
 #define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
 
-/* Handle the end of a link, for any reason. The first error is remembered, and the other links
+/* Handles the end of a link, for any reason. The first error is stored, and the other links
  * continue. */
 static enum mr_status end_link(struct logger *logger, unsigned link, const struct error *reason,
                                struct error *error)
@@ -186,7 +191,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
     return status;
 }
 
-/* Record and report the link's troubles since the last call. */
+/* Records and reports the link's troubles since the last call. */
 static enum mr_status record_troubles(struct logger *logger, unsigned link, struct error *error)
 {
     if (!logger->troubles_changed[link])
@@ -243,7 +248,8 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     struct link_queue *queue = link_reader_queue(reader);
     struct link_item item;
     enum mr_status status = MR_OK;
-    if (!link_queue_has_unread(queue)) /* otherwise the queue still has data from the last turn */
+    /* an empty queue ends the turn; otherwise it still has data of the last turn */
+    if (!link_queue_has_unread(queue))
         logger->more_buffered[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
     for (size_t taken = 0; taken < most && status == MR_OK && link_queue_read(queue, &item);) {
@@ -253,7 +259,7 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     return status == MR_OK ? record_troubles(logger, link, error) : status;
 }
 
-/* If both links have data, process only the link that lags in board time. The links then stay in
+/* If both links have data, selects only the link that lags in board time. The links then stay in
  * step, whatever is buffered, and neither waits for the other. */
 void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KINDS])
 {
@@ -265,13 +271,14 @@ void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KIN
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
 #define REQUEST_PERIOD_US 1000000u /* between two requests for the configuration */
-/* number of requests for the configuration; a board that does not answer them all, or has another
- * table, gets no more requests */
+/* Number of requests for the configuration. A board that does not answer them all, or has another
+ * table, gets no more requests. */
 #define REQUESTS_MAX      5u
-#define LIVE_S            30        /* an idle board without CAN sends readings this long */
-#define LIVE_PERIOD_US    20000000u /* time between two such requests */
+/* an idle board without CAN sends readings for this time after a request */
+#define LIVE_S            30
+#define LIVE_PERIOD_US    20000000u /* time between two requests for readings */
 
-/* Send the operator's proof for a command, if the board requires one. */
+/* Sends the operator's proof for a command, if the board requires one. */
 static void send_proof(struct logger *logger, unsigned link, const uint8_t *command)
 {
     struct collector_progress p;
@@ -321,7 +328,7 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     return false;
 }
 
-/* Ask the board for its configuration, over serial if possible. A link that does not accept the
+/* Asks the board for its configuration, over serial if possible. A link that does not accept the
  * request, such as a file, is asked only once. */
 void logger_ask_for_configuration(struct logger *logger)
 {
@@ -330,7 +337,8 @@ void logger_ask_for_configuration(struct logger *logger)
     if (!collector_needs_configuration(logger->collector)) {
         struct collector_progress p;
         collector_get_progress(logger->collector, &p);
-        if (p.run) /* arming ended the board's answer: ask again when the landing is done */
+        /* arming interrupted the board's answer, so ask again when the landing is done */
+        if (p.run)
             logger->request_us = logger->requests = 0;
         return;
     }
@@ -342,7 +350,7 @@ void logger_ask_for_configuration(struct logger *logger)
     (void)logger_send(logger, &command, true);
 }
 
-/* An idle board sends its readings on CAN only. Without CAN, ask for a record every 20 ms, so that
+/* An idle board sends its readings only on CAN. Without CAN, requests a record every 20 ms, so that
  * the live page shows present values. */
 static void request_live_readings(struct logger *logger)
 {
@@ -378,11 +386,11 @@ void logger_send_live_command(struct logger *logger)
 
 #define SAVED_SUFFIX  "-saved-"
 #define LARGE_BYTES   500000000
-#define SAVE_RETRY_US 5000000u /* between two tries to save */
-#define NAMES_MAX     100      /* names tried in one folder, within one second */
+#define SAVE_RETRY_US 5000000u /* time between two attempts to save */
+#define NAMES_MAX     100      /* number of names tried in one folder */
 #define PATH_SIZE     4096
 
-/* Name without folder and ending: "campaign" of /home/runway/campaign.db. */
+/* Writes the name without folder and ending: "campaign" of /home/runway/campaign.db. */
 static void file_stem(const char *path, char *out, size_t size)
 {
     char copy[PATH_SIZE];
@@ -398,8 +406,8 @@ static void file_stem(const char *path, char *out, size_t size)
     snprintf(out, size, "%.*s", (int)length, name);
 }
 
-/* Find an unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
- * False: none was found. */
+/* Finds an unused name in `folder`: STEM-WHAT-DATE ENDING, with the stem of the campaign at `path`.
+ * Returns false if there is none. */
 static bool find_free_name(const char *folder, const char *path, const char *what,
                            const char *ending, char *out, size_t size)
 {
@@ -428,7 +436,7 @@ static const char *find_folder(const char *path, char folder[PATH_SIZE])
     return dirname(folder);
 }
 
-/* Save a copy in the folder of `beside`, if that exists. */
+/* Saves a copy in the folder of `beside`, if that folder exists. */
 static bool save_copy(struct logger *logger, const char *beside, char *out, size_t size,
                       struct error *error)
 {
@@ -449,7 +457,7 @@ static void switch_store(struct logger *logger, struct store *store, const char 
     logger->campaign_lost = logger->watch_knows_file = false;
 }
 
-/* Continue in the copy. `shared`: other programs may already use the old file. */
+/* Continues in the copy. `shared`: other programs may already use the old file. */
 static enum mr_status continue_in_copy(struct logger *logger, const char *path, bool shared,
                                        struct error *error)
 {
@@ -481,7 +489,8 @@ static void report_cause(struct logger *logger, enum store_file_state place, con
 
 /* ---- overwritten ---- */
 
-/* Time of the oldest data that the queues keep; 0: none. */
+/* Returns the time of the oldest data in the queues; 0: none. `*whole`: the queues still have all
+ * data. */
 static uint64_t oldest_kept_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
@@ -496,7 +505,7 @@ static uint64_t oldest_kept_us(const struct logger *logger, bool *whole)
     return since_us;
 }
 
-/* Create the new campaign, with a session of its own. */
+/* Creates the new campaign, with a separate session. */
 static enum mr_status create_campaign(const struct logger *logger, const char *path, bool whole,
                                       bool goes_on, struct store **store,
                                       struct collector **collector, struct error *error)
@@ -515,12 +524,12 @@ static enum mr_status create_campaign(const struct logger *logger, const char *p
     if (status != MR_OK) {
         collector_close(*collector);
         store_close(*store);
-        unlink(path); /* created here, and empty */
+        unlink(path); /* the file was created above and is empty */
     }
     return status;
 }
 
-/* The content of the file now belongs to another program. `kept`: the path of the saved journal;
+/* Closes a file whose content now belongs to another program. `kept`: path of the saved journal;
  * "": not saved. */
 static void release_campaign(struct store *store, const char *original, char kept[PATH_SIZE])
 {
@@ -546,15 +555,15 @@ bool logger_close_store(struct logger *logger)
     return false;
 }
 
-/* The data of these landings is written again, with new numbers. */
+/* Discards the landings that were shown, because their data is written again, with new numbers. */
 static void discard_landings(struct logger *logger)
 {
     json_array_clear(logger->landings);
     logger->landings_shown = 0;
 }
 
-/* Begin another campaign beside `original`, or else in the working folder. All data that the queues
- * keep goes into it. `again`: including data that was already written to the old campaign. */
+/* Begins another campaign beside `original`, or else in the working folder, and writes all data of
+ * the queues into it. `again`: includes data that was already written to the old campaign. */
 static enum mr_status continue_in_new(struct logger *logger, enum store_file_state place,
                                       const char *original, bool again)
 {
@@ -592,7 +601,7 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_file_sta
     if (place == STORE_FILE_OVERWRITTEN)
         release_campaign(logger->store, original, kept);
     else
-        store_close(logger->store); /* the file itself is intact: only SQLite wrote to it */
+        store_close(logger->store); /* only SQLite wrote to the file, so it is intact */
     switch_store(logger, store, saved);
     if (again)
         discard_landings(logger);
@@ -608,9 +617,9 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_file_sta
     return MR_OK;
 }
 
-/* The file has reached its size limit. Its data stays there, with its journal, and the log
- * continues in another file. If the file is large, the data that the queues keep is written again,
- * so that a landing is complete there. */
+/* Continues in another file when the file has reached its size limit. The old file keeps its data
+ * and its journal. If the file is large, the data of the queues is written again, so that a landing
+ * is complete in the new file. */
 static enum mr_status continue_in_next(struct logger *logger, const char *original)
 {
     struct stat info;
@@ -639,7 +648,8 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
     watch_note_call(&logger->watch, false);
     (void)store_refusal_pop(logger->store);
     logger_clear_progress(logger);
-    if (!copied) { /* the open file still accepts data */
+    /* without a copy, the log continues in the open file, which still accepts data */
+    if (!copied) {
         cli_note(logger->cli, "%s, and cannot be saved (%s): matrig tries again in 5 s",
                  logger->removal_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
@@ -650,7 +660,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
     if (status == MR_OK) {
         if (!shared)
             store_journal_remove(original, &before);
-        /* not suppressed by --quiet */
+        /* printed even with --quiet */
         fprintf(stderr, "matrig: %s: all data was saved in %s, and the log continues there\n",
                 logger->removal_text, saved);
         fflush(stderr);
@@ -664,7 +674,7 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     enum store_file_state place = find_place(logger);
     uint64_t now_us = monotonic_us();
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
-        logger->removal_text[0] = '\0'; /* it came back before it could be saved */
+        logger->removal_text[0] = '\0'; /* the file returned before it could be saved */
     if (place == STORE_FILE_SAME ||
         (logger->rescue_us && now_us - logger->rescue_us < SAVE_RETRY_US))
         return MR_OK;
@@ -679,7 +689,8 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
         logger->rescue_us = 0;
     else
         logger->retry_us = now_us +
-                           /* write nothing into that file; received data waits in the queues */
+                           /* nothing is written into the overwritten file; received data waits in
+                            * the queues */
                            SAVE_RETRY_US;
     return MR_OK;
 }
@@ -689,7 +700,8 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
  * Reading stops, the data in the queues is written, and the session is closed. If the campaign
  * still refuses data after a while, the data in the queues goes into a new campaign beside it. */
 
-/* wait for a campaign that refuses data: after the end of the links or of --for, after a signal */
+/* time to wait for a campaign that refuses data: after the end of the links or of --for, after a
+ * signal */
 #define END_WAIT_US      60000000u
 #define SIGNAL_WAIT_US   5000000u
 /* no user sends two signals this fast, but `timeout` and `kill` of a group deliver one signal
@@ -711,7 +723,7 @@ bool logger_is_signalled(struct logger *logger, int signals)
     return true;
 }
 
-/* Write the next data from the queues. MR_TOO_FEW: the queues are empty. */
+/* Writes the next data from the queues. MR_TOO_FEW: the queues are empty. */
 static enum mr_status write_queued(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false}, any = false;
@@ -747,8 +759,8 @@ static bool has_waited_enough(struct logger *logger, uint64_t began_us)
            (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_US : END_WAIT_US));
 }
 
-/* The campaign refuses data: write the data in the queues into a new campaign. Not MR_OK: nothing
- * was left to write, or the data is lost; the error says which. */
+/* Writes the data of the queues into a new campaign, because the campaign refuses data. Other
+ * statuses than MR_OK: nothing was left to write, or the data is lost; `error` says which. */
 static enum mr_status switch_campaign(struct logger *logger, bool *beside, const char *reason,
                                       struct error *error)
 {
@@ -774,8 +786,8 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     return MR_OK;
 }
 
-/* After everything is written, check that the campaign is still in its place. MR_TOO_FEW: it was
- * not, and the kept data is to be written into another one. */
+/* Checks, after everything is written, that the campaign is still in its place. MR_TOO_FEW: it was
+ * not, and the data of the queues must be written into another campaign. */
 static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
     (void)watch_check_file_state(&logger->watch);
@@ -817,7 +829,7 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
             }
             if (why.status != MR_OK)
                 snprintf(reason, sizeof reason, "%s", why.text);
-            /* give up at once if waiting does not help */
+            /* give up immediately if waiting does not help */
             gives_up = went_wrong || logger_wait_for_store(logger, &why) != MR_OK;
         } else {
             struct pollfd asked = {.fd = signals, .events = POLLIN};

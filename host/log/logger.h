@@ -2,9 +2,9 @@
  * commands, watch.c reports while the writing thread waits. The main loop is in
  * host/commands/log_command.c.
  *
- * Each link has a thread that reads it into a queue (host/link/queue.h). One thread takes from the
- * queues and writes; only this thread uses the store and the collectors. A third thread watches it
- * (watch.h).
+ * Each link has a thread that reads it into a queue (host/link/queue.h). One thread reads the
+ * queues and writes to the campaign; only this thread uses the store and the collectors. A third
+ * thread watches the writing thread (watch.h).
  *
  * One log records one board; its links are indexed by their kind. */
 #ifndef MATRIG_HOST_LOG_LOGGER_H
@@ -19,11 +19,11 @@
 #include "host/link/queue.h"
 #include "host/log/watch.h"
 
-/* Commands from standard input. */
+/* Commands that the user types at standard input. */
 struct typed {
     bool enabled, terminal;
     bool ended;     /* end of input */
-    char text[256]; /* read but not yet processed */
+    char text[256]; /* text read but not yet processed */
     size_t length;
     struct mr_command command; /* the command to be confirmed, or the command that was sent */
     bool confirming;           /* confirmation is required; waiting for `yes` */
@@ -52,18 +52,17 @@ struct logger {
     bool exchanged_reported; /* the user was informed that CAN and serial have different boards */
     bool other_board_seen;   /* a hello of another board was received at other_base */
     uint16_t other_base;
-    bool other_board_reported; /* the other board was reported */
+    bool other_board_reported; /* the user was informed of the other board */
     struct link *link[LINK_KINDS];
     bool open[LINK_KINDS];
-    /* Of a recording that is not fully read: more data may be buffered in the link, where poll does
-     * not see it. */
+    /* the link is a recording and may have buffered more data, where poll does not see it */
     bool more_buffered[LINK_KINDS];
     struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
     int event_fd;                              /* eventfd, written when a queue has a new item */
     struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
     bool troubles_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
     uint64_t noted[LINK_KINDS][LINK_TROUBLES];    /* counts at the last note to the user */
-    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES]; /* time of that note */
+    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES]; /* time of the last note to the user */
     struct watch watch;
     bool in_transaction;
     uint64_t begun_us;
@@ -75,16 +74,17 @@ struct logger {
     /* time of day before which data is missing; "": the campaign is complete */
     char lost_before[40];
     bool queues_rewound;   /* the queues have returned all kept items */
-    bool campaign_lost;    /* what was logged is no longer in the campaign */
+    bool campaign_lost;    /* the data logged so far is no longer in the campaign */
     bool watch_knows_file; /* the watch thread knows the campaign and its journal */
     uint64_t rescue_us;    /* time of the last attempt to save the campaign */
     uint64_t progress_us;
-    bool cannot_send[LINK_KINDS]; /* nothing can be sent on this link */
+    bool cannot_send[LINK_KINDS]; /* sending on this link is not possible */
     double wait_s;                /* how long to wait for a device that disappeared */
     const char *ended_by;         /* reason for the end; NULL: still running */
     bool end_repeated;            /* the end was requested twice */
     uint64_t signalled_us;        /* time of the first request to end; 0: none yet */
-    struct error link_error; /* the first link that failed; logging continued with the other one */
+    /* error of the first link that failed; logging continued with the other one */
+    struct error link_error;
     json_t *landings;
     /* text of summaries that standard output has not accepted yet; NULL: never any */
     char *pending_output;
@@ -103,7 +103,8 @@ struct logger {
     uint64_t presence_check_us;       /* time of the previous check for messages */
     int64_t received[LINK_KINDS];     /* number of messages at that check */
     uint64_t received_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
-    bool silence_reported, link_silence_reported[LINK_KINDS]; /* for all links, for one link */
+    /* the user was informed of silence: of all links, of one link */
+    bool silence_reported, link_silence_reported[LINK_KINDS];
     struct typed typed;
     struct collector_own_commands own_commands; /* commands that this program sent */
     uint8_t nonce[MR_PROOF_BYTES];              /* nonce in the proof of the last command */
@@ -111,7 +112,7 @@ struct logger {
 
 /* ---- logger.c ---- */
 
-/* A signal to end was received; a second signal makes the end faster. */
+/* True if a signal to end was received; a second signal makes the end faster. */
 bool logger_is_signalled(struct logger *logger, int signals);
 /* Processes items of the link's queue, up to the limit of one turn. A link that fails is ended,
  * which is not an error. */
@@ -145,7 +146,8 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
  * command came first. Returns false if it was not sent. */
 bool logger_repeat_command(struct logger *logger);
 void logger_ask_for_configuration(struct logger *logger);
-/* Serves the live page: due events, and the commands of its viewers. */
+/* Serves the live page: sends waiting events to its viewers, and the viewers' commands to the
+ * board. */
 void logger_send_live_command(struct logger *logger);
 
 /* ---- console.c ---- */
@@ -154,8 +156,8 @@ void logger_send_live_command(struct logger *logger);
  * terminal or a hanging connection cannot delay writing. Unprinted text of summaries is printed
  * later; other text is lost. */
 void logger_set_nonblocking(struct logger *logger, bool on);
-/* Prints the summaries still unprinted, as far as standard output accepts them; waits for it unless
- * output is non-blocking. */
+/* Prints the summaries that are still unprinted, as far as standard output accepts them; waits for
+ * standard output unless it is non-blocking. */
 void logger_print_pending(struct logger *logger);
 
 /* Clears the progress line before a line is printed on stderr. */
@@ -166,7 +168,7 @@ void logger_note_missing_board(struct logger *logger);
 /* Reports, for a live board: which board answered, that the board or one of its links has fallen
  * silent, and that it sends again. */
 void logger_note_presence(struct logger *logger);
-/* Time at which the silence must be reported; UINT64_MAX: none. */
+/* Returns the time at which a silence must be reported; UINT64_MAX: none. */
 uint64_t logger_silence_due_us(const struct logger *logger);
 /* Reports, once, that the board on serial is not the board on CAN. */
 void logger_note_exchanged_links(struct logger *logger);
@@ -186,13 +188,13 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
 
 /* Sends the viewers of the live page the reason for the end. */
 void logger_end_live(struct logger *logger, const struct error *error);
-/* Checks the process that writes the page; `end`: waits for it, at most a minute. */
+/* Checks the process that writes the page; `end`: waits for the process, at most a minute. */
 void logger_update_page(struct logger *logger, bool end);
 
 /* `commands`: read commands even if standard input is not a terminal. `listen`: never read
  * commands. */
 void typed_begin(struct typed *typed, bool commands, bool listen);
-/* Descriptor to wait for before typed_read; -1: none. */
+/* Returns the descriptor to wait for before typed_read; -1: none. */
 int typed_fd(const struct typed *typed);
 void typed_read(struct typed *typed);
 /* Processes a line, and checks for the answer to the previous command. Call it every turn. */

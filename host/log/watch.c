@@ -13,7 +13,7 @@
 #define REPORT_PERIOD_US   5000000u /* time between two reports of a problem */
 #define SLOW_CALL_US       250000u
 #define PLACE_PERIOD_US    500000u /* time between two checks of the file's place */
-/* the log is behind if a queue is filled this much and the store refuses nothing: 3 s of data */
+/* the log lags if a queue is filled to this share, 3 s of data, and the store refuses nothing */
 #define BEHIND_PERMILLE    50u
 #define CAUGHT_UP_PERMILLE 5u
 /* after a request to end, a call of the store is given up after this time */
@@ -69,7 +69,7 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
     pthread_mutex_unlock(&watch->lock);
 }
 
-/* Current cause of a delay, and its start time. */
+/* Finds the current cause of a delay, and its start time. */
 static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
@@ -112,7 +112,7 @@ static const char *cause_name(enum watch_cause cause)
     return cause < WATCH_CAUSES ? names[cause] : "none";
 }
 
-/* Print a line. Call without the lock: standard error may be a pipe that nobody reads. */
+/* Prints a line. Call it without the lock: standard error may be a pipe that nobody reads. */
 static void print_note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
@@ -170,7 +170,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
-    /* signals of the process: the writing thread, which handles them, is inside a call */
+    /* the writing thread, which handles the signals of the process, is inside a call */
     sigpending(&pending);
     cli_fill_end_signals(&ends);
     sigandset(&both, &pending, &ends);
@@ -192,7 +192,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
     _exit(3); /* exit directly: closing the campaign would wait for the same disk */
 }
 
-/* Check once; `line` gets the message to print. */
+/* Checks once; `line` gets the message to print. */
 static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
@@ -214,7 +214,7 @@ static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t s
     check_call(watch, at_us);
 }
 
-/* Check the file's place. Call without the lock: the disk can be slow. */
+/* Checks the file's place. Call it without the lock: the disk can be slow. */
 static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
@@ -360,7 +360,7 @@ void watch_note_written(struct watch *watch)
         cause = WATCH_SLOW_DISK;
         held_us = watch->call_took_us;
     }
-    if (cause != WATCH_NONE) { /* the delay is over: report it again only if the queue grows */
+    if (cause != WATCH_NONE) { /* the delay is over: it is reported again only if the queue grows */
         watch->delay_us[cause] += held_us;
         watch->min_permille = full;
     }

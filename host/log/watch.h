@@ -68,27 +68,27 @@ enum store_file_state watch_check_file_state(struct watch *watch);
 /* ---- for the thread that writes ---- */
 
 void watch_note_call(struct watch *watch, bool begins);
-/* The store refused a write for a temporary reason. */
+/* Notes that the store refused a write for a temporary reason. */
 void watch_note_refusal(struct watch *watch, enum store_refusal refused, const char *reason);
-/* The store accepted everything in the call that ended last. */
+/* Notes that the store accepted everything in the call that ended last. */
 void watch_note_written(struct watch *watch);
-/* Time since which the store has refused; 0: it accepts. */
+/* Returns the time since which the store has refused; 0: it accepts. */
 uint64_t watch_refusal_start_us(struct watch *watch);
-/* The end was requested: a hanging call will end the program. */
+/* Notes that the end was requested, so that a hanging call ends the program. */
 void watch_note_end(struct watch *watch);
 
-/* The cause of a full queue; a link_cause_finder function. */
+/* Finds the cause of a full queue; a link_cause_finder function. */
 enum link_trouble watch_find_cause(void *watch);
 
 /* ---- totals ---- */
 
-/* Current fill of the fuller queue, in thousandths. */
+/* Returns the current fill of the fuller queue, in thousandths. */
 unsigned watch_fill_permille(struct watch *watch);
-/* Waiting data as text: "12 frames of CAN and 480 bytes of serial", or "nothing"; with `lost`, lost
- * data. */
+/* Writes the amount of waiting data: "12 frames of CAN and 480 bytes of serial", or "nothing"; with
+ * `lost`, the amount of lost data. */
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size);
 json_t *watch_json(struct watch *watch);
-/* A line for the end of the session; "": there was no delay. */
+/* Writes a line for the end of the session; "": there was no delay. */
 void watch_session_text(struct watch *watch, char *out, size_t size);
 
 #endif
