@@ -15,10 +15,10 @@
 
 /* ---- draw ---- */
 
-/* step of the integration of the path, for mats as long as the rig's; it is proportional to the
- * root of the length, */
+/* step of the integration of the path on the rig, s; on a scaled runway it is proportional to the
+ * root of the mat length */
 #define NODE_S         1e-3
-#define NODE_FT        (2.0 / 7.0) /* so that a scaled series has the same steps */
+#define NODE_FT        (2.0 / 7.0) /* length of a mat of the rig, ft */
 #define NODE_G_FT_S2   32.174
 #define ROW_NODES      10
 #define MAX_DURATION_S 600.0
@@ -81,7 +81,7 @@ enum mr_status draw_landing(const struct landing_series *series,
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
         t_s = node_s * (double)k;
         double onset = series->onset_s > 0.0 ? fmin(t_s / series->onset_s, 1.0) : 1.0;
-        /* towed: the tow keeps the speed constant */
+        /* when the model is towed, its speed is constant */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
             a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
@@ -151,10 +151,10 @@ int find_failures(const double *rise_ft, size_t nodes, double length_ft, double 
 
 #define CLOSED_FT 1e-12
 
-/* One side of a joint. */
+/* One side of a joint that is being flattened. */
 struct side {
-    size_t front;     /* next open joint */
-    double resist_lb; /* friction of the mats up to it, and the resistance against closing it */
+    size_t front;     /* next open joint on this side */
+    double resist_lb; /* friction of the mats up to `front`, and its resistance against closing */
 };
 
 static struct side find_side(const struct flat_runway *r, size_t joint, int step)
@@ -210,7 +210,8 @@ struct ensemble_work {
     void *ctx;
 };
 
-/* Each thread takes the next seed that is not started, because run times differ. */
+/* Simulates runs in a thread. Each thread takes the next seed that is not started, because run
+ * times differ. */
 static void simulate_runs(void *context, size_t from, size_t every)
 {
     struct ensemble_work *work = context;
@@ -237,7 +238,8 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 #define IN_PER_FT   12.0
 #define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
 #define ZONE_SHARE  (1.0 / 3.0)
-#define MOVED_SHARE (0.001 * 7.0 / 24.0) /* as a part of a mat's length: 0.001 in on the rig */
+/* movement that counts, as a share of a mat's length: 0.001 in on the rig */
+#define MOVED_SHARE (0.001 * 7.0 / 24.0)
 
 /* A runway between landings. */
 struct runway {
@@ -246,9 +248,9 @@ struct runway {
     size_t joints;
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
-    double laid_ft;                          /* mean opening of the joints as laid */
-    double *u_ft;                            /* per mat: total movement, [0] unused */
-    struct sim_mods mods;                    /* state after the last landing; owns its lists */
+    double laid_ft;       /* mean opening of the joints when the runway was laid */
+    double *u_ft;         /* per mat: total movement, [0] unused */
+    struct sim_mods mods; /* state of the modifications after the last landing; owns its lists */
 };
 
 static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
@@ -284,7 +286,7 @@ static void copy_list(struct sim_list *list)
     *list = copy;
 }
 
-/* Sets the modifications from the file before a landing. Torn joints stay torn. */
+/* Applies the modifications of the file before a landing. Torn joints stay torn. */
 static void apply_mods(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
@@ -316,7 +318,7 @@ static void set_scene(const struct runway *r, const struct sim_scene *made, enum
     *scene = *made; /* the lists still belong to the series; copies replace them below */
     scene->model = model;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
-    scene->mods = r->mods; /* shared, as it is only read */
+    scene->mods = r->mods; /* the scene shares the lists, because it only reads them */
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
@@ -335,8 +337,8 @@ static void free_scene(struct sim_scene *scene)
     free(scene->path);
 }
 
-/* `first`: outcome of the same landing in the first simulation, which this one repeats with another
- * step; NULL: this is the first simulation. */
+/* Simulates a landing. `first`: outcome of the same landing in the first simulation, which is
+ * repeated here with another step; NULL: this is the first simulation. */
 static enum mr_status run_engine(const struct runway *r, const struct series_landing *landing,
                                  enum sim_model model, const struct draw_path *path,
                                  const struct series_outcome *first, struct series_outcome *out,
@@ -360,7 +362,7 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     out->check_step_s[!chain] = longer_s < result->dt_limit_s
                                   ? longer_s
                                   : result->dt_s / SERIES_CHECK_STEP_RATIO;
-    if (result->status == SIM_FOLDED) /* this is an outcome, not a failure */
+    if (result->status == SIM_FOLDED) /* a folded runway is an outcome, not a failure */
         *error = (struct error){0};
     return error->status;
 }

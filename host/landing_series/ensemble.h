@@ -9,30 +9,31 @@
 #include "host/landing_series/series.h"
 #include "host/sim/scene/result.h"
 
-/* step of the second simulation of a runway / step of the first one; not an integer */
+/* step of the second simulation of a runway divided by the step of the first one; not an integer */
 #define SERIES_CHECK_STEP_RATIO 1.37
 #define SERIES_CHECK_EVERY      6 /* one runway in this many is simulated again */
 
 /* Results of one landing. Movements and stations are those of this landing, except total_in, which
  * is the movement since the runway was laid. */
 struct series_outcome {
-    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2 is the mean */
+    double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
     bool planar_was_run;                /* the planar engine was run */
-    /* Largest lift force on a joint due to compression, divided by the weight of a mat. */
+    /* largest lift force on a joint due to compression, divided by the weight of a mat */
     double lift_ratio;
     double peak_in;
     double movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
-    double reach_ft; /* farthest joint beyond the stop that moved by 0.001 in */
+    /* distance from the stop to the farthest joint beyond it that moved by 0.001 in */
+    double reach_ft;
     int zone_mats;
     /* Longest stretch in which any ten consecutive joints have closed by two thirds. */
     double zone_from_ft, zone_to_ft;
-    double push_lb, pull_lb; /* largest in any joint */
+    double push_lb, pull_lb; /* largest forces in any joint, in compression and in tension */
     /* Standard errors due to the step size, of the values that are maxima over time; NaN: not
      * known. */
     double lift_error, push_error_lb, pull_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
-    double check_step_s
-        [2];         /* time step of the second simulation: of the chain, of the planar engine */
+    /* time steps of the second simulation, s: of the chain, of the planar engine */
+    double check_step_s[2];
     int torn_joints; /* joints that were pulled beyond their strength */
     int waves;
     double wave_ft; /* station of the highest wave; 0: no wave */
@@ -76,8 +77,8 @@ struct series_run {
 void series_simulate(const struct landing_series *series, uint64_t seed, struct series_run *run);
 void series_run_free(struct series_run *run);
 
-/* Sets the errors in all outcomes, from the runways that were simulated twice: README.md, "Errors
- * of peaks". */
+/* Computes the errors in all outcomes, from the runways that were simulated twice: README.md,
+ * "Errors of peaks". */
 void series_errors(const struct landing_series *series, struct series_run *runs);
 
 /* Simulates all seeds on `jobs` threads, and computes the errors. One of the threads calls
@@ -155,7 +156,7 @@ struct series_spread {
 
 struct series_spread series_spread_of(double *values, size_t count); /* sorts the values */
 
-/* The largest value over time in a runway: its distribution over the runways. */
+/* Distribution over the runways of a value's maximum over time. */
 struct series_peak {
     struct series_spread spread;
     double mean, mean_error, error; /* standard errors: of the mean, of one runway */

@@ -1,4 +1,4 @@
-/* Reading a study file. */
+/* Reading of study files. */
 #include "host/landing_series/series.h"
 #include "host/base/xmalloc.h"
 
@@ -16,7 +16,7 @@
 /* ---- keys ---- */
 
 /* Reader of keys. An error names the file, the object (`where`, "" at the top level) and the key.
- * After the first error nothing more is read. If a key is absent, its value is unchanged. */
+ * After the first error nothing more is read. An absent key does not change its value. */
 struct keys {
     const char *path;
     struct error *error;
@@ -34,8 +34,8 @@ static void refuse_key(const struct keys *keys, const char *where, const char *k
               where[0] ? "." : "", key, wanted);
 }
 
-/* Reads a number in the unit with which the key's name ends. False: neither a number nor text with
- * a matching unit. */
+/* Reads a number in the unit with which the key's name ends. Returns false if the value is neither
+ * a number nor text with a matching unit. */
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
     struct quantity_error wrong;
@@ -71,7 +71,7 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
     return false;
 }
 
-/* Writes "a number from 0 to 10 ft, or as text with ...". */
+/* Writes what a key accepts: "a number from 0 to 10 ft, or as text with ...". */
 static void format_expected(const struct series_key *key, char out[300])
 {
     const char *unit = quantity_unit_of_name(key->name);
@@ -90,7 +90,7 @@ static void format_expected(const struct series_key *key, char out[300])
                key->choices[i]); /* the choices are short, so they fit */
 }
 
-/* Reads an object with `count` known keys. `others` are read elsewhere, and comments are
+/* Reads an object with `count` known keys. Keys in `others` are read elsewhere, and comments are
  * allowed. */
 static void read_object(const struct keys *r, const char *where, const json_t *object,
                         const struct series_key *keys, size_t count, const char *const *others,
@@ -237,7 +237,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     const json_t *list = json_object_get(root, "stations_ft");
     struct quantity_error wrong;
     double runway_ft = c->landings[0].scene.mats * c->landings[0].scene.length_ft;
-    if (!list) { /* default: eleven stations, every 10 ft of the rig's 120 ft */
+    if (!list) { /* default: eleven stations, one every 10 ft of the rig's 120 ft */
         for (c->station_count = 0; c->station_count < 11; c->station_count++)
             c->stations_ft[c->station_count] = runway_ft * (double)(c->station_count + 1) / 12.0;
         return;

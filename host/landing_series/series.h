@@ -43,7 +43,7 @@ struct series_knot {
 struct series_landing {
     struct series_range touchdown_ft;
     struct series_range speed_ft_s;
-    /* Drawn for each landing; used if there is no profile. */
+    /* range from which each landing's deceleration is drawn if there is no profile */
     struct series_range deceleration_ft_s2;
     /* linear between stations, constant beyond the ends */
     struct series_knot profile[SERIES_PROFILE_MAX];
@@ -66,7 +66,7 @@ struct landing_series {
     size_t seeds;
     enum series_engine engine;
     unsigned ground; /* 1: elastic ground */
-    /* Runway. */
+    /* the next fields describe the runway */
     struct series_range gap_in, closing_lb, irregularity_in;
     double strength_lb_in; /* strength of a joint in tension, per inch of width */
     double strip_ft;       /* width that a mat of the scene represents */
@@ -74,18 +74,18 @@ struct landing_series {
     bool press_flat;       /* remaining waves are pressed flat before the next landing */
     double wave_in;        /* a rise above this height is a wave */
     double buckle_in;      /* a rise above this height is a buckle */
-    /* Aircraft. */
+    /* the next fields describe the aircraft */
     double weight_lb, axles, onset_s, dwell_s;
-    /* Engines. */
-    /* 0: half the stability limit (chain), a quarter of it (planar engine) */
+    /* the next fields configure the engines */
+    /* time steps; 0: half the stability limit (chain), a quarter of it (planar engine) */
     double chain_dt_s, planar_dt_s;
     /* the planar engine is run if a joint is lifted by at least this share of a mat's weight */
     double skip_share;
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
-    /* Observations for the scoreboard; "" if absent. */
+    /* text about observations for the scoreboard; "" if absent */
     char observed[240];
-    /* Source of the parameters: calibrated on this series, predicted, assumed. */
+    /* source of the parameters: calibrated on this series, predicted, assumed */
     char basis[400];
     /* changes that were made after the outcome was known; such a row is not a prediction */
     char afterwards[240];
@@ -126,8 +126,8 @@ void series_path_beside(const char *file, const char *name, char path[PATH_MAX])
  * of the file that it names. On elastic ground it includes the keys of that ground. The caller owns
  * the reference. NULL: there is no scene, or `error` is set. */
 json_t *series_scene_json(const char *file, const json_t *root, struct error *error);
-/* Returns the scene keys that elastic ground adds. Ownership and NULL are as for
- * series_scene_json. */
+/* Returns the scene keys that elastic ground adds. The caller owns the reference. NULL: there are
+ * none, or `error` is set. */
 json_t *series_elastic_json(const char *file, const json_t *root, struct error *error);
 
 /* Describes the ground of the first landing in one line. */

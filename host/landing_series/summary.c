@@ -18,7 +18,7 @@
 /* The prior of a landing's error is computed from the pairs of all landings. Its weight is that of
  * this number of the landing's own pairs. */
 #define POOLED_WEIGHT      2
-#define MIN_ERROR_FRACTION 1e-3 /* least error / value */
+#define MIN_ERROR_FRACTION 1e-3 /* smallest error, as a share of the value */
 
 static const struct {
     size_t value, error; /* offsets in an outcome */
@@ -33,7 +33,7 @@ static double *outcome_field(const struct series_outcome *outcome, size_t offset
     return (double *)((char *)(uintptr_t)outcome + offset);
 }
 
-/* Sum of two independent errors. hypot is not used, because its result differs between
+/* Returns the root of the sum of squares. hypot is not used, because its result differs between
  * processors. */
 static double quadrature_sum(double a, double b)
 {
@@ -45,8 +45,8 @@ static double quadrature_sum(double a, double b)
 struct tally {
     size_t count, pairs;
     double sum, squares;
-    double difference_sum,
-        difference_squares; /* sum of the pairs' differences, and sum of their squares */
+    /* sum of the pairs' differences, and sum of their squares */
+    double difference_sum, difference_squares;
 };
 
 static struct tally make_tally(const struct landing_series *c, const struct series_run *runs,
@@ -73,9 +73,9 @@ static struct tally make_tally(const struct landing_series *c, const struct seri
     return t;
 }
 
-/* Error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences; s: the spread
- * over the runways, because few pairs include a rare impact. README.md describes how this was
- * measured. */
+/* Returns the error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences;
+ * s: the spread over the runways, because few pairs include a rare impact. README.md describes how
+ * this was measured. */
 static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
@@ -160,7 +160,8 @@ static const struct series_outcome *outcome_at(const struct gather *g, size_t ru
     return &g->runs[run].outcomes[g->landing];
 }
 
-/* Distribution over the runways of the value at `offset` in the outcomes of a landing. */
+/* Computes the distribution over the runways of the value at `offset` in the outcomes of a
+ * landing. */
 static struct series_spread spread_at(const struct gather *g, size_t offset)
 {
     size_t count = 0;
@@ -183,9 +184,9 @@ static struct series_spread zone_spread(const struct gather *g)
 
 #define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
 
-/* Spread and mean of a peak. The part of the error that is common to all runways does not shrink
- * with their number. It is estimated from the mean difference of the pairs, which grows with the
- * difference of their steps, and is at most the error of one run. */
+/* Computes spread and mean of a peak. The part of the error that is common to all runways does not
+ * shrink with their number. It is estimated from the mean difference of the pairs, which grows with
+ * the difference of their steps, and is at most the error of one run. */
 static struct series_peak peak_of(const struct gather *g, size_t peak)
 {
     struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
@@ -290,8 +291,8 @@ static json_t *spreads_json(const struct series_spread *list, size_t count)
     return array;
 }
 
-/* Number of decimals that show two digits of half the interval, at most `most`. More digits of the
- * median would not be significant. */
+/* Returns the number of decimals that show two digits of half the interval, at most `most`. More
+ * digits of the median would not be significant. */
 static int decimals_of(const struct series_spread *s, double factor, int most)
 {
     double half = factor * (s->high - s->low) / 2.0;
@@ -451,7 +452,7 @@ static json_t *run_json(const struct series_run *run)
     return object;
 }
 
-/* Median over runways of the largest value in the landings before a runway buckled. */
+/* Returns the median over runways of the largest value in the landings before a runway buckled. */
 static double find_largest(const struct landing_series *c, const struct series_run *runs,
                            double (*value)(const struct series_outcome *))
 {
