@@ -11,7 +11,7 @@
 
 /* ---- two series, sample by sample ---- */
 
-/* noise stays below this number of standard deviations in some thousand samples */
+/* among some thousand samples, no noise exceeds this number of standard deviations */
 #define NOISE_LIMIT_SIGMAS 5.0
 
 double signal_normalized_error(double measured, double measured_error, double simulated,
@@ -30,8 +30,8 @@ static bool has_both(const struct signal *s, size_t i)
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
-/* The mean over samples reduces the noise. The rest of a sample's error is treated as common to all
- * samples. */
+/* Computes the differences of the series. The mean over samples reduces the noise. The rest of a
+ * sample's error is treated as common to all samples. */
 static void find_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
@@ -56,8 +56,8 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
     f->chi = sqrt(chi / n);
 }
 
-/* Mean of the samples around i that both series have, so that both are smoothed alike. NaN: there
- * are none. */
+/* Returns the mean of the samples around i that both series have, so that both are smoothed in the
+ * same way. NaN: there are none. */
 static double moving_mean(const struct signal *s, const double *values, size_t i)
 {
     size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
@@ -96,7 +96,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
         return peak;
     double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_LIMIT_SIGMAS * noise);
     for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
-        first++; /* ends at the peak or before */
+        first++; /* the search ends at the peak or before */
     peak.error = errors[at];
     peak.t_s = sample_time_s(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
@@ -121,14 +121,14 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             before = value;
             continue;
         }
-        if (isnan(before)) /* the curve starts above the threshold */
+        if (isnan(before)) /* if there is no value before, the curve starts above the threshold */
             return arrival;
         size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
         double slope = fabs(moving_mean(s, values, to) - moving_mean(s, values, from)) /
                        ((double)(to - from) * s->dt_s);
         double u = errors[i];
-        if (measured) /* the measured value is a mean, with less noise */
+        if (measured) /* the noise of the measured value is that of a mean */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
         arrival.t_s = sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
@@ -167,7 +167,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 
 /* ---- a landing ---- */
 
-/* error of the stop if it has none: about the time between the last edges */
+/* error of the stop time if it has none: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
 void compare_clock_init(const struct measured *measured, struct compare_clock *clock)
@@ -202,7 +202,7 @@ double compare_time_error(const struct compare_clock *clock, double t_s)
 }
 
 #define STEP_S     0.02
-#define REST_S     0.3 /* time after the stop at which the mats are at rest */
+#define REST_S     0.3 /* time from the stop until the mats are at rest */
 #define MAT_FT     ((double)MR_MAT_LENGTH_FT)
 #define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
 
@@ -330,8 +330,8 @@ static void extend_range(const struct zone_input *in, const char *what, double t
                                              &moment->zone[COMPARE_SIMULATED]);
 }
 
-/* Time of the longest zone while the gear moves: of the measured zone; without one, of the board's;
- * without either, of the simulated zone. */
+/* Returns the time of the longest zone while the gear moves: of the measured zone; without one, of
+ * the board's; without either, of the simulated zone. */
 static double longest_s(const struct zone_input *in, double stop_s,
                         enum compare_zone_source *source)
 {
@@ -379,8 +379,8 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
     return NULL;
 }
 
-/* Movement or spread of a row at a time: linear between samples, constant after the last sample,
- * NaN before the first. */
+/* Returns the movement or spread of a row at a time: linear between samples, constant after the
+ * last sample, NaN before the first. */
 static double interpolate(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;

@@ -40,7 +40,7 @@ struct signal {
     const double *measured, *simulated;
     /* standard error of each sample, from all sources */
     const double *measured_error, *simulated_error;
-    const double *time_error_s; /* error of the alignment of the time axes */
+    const double *time_error_s; /* standard error of the alignment of the time axes, per sample */
     /* Standard deviation of a measured sample, independent between samples; included in
      * measured_error. */
     double noise;
@@ -62,7 +62,8 @@ struct signal_figures {
 
 void signal_compare(const struct signal *signal, struct signal_figures *figures);
 
-/* En of two values. NaN: a value is not known. INFINITY: the values differ and have no error. */
+/* Computes En of two values. NaN: a value is not known. INFINITY: the values differ and have no
+ * error. */
 double signal_normalized_error(double measured, double measured_error, double simulated,
                                double simulated_error);
 
@@ -109,20 +110,20 @@ struct compare_zone_moment {
     struct compare_overlap board, simulated; /* each compared with the measured zone */
 };
 
-#define COMPARE_MOMENTS 2u /* when the zone is longest, and at rest */
+#define COMPARE_MOMENTS 2u /* number of moments: when the zone is longest, and at rest */
 
 struct compare_zones {
     size_t count; /* 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
-/* Returns the moment at rest, or that of the longest zone; NULL: not known. */
+/* Returns the moment at rest (`rest`) or that of the longest zone; NULL: not known. */
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest);
 struct compare_overlap compare_find_overlap(const struct compare_zone *measured,
                                             const struct compare_zone *other);
 
-/* Longest run of segments with remaining openings below MR_CLOSURE_OPEN_IN whose end is ahead of
- * the wheel. A run that contains the wheel begins at the wheel. */
+/* Finds the longest run of segments with remaining openings below MR_CLOSURE_OPEN_IN whose end is
+ * ahead of the wheel. A run that contains the wheel begins at the wheel. */
 struct compare_zone compare_find_closed(const float *remaining_in, double wheel_ft);
 
 /* The board's messages in order of time. `prediction` has the errors of the zones and may be
@@ -159,10 +160,10 @@ struct compare_channel {
     int64_t number;
     double station_ft;
     bool compared;
-    char reason[100]; /* if not compared: the reason; otherwise a remark, or empty */
+    char reason[100]; /* reason if the channel was not compared; otherwise a remark, or empty */
     double valid;     /* share of the samples that are valid */
     struct signal_figures figures;
-    struct signal_moment end_measured, end_simulated; /* mean of the last 0.2 s */
+    struct signal_moment end_measured, end_simulated; /* means over the last 0.2 s */
     double bias_en, peak_en, end_en, arrival_en;
 };
 
@@ -191,8 +192,9 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
 /* Means over the compared channels, weighted by their number of samples. */
 struct compare_mean {
     size_t channels;
-    double samples, bias_in, rms_in; /* NaN: no channel was compared */
-    double worst_rms_in, peak_en;    /* largest of all channels */
+    /* number of samples, and means; NaN: no channel was compared */
+    double samples, bias_in, rms_in;
+    double worst_rms_in, peak_en; /* largest value of all channels */
 };
 struct compare_mean compare_mean_of(const struct compare_figures *figures);
 /* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
@@ -211,8 +213,8 @@ void compare_fill_curves(const struct measured *measured, const struct compare_c
 struct compare_agreement {
     int64_t run;
     const char *against;
-    size_t values_judged,
-        values_differing; /* number of values with a known En, and of those with En above 1 */
+    /* number of values with a known En, and of those with En above 1 */
+    size_t values_judged, values_differing;
     /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
      * known. */
     const struct compare_channel *channel; /* points into the figures */

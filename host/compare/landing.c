@@ -34,7 +34,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
                                struct error *error)
 {
     double stop_s = measured->summary.stop_t_s.value;
-    double last_s = stop_s - 0.001; /* the thrust ends 1 ms or less before the stop */
+    double last_s = stop_s - 0.001; /* the thrust ends at most 1 ms before the stop */
     if (!(last_s > 0.0 && last_s < PATH_MAX_S))
         return error_set(error, MR_TOO_FEW,
                          "the stop is %g s after touchdown: RUN %lld; check the switches", stop_s,
@@ -286,7 +286,8 @@ static void accumulate(double *mean, double *squares, double value, size_t count
     *squares += step * (value - *mean);
 }
 
-/* Gage point p (1..42) is on mat 10 p; its column follows the columns of the stations. */
+/* Returns the movement of gage point p (1..42), which is on mat 10 p. Its column follows the
+ * columns of the stations. */
 static double point_movement_in(const struct sim_result *result, size_t row, size_t stations,
                                 size_t p)
 {
@@ -391,7 +392,7 @@ void compare_simulated_free(struct compare_simulated *s)
 {
     free(s->scene.gap0_ft.values);
     free(s->scene.grit_lb.values);
-    free(s->scene.path); /* the model owns the rest of the scene */
+    free(s->scene.path); /* the model owns the other parts of the scene */
     free(s->mean_in);
     free(s->remaining_in);
     memset(s, 0, sizeof *s);
@@ -485,7 +486,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
                          "RUN %lld has no displacement readings; choose a landing that has them",
                          (long long)measured->landing.id);
     compare_simulate(model, index, measured, survey, station_ft, count, &simulated, error);
-    /* the time that landing and simulation have in common */
+    /* end of the time that landing and simulation have in common */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
         end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s);

@@ -9,12 +9,9 @@
 #include "host/sim/sim.h"
 #include "host/survey/survey.h"
 
-/* The scene with which a landing is simulated. Motion (path) and survey (gaps) are those of the
- * landing, and all other properties those of a given scene. */
-
 /* landing weight of the model aircraft (report 2.3: 1220 to 1500) */
 #define COMPARE_AIRCRAFT_LB 1300.0
-/* The chain is a strip 12/7 ft wide, which carries a twelfth of the thrust. */
+/* The chain is a strip 12/7 ft wide, so the rig's 12 strips share the thrust. */
 #define COMPARE_STRIPS      12.0
 #define COMPARE_PATH_STEP_S 0.02
 
@@ -45,10 +42,10 @@ struct compare_model {
     struct landing_series series;
     size_t seeds;
     size_t joints;
-    /* per seed and joint: present state of the runway; NULL before the first landing */
+    /* state of the runway, per seed and joint; NULL before the first landing */
     double *gap_ft, *closing_lb;
     float survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool is_not_stored;           /* do not store comparisons with the landings */
+    bool is_not_stored;           /* comparisons are not stored with the landings */
 };
 
 /* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.
@@ -63,14 +60,14 @@ struct compare_simulated {
     struct sim_scene scene;
     size_t stations, rows;
     double dt_s;
-    /* rows x stations; spread_in: standard deviation over the seeds, 0 for one seed */
+    /* rows x stations values; spread_in: standard deviation over the seeds, 0 for one seed */
     double *mean_in, *spread_in;
     size_t segment_rows;
     /* Remaining openings of each segment every COMPARE_SEGMENTS_S, mean over the seeds: rows x
      * MR_SEGMENTS. */
     float *remaining_in;
     const char *solver;
-    double solver_dt_s, run_ms; /* run_ms: for all seeds */
+    double solver_dt_s, run_ms; /* run_ms: computing time for all seeds */
     /* largest error estimate of the solver over all mats and times, for the first seed */
     double error_in;
     size_t seeds;
@@ -124,17 +121,17 @@ struct compare_series {
     char against[120], name[80];
     struct compare_series_landing *landing;
     size_t count, compared;
+    /* Results of each transducer, by its number: means over all landings, weighted by the number of
+     * samples. landings 0: there is no data. */
     struct {
         int64_t number;
         double station_ft;
         size_t landings;
         double samples, bias_in, rms_in;
-    } channel
-        /* by transducer number: means over all landings, weighted by samples; landings 0: no
-         * data */
-        [MR_TRANSDUCERS];
+    } channel[MR_TRANSDUCERS];
     struct compare_pooled pooled;
-    double run_ms, error_in;        /* sum over all simulations; largest of their error estimates */
+    /* run_ms: sum over all simulations; error_in: largest of their error estimates */
+    double run_ms, error_in;
     struct compare_verdict verdict; /* verdict on the landings and the series */
 };
 

@@ -99,7 +99,7 @@ struct check {
     struct compare_verdict *verdict;
 };
 
-/* `beyond`: excess over the limit; NaN: unknown. */
+/* Counts a failed limit. `beyond`: excess over the limit; NaN: unknown. */
 static void record_failure(struct check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
@@ -157,7 +157,7 @@ static void check_values(struct check *check, const char *rest, const char *so_f
     size_t length = strcspn(rest, "."), i;
     json_t *element;
     if (json_is_false(json_object_get(node, "compared"))) {
-        check->skipped++; /* reported as missing */
+        check->skipped++; /* a skipped channel is reported as missing */
         return;
     }
     if (length == 0) {
@@ -174,7 +174,7 @@ static void check_values(struct check *check, const char *rest, const char *so_f
     rest += length + (rest[length] == '.');
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
-        if (json_is_null(element) && *rest) { /* no overlap, because one zone is unknown */
+        if (json_is_null(element) && *rest) { /* there is no overlap if one zone is unknown */
             check->found++;
             if (!strstr(rest, "_difference"))
                 judge_value(check, so_far, element);

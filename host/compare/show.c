@@ -376,7 +376,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
-        } else { /* a landing that was not compared fails */
+        } else { /* a landing that was not compared fails its limits */
             *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
             snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
                      set->landing[i].run, set->landing[i].reason);
@@ -403,7 +403,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 
 /* ---- files ---- */
 
-/* The transducers with both measured and simulated samples. */
+/* Curves of the transducers with both measured and simulated samples. */
 struct channel_curves {
     const struct store_simulation *row[MR_TRANSDUCERS];
     struct compare_curves curves[MR_TRANSDUCERS];
