@@ -7,10 +7,10 @@
 #include "host/link/timemap.h"
 #include "host/link/candump.h"
 
-/* Without a clock, stamps start here: log2asc reads second 0 as "no time yet". The stamps appear
- * as a date in 2001; their last digits are board time. */
+/* Without a clock, time stamps start at this value: log2asc reads second 0 as "no time yet". The
+ * stamps appear as dates in 2001 that count board time. */
 #define UNDATED_START_US 1000000000000000.0
-#define STAMP_MAX_US     9e15 /* above this, a double cannot hold microseconds */
+#define STAMP_MAX_US     9e15 /* largest number of microseconds that a double represents exactly */
 
 struct candump_export {
     FILE *out;

@@ -12,7 +12,8 @@ static bool is_signed(enum mr_wire_type type)
     return type == MR_WIRE_i8 || type == MR_WIRE_i16 || type == MR_WIRE_i32 || type == MR_WIRE_f32;
 }
 
-/* Physical range. A scaled value reserves one code for "missing". Floats get 0|0, no range. */
+/* Computes the physical range of a field. A scaled value reserves one code for "missing". Floats
+ * have no range, written as 0|0. */
 static void get_range(const struct mr_field_info *field, double *low, double *high)
 {
     static const double whole[][2] = {[MR_WIRE_u8] = {0, 255},
@@ -59,7 +60,7 @@ static const char *status_text(unsigned minus)
     return mr_status_text((enum mr_status) - (int)minus);
 }
 
-/* Fields with named values: numbers `first` to `last`, times `sign`. */
+/* Fields with named values: the numbers from `first` to `last`, multiplied by `sign`. */
 static const struct {
     uint16_t id;
     const char *field;
@@ -86,7 +87,7 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         bool is = named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
         for (unsigned number = named[i].first; is && number <= named[i].last; number++) {
             const char *text = named[i].text(number);
-            if (strcmp(text, "unknown fault") != 0) /* otherwise an unused number */
+            if (strcmp(text, "unknown fault") != 0) /* an unknown fault is an unused number */
                 write_value(out, named[i].sign * (long)number, text);
         }
     }

@@ -1,5 +1,5 @@
-/* Export of a landing, and of the message catalogue, for other programs. `*rows`: number of frames
- * or readings written. */
+/* Export of a landing, and of the message catalogue, for other programs. `*rows` is set to the
+ * number of frames or readings written. */
 #ifndef MATRIG_HOST_EXCHANGE_EXPORT_H
 #define MATRIG_HOST_EXCHANGE_EXPORT_H
 

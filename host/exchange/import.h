@@ -56,7 +56,7 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
                               const struct import_request *request, struct import_result *result,
                               struct error *error);
 
-/* Fills the series of the mapping's channels from a table. Invalid lines are skipped; the verdict
+/* Fills the series of the mapping's channels from a table. Invalid lines are skipped; `verdict`
  * names the first one. MR_MALFORMED: a column is missing, no row is valid, or more than one row in
  * ten is invalid. `rows`: number of rows read. */
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
@@ -82,7 +82,7 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
                               struct error *error);
 
 /* Resamples one channel to blocks, in the board's time in us: reading[i] belongs to block first +
- * i; NaN: missing. `usual_us`: usual time between samples. Pure, for tests. */
+ * i; NaN: missing. `usual_us`: usual time between samples. Pure function. */
 void import_resample(const struct series *series, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading);
 

@@ -12,13 +12,14 @@
 #include "host/link/link.h"
 
 #define BLOCK_US          1000.0
-/* middle of the eight scans of a block: host/analyse/measured_load.h */
+/* middle of the eight scans of a block, see host/analyse/measured_load.h */
 #define BLOCK_CENTER_US   437.5
 #define BLOCKS_MAX        3600000
-#define BOARD_BLOCKS      4294967295.0 /* the board's block index has 32 bits */
-/* times the usual sample interval: after a longer interval, data is missing */
+/* number of the last block: the board's block index has 32 bits */
+#define BOARD_BLOCKS      4294967295.0
+/* data is missing if an interval exceeds the usual sample interval by this factor */
 #define GAP_STEPS         1.5
-#define SWITCH_SPACING_FT 5.0 /* default spacing, that of the rig */
+#define SWITCH_SPACING_FT 5.0 /* default spacing of the switches, that of the rig */
 #define SWITCH_FIRST_FT   (-2.5)
 #define SWITCHES          24u
 #define SWITCHES_MAX      64u
@@ -28,10 +29,10 @@ struct import_work {
     struct store *store;
     struct mapping *mapping;
     const struct import_request *request;
-    struct measured template; /* the landing of --like */
+    struct measured template; /* landing given with --like */
     struct store_edge *edge;  /* edges of that landing */
     size_t edges;
-    double base_us; /* board time of the file's time 0 */
+    double base_us; /* board time at which the file's time is 0 */
     int64_t first;
     size_t blocks;
     int64_t run, session;
@@ -44,7 +45,7 @@ struct import_work {
 
 /* ---- time ---- */
 
-/* Median sample interval; NaN: fewer than two samples. */
+/* Returns the median sample interval; NaN: fewer than two samples. */
 static double median_step_s(const struct series *series)
 {
     if (series->count < 2)
@@ -58,7 +59,7 @@ static double median_step_s(const struct series *series)
     return median;
 }
 
-/* Time of the first threshold crossing, between two samples; NaN: none. */
+/* Returns the time of the first threshold crossing, interpolated between two samples; NaN: none. */
 static double find_edge_time_s(const struct mapping_channel *channel)
 {
     const struct series *s = &channel->series;
@@ -161,7 +162,7 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
 
 /* ---- samples to blocks ---- */
 
-/* Mean of the samples of each block. */
+/* Sets each block to the mean of its samples. */
 static void resample_by_mean(const struct series *s, double base_us, int64_t first, size_t blocks,
                              float *reading)
 {
@@ -181,7 +182,7 @@ static void resample_by_mean(const struct series *s, double base_us, int64_t fir
 void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading)
 {
-    /* Tolerance for times with six decimals: half a digit, and rounding. */
+    /* times that differ by less are equal: half of the last of six decimals, and rounding */
     static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
         resample_by_mean(s, base_us, first, blocks, reading);
@@ -233,8 +234,8 @@ static int64_t channel_index(const struct import_work *w, const struct mapping_c
                             (int64_t)channel->number - 1;
 }
 
-/* Stores kind and station. The mapping's error becomes a linearity error, the only kind that
- * neither baseline nor reference reduces. */
+/* Stores kind and station of a channel. The mapping's error becomes a linearity error, the only
+ * kind that neither baseline nor reference reduces. */
 static enum mr_status put_configuration(struct import_work *w,
                                         const struct mapping_channel *channel, int64_t index,
                                         struct error *error)

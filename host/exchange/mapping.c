@@ -30,8 +30,8 @@ double mapping_value(const struct mapping_channel *channel, double read)
 
 /* ---- signals of a frame ---- */
 
-/* Position in the frame of bit n of a signal, counted from its lowest bit. Big-endian signals
- * start at their highest bit and continue at bit 7 of the next byte. */
+/* Returns the position in the frame of bit n of a signal, counted from its lowest bit. Big-endian
+ * signals start at their highest bit and continue at bit 7 of the next byte. */
 static unsigned bit_position(const struct import_signal *signal, unsigned n)
 {
     if (!signal->big_endian)
@@ -90,7 +90,7 @@ static bool parse_number_after(const char *text, size_t letters, unsigned most, 
     return *end == '\0' && value >= 1 && value <= most;
 }
 
-/* Parses a channel name ("d3", "t14", "gear", "switch7"); false: not a channel. */
+/* Parses a channel name ("d3", "t14", "gear", "switch7"). Returns false for other names. */
 static bool parse_channel_name(const char *text, struct mapping_channel *channel)
 {
     if (strcmp(text, "gear") == 0) {
@@ -107,7 +107,7 @@ static bool parse_channel_name(const char *text, struct mapping_channel *channel
            parse_number_after(text, 6, SWITCH_MAX, &channel->number);
 }
 
-/* Factor from `unit` to the role's own unit; 0: not a unit of this kind. */
+/* Returns the factor from `unit` to the unit of the role; 0: not a unit of this kind. */
 static double get_role_unit(enum mapping_role role, const char *unit)
 {
     const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
@@ -142,7 +142,7 @@ static void unpack_object(const struct reader *r, const char *where, json_t *obj
     va_end(arguments);
 }
 
-/* `unit`: of a bare number; text has its own unit. */
+/* Reads a number. `unit`: unit of a bare number; text states its own unit. */
 static double read_number(const struct reader *r, const char *where, const char *key, json_t *value,
                           const char *unit, double otherwise)
 {
@@ -199,7 +199,8 @@ static void read_id(const struct reader *r, const char *where, const char *id,
 {
     char *end = NULL;
     unsigned long value = strtoul(id, &end, 16);
-    bool wide = strlen(id) > 5; /* extended: 0x00000321; standard: 0x321 */
+    /* 8 digits, as in 0x00000321, mark an extended identifier; 0x321 is a standard one */
+    bool wide = strlen(id) > 5;
     if (strncmp(id, "0x", 2) != 0 || *end || value > (wide ? 0x1fffffffUL : 0x7ffUL))
         refuse_value(r, where, "id", "give the identifier as 0x and 3 or 8 hexadecimal digits");
     signal->id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
@@ -223,7 +224,7 @@ static void check_channel(const struct reader *r, const char *where, const struc
         refuse_value(r, where, "threshold", "give the value that the signal crosses at the edge");
 }
 
-/* Reads an entry of channels, or align. */
+/* Reads an entry of `channels`, or `align`. */
 static void read_channel(const struct reader *r, const char *where, json_t *object, bool align,
                          struct mapping *m)
 {

@@ -25,12 +25,12 @@
  * mdf4_table_end. */
 
 struct mdf4 {
-    uint8_t *bytes; /* content so far */
+    uint8_t *bytes; /* content of the file so far */
     size_t length, capacity;
     uint64_t header, last_group;
-    uint64_t group, rows_block, last_channel; /* blocks of the open table */
+    uint64_t group, rows_block, last_channel; /* addresses of blocks of the open table */
     uint64_t channel_group;
-    uint64_t parent_channel; /* the next channels are parts of this one; 0: none */
+    uint64_t parent_channel; /* the channels added next are parts of this one; 0: none */
     uint64_t last_part;
     uint64_t rows;
     unsigned row_bytes, invalid_bytes;
@@ -44,8 +44,8 @@ struct mdf4_channel {
     unsigned offset, bytes; /* position and size in the row */
     bool is_time;           /* time in seconds, master channel of the table */
     unsigned invalid;       /* bit in the invalidation bytes, from 1; 0: always valid */
-    bool has_parts;         /* the next channels are its parts */
-    uint64_t attachment;    /* attached file that describes it; 0: none */
+    bool has_parts;         /* the channels added next are its parts */
+    uint64_t attachment;    /* attached file that describes the channel; 0: none */
 };
 
 #define BLOCK_HEAD 24u /* "##XX", 4 reserved, u64 length, u64 number of links */
@@ -61,7 +61,7 @@ struct mdf4_channel {
 #define AT_EMBEDDED        1u
 #define AT_MD5             4u
 
-/* Index of each link in its block; link 0 leads to the next block of the same kind. */
+/* index of each link in its block; link 0 leads to the next block of the same kind */
 enum { HD_FIRST_DG, HD_FIRST_FH, HD_FIRST_CH, HD_FIRST_AT, HD_FIRST_EV, HD_COMMENT, HD_LINKS };
 enum { FH_NEXT, FH_COMMENT, FH_LINKS };
 enum { DG_NEXT, DG_FIRST_CG, DG_DATA, DG_COMMENT, DG_LINKS };
@@ -102,7 +102,7 @@ static uint8_t *reserve(struct mdf4 *file, size_t bytes)
     return at;
 }
 
-/* Blocks start at multiples of eight. */
+/* Pads the file: blocks start at multiples of eight bytes. */
 static void align_block(struct mdf4 *file)
 {
     reserve(file, (8 - file->length % 8) % 8);
@@ -188,13 +188,13 @@ static void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment
     uint64_t links[HD_LINKS] = {0};
     uint8_t data[32] = {0};
     put_integer(data, start_ns, 8);
-    /* must be at 64: readers expect the header there */
+    /* the HD block must be at address 64, where readers expect it */
     file->header = append_block(file, "HD", links, HD_LINKS, data, sizeof data, NULL, 0);
     set_link(file, file->header, HD_FIRST_FH, append_history(file, start_ns, tool_version));
     set_link(file, file->header, HD_COMMENT, append_comment(file, "HDcomment", comment, ""));
 }
 
-/* Links a block behind the last one of its kind, or as the first one. */
+/* Links a block to the end of the last one of its kind, or as the first one. */
 static void link_block(struct mdf4 *file, uint64_t *last, uint64_t first_of, unsigned first_link,
                        uint64_t address)
 {
@@ -241,7 +241,7 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
 {
     uint64_t links[DG_LINKS] = {0}, group[CG_LINKS] = {0};
     uint8_t data[32] = {0};
-    /* one kind of rows: no record ids */
+    /* a table has one kind of rows, so its rows have no record ids */
     file->group = append_block(file, "DG", links, DG_LINKS, data, 8, NULL, 0);
     link_block(file, &file->last_group, file->header, HD_FIRST_DG, file->group);
     group[CG_NAME] = append_text(file, "TX", name);
@@ -317,12 +317,13 @@ static void mdf4_write(struct mdf4 *file, FILE *out)
 
 /* ---- a landing ---- */
 
-/* columns before the readings: time, since touchdown, gear, speed, 8 bytes each; readings have 4 */
+/* columns before the readings: time, time since touchdown, gear, speed; they have 8 bytes each,
+ * readings have 4 */
 #define FIXED_COLUMNS   4u
 #define FRAME_ROW_BYTES 24u
-#define STAMP_MAX_US    9e15 /* above this, a double cannot hold microseconds */
+#define STAMP_MAX_US    9e15 /* largest number of microseconds that a double represents exactly */
 
-/* Each kind of CAN frame has a table of its own. */
+/* kinds of CAN frames; each kind has a separate table */
 enum frame_kind { FRAME_DATA, FRAME_REMOTE, FRAME_ERROR, FRAME_KINDS };
 static const char *const frame_names[FRAME_KINDS] = {"CAN_DataFrame", "CAN_RemoteFrame",
                                                      "CAN_ErrorFrame"};
@@ -333,8 +334,8 @@ struct export_context {
     uint16_t base;   /* CAN base of the board */
     int64_t zero_us; /* board time of second 0 */
     long rows;
-    enum frame_kind kind;    /* kind of the frames that are written now */
-    long count[FRAME_KINDS]; /* frames of each kind */
+    enum frame_kind kind;    /* kind of the frames that are being written */
+    long count[FRAME_KINDS]; /* number of frames of each kind */
 };
 
 /* ---- readings ---- */
@@ -472,7 +473,7 @@ static enum frame_kind frame_kind(const struct store_frame *frame)
                                       : FRAME_DATA;
 }
 
-/* Error type by the standard's numbers; 0: other. */
+/* Returns the error type by the numbers of the standard; 0: other. */
 static uint8_t bus_error_type(const struct store_frame *frame)
 {
     enum { OTHER, BIT, FORM, STUFFING, CRC, ACK };
@@ -588,7 +589,7 @@ static enum mr_status find_first_frame(void *context, const struct store_frame *
     return MR_OK;
 }
 
-/* Earliest board time of the data; STORE_NONE: no data. */
+/* Finds the earliest board time of the data; STORE_NONE: no data. */
 static enum mr_status find_zero(struct store *store, int64_t run, const struct measured *measured,
                                 int64_t *zero_us, struct error *error)
 {
@@ -603,7 +604,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
     return status;
 }
 
-/* Unix time of second 0; 0: unknown, also if the time map is refused. */
+/* Returns the Unix time of second 0; 0: unknown, also if the time map is refused. */
 static uint64_t start_ns(const struct summary *summary, int64_t zero_us)
 {
     double us = summary_time_of_day(summary, (double)zero_us).host_us;

@@ -30,7 +30,7 @@ enum mr_status textfile_open(const char *path, struct textfile *file, struct err
         file->length += count;
     } while (file->length == room);
     file->text = text;
-    int failed = ferror(stream) ? errno : 0; /* also fails for a folder */
+    int failed = ferror(stream) ? errno : 0; /* reading a folder fails too */
     fclose(stream);
     if (failed)
         return error_set(error, MR_IO, "cannot read (%s): %s; check the file", strerror(failed),
@@ -65,10 +65,11 @@ bool candump_log_next(struct candump_log *log, const struct textfile *file, cons
 /* ---- times ---- */
 
 #define TIME_STEP_MAX_S 60.0
-#define TIME_MAX_S      1e12 /* after the year 30000 */
+#define TIME_MAX_S      1e12 /* a time after the year 30000 */
 
-/* NULL: the time continues after last_s (NaN: no time yet). A pause above TIME_STEP_MAX_S is an
- * error: one wrong digit must not invalidate all later rows. */
+/* Returns the reason why a time is not accepted; NULL: it continues after last_s (NaN: no time
+ * yet). A pause above TIME_STEP_MAX_S is an error: one wrong digit must not invalidate all later
+ * rows. */
 static const char *check_time(double time_s, double last_s)
 {
     return !(fabs(time_s) <= TIME_MAX_S)     ? "impossible time"
@@ -101,7 +102,7 @@ struct table {
     struct {
         /* the last consecutive header lines that look like rows: first line, number of lines */
         size_t line, count;
-        double time_s; /* time of the last one */
+        double time_s; /* time of the last of these lines */
     } consumed;
 };
 
@@ -123,7 +124,8 @@ static struct field trim_field(const char *from, const char *to)
     return (struct field){from, (size_t)(to - from)};
 }
 
-/* Splits a line into fields; ignores separators within quotes. False: too many fields. */
+/* Splits a line into fields, ignoring separators within quotes. Returns false if there are too many
+ * fields. */
 static bool split_fields(struct table *t, const char *line, size_t length)
 {
     const char *from = line, *end = line + length;
@@ -143,8 +145,8 @@ static bool split_fields(struct table *t, const char *line, size_t length)
     }
 }
 
-/* The next line that is not a comment and, unless `blanks`, not blank. `whole`: it ends with a
- * newline. */
+/* Reads the next line that is not a comment and, unless `blanks`, not blank. `whole`: the line ends
+ * with a newline. */
 static bool read_next_line(struct table *t, bool blanks, const char **line, size_t *length,
                            bool *whole)
 {
@@ -189,7 +191,8 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
                          : ", or the number of the column when header_lines is not given");
 }
 
-/* NaN and true: missing value. False: not a number. */
+/* Parses a number. A missing value gives NaN and true. Returns false if the field is not a
+ * number. */
 static bool parse_number(const struct mapping *m, struct field field, double *value)
 {
     char digits[NUMBER_MAX];
@@ -215,7 +218,7 @@ static bool parse_number(const struct mapping *m, struct field field, double *va
     return *end == '\0' && isfinite(*value);
 }
 
-/* True: all columns that the mapping gives by position are numbers. */
+/* True if all columns that the mapping gives by position are numbers. */
 static bool is_data_row(const struct table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
@@ -363,7 +366,7 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
 
 /* ---- frames of other instruments ---- */
 
-/* True: a sample was added. Of two samples with one time the first is kept. */
+/* Returns true if a sample was added. Of two samples with the same time the first is used. */
 static bool add_sample(struct candump_log *log, struct mapping_channel *channel, double time_s,
                        double read)
 {
@@ -382,7 +385,7 @@ static bool add_sample(struct candump_log *log, struct mapping_channel *channel,
     return false;
 }
 
-/* True: a channel has a signal in the frame. */
+/* True if a channel has a signal in the frame. */
 static bool has_signal(const struct mapping *mapping, const struct link_frame *frame)
 {
     double value;
@@ -393,7 +396,7 @@ static bool has_signal(const struct mapping *mapping, const struct link_frame *f
     return false;
 }
 
-/* Finds the only interface with a signal of the mapping, unless one is given. */
+/* Finds the only interface with a signal of the mapping, unless the request names one. */
 static enum mr_status find_signals(const struct textfile *file,
                                    const struct import_request *request,
                                    const struct mapping *mapping, char name[CANDUMP_INTERFACE_SIZE],
@@ -451,7 +454,7 @@ enum mr_status import_read_signals(const struct textfile *file,
 
 /* ---- logs of matrig boards, imported through the collector like matrig log ---- */
 
-/* Commits at short intervals: another process that writes waits at most 5 s. */
+/* Time between commits. It is short, because another process that writes waits at most 5 s. */
 #define COMMIT_PERIOD_US 200000u
 #define FRAMES_PER_TURN  4096u
 
