@@ -6,10 +6,11 @@
 #include "common/catalogue.h"
 
 #define MISSING               ((float)NAN)
-/* a block this much older than the newest one shows that the board has restarted */
+/* a block this much older than the newest one means that the board has restarted */
 #define RESTART_BLOCKS        1000
-#define RECORD_AGE_MAX_BLOCKS 200 /* while records are this new, values from CAN are ignored */
-#define SILENT_BLOCKS         500 /* a link this far behind the other has stopped */
+/* if the newest record is not older than this, values from CAN are ignored */
+#define RECORD_AGE_MAX_BLOCKS 200
+#define SILENT_BLOCKS         500 /* a link that lags the other by this much has stopped */
 #define SENDING_DELAY_BLOCKS  10  /* a message can be sent this many blocks after its readings */
 
 static void reset_buckets(struct live_buckets *b)
@@ -41,7 +42,7 @@ static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
     bucket->bucket = -1;
 }
 
-/* Close the open buckets up to `last`, in order. */
+/* Closes the open buckets up to `last`, in order. */
 static void close_buckets_to(struct live_buckets *b, int64_t last)
 {
     for (;;) {
@@ -71,7 +72,7 @@ bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t b
     return again;
 }
 
-/* Bucket of a block; NULL: already closed. */
+/* Returns the bucket of a block; NULL: the bucket is already closed. */
 static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
@@ -81,7 +82,7 @@ static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
         return NULL;
     }
     close_buckets_to(b, number - LIVE_OPEN_BUCKETS);
-    /* the old content is LIVE_OPEN_BUCKETS older, so it is closed */
+    /* the bucket's old content is LIVE_OPEN_BUCKETS older, so it is closed */
     if (bucket->bucket != number) {
         bucket->bucket = number;
         for (unsigned i = 0; i < LIVE_CHANNELS; i++)

@@ -17,9 +17,10 @@
 /* Transducers, then gages, in the board's order. */
 #define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
 #define LIVE_BUCKET_BLOCKS  20 /* 50 buckets a second */
-/* Number of buckets that can still be filled, because the links are not synchronous. */
+/* number of open buckets, which can still be filled because the links are not synchronous */
 #define LIVE_OPEN_BUCKETS   32
-#define LIVE_CLOSED_BUCKETS 256 /* not read yet; if full, the oldest is discarded */
+/* number of closed buckets that are not read yet; if full, the oldest is discarded */
+#define LIVE_CLOSED_BUCKETS 256
 
 struct live_bucket {
     int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
@@ -43,7 +44,8 @@ struct live_buckets {
 
     struct live_reading reading[LIVE_CHANNELS];
     int64_t record_block; /* block of the newest block record */
-    /* records used; readings that arrived for a closed bucket or were not read in time */
+    /* number of records used; number of readings that arrived for a closed bucket or were not read
+     * in time */
     uint64_t records, late_readings;
     struct live_bucket open[LIVE_OPEN_BUCKETS];
     int64_t closed_to; /* all buckets up to this one are closed */
@@ -70,11 +72,10 @@ void live_buckets_close_complete(struct live_buckets *buckets);
 /* Moves up to `most` closed buckets to `out`, oldest first. Returns their number. */
 unsigned live_buckets_pop(struct live_buckets *buckets, struct live_bucket *out, unsigned most);
 
-/* Newest block on either link. */
+/* Returns the newest block on either link. */
 int64_t live_buckets_newest_block(const struct live_buckets *buckets);
-/* True if zero and calibration of the channel are known. Until then its records are not used. */
-/* Reason why a channel has no value; "": it has a value, or no reading has arrived. Static
- * storage. */
+/* Returns the reason why a channel has no value; "": it has a value, or no reading has arrived.
+ * Static storage. */
 const char *live_buckets_missing_reason(const struct live_buckets *buckets, unsigned index);
 
 #endif

@@ -25,7 +25,7 @@
 #include "host/base/units.h"
 #include "host/live/buckets.h"
 
-/* one minute: 50 events of messages, 20 of readings and 5 of state per second */
+/* the events of one minute: 50 of messages, 20 of readings and 5 of state per second */
 #define EVENTS_MAX            4500u
 #define EVENT_BYTES_MAX       0x400000u /* total bytes of all events */
 /* shortest time between two message events; a warning is sent at once */
@@ -35,7 +35,7 @@
 #define BUCKETS_PER_EVENT     64
 #define FIRST_TAG             0x7601u
 #define SLOTS_MAX             1024u
-/* blocks; readings are taken from serial while its records are not older than this */
+/* if the newest record from serial is not older than this, readings from CAN are ignored */
 #define RECORD_AGE_MAX_BLOCKS 500
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
@@ -60,23 +60,24 @@ struct live_hub {
     /* random number of this hub; readings with another number belong to an earlier hub */
     uint32_t run;
 
-    struct slot slot[SLOTS_MAX]; /* in order of arrival */
+    struct slot slot[SLOTS_MAX]; /* slots in order of arrival */
     unsigned slots;
     bool has_other_layout; /* the board has another layout: ignore its other messages */
     bool warned, armed;
     struct config_words config[LINK_KINDS];
-    bool uncalibrated; /* according to the configuration, if received */
+    /* a sensor is uncalibrated, according to the configuration if it was received */
+    bool uncalibrated;
     int64_t received_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
     struct event event[EVENTS_MAX];
-    uint64_t first_event,
-        next_event; /* the ring holds first_event to next_event - 1, at event[i % EVENTS_MAX] */
+    /* the ring contains first_event to next_event - 1, at event[i % EVENTS_MAX] */
+    uint64_t first_event, next_event;
     size_t event_bytes;
     FILE *pending; /* JSON of messages for the next event; NULL: none */
     char *pending_text;
     size_t pending_length;
-    uint64_t restarts;                          /* restarts of the buckets that viewers know */
+    uint64_t restarts; /* number of restarts of the board that viewers were informed of */
     int64_t messages_ms, readings_ms, state_ms; /* times of the last events */
     bool ended;
 
@@ -92,7 +93,7 @@ struct live_hub {
 #define DISPLACEMENT_PER_IN 10000.0
 #define TENSION_PER_LB      100.0
 
-/* JSON string of external text. If the text is not valid UTF-8, question marks replace its
+/* Makes a JSON string of external text. If the text is not valid UTF-8, question marks replace its
  * non-ASCII bytes. NULL becomes null. */
 static json_t *text_to_json(const char *text)
 {
@@ -140,14 +141,14 @@ static json_t *texts_json(const char *(*text)(unsigned value), unsigned count)
     return texts;
 }
 
-/* Text of status -n. */
+/* Returns the text of status -n. */
 static const char *status_text(unsigned n)
 {
     return mr_status_text((enum mr_status) - (int)n);
 }
 
-/* Data that is the same for every board: {"units", "source", "layout", "quantities", "faults",
- * "can_states", "statuses", "bucket_s", "transducers"}. */
+/* Makes the data that is the same for every board: {"units", "source", "layout", "quantities",
+ * "faults", "can_states", "statuses", "bucket_s", "transducers"}. */
 static json_t *configuration_json(const struct live_source *source)
 {
     json_t *from = json_pack("{sosososbss?}", "db", text_to_json(source->db), "can",
@@ -184,9 +185,10 @@ static void put_text(FILE *out, const char *key, const char *text)
 }
 
 /* clang-format off */
-/* One message of the catalogue as an object: {"m": its name, "t": host time in us, "l": link, "b":
- * block or null, each field by its name, "FIELD_text" for a code, "notice" and "severity" for a
- * message that is shown as a line, "quantity", "value" and "error" for a displayed number}. */
+/* Writes one message of the catalogue as an object: {"m": its name, "t": host time in us, "l":
+ * link, "b": block or null, each field by its name, "FIELD_text" for a code, "notice" and
+ * "severity" for a message that is shown as a line, "quantity", "value" and "error" for a displayed
+ * number}. */
 static void message_json(FILE *out, const struct collector_event *event)
 {
     const struct mr_message *message = event->message;
@@ -238,8 +240,8 @@ static void put_values(FILE *out, const float values[LIVE_CHANNELS])
     }
 }
 
-/* {"epoch": run and boot, "b": [[bucket, least x 22, most x 22] ..]} in units of 0.0001 in and 0.01
- * lb; null: no reading. The caller frees the text. */
+/* Makes {"epoch": run and boot, "b": [[bucket, least x 22, most x 22] ..]} in units of 0.0001 in
+ * and 0.01 lb; null: no reading. The caller frees the text. */
 static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
                           unsigned count)
 {
@@ -259,8 +261,8 @@ static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_buc
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
-/* Newest, least and most value of each channel: [[value, least, most, reason without a value] x
- * 22]. */
+/* Makes the list of the newest, smallest and largest value of each channel: [[value, least, most,
+ * reason without a value] x 22]. */
 static json_t *readings_json(const struct live_buckets *buckets)
 {
     json_t *readings = json_array();
@@ -296,7 +298,8 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_t steady;
     if (!made)
         return error_set(error, MR_FULL, "out of memory for the live view; close other programs");
-    json_object_seed(0); /* seed before threads start: otherwise two could seed at the same time */
+    /* the seed is set before threads start; otherwise two threads could set it at the same time */
+    json_object_seed(0);
     pthread_mutex_init(&made->lock, NULL);
     pthread_condattr_init(&steady);
     pthread_condattr_setclock(&steady, CLOCK_MONOTONIC);
@@ -335,7 +338,7 @@ void live_hub_close(struct live_hub *hub)
     free(hub);
 }
 
-/* Text of an event for the stream; frees `json`. NULL: no memory. */
+/* Makes the text of an event for the stream; frees `json`. NULL: no memory. */
 static char *event_text(enum event_kind kind, char *json, uint64_t id)
 {
     static const char *const names[] = {"configuration", "messages", "state", "readings", "end"};
@@ -351,7 +354,7 @@ static void publish(struct live_hub *hub, enum event_kind kind, char *json)
 {
     char *text = event_text(kind, json, hub->next_event);
     if (!text)
-        return; /* no memory: the next event repeats it */
+        return; /* without memory, the next event repeats the data */
     size_t length = strlen(text);
     while (hub->first_event < hub->next_event &&
            (hub->next_event - hub->first_event == EVENTS_MAX ||
@@ -393,7 +396,7 @@ static void publish_messages(struct live_hub *hub)
     hub->pending_text = NULL;
 }
 
-/* State of the links, and the newest readings. */
+/* Makes the state of the links and the newest readings. */
 static json_t *state_json(const struct live_hub *hub)
 {
     json_t *links = json_array();
@@ -416,12 +419,12 @@ static json_t *state_json(const struct live_hub *hub)
         readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
 }
 
-/* Publish all events that are due. The caller holds the lock. */
+/* Publishes all events that are due. The caller holds the lock. */
 static void publish_due(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restarts != hub->restarts) {
-        /* readings so far belong to the earlier boot */
+        /* the readings so far belong to the earlier boot */
         publish_readings(hub);
         hub->restarts = hub->buckets.restarts;
     }
@@ -446,7 +449,7 @@ void live_hub_publish_due(struct live_hub *hub)
 
 /* ---- messages ---- */
 
-/* False: the page gets the message as buckets, or does not need it. */
+/* Returns false if the page gets the message as buckets, or does not need it. */
 static bool is_shown(const struct mr_message *message)
 {
     switch (message->index) {
@@ -480,8 +483,8 @@ static bool belongs_to_landing(unsigned place)
     }
 }
 
-/* Subject of a message: channel, switch, segment, ... For the predictor, a warning or advice has a
- * slot of its own, beside the newest message. */
+/* Returns the subject of a message: channel, switch, segment, ... For the predictor, a warning or
+ * advice has a separate slot, beside the newest message. */
 static unsigned find_subject(const struct mr_message *m)
 {
     switch (m->index) {
@@ -521,7 +524,7 @@ static void remove_slot(struct live_hub *hub, struct slot *slot)
     memmove(slot, slot + 1, (size_t)(hub->slot + hub->slots - slot) * sizeof *slot);
 }
 
-/* Store `text` in its slot, and own it. */
+/* Stores `text` in its slot, and takes ownership of it. */
 static void store_slot(struct live_hub *hub, uint32_t key, char *text)
 {
     struct slot *old = find_slot(hub, key);
@@ -533,7 +536,7 @@ static void store_slot(struct live_hub *hub, uint32_t key, char *text)
         hub->slot[hub->slots++] = (struct slot){key, text};
 }
 
-/* Discard the messages of a landing when a new landing is armed or the board has restarted. */
+/* Discards the messages of a landing when a new landing is armed or the board has restarted. */
 static void discard_landing(struct live_hub *hub, bool faults)
 {
     for (unsigned i = hub->slots; i-- > 0;) {
@@ -544,7 +547,7 @@ static void discard_landing(struct live_hub *hub, bool faults)
     hub->warned = false;
 }
 
-/* Add a message to the next event. */
+/* Adds a message to the next event. */
 static void add_to_next_event(struct live_hub *hub, const char *text)
 {
     if (!hub->pending)
@@ -580,7 +583,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     }
     add_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
-    /* keep the zone at the beginning of the warning, which arrived before its lead */
+    /* store the zone at the beginning of the warning, which arrived before its lead time */
     if (warns && !hub->warned) {
         const struct slot *zone = find_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 0));
         store_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
@@ -642,7 +645,7 @@ void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, in
         publish_due(hub);
     }
     live_buckets_add_record(&hub->buckets, record);
-    /* a campaign may be replayed faster than turn() is called */
+    /* data of a campaign may arrive faster than live_hub_publish_due is called */
     if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
@@ -656,7 +659,7 @@ void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
     pthread_mutex_unlock(&hub->lock);
 }
 
-/* The newest messages as a list. */
+/* Makes a list of the newest messages. */
 static char *slots_text(const struct live_hub *hub)
 {
     char *text = NULL;
@@ -685,7 +688,7 @@ char *live_hub_snapshot(struct live_hub *hub)
 
 /* ---- viewers ---- */
 
-/* All events for a new viewer. The caller holds the lock. */
+/* Makes the text of all events for a new viewer. The caller holds the lock. */
 static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewer, size_t *length)
 {
     char *text = NULL;
@@ -709,7 +712,7 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
             fputs(hub->event[i % EVENTS_MAX].text, out);
     }
     viewer->needs_snapshot = false;
-    viewer->next = hub->next_event - hub->ended; /* the end is an event of its own */
+    viewer->next = hub->next_event - hub->ended; /* the end of the hub is a separate event */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -723,7 +726,8 @@ char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int 
            pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
         ;
     if (viewer->next < hub->first_event)
-        viewer->needs_snapshot = true; /* the viewer did not read for longer than the ring holds */
+        /* the ring no longer contains the events that the viewer has not read */
+        viewer->needs_snapshot = true;
     if (viewer->needs_snapshot) {
         text = make_snapshot_event(hub, viewer, length);
     } else if (viewer->next < hub->next_event) {

@@ -13,7 +13,7 @@
 
 #include "host/collect/collect.h"
 
-/* Source of the data, for display. The caller owns the texts. */
+/* Source of the data, as shown on the page. The caller owns the texts. */
 struct live_source {
     const char *db;
     const char *can, *serial;       /* LINK texts; NULL: not used, or not known */
@@ -33,14 +33,15 @@ void live_hub_close(struct live_hub *hub);
 /* Adds a message of the board from the collector, or a block record. */
 void live_hub_add_message(struct live_hub *hub, const struct collector_event *event);
 void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
-/* Adds a line for people under "Events". */
+/* Adds a line to the list "Events" of the page. */
 void live_hub_add_notice(struct live_hub *hub, const char *words);
 void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
                          const struct store_link_counts *counts);
 /* Creates the events that are due. Call it at least 20 times a second. */
 void live_hub_publish_due(struct live_hub *hub);
 
-/* {"configuration", "messages", "state"} as text, which the caller frees; NULL: no memory. */
+/* Returns {"configuration", "messages", "state"} as text, which the caller frees; NULL: no
+ * memory. */
 char *live_hub_snapshot(struct live_hub *hub);
 
 /* ---- viewers ---- */
@@ -50,25 +51,25 @@ struct live_viewer {
     uint64_t next;
     bool needs_snapshot; /* the snapshot and the ring's readings are sent first */
 };
-/* Text of the next events, which the caller frees. Waits up to `wait_ms` for an event. NULL: there
- * was none. */
+/* Returns the text of the next events, which the caller frees. Waits up to `wait_ms` for an event.
+ * NULL: there was none. */
 char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int wait_ms,
                           size_t *length);
-/* Adds the last event, with the reason as a line for people. Wakes all waiting threads; from now on
- * no call waits, and no commands are accepted. */
+/* Adds the last event, whose text is the reason. Wakes all waiting threads; from now on no call
+ * waits, and no commands are accepted. */
 void live_hub_end(struct live_hub *hub, const char *why);
 /* True if the hub has ended and the viewer has received everything. */
 bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer);
 
 /* ---- commands ---- */
 
-/* For viewers: passes on a command and waits for the board's answer. `until_us`: Unix time after
- * which it must not be executed. MR_OK: the board answered with `*answer`. MR_TIMEOUT: no answer
+/* Sends a command for a viewer and waits for the board's answer. `until_us`: Unix time after which
+ * the command must not be executed. MR_OK: the board answered with `*answer`. MR_TIMEOUT: no answer
  * within 3 s. MR_LIMIT: the command is too old. MR_NOT_NOW: another command is in progress, or
  * commands are not available. */
 enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
                                      int64_t until_us, enum mr_status *answer);
-/* For the owner of the links: removes and returns a command to be sent. */
+/* Removes and returns a command, which the owner of the links must send. */
 bool live_hub_pop_command(struct live_hub *hub, struct mr_command *command);
 
 #endif

@@ -20,7 +20,7 @@
  * read */
 #define CONNECTION_TIMEOUT_S 15u
 #define HEARTBEAT_PERIOD_MS  1000
-#define END_TIMEOUT_MS       500 /* time for viewers to receive the end */
+#define END_TIMEOUT_MS       500 /* time in which viewers can receive the end */
 #define END_POLL_MS          5
 #define COMMAND_BYTES        1000u
 #define CHUNK_BYTES          65536u
@@ -35,7 +35,6 @@ struct live_server {
     char url[LIVE_URL_MAX];
 };
 
-/* One request. */
 struct request {
     char body[COMMAND_BYTES + 1];
     size_t length;
@@ -46,7 +45,7 @@ struct stream {
     struct live_server *server;
     struct live_hub *hub;
     struct live_viewer viewer;
-    char *text; /* text to send */
+    char *text; /* the part of the text that is being sent */
     size_t length, sent;
 };
 
@@ -80,7 +79,7 @@ static enum MHD_Result respond_text(struct MHD_Connection *connection, unsigned 
                          "text/plain; charset=utf-8");
 }
 
-/* Send `text` and free it. */
+/* Sends `text` and frees it. */
 static enum MHD_Result respond_json(struct MHD_Connection *connection, unsigned code, char *text)
 {
     if (!text)
@@ -95,7 +94,8 @@ static const char *get_header(struct MHD_Connection *connection, const char *nam
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
-/* Accept only requests to names of this computer, on any port: the port of a tunnel differs. */
+/* Accepts only requests to names of this computer, on any port, because the port of a tunnel
+ * differs. */
 static bool is_local_host(const char *host)
 {
     static const char *const ours[] = {"127.0.0.1", "localhost"};
@@ -110,7 +110,7 @@ static bool is_local_host(const char *host)
     return false;
 }
 
-/* Compares in constant time, independent of the first difference. */
+/* Compares the token in constant time, independent of the first difference. */
 static bool is_token_valid(const struct live_server *server, const char *given)
 {
     unsigned differ = 0;
@@ -134,7 +134,8 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
     }
     if (!stream->text && live_hub_has_ended(stream->hub, &stream->viewer))
         return MHD_CONTENT_READER_END_OF_STREAM;
-    if (!stream->text) { /* a comment line: sending it detects closed connections */
+    /* without an event, a comment line is sent, which detects closed connections */
+    if (!stream->text) {
         memcpy(out, ":\n\n", 3);
         return 3;
     }
@@ -174,7 +175,7 @@ static enum MHD_Result serve_events(struct live_server *server, struct MHD_Conne
 
 /* ---- commands ---- */
 
-/* Execute the command in the body; `json` receives the reply. Returns the HTTP code. */
+/* Executes the command in the body; `json` receives the reply. Returns the HTTP code. */
 static unsigned run_command(struct live_server *server, const json_t *body, json_t *json)
 {
     const char *name = json_string_value(json_object_get(body, "command"));
@@ -267,7 +268,7 @@ static enum MHD_Result serve(void *context, struct MHD_Connection *connection, c
     struct live_server *server = context;
     struct request *request = *kept;
     (void)version;
-    if (!request) { /* the headers have arrived, the body has not */
+    if (!request) { /* only the headers have arrived, not the body */
         *kept = calloc(1, sizeof *request);
         return *kept ? MHD_YES : MHD_NO;
     }

@@ -23,10 +23,11 @@ struct live_server;
 /* Starts the server. `where`: a port; 0: any free port. MR_USAGE: not a port. */
 enum mr_status live_server_open(const char *where, struct live_hub *hub,
                                 struct live_server **server, struct error *error);
-/* The URL with the token after #, which browsers do not send. Static in the server. */
+/* Returns the URL with the token after #, a part that browsers do not send. The server owns the
+ * text. */
 const char *live_server_url(const struct live_server *server);
-/* Sends the viewers the reason for at most half a second, then stops the server. NULL is
- * allowed. */
+/* Sends the viewers the reason `why`, waits at most half a second for them, and stops the server.
+ * NULL is allowed. */
 void live_server_close(struct live_server *server, const char *why);
 
 /* ---- for matrig log: hub and server, fed by a collector ---- */
@@ -46,8 +47,8 @@ enum mr_status live_open(struct live *live, const char *where, const struct live
  * all zero. */
 void live_close(struct live *live, const char *why);
 
-/* Updates counts and creates due events. Call it at least 20 times a second as long as data
- * arrives. */
+/* Updates the counts of the links and publishes the events that are due. Call it at least 20 times
+ * a second as long as data arrives. */
 void live_update(struct live *live, const struct collector *collector);
 /* Removes and returns an arm or disarm command to be sent to the board. */
 bool live_pop_command(struct live *live, struct mr_command *command);
