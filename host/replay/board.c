@@ -15,8 +15,8 @@
 #include "host/board/imagefile.h"
 #include "host/collect/collect.h"
 
-/* Longest real time of a run. Virtual time always advances, so even a board that hangs ends; the
- * limit is for machines that stall. */
+/* Smallest limit of the real time of a run. Virtual time always advances, so even a board that
+ * hangs reaches its end; the limit is for machines that stall. */
 #define WAIT_MIN_S      60.0
 #define WAIT_PER_S      10.0
 #define BYTES_PER_TURN  65536
@@ -24,7 +24,7 @@
 
 enum { REPLAY, CAN, SERIAL, BOARD_TEXT, FLASH, FILES };
 
-/* Link specifications of the files in the directory: "file:" and the path. */
+/* Links to the files in the directory: "file:" and the path. */
 struct paths {
     char link[FILES][320];
 };
@@ -77,7 +77,7 @@ static enum mr_status start_board(const struct replay_board *board, const struct
     return error->status;
 }
 
-/* Last line that the board wrote to its standard error. */
+/* Reads the last line that the board wrote to its standard error. */
 static void read_last_line(const char *path, char *out, size_t size)
 {
     char line[400];
@@ -134,7 +134,7 @@ static enum mr_status run_board(const struct replay_board *board, const struct p
     return MR_OK;
 }
 
-/* Collect both links in step by board time, like `matrig log`. */
+/* Collects both links in step by board time, like `matrig log`. */
 static enum mr_status collect_links(struct collector *collector,
                                     struct link *const link[LINK_KINDS], struct error *error)
 {
@@ -163,7 +163,7 @@ static enum mr_status collect_links(struct collector *collector,
             open[can ? LINK_CAN : LINK_SERIAL] = false;
             status = collector_end_link(collector, can ? LINK_CAN : LINK_SERIAL, error);
             if (status == MR_TRUNCATED) {
-                /* the run ends at its time, even inside a frame */
+                /* the run ends at its end time, even inside a frame */
                 *error = (struct error){0};
                 status = MR_OK;
             }
@@ -206,8 +206,8 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     if (status == MR_OK)
         status = store_answers(&paths, board->can_base, store, error);
     if (status == MR_TRUNCATED) {
-        /* the board ended normally, so its file does not end inside a frame: it contains no frames
-         * at all */
+        /* The board ended normally, so its file cannot end inside a frame. This status means that
+         * the file has no frames at all. */
         error->status = MR_OK;
         status = error_set(
             error, MR_TRUNCATED,
@@ -246,7 +246,8 @@ void replay_image_path_of_run(struct store *store, int64_t run, char *path, size
 {
     struct board_messages recorded;
     struct error unread = {0};
-    (void)board_messages_load(store, run, &recorded, &unread); /* if it fails: the image of zg */
+    /* if loading fails, the image is that of zg */
+    (void)board_messages_load(store, run, &recorded, &unread);
     replay_image_path(&recorded, path, size);
     board_messages_free(&recorded);
 }

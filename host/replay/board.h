@@ -11,26 +11,26 @@ struct replay_board {
     const char *program; /* path of matrig-board */
     const char *elf;
     bool real_time;
-    /* True: the directory has flash.bin, the content of the board's flash without the image. */
+    /* the directory has flash.bin, the content of the board's flash without the image */
     bool has_flash_file;
-    uint16_t can_base; /* base of the board on CAN, by its configuration */
+    uint16_t can_base; /* base of the board on CAN, from its configuration */
     double duration_s; /* approximate virtual duration, which limits the waiting time */
 };
 
 /* Checks that program and image exist; otherwise MR_IO. */
 enum mr_status replay_board_check(const struct replay_board *board, struct error *error);
 
-/* Runs a replay. `directory`: for temporary files, which the caller removes: it has replay.txt, and
- * receives can.log, serial.bin and board.txt. `*answers` is a new database with the landing that
- * the board reported, `*run` its number. MR_IO: the board stopped. MR_TIMEOUT: the board took too
- * long. MR_TRUNCATED: it reported no landing. */
+/* Runs a replay. `directory` is for temporary files and already has replay.txt; the board adds
+ * can.log, serial.bin and board.txt, and the caller removes all. `*answers` is a new database with
+ * the landing that the board reported, `*run` the landing's RUN. MR_IO: the board stopped.
+ * MR_TIMEOUT: the board took too long. MR_TRUNCATED: the board reported no landing. */
 enum mr_status replay_board_run(const struct replay_board *board, const char *directory,
                                 struct store **answers, int64_t *run, struct error *error);
 
-/* Path of matrig's firmware image for the board that recorded the landing. If the record does not
- * name the board, the image of board zg. */
+/* Writes the path of matrig's firmware image for the board that recorded the landing. If the record
+ * does not name the board, it is the image of board zg. */
 void replay_image_path(const struct board_messages *recorded, char *path, size_t size);
-/* As replay_image_path, for a landing whose answers are not loaded. */
+/* As replay_image_path, for a landing whose messages are not loaded. */
 void replay_image_path_of_run(struct store *store, int64_t run, char *path, size_t size);
 /* Checks that the image is for the board that recorded the landing; otherwise MR_VERSION. A file
  * that is not a matrig image is left to the emulated board, which refuses it. */

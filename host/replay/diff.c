@@ -9,10 +9,10 @@
 #include "common/catalogue.h"
 #include "host/base/units.h"
 
-#define DIGITS 15 /* digits of numbers in reports, as many as a double holds */
+#define DIGITS 15 /* number of digits of numbers in reports, as many as a double has */
 
-/* A message without its own block gets the newest block that its link had delivered. Frames of
- * one block can change order on the bus. */
+/* A message without its own block gets the newest block that its link had delivered. The block may
+ * be wrong by this much, because frames can change order on the bus. */
 #define BLOCK_TOLERANCE  4
 /* Messages that are sent in turn wait while the bus is full, rarely longer than this. */
 #define DELAY_MAX_BLOCKS 2000
@@ -22,26 +22,26 @@ static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 /* ---- how each field of the catalogue is compared ---- */
 
 enum field_rule {
-    FIELD_PLAIN,   /* equal, or within the tolerance of its unit */
+    FIELD_PLAIN,   /* the values are equal, or differ by at most the tolerance of the unit */
     FIELD_BLOCK,   /* a block index, minus the shift */
     FIELD_BLOCK16, /* the low 16 bits of a block index, minus the shift */
-    FIELD_TICK,    /* a tick of TIM2 */
-    /* number of frames since reset, with dropped ones; counted from the first frame of the
-     * landing */
+    FIELD_TICK,    /* a tick of TIM2, minus the shift */
+    /* number of frames since reset, including dropped ones; compared from the first frame of the
+     * landing on */
     FIELD_QUEUED,
     FIELD_FAULTS,       /* a mask of faults: only those that follow from the record */
     FIELD_IMAGE,        /* identifies the image: compared if the image is the same */
-    FIELD_CIRCUMSTANCE, /* does not follow from the record */
+    FIELD_CIRCUMSTANCE, /* not determined by the record, so not compared */
 };
 
 /* Faults that follow from blocks and edges. */
 #define RECORD_FAULTS         (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
 #define FIELD_TOLERANCES_TEXT 200
 
-/* Rules of the catalogue. Other fields follow the rule of their name, if it is a common name for
- * times, or else FIELD_PLAIN. */
+/* Rules of the catalogue. Other fields follow the rule of their name, if the name is a common one
+ * for times, or else FIELD_PLAIN. */
 static const struct {
-    uint16_t id; /* 0: in every message */
+    uint16_t id; /* message of the field; 0: every message */
     const char *field;
     enum field_rule rule;
 } rules[] = {
@@ -69,7 +69,7 @@ static const struct {
     {"s", 0.05},   {"codes", 1.0}, {"ms", 5.0},  {"%", 5.0},
 };
 
-/* True if a message as a whole does not follow from the record. */
+/* True if a message as a whole is not determined by the record. */
 static bool message_is_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
@@ -98,7 +98,7 @@ static enum field_rule find_field_rule(const struct mr_message_info *info,
     return FIELD_PLAIN;
 }
 
-/* Tolerance of a unit if another image ran; 0: equal. */
+/* Returns the tolerance of a unit if another image ran; 0: values must be equal. */
 static double field_tolerance(const char *unit)
 {
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
@@ -108,7 +108,7 @@ static double field_tolerance(const char *unit)
     return 0.0;
 }
 
-/* One line with all tolerances; `si`: lengths, speeds and forces in SI units. */
+/* Writes one line with all tolerances; `si`: lengths, speeds and forces in SI units. */
 static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
 {
     size_t used = 0;
@@ -136,11 +136,12 @@ struct comparison {
     const struct diff_options *options;
     struct diff *diff;
     struct diff_row *row;
-    /* range of the record; messages outside have no counterpart */
+    /* range of the record; messages outside this range have no counterpart */
     int64_t first_block, end_block;
-    double queued_recorded, queued_replayed; /* at the first message; NaN: no message yet */
+    /* counts of queued frames at the first message; NaN: no message yet */
+    double queued_recorded, queued_replayed;
     bool links_faultless;
-    int64_t late_blocks; /* see struct diff */
+    int64_t late_blocks; /* see delay_blocks in struct diff */
     /* the record ends before its landing: one link may have continued without the other */
     bool landing_incomplete;
 };
@@ -180,14 +181,15 @@ static bool is_near(double a, double b, double tolerance)
     return fabs(a - b) <= tolerance;
 }
 
-/* Messages that do not follow from the record: rows of the slow log, which are sent when their
- * minute is full, and nonces, which need a key that a replay does not have. */
+/* True for messages that do not follow from the record: rows of the slow log, which are sent when
+ * their minute is full, and nonces, which need a key that a replay does not have. */
 static bool is_independent(uint16_t id)
 {
     return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
 
-/* Frames queued so far, including dropped ones, because the firmware made those too. */
+/* Returns the number of frames queued so far, including dropped ones, because the firmware made
+ * those too. */
 static double count_queued_frames(const struct board_messages *answers, int link,
                                   const struct board_message *answer)
 {
@@ -197,7 +199,8 @@ static double count_queued_frames(const struct board_messages *answers, int link
     return value_of(answer, "sent") + value_of(answer, "dropped") - others;
 }
 
-/* Convert the two values of a field to a common base. False: the field is not compared. */
+/* Converts the two values of a field to a common base. Returns false if the field is not
+ * compared. */
 static bool align_values(struct comparison *c, const struct mr_field_info *field,
                          const struct board_message *a, const struct board_message *b,
                          double *recorded, double *replayed, double *tolerance)
@@ -249,15 +252,15 @@ static void compare_pair(struct comparison *c, const struct board_message *a,
     }
 }
 
-/* False for faults of links, clocks and converters, which depend on circumstances, and for answers
- * to commands before arming, which may still have been in transit. */
+/* Returns false for faults of links, clocks and converters, which depend on circumstances, and for
+ * answers to commands before arming, which may still have been in transit. */
 static bool is_determined_by_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
         (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
          value_of(answer, "code") == (double)MR_COMMAND_NONE ||
          mr_command_is_sender_refused((int)value_of(answer, "status"))))
-        return false; /* the replay's own command, or a replacement for another one */
+        return false; /* a command that the replay itself sends, or one that replaces another */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
         return value_of(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
@@ -266,7 +269,7 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
     return code < MR_FAULT_COUNT && (RECORD_FAULTS >> (unsigned)code & 1u);
 }
 
-/* Number of earlier blocks that a message averages. */
+/* Returns the number of earlier blocks that a message averages. */
 static int64_t averaged_blocks(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
@@ -310,16 +313,18 @@ static const struct board_message *next_message(struct message_iterator *walk,
 static void add_unmatched(struct comparison *c, const struct board_message *answer, int64_t block,
                           bool recorded)
 {
-    /* The record can end between two messages of its last block. */
+    /* The record may end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
     if (!recorded && c->landing_incomplete && block == c->end_block)
-        return; /* messages about the last block may not have been sent any more */
+        /* messages about the last block may be missing, because the record ended before they were
+         * sent */
+        return;
     if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
-        return; /* the end itself may be earlier or later by this much */
+        return; /* the time of the end itself may differ by this much */
     if (message_is_in_rotation(answer->info->id) && c->late_blocks > c->end_block - block)
-        return; /* the counterpart would be sent after the end */
+        return; /* the counterpart would be sent after the end of the record */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
         return;
@@ -373,7 +378,7 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             add_unmatched(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
-            /* CAN sent the message while its record was still in transit on serial */
+            /* on CAN, a message can arrive while its record is still in transit on serial */
             if (has_own_block(info) && at > c->end_block)
                 c->diff->after_record++;
             else if (averaged_blocks(info->id) && at < c->first_block + averaged_blocks(info->id))
@@ -392,8 +397,8 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
     }
 }
 
-/* Largest shift in blocks between a message and its counterpart, for messages that are sent in
- * turn, while their order is the same. */
+/* Returns the largest shift in blocks between a message and its counterpart, for messages that are
+ * sent in turn, while their order is the same. */
 static int64_t find_largest_delay(const struct comparison *c, int link,
                                   const struct mr_message_info *info)
 {
@@ -413,8 +418,8 @@ static int64_t find_largest_delay(const struct comparison *c, int link,
     return most;
 }
 
-/* The shift is large if the bus was full in one of the two, because of other boards or
- * instruments. */
+/* Returns the delay by a full bus. The shift is large if other boards or instruments filled the bus
+ * in one of the two landings. */
 static int64_t find_bus_delay(const struct comparison *c)
 {
     size_t count;
@@ -547,7 +552,8 @@ void diff_answers(const struct board_messages *recorded, const struct board_mess
     }
 }
 
-/* "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed 35.6" */
+/* Writes a difference, for example "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed
+ * 35.6". */
 static void difference_text(const struct difference *d, char *out, size_t size)
 {
     int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link],
@@ -584,7 +590,7 @@ static void difference_answer(const struct difference *d, struct answer *answer)
     answer_close(answer);
 }
 
-/* Print only rows with differences. */
+/* Prints a row if it has differences. */
 static void add_row(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differing + row->only_recorded + row->only_replayed > 0;

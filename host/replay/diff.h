@@ -24,7 +24,7 @@ struct difference {
     double recorded, replayed;
 };
 
-struct diff_row { /* one message on one link */
+struct diff_row { /* comparison of one message on one link */
     const char *message;
     int link;
     int64_t pairs;
@@ -38,24 +38,25 @@ struct diff {
     bool exact;
     struct diff_row row[DIFF_MESSAGES_MAX];
     size_t rows;
-    /* A message that only one side has counts as one difference. */
+    /* totals; a message that only one side has counts as one difference */
     int64_t messages, fields, differing;
-    /* Largest time difference, in blocks, of messages sent in rotation, if a full bus delayed them;
-     * 0: no delay. */
+    /* largest time difference, in blocks, of messages that are sent in turn and that a full bus
+     * delayed; 0: no delay */
     int64_t delay_blocks;
-    int64_t before_record; /* messages that depend on blocks before the first record */
-    /* Messages of blocks after the last record, because CAN reports them first or the record ends
-     * early. */
+    int64_t before_record; /* number of messages that depend on blocks before the first record */
+    /* number of messages of blocks after the last record, because CAN reports them first or the
+     * record ends early */
     int64_t after_record;
-    /* Recorded messages that no record determines (CIRCUMSTANCE in the catalogue). */
+    /* number of recorded messages that no record determines (CIRCUMSTANCE in the catalogue) */
     int64_t circumstances;
-    int64_t not_recorded; /* messages of the replay that a log with losses may have missed */
+    /* number of messages of the replay that a log with losses may have missed */
+    int64_t not_recorded;
     bool has_difference;
     struct difference first; /* earliest in time */
 };
 
 struct diff_options {
-    bool exact;             /* false: within tolerances */
+    bool exact;             /* values must be equal; false: within tolerances */
     int64_t shift_blocks;   /* block of the record minus block of the replay */
     bool lossy[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };

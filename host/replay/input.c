@@ -19,7 +19,7 @@
 #define ARMED_MAX_BLOCKS     20000
 #define ARMED_MIN_BLOCKS     450
 #define BLOCKS_PER_S         1000
-/* Schedule before arming, from this block on: one zero per block, then one survey segment every
+/* First block of the schedule before arming: one zero per block, then one survey segment every
  * second block, then one runway word per block. */
 #define FIRST_COMMAND_BLOCK  40
 #define COMMANDS_PER_BLOCK   4u
@@ -61,7 +61,7 @@ static enum mr_status handle_frame(void *context, const struct store_frame *fram
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
         info->length != frame->length)
-        return MR_OK; /* a message of another program, or a command */
+        return MR_OK; /* the message belongs to another program, or is a command */
     xlist_grow(&answers->message[loading->link], *count, sizeof(struct board_message));
     struct board_message *answer = &answers->message[loading->link][(*count)++];
     *answer = (struct board_message){
@@ -239,7 +239,7 @@ static bool add_command(struct commands *commands, int64_t block, struct mr_comm
     return true;
 }
 
-/* The link with more answers to commands; serial if both have the same number. */
+/* Returns the link with more answers to commands; serial if both have the same number. */
 static enum link_kind find_command_link(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
@@ -250,8 +250,8 @@ static enum link_kind find_command_link(const struct board_messages *recorded)
     return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
 }
 
-/* Argument of a command, from the answers of the board. The number of a mark is in the message
- * before its answer. */
+/* Finds the argument of a command, from the answers of the board. The number of a mark is in the
+ * message before its answer. */
 static int32_t find_argument(const struct board_messages *recorded, const struct mr_ack *ack,
                              const struct mr_mark *mark)
 {
@@ -262,8 +262,8 @@ static int32_t find_argument(const struct board_messages *recorded, const struct
     return ack->code == MR_COMMAND_MARK ? (int32_t)mark->number : 0;
 }
 
-/* Collect the commands from their answers. If a command ends the landing, its answer comes after
- * the end, so it is taken from the landing's state instead. */
+/* Collects the commands from their answers. If a command ends the landing, its answer arrives after
+ * the end, so the command is derived from the landing's state instead. */
 static bool collect_commands(const struct board_messages *recorded, struct commands *commands)
 {
     enum link_kind link = find_command_link(recorded);
@@ -292,7 +292,8 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
             continue;
         struct mr_command message = {
             .code = ack.code, .tag = ack.tag, .argument = find_argument(recorded, &ack, &mark)};
-        /* the replay would obey it, because it has no key */
+        /* a board refused this command because of its key; the replay has no key and would execute
+         * it */
         if (mr_command_is_sender_refused(ack.status))
             message.code = MR_COMMAND_NONE;
         commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
@@ -305,7 +306,7 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
     return fits;
 }
 
-/* Write the zeros that were measured before the landing, bit for bit. Configured zeros are in the
+/* Writes the zeros that were measured before the landing, bit for bit. Configured zeros are in the
  * image. */
 static void put_zeros(struct writer *writer, const struct board_messages *recorded,
                       struct replay_input *input)
@@ -332,7 +333,7 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
     }
 }
 
-/* Write the runway that the landing was armed with. Without one in the database, the board has a
+/* Writes the runway with which the landing was armed. Without one in the database, the board has a
  * new runway, with the survey. */
 static enum mr_status put_runway(struct writer *writer, struct store *store,
                                  const struct board_messages *recorded, struct replay_input *input,
@@ -356,7 +357,8 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
     return MR_OK;
 }
 
-/* Write the chart and plan that the landing was armed with, if any: the last ones before it. */
+/* Writes the chart and the plan with which the landing was armed, if any: the last ones before
+ * it. */
 static enum mr_status put_chart(struct writer *writer, struct store *store,
                                 const struct board_messages *recorded, struct error *error)
 {
@@ -431,8 +433,8 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
 
 /* ---- edges ---- */
 
-/* Ticks since the start of TIM2 in the replay. The board time of a capture determines the number of
- * wraps of the counter. */
+/* Returns the ticks since the start of TIM2 in the replay. The board time of a capture determines
+ * the number of wraps of the counter. */
 static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first,
                              int64_t shift_blocks)
 {
@@ -443,8 +445,8 @@ static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_bloc
     return (uint64_t)(origin + ticks); /* TIM2 is at the origin at the beginning of block 0 */
 }
 
-/* Write edges, film frames, brake and wheel. They are numbered from arming on, so their times rise.
- * Captures that the board rejected as noise are not included. */
+/* Writes edges, film frames, brake and wheel. They are numbered from arming on, so their times
+ * rise. Captures that the board rejected as noise are not included. */
 static enum mr_status put_captures(struct writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)

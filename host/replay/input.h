@@ -45,16 +45,17 @@ void board_messages_free(struct board_messages *answers);
  * repeat that record. A record that begins late after the board's start is shifted back by whole
  * seconds, because the board's periodic actions repeat every second. */
 struct replay_input {
-    int64_t shift_blocks; /* block n of the board in the replay is block n + shift of the record */
+    int64_t shift_blocks; /* block n of the replay is block n + shift_blocks of the record */
     int64_t first_block;  /* first block of the record */
     int64_t last_block;
     int64_t armed_block;
     size_t edges;
-    size_t frames;          /* film frames */
-    size_t commands;        /* commands, repeated in the block in which the board executed them */
-    size_t survey_segments; /* segments entered before arming */
+    size_t frames; /* film frames */
+    /* number of commands, each repeated in the block in which the board executed it */
+    size_t commands;
+    size_t survey_segments; /* number of segments entered before arming */
     bool has_runway;        /* the predictor's runway at arming is entered */
-    size_t zeros;           /* measured zeros set before arming */
+    size_t zeros;           /* number of measured zeros set before arming */
     bool uses_crystal;
 };
 
