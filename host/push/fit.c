@@ -58,7 +58,7 @@ static bool has_word(const char *text, const char *word)
     return false;
 }
 
-/* Split a line into cells without surrounding blanks, in place. */
+/* Splits a line into cells without surrounding blanks, in place. */
 static size_t split_cells(char *line, char *cell[CELLS_MAX])
 {
     size_t count = 0;
@@ -148,7 +148,7 @@ static enum mr_status parse_value(struct table *t, enum role role, const char *t
                      CELL_SHOWN_MAX, text, roles[role].units);
 }
 
-/* Series of a row: the last series or a new one. */
+/* Finds the series of a row: the last series or a new one. */
 static enum mr_status find_or_add_series(struct table *t, struct push_series **series)
 {
     struct push_readings *all = t->readings;
@@ -271,17 +271,20 @@ void push_readings_free(struct push_readings *readings)
  * u0 + sum over m of (a loading[i][m] + b unloading[i][m]) F_m. */
 struct push_path {
     size_t count;
-    size_t top;     /* reading before the force first turns back; else the last reading */
-    size_t plateau; /* last reading from `top` on with the same force, within the gage's error */
-    size_t falling; /* number of readings after a fall of |F| */
+    /* the reading before the force first turns back; without a turn, the last reading */
+    size_t top;
+    /* the last reading from `top` on with the same force, within the gage's error */
+    size_t plateau;
+    size_t falling; /* number of readings after the magnitude of the force decreased */
     double loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
-/* Two readings of the same force differ by more than this only once in 40,000. */
-#define TURN_ERRORS 4.2 /* 3 sqrt 2, times the gage's standard error */
+/* a force turns if two readings differ by more than this number of standard errors of the gage: 3
+ * sqrt 2, which equal forces exceed once in 40,000 */
+#define TURN_ERRORS 4.2
 
-/* Direction of the force on its way to each reading: 1 or -1. */
+/* Finds the direction of the force on its way to each reading: 1 or -1. */
 static void find_directions(struct push_path *path, const struct push_series *series,
                             double turn_lb, int *direction)
 {
@@ -314,7 +317,7 @@ static void find_directions(struct push_path *path, const struct push_series *se
     }
 }
 
-/* Add the step from the previous force to F_i. */
+/* Adds the step from the previous force to F_i. */
 static void add_step(struct push_path *path, const struct push_series *series, double turn_lb,
                      int direction, size_t i)
 {
@@ -331,8 +334,9 @@ static void add_step(struct push_path *path, const struct push_series *series, d
     path->falling += !grows || through_0;
 }
 
-/* A force turns where it returns by more than the error of its gage. Smaller steps back do not
- * change the direction. False: no force of the series exceeds the gage's error. */
+/* Computes the path. A force turns if it returns by more than the error of its gage; smaller steps
+ * back do not change the direction. Returns false if no force of the series exceeds the gage's
+ * error. */
 static bool make_path(struct push_path *path, const struct push_series *series,
                       double force_error_lb)
 {
@@ -358,7 +362,7 @@ static bool make_path(struct push_path *path, const struct push_series *series,
 #define GRID_K_POINTS         41
 #define NARROW_INTERVAL_RATIO 1.3 /* a narrower interval of K fits between the points of the grid */
 #define GRID_RHO_POINTS       11
-#define SLIDE_READINGS_MAX    20u  /* most readings before the top that are tried */
+#define SLIDE_READINGS_MAX    20u  /* largest number of readings before the top that are tried */
 #define SLIDE_CHI_SQUARE_MAX  25.0 /* largest chi-square per reading of the forces during a slide */
 
 /* A range of readings that slid. A candidate counts if its chi-square is below `threshold`. */
@@ -367,14 +371,14 @@ struct slide {
     double a, b, chi_square, threshold;
 };
 
-/* A prepared test: chi2 of any (a, b) needs one decomposition only. */
+/* A prepared test: computing chi2 for any (a, b) needs only one decomposition. */
 struct fit_work {
     const struct push_series *series;
     struct push_errors gages;
     struct push_path path;
-    size_t slid_from, slid_to; /* from > to: nothing slid */
+    size_t slid_from, slid_to; /* range of the readings that slid; from > to: none */
     double offset_prior_variance, slide_gain;
-    /* multiplied by the measured forces */
+    /* `loading` and `unloading` multiplied by the measured forces */
     double loading_lb[PUSH_READINGS_MAX], unloading_lb[PUSH_READINGS_MAX];
     /* products: loading loading', loading unloading' and unloading unloading' */
     double loading_loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
@@ -414,7 +418,7 @@ static void prepare_fit(struct fit_work *w)
     w->offset_prior_variance = free_in * free_in;
 }
 
-/* V = L L' in place, lower half. The diagonal makes V positive definite. */
+/* Decomposes V = L L' in place, lower half. The diagonal makes V positive definite. */
 static void cholesky_decompose(struct fit_work *w, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
@@ -432,8 +436,8 @@ static bool has_slid(const struct fit_work *w)
     return w->slid_from <= w->slid_to;
 }
 
-/* True if two readings share an additional offset besides u0. Each reading that slid has one of its
- * own; all readings after it share the last one. */
+/* True if two readings share an additional offset besides u0. Each reading that slid has a separate
+ * offset; all readings after it share the last one. */
 static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
 {
     return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
@@ -466,7 +470,7 @@ static double chi_square(struct fit_work *w, double a, double b)
     return sum;
 }
 
-/* chi2 of the forces during a slide, which must all equal one limit. */
+/* Computes chi2 of the forces during a slide, which must all equal one limit. */
 static double slide_chi_square(const struct fit_work *w, double *limit_lb)
 {
     double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
@@ -478,14 +482,15 @@ static double slide_chi_square(const struct fit_work *w, double *limit_lb)
     return squares;
 }
 
-/* chi2 with one parameter fixed. `which` 0: a is fixed and b free; 1: rho is fixed and a free. */
+/* Computes chi2 with one parameter fixed. `which` 0: a is fixed and b free; 1: rho is fixed and a
+ * free. */
 static double chi_square_with_fixed(struct fit_work *w, int which, double fixed, double free)
 {
     return which == 0 ? chi_square(w, fixed, free) : chi_square(w, free, fixed * free);
 }
 
-/* Least chi2 over the free parameter, by Newton's method on a curve close to a parabola. *at: the
- * start, then the minimum. */
+/* Finds the least chi2 over the free parameter, by Newton's method on a curve close to a parabola.
+ * *at: the start, then the minimum. */
 static double minimize_with_fixed(struct fit_work *w, int which, double fixed, double *at,
                                   double scale)
 {
@@ -513,7 +518,7 @@ static double minimize_with_fixed(struct fit_work *w, int which, double fixed, d
     return best;
 }
 
-/* Fit a and b together. Returns chi2. */
+/* Fits a and b together. Returns chi2. */
 static double fit_both(struct fit_work *w, double *a, double *b, double scale)
 {
     double best = HUGE_VAL;
@@ -533,8 +538,8 @@ static double fit_both(struct fit_work *w, double *a, double *b, double scale)
     return best;
 }
 
-/* Distance from `at` where chi2, minimised over the other parameter, has risen by q^2; INFINITY:
- * not within `most`. */
+/* Finds the distance from `at` at which chi2, minimised over the other parameter, has risen by q^2;
+ * INFINITY: not within `most`. */
 static double find_interval_distance(struct fit_work *w, int which, double at, double other,
                                      double best, double q, double step, double most, double scale)
 {
@@ -569,7 +574,7 @@ static double find_interval_distance(struct fit_work *w, int which, double at, d
     return fabs(far);
 }
 
-/* Try a slide of readings `from` to `to`, and keep it if its chi2 is the best so far. */
+/* Tries a slide of readings `from` to `to`, and stores it if its chi2 is the best so far. */
 static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, double scale,
                       struct slide *best)
 {
@@ -586,7 +591,7 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
         *best = (struct slide){from, to, a, b, now, now};
 }
 
-/* Find the readings that slid: none, or a range that ends at the top, if chi2 falls by enough.
+/* Finds the readings that slid: none, or a range that ends at the top, if chi2 falls by enough.
  * `elastic`: a and b are fitted, from their present values; otherwise both are 0. Returns chi2
  * including that of the forces. */
 static double find_slide(struct fit_work *w, bool elastic, double *a, double *b, double scale)
@@ -608,7 +613,7 @@ static double find_slide(struct fit_work *w, bool elastic, double *a, double *b,
     return best.chi_square;
 }
 
-/* Log odds as a sum over a grid, for readings with little information. */
+/* Computes the log odds as a sum over a grid, for readings with little information. */
 static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, double force,
                             double expected_lb_in, double stretch2)
 {
@@ -628,8 +633,8 @@ static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, doub
     return most + log(sum);
 }
 
-/* Log odds from the parabola at the best fit, for readings with much information: the likelihood
- * there times the share of the prior under the parabola. */
+/* Computes the log odds from the parabola at the best fit, for readings with much information: the
+ * likelihood there times the share of the prior under the parabola. */
 static double peak_log_odds(const struct push_fit *fit, double stretch2)
 {
     double width = 2.0 * PUSH_PRIOR_DECADES * log(10.0);
@@ -642,7 +647,8 @@ static double peak_log_odds(const struct push_fit *fit, double stretch2)
            log(fmin(1.0, fit->unloading_count > 0 ? sqrt(2.0 * M_PI) * of_rho : 1.0));
 }
 
-/* Logarithm of the odds of the elastic law against the rigid one (marginal likelihoods). */
+/* Returns the logarithm of the odds of the elastic law against the rigid one (marginal
+ * likelihoods). */
 static double log_odds(struct fit_work *w, const struct push_fit *fit, double force,
                        double expected_lb_in, double stretch2)
 {

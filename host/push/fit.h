@@ -44,7 +44,8 @@
  * test repeats that of the previous row. Empty lines and lines that begin with # are skipped. */
 
 #define PUSH_SERIES_MAX   40u
-#define PUSH_READINGS_MAX 60u /* readings of a series; the fit of so many takes 0.3 s */
+/* maximum number of readings of a series; fitting so many takes 0.3 s */
+#define PUSH_READINGS_MAX 60u
 #define PUSH_NAME_SIZE    24u
 #define PUSH_MAX_LB       1e7 /* largest load or force; PUSH_MAX_IN: largest displacement */
 #define PUSH_MAX_IN       1e4
@@ -79,7 +80,7 @@ struct push_errors {
     double force_lb, moved_in;
 };
 
-/* A 95 % interval. value NaN: not determined; low and high are still valid bounds; -INFINITY and
+/* A 95 % interval. `value` NaN: not determined; low and high are still valid bounds. -INFINITY and
  * INFINITY: no bound. */
 struct push_interval {
     double value, low, high;
@@ -87,13 +88,13 @@ struct push_interval {
 
 struct push_fit {
     struct push_interval k_lb_in, unloading;
-    double limit_lb; /* force at which it slid; NaN: it did not slide */
-    size_t slid_from,
-        slid_count; /* first sliding reading, from 0, and number of sliding readings */
+    double limit_lb; /* force at which the mat slid; NaN: it did not slide */
+    /* first sliding reading, from 0, and number of sliding readings */
+    size_t slid_from, slid_count;
     double max_lb;  /* largest magnitude of the force */
     double zero_in; /* dial reading at force 0, by the elastic law */
     double chi_square, rigid_chi_square;
-    size_t degrees_of_freedom; /* of the elastic law */
+    size_t degrees_of_freedom; /* degrees of freedom of the elastic fit */
     double log_odds; /* natural logarithm of the odds of elastic to rigid, with equal prior odds */
     size_t unloading_count; /* number of readings with decreasing force */
 };

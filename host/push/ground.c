@@ -9,11 +9,11 @@
 
 /* ---- push answer ---- */
 
-#define IN_PER_FT 12.0
-#define UNLOADING_MAX \
-    1.0 /* a ground that springs back by more than its displacement is impossible */
+#define IN_PER_FT     12.0
+/* a ground that springs back by more than its displacement is impossible */
+#define UNLOADING_MAX 1.0
 
-/* "elastic", "rigid", "undecided". */
+/* Returns "elastic", "rigid" or "undecided". */
 static const char *law_name(enum push_law law)
 {
     static const char *const names[] = {"undecided", "elastic", "rigid"};
@@ -53,7 +53,7 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     }
 }
 
-/* `kept`: value that a scene uses instead; NULL: none. */
+/* Adds a parameter that is not determined. `kept`: value that a scene uses instead; NULL: none. */
 static void add_undetermined(struct answer *answer, const char *name,
                              const struct push_parameter *told, const char *kept)
 {
@@ -184,7 +184,7 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
 #define BISECTIONS     60
 #define SPREAD_MAX     10.0
 
-/* Fit y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
+/* Fit of y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
 struct pooled {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
     size_t count, terms;
@@ -192,7 +192,7 @@ struct pooled {
     double c[2], c_error[2], spread, half_width_errors;
 };
 
-/* Solve with a given spread; returns the weighted sum of squared residuals. */
+/* Solves with a given spread; returns the weighted sum of squared residuals. */
 static double fit_with_spread(struct pooled *p, double spread)
 {
     double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
@@ -262,8 +262,8 @@ static size_t count_fit_terms(const struct push_readings *readings)
     return high > low * (1.0 + LOAD_TOLERANCE) ? 2 : 1;
 }
 
-/* Logarithm of the stiffness under one mat from one test, with its standard error. False: only
- * bounds. */
+/* Computes the logarithm of the stiffness under one mat from one test, with its standard error.
+ * Returns false if there are only bounds. */
 static bool get_stiffness(const struct push_fit *fit, const struct push_setting *setting,
                           double *ln, double *error)
 {
@@ -275,8 +275,8 @@ static bool get_stiffness(const struct push_fit *fit, const struct push_setting 
     return true;
 }
 
-/* If all tests give only bounds: each lower bound is valid at its own place only, so report the
- * smallest. */
+/* Computes a bound if all tests give only bounds. Each lower bound is valid only at its own place,
+ * so the smallest is reported. */
 static void bound_stiffness(const struct push_setting *setting, size_t count,
                             struct push_ground *ground)
 {
@@ -398,7 +398,7 @@ static void find_friction(const struct push_readings *readings, const struct pus
              p.count, p.count == 1 ? "" : "s");
 }
 
-/* Find the scatter of the readings of all tests, relative to the stated errors of the gages. All
+/* Finds the scatter of the readings of all tests, relative to the stated errors of the gages. All
  * tests use the same pair of gages. */
 static void find_scatter(size_t count, struct push_ground *ground)
 {

@@ -1,14 +1,21 @@
 /* The ground under the gear from push tests: which law applies, and the scene keys gear_* of the
- * elastic law with 95 % intervals.  * Each test is fitted separately (fit.h); then the tests are
- * combined. Stiffness as a function of load:  *     ln(K / mats) = ln k + axle_law ln(load / axle
- * load) + place  * k belongs to one mat under the load of one axle, like the scene key
- * gear_k_lb_ft: K is divided by the number of mats under the load, because each mat engages all of
- * its ground. If tests differ by more than their readings explain, the ground differs between
- * places: the scatter is estimated (Paule and Mandel), and Student's t for the number of tests
- * widens the interval. This is done whenever there are two more tests than parameters; with one
- * more test, only if the tests contradict each other.  * A law is chosen if the tests make it
- * PUSH_ODDS_MIN times as likely as the other law, with equal prior odds; otherwise the law is
- * undecided. A parameter that is not determined has value NaN and a reason. */
+ * elastic law with 95 % intervals.
+ *
+ * Each test is fitted separately (fit.h); then the tests are combined. Stiffness as a function of
+ * load:
+ *
+ *     ln(K / mats) = ln k + axle_law ln(load / axle load) + place
+ *
+ * k belongs to one mat under the load of one axle, like the scene key gear_k_lb_ft: K is divided by
+ * the number of mats under the load, because each mat engages all of its ground. If tests differ by
+ * more than their readings explain, the ground differs between places: the scatter is estimated
+ * (Paule and Mandel), and Student's t for the number of tests widens the interval. This is done
+ * whenever there are two more tests than parameters; with one more test, only if the tests
+ * contradict each other.
+ *
+ * A law is chosen if the tests make it PUSH_ODDS_MIN times as likely as the other law, with equal
+ * prior odds; otherwise the law is undecided. A parameter that is not determined has value NaN and
+ * a reason. */
 #ifndef MATRIG_HOST_PUSH_GROUND_H
 #define MATRIG_HOST_PUSH_GROUND_H
 
@@ -35,7 +42,8 @@ enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };
 
 struct push_parameter {
     struct push_interval interval; /* value NaN: not determined */
-    char reason[PUSH_REASON_SIZE]; /* why it is not determined, or what the value is based on */
+    /* why the parameter is not determined, or what the value is based on */
+    char reason[PUSH_REASON_SIZE];
 };
 
 struct push_ground {
@@ -46,7 +54,7 @@ struct push_ground {
     double spread; /* scatter of ln k between places; NaN: too few tests */
     /* readings scatter more than the stated errors explain (by chance once in 1,000) */
     bool has_excess_scatter;
-    double interval_factor;    /* factor on the intervals due to this scatter, at least 1 */
+    double interval_factor;    /* factor by which this scatter widens the intervals, at least 1 */
     double scatter;            /* scatter of the readings divided by the stated errors */
     size_t undetermined_count; /* number of tests whose stiffness is not determined */
     struct push_fit *fit;      /* one per test; allocated */
