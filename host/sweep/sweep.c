@@ -15,8 +15,8 @@
 
 /* ---- jsonpath ---- */
 
-/* Reads the next part of a path, up to a dot. False: the path ends, or the part is empty or too
- * long. */
+/* Reads the next part of a path, up to a dot. Returns false at the end of the path, or if the part
+ * is empty or too long. */
 static bool next_part(const char **path, char part[JSONPATH_MAX])
 {
     size_t length = strcspn(*path, ".");
@@ -88,7 +88,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
             return false;
         if (!set_child(at, part, inner))
             return false;
-        at = inner; /* the parent owns it now */
+        at = inner; /* the parent object owns the new one now */
     }
     return false;
 }
@@ -112,7 +112,7 @@ static double design_round(double value)
     return strtod(text, NULL);
 }
 
-/* Returns whole numbers as JSON integers, others as reals. */
+/* Returns whole numbers as JSON integers, other numbers as reals. */
 static json_t *design_json(double value)
 {
     return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
@@ -202,7 +202,7 @@ static void design_range_free(struct design_range *range)
     range->levels = NULL;
 }
 
-/* Number of levels: the length of the list, or `count`. */
+/* Returns the number of levels: the length of the list, or `count`. */
 static size_t design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
@@ -238,9 +238,9 @@ static json_t *design_value(const struct design_range *range, double u)
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
 }
 
-/* Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in random order. They
- * depend only on seed and name, so an additional key or another order of the keys does not change
- * them. */
+/* Fills u with a Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in
+ * random order. They depend only on seed and name, so an additional key or another order of the
+ * keys does not change them. */
 static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));

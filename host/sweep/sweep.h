@@ -21,9 +21,9 @@
 /* Returns a borrowed reference; NULL if there is no value. */
 json_t *jsonpath_get(const json_t *root, const char *path);
 
-/* Sets a copy of `value`. Only the parts along the path are copied; other shared parts of the
- * object stay shared. If the last key does not exist yet, it is added to its object. Returns false
- * if the path does not exist. */
+/* Sets a copy of `value` at the path. Only the parts along the path are copied; other shared parts
+ * of the object stay shared. If the last key does not exist yet, it is added to its object. Returns
+ * false if the path does not exist. */
 bool jsonpath_set(json_t *object, const char *path, json_t *value);
 
 /* Designs of a sweep: the levels of a Cartesian product and the samples of a Latin hypercube.
@@ -41,7 +41,7 @@ struct design_range {
     bool log;        /* equal steps of the logarithm; from and to are above 0 */
     bool is_integer; /* whole numbers, both ends included */
     size_t count;    /* number of steps in a range; 0: not given */
-    json_t *levels;  /* list of values; NULL: a range. Owned */
+    json_t *levels;  /* list of values, which the range owns; NULL: a range */
 };
 
 /* Reads [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}. `unit`: unit of
@@ -51,14 +51,14 @@ struct design_range {
 enum mr_status design_range_read(struct design_range *range, const json_t *value, const char *unit,
                                  const char *where, struct error *error);
 
-/* The i-th value, as a new reference. */
+/* Returns the i-th value as a new reference. */
 json_t *design_level(const struct design_range *range, size_t i);
-/* The number at the fraction u of a range (not of a list). */
+/* Returns the number at the fraction u of a range (not of a list). */
 double design_number(const struct design_range *range, double u);
 
-/* A column of a design for sensitivity indices (Saltelli 2010): two Latin hypercubes A and B of n
- * points, and for each of `keys` keys a copy of A with that key's column from B. u has n (keys + 2)
- * values, block by block, for the key with index `key`. */
+/* Fills u with a column of a design for sensitivity indices (Saltelli 2010): two Latin hypercubes A
+ * and B of n points, and for each of `keys` keys a copy of A with that key's column from B. u has n
+ * (keys + 2) values, block by block, for the key with index `key`. */
 void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name);
 
 #define SWEEP_NAME_MAX  64
@@ -77,10 +77,10 @@ struct sweep_axis {
 /* A search for the smallest value of a key for which a field is beyond a level. */
 struct sweep_search {
     bool is_given;
-    struct sweep_axis
-        key; /* the key and its range, which is searched from the low end; it has no levels */
+    /* the key and its range, which is searched from the low end; it has no levels */
+    struct sweep_axis key;
     const char *field; /* path in the result */
-    bool below;        /* "beyond" means below the level; false: above it */
+    bool below;        /* "beyond" means below the level; false: above the level */
     double level;
     /* Number of equal parts of the range, which are evaluated in ascending order until the field is
      * beyond. */
@@ -119,7 +119,7 @@ json_t *sweep_values(const struct sweep *sweep, size_t index);
 json_t *sweep_input(const struct sweep *sweep, size_t index);
 /* Returns a copy of `input` in which the searched key has a value. */
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value);
-/* Paths of the outputs, as an array of texts. */
+/* Returns the paths of the outputs, as an array of texts. */
 const json_t *sweep_outputs(const struct sweep *sweep);
 
 #endif

@@ -41,7 +41,7 @@ static json_t *simulate_scene(const json_t *input)
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
                            : refused_json(&error);
-    /* over all mats and times, whereas `matrig sim` shows only the requested outputs */
+    /* the peak is over all mats and times, whereas `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
     if (tried && error.status != MR_OK)
@@ -202,14 +202,14 @@ static bool is_beyond(struct search *s, double value)
     return is;
 }
 
-/* Midpoint of two values on the scale of the range. */
+/* Returns the midpoint of two values on the scale of the range. */
 static double middle_value(const struct design_range *range, double low, double high)
 {
     return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
-/* Steps upwards through the range until the field is beyond its level, then bisects. False: the
- * field is never beyond, or a run failed. */
+/* Steps upwards through the range until the field is beyond its level, then bisects. Returns false
+ * if the field is never beyond, or if a run failed. */
 static bool search_range(struct search *s, double *low, double *high)
 {
     const struct sweep_search *find = &s->sweep->search;
@@ -370,7 +370,7 @@ void sweep_table_free(struct sweep_table *table)
 
 /* ---- sensitivity indices ---- */
 
-/* xorshift64 (Marsaglia 2003): the same draws in every run. */
+/* Draws an index with xorshift64 (Marsaglia 2003), so that every run has the same draws. */
 static size_t draw_index(uint64_t *state, size_t count)
 {
     *state ^= *state << 13;
@@ -379,7 +379,7 @@ static size_t draw_index(uint64_t *state, size_t count)
     return (size_t)((double)(*state >> 11) * 0x1p-53 * (double)count);
 }
 
-/* First-order index and total index. */
+/* Indices of one key: of first order, and total. */
 struct pair {
     double first, total;
 };
@@ -588,7 +588,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
     answer_close(answer);
 }
 
-/* Returns the text of a value for a cell. The caller frees it. */
+/* Returns a value as the text of a cell. The caller frees it. */
 static char *cell_text(const json_t *value)
 {
     if (json_is_string(value))

@@ -2,7 +2,7 @@
  * the table of all cases, from any number of files: one row per case in the sweep's order, with the
  * sensitivity indices if the design has them. A line of a file:
  *
- *     {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" | why not,
+ *     {"case": N, "sweep": HASH, "values": {KEY: VALUE, ...}, "status": "ok" or the reason,
  *      ["reason":,] ["result": {...},] ["find": {...}]} */
 #ifndef MATRIG_HOST_SWEEP_TABLE_H
 #define MATRIG_HOST_SWEEP_TABLE_H
@@ -16,7 +16,7 @@
  * simulation does not accept; "reason" accompanies every status except "ok". */
 typedef json_t *sweep_simulate(const json_t *input);
 
-/* The simulation for the sweep's base. */
+/* Returns the function that simulates the sweep's base: a scene or a study. */
 sweep_simulate *sweep_simulation(const struct sweep *sweep);
 
 /* Runs a case in this process. Returns a new object: "status", "reason" unless the status is "ok",
