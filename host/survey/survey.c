@@ -36,14 +36,14 @@ static void add_station(struct survey_plan *plan, enum survey_edges edges, unsig
         add_item(plan, SURVEY_ACROSS, line, station);
 }
 
-/* Station of an item's beginning; a diagonal has no station. */
+/* Returns the station of an item's beginning; a diagonal has no station. */
 static double survey_item_ft(const struct survey_item *item)
 {
     return (item->kind == SURVEY_GAP ? SURVEY_SPAN_FT : SURVEY_STATION_FT) * item->place;
 }
 
-/* Add the items of a line in the downfield direction. Each station comes before the first span that
- * begins at or behind it. */
+/* Adds the items of a line in the downfield direction. Each station precedes the first span that
+ * begins at or behind the station. */
 static void add_line_items(struct survey_plan *plan, enum survey_edges edges, unsigned line)
 {
     unsigned station = 0;
@@ -63,7 +63,7 @@ void survey_plan_init(struct survey_plan *plan, enum survey_edges edges)
     for (unsigned line = 1; line <= SURVEY_LINES; line++) {
         size_t first = plan->count;
         add_line_items(plan, edges, line);
-        /* even lines: walk back uprange */
+        /* on even lines the reader walks back uprange, so the order is reversed */
         for (size_t i = first, j = plan->count; line % 2 == 0 && i + 1 < j; i++) {
             struct survey_item item = plan->item[i];
             plan->item[i] = plan->item[--j];
@@ -144,7 +144,7 @@ static bool is_span(const struct survey_item *item)
     return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL;
 }
 
-/* Expected value of a first reading. NaN: no expectation. */
+/* Returns the expected value of a first reading; NaN: no expectation. */
 static double survey_item_nominal_in(const struct survey_item *item)
 {
     return is_span(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
@@ -157,7 +157,7 @@ double survey_item_limit_in(const struct survey_item *item)
 
 /* ---- desk ---- */
 
-/* three reading errors: a repeated reading within this confirms the doubtful one */
+/* three reading errors; a second reading that differs by less confirms a doubtful one */
 #define CONFIRM_TOLERANCE_IN 0.015
 #define READING_MAX_IN       2000.0 /* larger than any caliper or runway */
 
@@ -175,7 +175,7 @@ static bool is_line_end(const char *text)
 
 static bool parse_number(const char *text, bool si, double *value_in, struct quantity_error *wrong)
 {
-    /* only digits: a caliper does not write powers of ten */
+    /* only digits are allowed: a caliper does not write powers of ten */
     size_t digits = strspn(text, "+-.,0123456789");
     if (digits == 0 || toupper((unsigned char)text[digits]) == 'E')
         return false;
@@ -227,8 +227,8 @@ static void discard_reading(struct survey_desk *desk, size_t item)
     desk->history_count = kept;
 }
 
-/* Restore a stored reading (when a survey resumes). NaN deletes it; `skipped` marks it as skipped.
- * Call survey_desk_move_to_next afterwards. */
+/* Restores a stored reading when a survey resumes. NaN deletes the reading; `skipped` marks it as
+ * skipped. Call survey_desk_move_to_next afterwards. */
 static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
                                 bool skipped)
 {
@@ -281,7 +281,7 @@ static enum survey_outcome handle_number(struct survey_desk *desk, double value_
 
 static enum survey_outcome undo_reading(struct survey_desk *desk, size_t *item)
 {
-    if (desk->has_doubtful) { /* the doubtful reading is not stored yet: forget it */
+    if (desk->has_doubtful) { /* the doubtful reading is not stored yet, so it is discarded */
         desk->has_doubtful = false;
         return SURVEY_MOVED;
     }
@@ -401,7 +401,8 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
     const char *text[COLUMNS];
     for (int i = 0; i < COLUMNS; i++)
         text[i] = column[i] >= 0 && column[i] < (int)cells ? cell[column[i]] : "";
-    while (cells > names && cell[cells - 1][0] == '\0') /* empty columns of a spreadsheet */
+    /* ignore the empty columns of a spreadsheet */
+    while (cells > names && cell[cells - 1][0] == '\0')
         cells--;
     if (cells > names)
         return error_set(error, MR_MALFORMED,
@@ -432,7 +433,8 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                          text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
     if (distance &&
-        fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0) /* a value in mm gives 3.2 */
+        /* the logarithm is 3.2 for a value in mm */
+        fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0)
         return error_set(error, MR_MALFORMED,
                          "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
                          "if the unit is different, name the column reading_%s",
@@ -509,7 +511,7 @@ struct normal_equations {
     double diagonal[SURVEY_POINTS], off_diagonal[SURVEY_POINTS - 1], right[SURVEY_POINTS];
 };
 
-/* Add the observation a u(k) + b u(k+1) = value. */
+/* Adds the observation a u(k) + b u(k+1) = value. */
 static void add_observation(struct normal_equations *n, unsigned k, double a, double b,
                             double value, double error)
 {
@@ -523,7 +525,7 @@ static void add_observation(struct normal_equations *n, unsigned k, double a, do
     }
 }
 
-/* Solve by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
+/* Solves by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
  * reciprocal variance of point k. */
 static void solve_normal(const struct normal_equations *n,
                          struct survey_estimate out[SURVEY_POINTS])
@@ -552,7 +554,8 @@ static void solve_normal(const struct normal_equations *n,
     }
 }
 
-/* `anchor`: u of the first point if the line has no stations. False: the line has no readings. */
+/* Computes the movement of a line. `anchor`: u of the first point if the line has no stations.
+ * Returns false if the line has no readings. */
 static bool compute_line_movement(const struct survey_change *c, unsigned line,
                                   const struct survey_estimate *anchor,
                                   struct survey_estimate moved[SURVEY_POINTS])
@@ -592,7 +595,7 @@ static struct survey_estimate compute_bow(const struct survey_change *c, unsigne
                       (survey_line_in(SURVEY_LINES) - survey_line_in(1));
         const struct survey_estimate here = c->movement[line][point];
         double away_in = here.value_in - (1.0 - part) * left.value_in - part * right.value_in;
-        /* NaN compares as false, so the first value is taken */
+        /* a comparison with NaN is false, so the first value is always used */
         if (isnan(away_in) || fabs(away_in) <= fabs(bow.value_in))
             continue;
         bow.value_in = away_in;
@@ -650,7 +653,7 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
             squares += value_in * value_in;
         }
         double mean = lines ? sum / lines : (double)NAN;
-        /* from the errors of the readings, and from the differences between lines */
+        /* the error combines the errors of the readings with the differences between lines */
         double scatter = lines > 1
                            ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
                            : 0.0;
@@ -664,8 +667,8 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
 
 /* ---- campaign ---- */
 
-/* Readings of a survey by their place in the plan; NaN: not read, undone or skipped. `survey` NULL:
- * only the values are needed. */
+/* Loads the readings of a survey by their place in the plan; NaN: not read, undone or skipped.
+ * `survey` NULL: only the values are needed. */
 static enum mr_status load_readings(struct store *store, int64_t id, const struct survey_plan *plan,
                                     double value_in[SURVEY_ITEMS_MAX], struct survey *survey,
                                     struct error *error)
@@ -679,7 +682,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
         struct survey_item item = {SURVEY_KINDS, (unsigned)rows[i].line, (unsigned)rows[i].place};
         int at = survey_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item) : -1;
         if (at < 0)
-            continue; /* not in this plan */
+            continue; /* the reading's place is not in this plan */
         value_in[at] = rows[i].value_in;
         if (!survey)
             continue;
@@ -691,7 +694,7 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
     return status;
 }
 
-/* Load survey `i`, and the previous reading of each place. */
+/* Loads survey `i`, and the previous reading of each place. */
 static enum mr_status load_survey(struct store *store, const struct store_gage_survey *rows,
                                   size_t i, struct survey *survey, struct error *error)
 {
@@ -716,12 +719,13 @@ static enum mr_status load_survey(struct store *store, const struct store_gage_s
     }
     if (status == MR_OK)
         status = load_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
-    size_t lasts = survey->desk.history_count; /* continue behind the last reading */
+    size_t lasts = survey->desk.history_count; /* continue after the last reading */
     survey_desk_move_to_next(&survey->desk, lasts ? survey->desk.history[lasts - 1] : 0);
     return status;
 }
 
-/* Refuse a survey: no valid survey has this number. id 0: there is no survey at all. */
+/* Sets the error for a missing survey: no valid survey has this number. id 0: there is no survey at
+ * all. */
 static enum mr_status refuse_missing(struct store *store, int64_t id,
                                      const struct store_gage_survey *rows, size_t count,
                                      struct error *error)
@@ -827,7 +831,7 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
                                        struct survey_found *found, bool *there, struct error *error)
 {
-    static struct survey survey; /* static: tens of kilobytes */
+    static struct survey survey; /* static, because it takes tens of kilobytes */
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);

@@ -39,7 +39,7 @@
 #define SURVEY_WIDTH_IN              168.0 /* about 14 ft (report 2.6) */
 #define SURVEY_POINT_SPACING_IN      33.5  /* distance between gage points */
 #define SURVEY_JOINT_IN              0.036 /* designed movement of a joint (report 2.7.2) */
-/* Limit of a span's change: that of ten joints. */
+/* limit of a span's change: the sum of ten joints */
 #define SURVEY_SPAN_CHANGE_MAX_IN    (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
 /* movement of a station between two surveys above which the reading is asked for again */
 #define SURVEY_STATION_CHANGE_MAX_IN 1.0
@@ -69,16 +69,16 @@ struct survey_plan {
 };
 
 void survey_plan_init(struct survey_plan *plan, enum survey_edges edges);
-/* Index of an item in the plan, or -1. */
+/* Returns the index of an item in the plan, or -1. */
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
-/* Names: "gap", "station"; "left", "both", "none". */
+/* Names of kinds and edges: "gap", "station"; "left", "both", "none". */
 extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[SURVEY_EDGES];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 double survey_line_in(unsigned line);        /* distance of a line from the left edge */
 const char *survey_line_text(unsigned line); /* "36 in left of the centreline" */
-/* Description: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
+/* Describes an item: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
 void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size);
 double survey_item_limit_in(const struct survey_item *item);
 
@@ -113,18 +113,18 @@ struct survey_entry {
     struct quantity_error error; /* SURVEY_INVALID: why a number is invalid; empty: not a number */
 };
 
-/* A number without a unit is in inches, or in millimetres with `si`. */
+/* Parses an entry. A number without a unit is in inches, or in millimetres with `si`. */
 void survey_entry_parse(const char *line, bool si, struct survey_entry *entry);
 
 struct survey_desk {
     struct survey_plan plan;
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
     bool skipped[SURVEY_ITEMS_MAX];
-    double previous_in[SURVEY_ITEMS_MAX]; /* readings of the survey before; NaN: none */
+    double previous_in[SURVEY_ITEMS_MAX]; /* readings of the previous survey; NaN: none */
     size_t current;                   /* current item; plan.count: all items are read or skipped */
     size_t history[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
     size_t history_count;
-    bool has_doubtful; /* entering the same value again confirms it */
+    bool has_doubtful; /* the last value was doubtful; entering the same value again confirms it */
     double doubtful_in;
 };
 
@@ -144,11 +144,11 @@ void survey_desk_init(struct survey_desk *desk, enum survey_edges edges);
 /* Moves to the first item from `from` on that is neither read nor skipped; then from the
  * beginning. */
 void survey_desk_move_to_next(struct survey_desk *desk, size_t from);
-/* Applies an entry except quit, help and nothing. `item`: the item that it changed. */
+/* Applies an entry except quit, help and an empty line. `item`: the item that the entry changed. */
 enum survey_outcome survey_desk_apply(struct survey_desk *desk, const struct survey_entry *entry,
                                       size_t *item);
-/* Value with which a reading is compared: from the survey before, otherwise the design value; NaN:
- * none. */
+/* Returns the value with which a reading is compared: that of the previous survey, otherwise the
+ * design value; NaN: none. */
 double survey_desk_expected_in(const struct survey_desk *desk, size_t item);
 size_t survey_desk_count_read(const struct survey_desk *desk); /* number of items with a value */
 
@@ -190,7 +190,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
  * Slack of a span: reading minus the distance with all joints closed, not below 0; slack of a
  * segment: mean over the lines that were read. Units are inches; NaN: not known. Pure functions. */
 #define SURVEY_BOW_LIMIT_IN     (11.0 / 7.0)
-/* Standard error of a caliper's reading, if no better value is known. */
+/* standard error of a caliper's reading, if no better value is known */
 #define SURVEY_ERROR_IN         0.005
 /* standard error of a mark's distance from a station, read by a scale */
 #define SURVEY_STATION_ERROR_IN 0.02
@@ -229,16 +229,15 @@ void survey_compute_change(const struct survey_readings *now, const struct surve
 void survey_compute_slack(const struct survey_readings *now, double closed_in,
                           struct survey_slack *slack);
 
-/* Surveys of a campaign: the survey in progress, its readings by index, and the survey with which
- * it is compared. */
+/* A survey of a campaign: its row, its readings by index, and the values of the previous survey. */
 struct survey {
     struct store_gage_survey row;
-    struct survey_desk desk; /* values, skipped items, values of the survey before */
+    struct survey_desk desk; /* values, skipped items, and values of the previous survey */
     size_t confirmed;        /* number of readings that were confirmed after a doubt */
     struct survey_readings readings;
 };
 
-/* Results of a survey. `previous` and `first` are ids; 0: there is no survey before it. */
+/* Results of a survey. `previous` and `first` are ids; 0: there is no earlier survey. */
 struct survey_found {
     int64_t previous, first;
     struct survey_change since_previous, since_first;
@@ -256,16 +255,16 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
                                 struct error *error);
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
                                struct survey_found *found, struct error *error);
-/* Results of the newest survey that was started between two times and has readings of segments;
- * *there false: none. */
+/* Evaluates the newest survey that was started between two times and has readings of segments;
+ * *there is false if there is none. */
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
                                        struct survey_found *found, bool *there,
                                        struct error *error);
 
-/* Verdict as text: "within", "perhaps beyond" (the limit lies in its 95 % interval), "beyond", "not
- * known". */
+/* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
+ * interval), "beyond", "not known". */
 const char *survey_bow_verdict(const struct survey_found *found);
-/* Time as text: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_US, which are
+/* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_US, which are
  * the board's times in a recording without times of day. */
 #define SURVEY_EARLIEST_US INT64_C(946684800000000) /* 2000-01-01 */
 void survey_time_text(int64_t host_us, char *out, size_t size);
