@@ -8,7 +8,7 @@
 #define PER_MILLION       1e-6
 #define INTEGRATION_STEPS 400 /* steps of the sum over a rectangular distribution */
 
-/* Values of the reference circuits that this file uses. */
+/* values of the reference circuits that this file uses */
 static const struct circuit_values {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
@@ -62,7 +62,7 @@ double budget_noise_codes(void)
     return figures.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
 }
 
-/* The stated error with a single source. A gain of 0 has no rounding error. */
+/* Returns the stated error with a single source. A gain of 0 has no rounding error. */
 static double single_source_error(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
@@ -115,7 +115,7 @@ static double divisor(const struct budget_case *of, enum budget_source source)
     return source == BUDGET_ROUNDING || source == BUDGET_TEMPERATURE ? sqrt(3.0) : 1.0;
 }
 
-/* In or lb per kelvin, beyond the part that the stated error includes. */
+/* Returns the drift in in or lb per kelvin, beyond the part that the stated error includes. */
 static double drift_per_kelvin(const struct budget_case *of, const struct budget *budget,
                                double kelvin)
 {
@@ -145,7 +145,7 @@ static double sensitivity(const struct budget_case *of, const struct budget *bud
     }
 }
 
-/* Probability of an error within `k` standard uncertainties. `wide`: half width of the
+/* Returns the probability of an error within `k` standard uncertainties. `wide`: half width of the
  * rectangular part, `narrow`: standard deviation of the normal part, both in standard
  * uncertainties. */
 static double coverage_probability(double k, double wide, double narrow)

@@ -32,7 +32,7 @@ enum budget_source {
     BUDGET_DRIFT,
     BUDGET_LINEARITY,
     BUDGET_REFERENCE,
-    BUDGET_STATED, /* the sources before it belong to the stated error */
+    BUDGET_STATED, /* the sources before this one belong to the stated error */
     BUDGET_CERTIFICATE = BUDGET_STATED,
     BUDGET_BASELINE,
     BUDGET_POSITION,
@@ -70,15 +70,15 @@ struct budget {
 
 void budget_make(const struct budget_case *of, struct budget *budget);
 
-/* The texts have static storage. */
-const char *budget_source_name(enum budget_source source); /* "noise": for programs */
+/* The texts of these functions have static storage. */
+const char *budget_source_name(enum budget_source source); /* word for programs: "noise" */
 const char *budget_source_text(enum budget_source source); /* name for people */
 const char *budget_distribution(enum budget_source source);
 /* Unit of the input of a transducer, otherwise of a gage: "codes", "1" (relative), "ft", ... */
 const char *budget_input_unit(enum budget_source source, bool transducer);
 
-/* Standard deviation of a block's mean in codes, from the data of the circuit's converter. For a
- * channel whose noise was not measured. */
+/* Returns the standard deviation of a block's mean in codes, from the data of the circuit's
+ * converter, for a channel whose noise was not measured. */
 double budget_noise_codes(void);
 
 #endif

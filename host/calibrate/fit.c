@@ -5,15 +5,15 @@
 
 #include "host/base/statistics.h"
 
-#define SLOPE_ERRORS_MIN 3.0 /* standard errors by which the slope must differ from 0 */
+#define SLOPE_ERRORS_MIN 3.0 /* number of standard errors by which the slope must differ from 0 */
 
 static bool point_is_before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
 
-/* Mean value and mean code of each known value, sorted by the reading of the straight line.
- * Returns their number. */
+/* Computes mean value and mean code of each known value, sorted by the reading of the straight
+ * line. Returns their number. */
 static size_t average_distinct(const struct calibrate_point *point, size_t count,
                                struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
@@ -49,7 +49,7 @@ static enum mr_status make_table(const struct calibrate_point *point, size_t cou
                          "too many known values: the calibration has %zu, but a table holds only "
                          "%u; leave some out, or use the straight line",
                          values, MR_CONFIG_POINTS);
-    bool falls = channel->unit_per_code < 0.0f; /* the reading rises as codes fall */
+    bool falls = channel->unit_per_code < 0.0f; /* the reading rises while codes fall */
     channel->points = (uint8_t)values;
     for (size_t i = 0; i < values; i++) {
         const struct calibrate_point *p = &mean[falls ? values - 1 - i : i];
@@ -128,7 +128,8 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     fit->unit_per_code = line.slope.value;
     fit->zero_code = -line.intercept.value / line.slope.value;
     fit->gain_error = hypot(line.slope.error / fabs(line.slope.value), known_error / span);
-    /* at the zero, or at the nearest known value if the zero is outside their range */
+    /* the error applies at the zero, or at the nearest known value if the zero is outside their
+     * range */
     double at = fmin(fmax(0.0, fit->low), fit->high),
            at_code = fit->zero_code + at / fit->unit_per_code;
     double variance = line.intercept.error * line.intercept.error +

@@ -17,8 +17,8 @@ struct calibrate_point {
 
 struct calibrate_fit {
     double unit_per_code, zero_code;
-    double gain_error;      /* relative */
-    double zero_error;      /* in or lb, like the fields below */
+    double gain_error;      /* gain error, as a share of the gain */
+    double zero_error;      /* standard error in in or lb, like the fields below */
     double linearity_error; /* root mean square of the deviations that the calibration leaves */
     double worst_residual;  /* largest residual by magnitude, and the index of its point */
     size_t worst_point;
@@ -29,12 +29,12 @@ struct calibrate_fit {
     double max_deviation;
 };
 
-/* Fits a channel. `known_error`: standard error that all known values share (of a set of gage
- * blocks, of a weight). Sets unit_per_code, zero_code, points and errors of `channel`; other fields
- * are unchanged. With `table`, the 2 to 8 distinct values become the points of the table, and
- * residuals are relative to the table. MR_TOO_FEW: fewer than three points or two values.
- * MR_NUMERICS: the reading does not follow the value, or the table does not rise. MR_LIMIT: more
- * values than a table has room for. */
+/* Fits a channel. `known_error`: standard error that all known values share, for example that of a
+ * set of gage blocks or of a weight. Sets unit_per_code, zero_code, points and errors of `channel`;
+ * other fields are unchanged. With `table`, the 2 to 8 distinct values become the points of the
+ * table, and residuals are relative to the table. MR_TOO_FEW: fewer than three points or two
+ * values. MR_NUMERICS: the reading does not follow the value, or the table does not rise. MR_LIMIT:
+ * more values than a table has room for. */
 enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, double known_error,
                              bool table, struct mr_channel_config *channel,
                              struct calibrate_fit *fit, struct error *error);

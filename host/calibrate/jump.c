@@ -26,7 +26,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
     if (!mr_channel_is_sensor(new) || old->kind != new->kind || old->number != new->number ||
         old->unit_per_code == 0.0f || new->unit_per_code == 0.0f)
         return false;
-    /* false: another sensor, or the first calibration */
+    /* false for another sensor, and for a first calibration */
     bool same = !is_other_sensor(old, new) && (old->calibrated_day || !new->calibrated_day);
     double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
            ratio = fabs(is / was),
@@ -57,8 +57,8 @@ bool jump_channel_find(const char *name, size_t length, unsigned *index)
 
 /* ---- mistake ---- */
 
-/* Distance of a gain from the middle of the possible range, as the logarithm of the ratio;
- * infinite outside the range. */
+/* Returns the distance of a gain from the middle of the possible range, as the logarithm of the
+ * ratio; infinite outside the range. */
 static double gain_distance(const struct mr_gain_limits *limits, double gain)
 {
     double least = (double)limits->min, most = (double)limits->max;

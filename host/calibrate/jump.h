@@ -1,4 +1,5 @@
-/* Jumps of a calibration, and the likely mistake behind an impossible gain. Pure functions. */
+/* Detection of a jump of a channel's gain between two calibrations, and of the likely mistake
+ * behind an impossible gain. Pure functions. */
 #ifndef MATRIG_HOST_CALIBRATE_JUMP_H
 #define MATRIG_HOST_CALIBRATE_JUMP_H
 
@@ -7,15 +8,15 @@
 
 #include "common/config.h"
 
-/* Comparison of a channel's gain with an earlier gain of the same channel.  * Allowed ratio of the
- * two gains, in either direction: - JUMP_RATIO_SAME: the same sensor was calibrated again. The 0.5
- * % of the data sheet and the 2 % of the reference are well within; the smallest mistake of a unit,
- * pounds for kilograms, is a factor of 2.2. The sign must not change. - JUMP_RATIO_TRANSDUCER:
- * first calibration of a transducer, or a different one by its serial number. Cells differ, but the
- * amplifier is the same; centimetres for inches are a factor of 2.54. - JUMP_RATIO_GAGE: first
- * calibration of a gage, or a different one. Bridges of 5.56 and 14.4 uV/lb with gains of 900 and
- * 346 (common/gain.h) are up to 2.6 times the built-in values, or less by that factor; band
- * sections differ too. */
+/* Allowed ratio of a channel's gain to an earlier gain of the same channel, in either direction:
+ * - JUMP_RATIO_SAME: the same sensor was calibrated again. The 0.5 % of the data sheet and the 2 %
+ * of the reference are well within the limit; the smallest mistake of a unit, pounds for kilograms,
+ * is a factor of 2.2. The sign must not change.
+ * - JUMP_RATIO_TRANSDUCER: first calibration of a transducer, or a different one by its serial
+ * number. Cells differ, but the amplifier is the same; centimetres for inches are a factor of 2.54.
+ * - JUMP_RATIO_GAGE: first calibration of a gage, or a different one. Bridges of 5.56 and 14.4
+ * uV/lb with gains of 900 and 346 (common/gain.h) are up to 2.6 times the built-in values, or less
+ * by that factor; band sections differ too. */
 #define JUMP_RATIO_SAME       1.1
 #define JUMP_RATIO_TRANSDUCER 1.5
 #define JUMP_RATIO_GAGE       5.0
@@ -26,7 +27,8 @@
  * compare (not fitted in one of them, or of another kind). */
 bool jump_find(const struct mr_channel_config *old, const struct mr_channel_config *new,
                char text[JUMP_TEXT_SIZE]);
-/* Name of a channel by its input, as in matrig calibrate: "d3", "t12". Index from 0. */
+/* Writes the name of a channel by its input, as in matrig calibrate: "d3", "t12". `index` is from
+ * 0. */
 void jump_channel_name(unsigned index, char out[8]);
 /* Finds the index of a channel by its name of `length` characters; returns false if there is no
  * such channel. */

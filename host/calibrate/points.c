@@ -150,7 +150,7 @@ static enum mr_status read_line(struct reader *r, char *line)
                              *separator == ';' ? "columns separated by semicolons"
                                                : "columns separated by tabs",
                              "save the file with commas between columns and points in numbers");
-    if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet */
+    if (line[strspn(line, BLANKS ",")] == '\0') /* an empty row of a spreadsheet is skipped */
         return MR_OK;
     size_t cells = csv_split(line, cell, 3);
     if (cells < 2)

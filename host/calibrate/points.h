@@ -17,7 +17,8 @@
 #include "host/base/units.h"
 
 struct calibrate_points {
-    struct calibrate_point point[CALIBRATE_POINTS_MAX]; /* the points; values are in in or lb */
+    /* points in order, with values in in or lb */
+    struct calibrate_point point[CALIBRATE_POINTS_MAX];
     size_t count;
     const struct unit_word *unit; /* unit of values without a unit; NULL: every value has a unit */
     bool codes_first;
