@@ -36,8 +36,8 @@ static int run(int argc, char **argv)
         help_refuse_unknown(&command_table, argv[i], &error);
         return cli_fail(&error);
     }
-    /* replace an older name: matrig-study knows only the present ones; the cast is safe because
-     * argv[i] is only read */
+    /* an older name is replaced, because matrig-study knows only the present names; the cast is
+     * safe because argv[i] is only read */
     argv[i] = (char *)command->name;
     for (int k = i + 1; k < argc; k++) {
         if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0) {
