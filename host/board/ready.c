@@ -17,7 +17,7 @@
 #include "host/calibrate/jump.h"
 
 #define BYTES_PER_MB 1e6
-/* ALWAYS: tested on every rig. NAMED: listed by name if passed. */
+/* ALWAYS: tested on every rig. LISTED: listed by name if passed. */
 #define SELF_TESTS_ALWAYS \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_LISTED \
@@ -759,8 +759,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 #define SETTLE_S       3.0 /* for the thermometer, and for faults that persist */
 #define LIVE_S         20
 #define PAST_FAULTS_MS 1500u /* board time in which the board sends every past fault once */
-/* a larger clock error means that the board is emulated or a recording */
-#define EMULATED_PPM   700.0
+#define EMULATED_PPM   700.0 /* larger clock error: the board is emulated or a recording */
 
 /* The increase of a repeated count since its first value. */
 struct counter_rise {
