@@ -6,8 +6,8 @@
 
 /* a change is sudden if it exceeds the changes before and after it by this factor */
 #define SUDDEN_RATIO       3.0f
-#define PERSISTING_SHARE   0.5f /* share of a sudden change that must remain */
-#define SIGNIFICANCE_SIGMA 3.0f /* standard errors */
+#define PERSISTING_SHARE   0.5f /* fraction of a sudden change that must persist */
+#define SIGNIFICANCE_SIGMA 3.0f /* in standard errors */
 #define NO_STATION_FT      1e6f
 
 float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb)
@@ -120,7 +120,7 @@ static float weighted_mean_lb(const struct mr_band *band, const float *lb_by_pla
     return weights > 0.0f ? sum / weights : MR_NAN;
 }
 
-/* Tension `age` steps ago. */
+/* Tension of a gage `age` steps ago; 0: the newest. */
 static float tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
     return bands
@@ -222,8 +222,8 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
                 doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
 }
 
-/* A gage changed suddenly two to four steps ago: classifies the change from all gages of the
- * band. */
+/* Called when a gage changed suddenly two to four steps ago: classifies the change from all gages
+ * of the band. */
 static void classify_step(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
@@ -257,7 +257,7 @@ static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, 
     float step_lb = __builtin_fabsf(at2 - at4);
     if (!(step_lb >= band->step_lb) || __builtin_fabsf(tension_before_lb(bands, gage, 1) -
                                                        tension_before_lb(bands, gage, 3)) > step_lb)
-        /* no step, or the next mean shows a larger one: the step fell within a mean */
+        /* There is no step, or it occurred within a mean, so that the next difference is larger. */
         return false;
     float before_lb = __builtin_fabsf(at4 - tension_before_lb(bands, gage, 6)),
           after_lb = __builtin_fabsf(tension_before_lb(bands, gage, 0) - at2);
@@ -284,8 +284,8 @@ static void check_slack(struct mr_bands *bands, unsigned number, unsigned gage, 
 static void update_extremes(struct mr_band *band, unsigned gage, float lb, uint32_t block)
 {
     struct mr_band_extreme here = {.tension_lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
-    if (!(lb >=
-          band->min.tension_lb)) /* negated: also true for the first reading, when least is NaN */
+    /* negated, so that both are also true for the first reading, when min and max are NaN */
+    if (!(lb >= band->min.tension_lb))
         band->min = here;
     if (!(lb <= band->max.tension_lb))
         band->max = here;

@@ -43,19 +43,19 @@
 
 #define MR_BANDS_STEP_BLOCKS           4u
 #define MR_BANDS_GROUP_STEPS           64u /* steps per group, 256 ms */
-/* steps: two intervals before, two during and two after a sudden change */
+/* number of steps kept: two intervals before, two during and two after a sudden change */
 #define MR_BANDS_HISTORY_STEPS         7u
 /* steps (40 ms) that a sudden change must persist; a later change is a new one */
 #define MR_BANDS_HOLD_STEPS            10u
 /* steps (12 ms) below the limit before a gage counts as slack */
 #define MR_BANDS_LOW_STEPS             3u
-#define MR_BANDS_SLACK_SHARE           0.10f /* fraction of the pretension */
-#define MR_BANDS_STEP_PRETENSION_SHARE 0.05f /* fraction of the pretension */
-#define MR_BANDS_STEP_LB               5.0f  /* minimum */
+#define MR_BANDS_SLACK_SHARE           0.10f /* as a fraction of the pretension */
+#define MR_BANDS_STEP_PRETENSION_SHARE 0.05f /* as a fraction of the pretension */
+#define MR_BANDS_STEP_LB               5.0f  /* lower limit of the step that counts as sudden */
 /* fraction of the largest sudden change; smaller changes are ignored */
 #define MR_BANDS_STEP_SHARE            0.15f
-#define MR_BANDS_SPREAD_SHARE          0.20f /* fraction of the mean */
-#define MR_BANDS_FINDINGS_MAX          16u   /* findings of one step */
+#define MR_BANDS_SPREAD_SHARE          0.20f /* as a fraction of the mean tension */
+#define MR_BANDS_FINDINGS_MAX          16u   /* maximum number of findings in one step */
 
 struct mr_band_finding {
     uint8_t band, gage; /* band and gage, from 1 */
@@ -89,8 +89,9 @@ struct mr_band {
     float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
     float step_lb, slack_lb, yield_lb;
     struct mr_band_extreme min, max;
-    uint8_t hold_steps;               /* steps until the next search for a sudden change */
-    bool unequal_reported, is_frozen; /* frozen: a failure was found; the baseline is kept */
+    uint8_t hold_steps; /* steps until the next search for a sudden change */
+    /* is_frozen: a failure was found, so the baseline does not change any more */
+    bool unequal_reported, is_frozen;
     struct mr_band_candidate candidate;
 };
 
@@ -107,13 +108,13 @@ struct mr_bands {
     float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
     uint8_t low_steps[MR_GAGES];
-    uint32_t low_reported, over_reported; /* one bit per gage: already reported */
+    uint32_t low_reported, over_reported; /* one bit per gage whose finding has been reported */
     struct mr_band_finding finding[MR_BANDS_FINDINGS_MAX];
     unsigned finding_count;
 };
 
 struct mr_band_figures {
-    unsigned gages; /* gages with a valid tension both before and after */
+    unsigned gages; /* number of gages with a valid tension both before and after */
     float before_lb, before_error_lb, spread_lb;
     float after_lb, change_lb, change_error_lb;
     struct mr_band_extreme min, max;
@@ -134,7 +135,7 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
 /* Ends the landing; the figures remain available. */
 void mr_bands_end(struct mr_bands *bands);
 
-/* Figures of band 0 to MR_CONFIG_BANDS - 1; unknown values are NaN. */
+/* Returns in `figures` the figures of band 0 to MR_CONFIG_BANDS - 1; unknown values are NaN. */
 void mr_bands_get_figures(const struct mr_bands *bands, unsigned band,
                           struct mr_band_figures *figures);
 

@@ -5,8 +5,8 @@
 
 #include "common/wire.h"
 
-/* Two codes at a time, one in each half of a word. 8 codes of 12 bits need 15 bits, so no half
- * carries into the other. */
+/* Two codes are processed at a time, one in each half of a word. The sum of 8 codes of 12 bits has
+ * 15 bits, so no half carries into the other. */
 #define IN_BOTH_HALVES(code) ((uint32_t)(code)*0x00010001u)
 #define CODE_RANGE           4096u
 
@@ -131,7 +131,7 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     }
     if (i == count)
         return;
-    even[i] = odd[i] = 0; /* the last column of an odd number */
+    even[i] = odd[i] = 0; /* the last column, if the number of columns is odd */
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
         even[i] = (uint16_t)(even[i] + code[scan * count + i]);
         odd[i] = (uint16_t)(odd[i] + code[(scan + 1) * count + i]);

@@ -43,7 +43,7 @@ enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
 enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
 #define OTHER_TAG(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
 #define OTHER_BITS      5u
-#define ESCAPE_ZEROES   8u /* this many zeroes introduce a 16-bit value */
+#define ESCAPE_ZEROES   8u /* number of zeroes that precede a 16-bit value */
 /* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
 #define INITIAL_MEAN16  128u
 
@@ -152,11 +152,11 @@ static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct
     memcpy(pack->high, block->high, sizeof pack->high);
 }
 
-/* Writes all sums as differences. Returns the number of bits. */
+/* Writes all sums as differences from the previous block. Returns the number of bits. */
 static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value,
                          unsigned count)
 {
-    struct mr_bits w = *to; /* local copy: stays in registers */
+    struct mr_bits w = *to; /* a local copy, which the compiler keeps in registers */
     mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
 #pragma GCC unroll 4
     for (unsigned i = 0; i < count; i++) {
@@ -168,8 +168,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
         unsigned length = q + 1u + k;
         if (__builtin_expect(q >= ESCAPE_ZEROES, 0)) {
-            /* a block with 17-bit values of z is sent in the wide form, which overwrites this
-             * one */
+            /* If z needs 17 bits, the block is sent in the wide form, which overwrites this one. */
             code = z << ESCAPE_ZEROES;
             length = ESCAPE_ZEROES + 16u;
         }

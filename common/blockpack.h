@@ -36,8 +36,9 @@
 #define MR_PACK_SUMS       MR_BLOCK_SUMS
 #define MR_PACK_PLAIN_BITS (2u + 16u * 14u + 16u * 15u)
 #define MR_PACK_TAG_BITS   2u
-/* Longest attempt: a saturation record of every channel and a packed block in which each sum takes
- * the 16-bit form. Rounded up to whole words, because the output is written in words. */
+/* Maximum number of bits written: a saturation record of every channel and a packed block in which
+ * each sum takes the 16-bit form. Rounded up to whole words, because the output is written in
+ * words. */
 #define MR_PACK_BITS_MAX   (5u + 24u + 8u * MR_CHANNELS + 2u + 24u * MR_PACK_SUMS)
 #define MR_PACK_BYTES_MAX  ((MR_PACK_BITS_MAX + 31u) / 32u * 4u)
 

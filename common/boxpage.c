@@ -94,7 +94,7 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *e
     end->messages_lost = mr_get_u32(&p);
 }
 
-/* ---- boxread ---- */
+/* ---- reading a record ---- */
 
 #define PAGE_BITS (MR_BOXPAGE_PAYLOAD * 8u)
 
@@ -137,7 +137,7 @@ static void skip_pages(struct mr_boxread *reader, size_t pages)
 
 enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record)
 {
-    uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* a record is at most one page long */
+    uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* a record may begin on one page and end on the next */
     for (;;) {
         if (!reader->is_synchronised && !resynchronise(reader))
             return MR_TOO_FEW;

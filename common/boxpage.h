@@ -69,9 +69,9 @@ struct mr_boxpage_end {
 void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end);
 void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end);
 
-/* ---- boxread ---- */
+/* ---- reading a record ---- */
 
-/* Reads a record of the black box: takes its pages and returns its blocks and messages in order.
+/* Reads a record of the black box: returns the blocks and messages of its pages in order.
  *
  * `pages` holds `count` pages by their number in the record; `present[i]` is 0 if page i is
  * missing. Data between a missing page and the next byte at which a reader may begin are skipped;

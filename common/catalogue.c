@@ -133,8 +133,8 @@ unsigned mr_message_index(uint16_t id)
     }
 }
 
-/* A separate list of the identifiers. If this function used the table above, the board would have
- * to store the texts too. */
+/* A separate list of the identifiers. If this function used the table above, the image of the board
+ * would contain the texts, too. */
 uint16_t mr_message_id_at(unsigned place)
 {
     static const uint16_t ids[] = {
@@ -222,7 +222,7 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 
 /* ---- message ---- */
 
-/* Block of the event: the last field, if it is `block16` or `block`. */
+/* Reads the block of a message from its last field, if this is `block16` or `block`. */
 static void read_block(struct mr_message *message, const struct mr_message_info *info,
                        const uint8_t *payload)
 {

@@ -38,7 +38,7 @@ struct LAW(joint) {
 struct LAW(pull) {
     LAW_REAL lb;       /* tension; compression is negative */
     LAW_REAL reach_ft; /* opening at which grit blocks the joint; 0: no grit is left */
-    bool kept;         /* reach_ft is unchanged; set for scalars only */
+    bool kept;         /* reach_ft is unchanged; used for scalar types only */
 };
 
 LAW_FUNCTION struct LAW(pull) LAW(pulled)(LAW_REAL lb, LAW_REAL reach_ft)
@@ -86,7 +86,8 @@ LAW_FUNCTION struct LAW(pull)
 struct LAW(slip) {
     LAW_REAL v_ft_s;
     LAW_MASK stops; /* the mat moved before the step and came to rest in it */
-    LAW_REAL left;  /* vectors: share of the step that remains after the stop; 0 without a stop */
+    /* share of the step that remains after the stop, for vector types; 0 without a stop */
+    LAW_REAL left;
 };
 
 /* Motion of a mat over a step under friction and a constant other force x; per_lb: step over mass.

@@ -27,7 +27,8 @@ static uint8_t saturated_ends(const struct mr_block *block, unsigned channel)
     return block->low[channel] || block->high[channel] ? MR_INVALID_SATURATED : MR_VALID;
 }
 
-/* Detects a transducer without connection or excitation, from common mode and amplitude. */
+/* Detects a transducer that is not connected or not excited, from the common mode and the
+ * amplitude. */
 static uint8_t check_wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
     if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
@@ -138,7 +139,7 @@ static float square(float x)
 
 static float linearity_share(const struct mr_channel_config *config, float value)
 {
-    /* sqrt(2 / 3) */
+    /* 0.816497 = sqrt(2 / 3) */
     float segment = (config->high - config->low) * (0.816497f / (float)MR_CONFIG_POINTS);
     float size = value < 0.0f ? -value : value;
     return size < segment ? size / segment : 1.0f;

@@ -73,9 +73,9 @@ static inline float mr_staircase_code(const struct mr_block *block)
     return (float)block->sum[MR_ADC1_STAIRCASE] / (float)MR_SCANS_PER_BLOCK;
 }
 
-/* Scale correction of a block: MR_REFERENCE_CODE over the code of the reference. NaN when the
- * reference is off its nominal code by more than MR_REFERENCE_SPAN. The nominal code is the
- * zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0 or
+/* Returns the scale correction of a block: MR_REFERENCE_CODE over the code of the reference. NaN
+ * when the reference is off its nominal code by more than MR_REFERENCE_SPAN. The nominal code is
+ * the zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0 or
  * missing. */
 float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
 

@@ -7,7 +7,7 @@ static float segment_start_ft(unsigned segment)
     return MR_SEGMENT_LENGTH_FT * (float)segment;
 }
 
-/* Part of a segment inside [from_ft, to_ft], 0..1. */
+/* Returns the share of a segment that is inside [from_ft, to_ft], 0 to 1. */
 static float overlap_share(unsigned segment, float from_ft, float to_ft)
 {
     float low = segment_start_ft(segment);
@@ -20,7 +20,7 @@ static float overlap_share(unsigned segment, float from_ft, float to_ft)
 }
 
 /* Closes `closure_in` in the segments inside [from_ft, to_ft], from the upfield end, each up to its
- * slack there. A segment across a station belongs to both sides by its share on each. */
+ * slack there. A segment that contains a station is divided between the two sides. */
 static void push_joints_closed(const float *slack_in, float *remaining_in, float from_ft,
                                float to_ft, float closure_in)
 {
@@ -36,7 +36,7 @@ static void push_joints_closed(const float *slack_in, float *remaining_in, float
     }
 }
 
-/* Closes joints by the readings, one interval between transducers after the other. The wheel's own
+/* Closes joints according to the readings, in each interval between transducers. The wheel's own
  * displacement is not measured. Behind the wheel the mat keeps its displacement, so the last
  * station passed represents the wheel. */
 static void close_joints_by_movement(const struct mr_closure_input *input, float *remaining_in)

@@ -37,8 +37,8 @@ static const char *match_word(const char *words, const char *name)
     return *name == '\0' && ends ? words : NULL;
 }
 
-/* Parses a number in steps of 1 / `per_unit`, rounded half up. With 1 per unit the number is a
- * count without a fraction. */
+/* Parses a number in steps of 1 / `per_unit`, rounded half up. If `per_unit` is 1, the number is a
+ * count and must not have a fraction. */
 static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 {
     const char *end;

@@ -99,7 +99,7 @@ enum mr_config_type {
 struct mr_config_field {
     const char *name;
     uint8_t type;              /* enum mr_config_type */
-    uint8_t count;             /* elements; for a text: bytes */
+    uint8_t count;             /* number of elements; bytes of a text */
     uint16_t offset;           /* offset in the struct of its group */
     uint32_t int_min, int_max; /* limits of an integer */
     float real_min, real_max;  /* limits of a real */
@@ -107,7 +107,7 @@ struct mr_config_field {
 
 struct mr_config_group {
     const char *name;
-    uint8_t count; /* members */
+    uint8_t count; /* number of groups of this kind */
     uint8_t field_count;
     /* offset: of the first member in struct mr_config; size: of one member */
     uint16_t offset, size;

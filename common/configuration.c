@@ -55,7 +55,7 @@ const struct mr_config_group mr_config_groups[] = {
 _Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS,
                "a row for each group");
 
-/* CRC over a name, without its terminating zero. */
+/* Extends a CRC by a name, without its terminating zero. */
 static uint32_t add_name(uint32_t crc, const char *name)
 {
     for (; *name; name++)
@@ -89,7 +89,7 @@ static unsigned element_size(const struct mr_config_field *field)
     }
 }
 
-/* The bits of an element; a real in IEEE 754 form. */
+/* Returns the bits of an element; those of a real are its IEEE 754 form. */
 static uint32_t get_element(const uint8_t *at, unsigned size)
 {
     uint16_t half;
@@ -215,7 +215,7 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
     uint32_t bits = get_element(at, 4);
     float value;
     memcpy(&value, &bits, sizeof value);
-    /* "Missing" has exactly one bit pattern, so equal configurations have equal images. */
+    /* A missing value has exactly one bit pattern, so equal configurations have equal images. */
     if (__builtin_isnan(value))
         return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS
                  ? MR_RULE_NONE

@@ -34,9 +34,9 @@ uint32_t mr_crc32(uint32_t crc, const uint8_t *bytes, size_t length)
 {
     crc = ~crc;
     for (; length >= 2; length -= 2) {
-        /* Two bytes at a time: the board checks 100 kB a second, and its own image at start. Four
-         * would make the code in flash 1.5 times as long and save a thousandth of the processor
-         * time. */
+        /* Two bytes are processed at a time: the board checks 100 kB per second, and its own image
+         * at start. Four bytes at a time would make the code in flash 1.5 times as long and save a
+         * thousandth of the processor time. */
         crc ^= mr_get_u16(&bytes);
         crc = crc >> 16 ^ shifted[1][crc & 0xffu] ^ shifted[0][crc >> 8 & 0xffu];
     }

@@ -38,6 +38,6 @@ double mr_decimal_read(const char *text, const char **end)
     double value = strtod(number, &read);
     if (read == *end)
         return value;
-    /* strtod read hexadecimal, as in "0x10": the number is only the 0 */
+    /* strtod has read a hexadecimal number such as "0x10"; only its 0 counts */
     return *number == '-' ? -0.0 : 0.0;
 }

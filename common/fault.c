@@ -1,6 +1,6 @@
 #include "common/fault.h"
 
-/* Returns the text of a table row by its number. */
+/* Case of a switch that returns the text of a table row. */
 #define TEXT(NAME, number, text) \
     case number:                 \
         return text;

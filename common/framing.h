@@ -30,7 +30,7 @@ size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size
 struct mr_frame {
     uint16_t seq;
     uint16_t type;
-    size_t length; /* bytes of payload */
+    size_t length; /* bytes of the payload */
     /* points into the deframer; valid until the next call of mr_deframer_push */
     const uint8_t *payload;
 };
@@ -38,7 +38,7 @@ struct mr_frame {
 struct mr_deframer {
     uint8_t bytes[MR_FRAME_MAX];
     size_t length;
-    uint8_t overflow; /* bytes discarded since the last zero */
+    uint8_t overflow; /* number of bytes discarded since the last zero byte */
 };
 
 /* Starts or restarts a deframer. */

@@ -71,7 +71,7 @@ static double fit_value(const struct mr_gates_fit *fit, const double *terms)
     return sum;
 }
 
-/* Variance of a quantity with the given gradient by the n unknowns. */
+/* Variance of a quantity, from its gradient by the n unknowns and their covariance. */
 static double variance_of(const double covariance[TERMS][TERMS], unsigned n, const double *gradient)
 {
     double variance = 0.0;
@@ -122,7 +122,7 @@ static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
     }
 }
 
-/* `scale` times the inverse of the matrix with the given Cholesky factor. */
+/* Computes `scale` times the inverse of the matrix with the given Cholesky factor. */
 static void invert(double lower[TERMS][TERMS], unsigned n, double scale,
                    double inverse[TERMS][TERMS])
 {
@@ -233,7 +233,8 @@ static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft
                                                       position_error_ft * position_error_ft;
 }
 
-/* Fits all gates but `out`. True: the rest lie on a parabola, and `out` lies off it. */
+/* Fits all gates except `out`. True: these gates lie on a parabola, and `out` does not lie on
+ * it. */
 static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
                         double position_error_ft, struct mr_gates_fit *fit)
 {
@@ -290,8 +291,9 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
     return status;
 }
 
-/* Bisects for the time when the fit (its speed if `speed`) crosses `target`, rising when `sign` is
- * 1, falling when -1. 60 halvings reach the last bit of any interval. */
+/* Bisects for the time when the position of the fit, or its speed if `speed` is true, crosses
+ * `target`, rising if `sign` is 1, falling if it is -1. 60 halvings reach the last bit of any
+ * interval. */
 static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target,
                    double low_s, double high_s, double *t_s)
 {
@@ -409,7 +411,8 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
                                                                      touchdown.speed_ft_s.value};
     double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
     if (on_track < 2 && braked_ft_s2 > 0.0) {
-        /* the polynomial brakes from touchdown on, but the gear begins a delay later */
+        /* the polynomial brakes from touchdown on, but the gear only after the delay of the
+         * brake */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
@@ -486,7 +489,8 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
                    ? begin_without_worst(gates, count, work->position_error_ft, fit)
                    : begin_braking(gates, count, work->touchdown_ft, 0, fit);
         work->is_begun = status == MR_OK;
-        if (late && !work->is_begun && mr_braking_is_accepted(fit)) /* the first attempt */
+        /* the fit of the first attempt is accepted */
+        if (late && !work->is_begun && mr_braking_is_accepted(fit))
             return MR_OK;
         if (late && !work->is_begun)
             work->attempt = MR_FINAL_WITHOUT;
@@ -563,7 +567,7 @@ static const struct mr_gate *last_gates(const struct mr_final_fit *work)
     return work->gates + (work->count - work->end_fit.used);
 }
 
-/* Fits a parabola to the last gates and uses fewer gates until it fits. */
+/* Fits a parabola to the last gates, with fewer gates each time until it fits. */
 static void fit_last(struct mr_final_fit *work, bool fewer)
 {
     struct mr_gates_fit *fit = &work->end_fit.fit;
@@ -671,9 +675,9 @@ _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and i
 #define ITERATIONS_MAX 10
 #define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass through this range */
 #define DELAY_MAX_S    0.5
-#define ONSET_MAX_S    1.0  /* of a brake that acts late */
-#define LATE_GATES     4u   /* least number of last gates for its start values */
-#define LATE_OFF_FT    0.25 /* its start values may miss this much */
+#define ONSET_MAX_S    1.0  /* latest onset of a brake that acts late */
+#define LATE_GATES     4u   /* number of last gates needed to estimate the onset */
+#define LATE_OFF_FT    0.25 /* error of the estimated motion up to which the late brake is fitted */
 
 /* Station and speed at a time, and the station's derivatives by the unknowns. */
 struct motion {
@@ -861,7 +865,8 @@ static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size
     return MR_OK;
 }
 
-/* One iteration, or the covariance after the last one. False: the fit has ended. */
+/* Computes one iteration of the fit, or the covariance after the last one. False: the fit has
+ * ended. */
 static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
                     struct mr_braking *fit, enum mr_status *status)
 {
@@ -970,7 +975,7 @@ double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gat
 enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
     double v = fit->speed_ft_s, a = fit->deceleration_ft_s2, d = fit->delay_s;
-    double onset_s = fit->onset_s, after_s = onset_s + d + v / a; /* from touchdown to rest */
+    double onset_s = fit->onset_s, after_s = onset_s + d + v / a; /* time from touchdown to rest */
     if (v / a < d)
         return MR_NUMERICS;
     double k = fit->shape;

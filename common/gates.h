@@ -39,7 +39,8 @@ struct mr_gates_fit {
     unsigned order; /* order of the polynomial, 1 to MR_GATES_ORDER_MAX */
     unsigned count; /* edges used */
     double coefficient[MR_GATES_ORDER_MAX + 1]; /* coefficients of the Chebyshev polynomials, ft */
-    double covariance[MR_GATES_ORDER_MAX + 1][MR_GATES_ORDER_MAX + 1]; /* ft^2 */
+    /* covariance of the coefficients, ft^2 */
+    double covariance[MR_GATES_ORDER_MAX + 1][MR_GATES_ORDER_MAX + 1];
     /* sqrt(sum of squared residuals / degrees of freedom); 0 without degrees of freedom */
     double residual_ft;
 };
@@ -94,8 +95,8 @@ struct mr_gates_summary {
     struct mr_estimate mean_deceleration_ft_s2; /* touchdown speed / (stop time - touchdown time) */
     /* gates used for the stop: the last ones, or all when `is_uniform` */
     unsigned used_for_stop;
-    unsigned count;            /* all gates */
-    unsigned before_touchdown; /* gates on the track */
+    unsigned count;            /* number of all gates */
+    unsigned before_touchdown; /* number of gates on the track */
     /* braking was uniform, with one deceleration (see "braking") */
     bool is_uniform;
     /* bit g: gate g contradicts the other gates and was left out */
@@ -162,7 +163,7 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 #define MR_BRAKE_DELAY_ERROR_S 0.012
 #define MR_BRAKE_SHAPE         0.238
 #define MR_BRAKE_SHAPE_ERROR   0.095
-#define MR_GATE_OUTLIER_SIGMA  5.0 /* standard errors */
+#define MR_GATE_OUTLIER_SIGMA  5.0 /* in standard errors */
 
 enum mr_braking_unknown {
     MR_BRAKING_TIME,
@@ -178,16 +179,16 @@ struct mr_braking {
     double touchdown_s;
     double speed_ft_s;
     double deceleration_ft_s2;
-    double onset_s; /* of a late brake, after touchdown; else 0 */
+    double onset_s; /* time from touchdown to the onset of a late brake; otherwise 0 */
     double delay_s;
     double shape;
-    bool late; /* MR_BRAKING_DELAY is that of the onset, and delay_s is taken as given */
+    bool late; /* the unknown MR_BRAKING_DELAY is the onset; delay_s is not fitted */
     double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
     double chi_square;
-    unsigned freedom;    /* degrees of freedom */
-    unsigned iterations; /* iterations of the fit */
-    bool is_converged;   /* converged: the last iteration changed nothing significant */
-    uint32_t left_out;   /* bit g: gate g was left out */
+    unsigned freedom; /* degrees of freedom of chi-square */
+    unsigned iterations;
+    bool is_converged; /* the last iteration changed no result significantly */
+    uint32_t left_out; /* bit g: gate g was left out */
 };
 
 /* Fits the gates (at most MR_GATES_MAX, times rising) except those in `left_out`. MR_OK;
@@ -221,7 +222,7 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
 #define MR_SIGMA_1_IN_1000 3.0902323
 double mr_chi_square(unsigned freedom, double deviations);
 
-/* ---- final_fit ---- */
+/* ---- the final fit in steps ---- */
 
 /* The final fit of a landing in steps: mr_gates_summarise for a board that must keep processing its
  * blocks.
@@ -239,12 +240,12 @@ enum mr_final_stage {
     MR_FINAL_DONE
 };
 
-/* Attempts to describe gates by one deceleration, in order. */
+/* Attempts to describe the gates by one deceleration, in this order. */
 enum mr_final_attempt {
     MR_FINAL_AT_ONCE, /* the brake acts at touchdown */
-    MR_FINAL_LATE,    /* it acts later */
-    MR_FINAL_AGAIN,   /* at touchdown again, to leave out gates from */
-    MR_FINAL_WITHOUT, /* without the worst gate */
+    MR_FINAL_LATE,    /* the brake acts later than at touchdown */
+    MR_FINAL_AGAIN,   /* as MR_FINAL_AT_ONCE, to find out which gate to leave out */
+    MR_FINAL_WITHOUT, /* as MR_FINAL_AT_ONCE, without the worst gate */
 };
 
 /* Search among the last gates for a gate without which all the others lie on a parabola. */
@@ -261,7 +262,7 @@ struct mr_final_fit {
     double touchdown_ft;
     double position_error_ft;
     enum mr_final_stage stage;
-    enum mr_final_attempt attempt; /* at the present part */
+    enum mr_final_attempt attempt; /* present attempt */
     bool is_begun;                 /* a fit is in progress */
     size_t used;                   /* gates beyond touchdown in the present fit */
     union {

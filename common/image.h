@@ -45,11 +45,12 @@ enum {
 
 struct mr_image {
     uint8_t major, minor, patch;
-    bool changed;                        /* built from sources that differ from the commit */
-    uint32_t commit;                     /* first eight hexadecimal digits of its hash */
-    uint16_t commit_more;                /* next four digits; both 0: unknown */
-    uint16_t board;                      /* enum mr_board_number, or an unknown number */
-    uint32_t program_start, program_end; /* addresses */
+    bool changed;         /* built from sources that differ from the commit */
+    uint32_t commit;      /* first eight hexadecimal digits of the commit's hash */
+    uint16_t commit_more; /* next four digits; `commit` and `commit_more` 0: unknown */
+    uint16_t board;       /* enum mr_board_number, or an unknown number */
+    /* first address of the program, and the address after its last byte */
+    uint32_t program_start, program_end;
     uint32_t program_crc;
     uint32_t header_crc;
 };
@@ -78,7 +79,7 @@ struct mr_board {
     const char *name;           /* "zg": value of make BOARD=zg and name of the board's folder */
     const char *part, *package; /* part number and package of the chip */
     const char *text;
-    uint16_t chip; /* device id of the chip */
+    uint16_t chip; /* device id of the chip, from DBGMCU_IDCODE */
 };
 
 /* Board with this number, or NULL. Static storage. */

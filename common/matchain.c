@@ -58,7 +58,8 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
         for (unsigned i = 0; i < group; i++) {
-            unsigned single = (j - 1u) * group + i; /* index of joint single + 1 */
+            /* joint `single` + 1 of the runway has this index */
+            unsigned single = (j - 1u) * group + i;
             if (single > params->mats)
                 break;
             opening_ft += __builtin_isnan(gap_ft[single]) ? 0.5f * params->slack_ft
@@ -127,8 +128,8 @@ static unsigned bay_last(const struct mr_chain *chain, unsigned bay)
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
 
-/* Moves the mats of a bay by one step. `left_lb`: tension of its first joint. Returns the tension
- * of the next bay's first joint. */
+/* Moves the mats of a bay by one step. `left_lb`: tension of the bay's first joint. Returns the
+ * tension of the next bay's first joint. */
 static float step_bay(struct mr_chain *chain, const struct constants *constants, unsigned bay,
                       float left_lb)
 {
@@ -168,7 +169,7 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
                        ? group_index(chain, mat)
                        : 0;
     float left_lb = 0.0f;
-    /* left_lb: tension of the bay's first joint before the bay on its left moved */
+    /* left_lb is the tension of the bay's first joint before the bay on its left moved. */
     bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {

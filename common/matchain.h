@@ -30,7 +30,8 @@
 #define MR_CHAIN_INDICES      (MR_CHAIN_MATS + 2u)
 #define MR_CHAIN_BAY          8u
 #define MR_CHAIN_BAYS         (MR_CHAIN_MATS / MR_CHAIN_BAY)
-#define MR_CHAIN_RUNAWAY_FT   1.0f /* limit of a movement; no mat of the report moved by a foot */
+/* largest plausible movement; in the report no mat moved by a foot */
+#define MR_CHAIN_RUNAWAY_FT   1.0f
 #define MR_CHAIN_RUNAWAY_FT_S 100.0f
 #define MR_CHAIN_STEP_MARGIN  0.9f /* fraction of the stability limit */
 
@@ -48,20 +49,20 @@ struct mr_chain_params {
 
 struct mr_chain {
     struct mr_chain_params params;
-    unsigned group; /* mats per group */
+    unsigned group; /* number of mats per group */
     unsigned count; /* number of groups */
     /* bays low..high contain all awake bays; low > high: none is awake */
     unsigned bays, low, high;
     /* indexed by bay, from 1; bay b holds mats (b - 1) MR_CHAIN_BAY + 1 to b MR_CHAIN_BAY */
     bool awake[MR_CHAIN_BAYS + 2u];
-    float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* values of one group */
+    float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* the values of one group */
     float per_lb;                                             /* step divided by mass */
     float u_ft[MR_CHAIN_INDICES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
     float v_ft_s[MR_CHAIN_INDICES];
     float gap_ft[MR_CHAIN_INDICES]; /* opening of joint j at u = 0 */
     float reach_ft[MR_CHAIN_INDICES];
     float grit_lb[MR_CHAIN_INDICES];
-    float push_lb[MR_CHAIN_INDICES]; /* external force on each group */
+    float push_lb[MR_CHAIN_INDICES]; /* permanent force on each group, in addition to the thrust */
     uint32_t updates; /* number of mats computed since the last mr_chain_reset_updates */
     bool runaway;     /* a guard has tripped: the state is invalid */
 };

@@ -2,8 +2,8 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS      3000u /* switches 5 ft apart at 2 ft/s: 2.5 s */
-#define REVERSE_MAX_FT_S    20.0  /* faster than anyone pushes: a switch opened late */
+#define UNCLEAR_BLOCKS      3000u /* longer than the 2.5 s between switches 5 ft apart at 2 ft/s */
+#define REVERSE_MAX_FT_S    20.0  /* faster than a model can be pushed: a switch has opened late */
 /* A gear gets no faster than SPEED_RISE_MAX times its entry speed plus SPEED_RISE_MAX_FT_S. */
 #define SPEED_RISE_MAX      1.25
 #define SPEED_RISE_MAX_FT_S 3.0
@@ -113,7 +113,7 @@ static bool add_push(struct mr_passage *passage, const struct mr_passage_edge *e
     return first;
 }
 
-/* Handles an edge while it is unknown whether a gear or a pushed model passes. */
+/* Handles an edge while it is not known whether a gear or a pushed model is passing. */
 static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
                                                     const struct mr_passage_edge *edge,
                                                     const float *stations_ft, unsigned switches)

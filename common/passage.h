@@ -24,7 +24,8 @@
 #define MR_PASSAGE_MAX_FT_S     80.0
 #define MR_PASSAGE_HELD_MAX     4u
 #define MR_PASSAGE_QUIET_BLOCKS 30000u
-/* events of one edge: of the edge itself, of the held edges, and of each switch in the table */
+/* maximum number of events of one edge: its own, one of each held edge, and one of each switch in
+ * the table */
 #define MR_PASSAGE_EVENTS_MAX   40u
 #define MR_S_PER_TICK           (1.0 / 84.0e6)
 
@@ -52,7 +53,8 @@ struct mr_passage_event {
 
 struct mr_passage {
     enum mr_passage_state state;
-    struct mr_passage_edge held[MR_PASSAGE_HELD_MAX]; /* source not yet identified; newest last */
+    /* edges whose source is not yet identified; newest last */
+    struct mr_passage_edge held[MR_PASSAGE_HELD_MAX];
     unsigned held_count;
     uint32_t quiet_since_block;
 
@@ -66,14 +68,15 @@ struct mr_passage {
     double pushed_ft_s; /* speed at the newest edge of a push-back; negative: backward */
     uint8_t pushed_position;
 
-    struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX]; /* events of the last call */
+    /* switch events reported by the last call */
+    struct mr_passage_event event[MR_PASSAGE_EVENTS_MAX];
     unsigned events;
 };
 
 /* Result of the last edge. */
 struct mr_passage_changes {
     bool started; /* a landing has started: there are two gates */
-    bool gate;    /* the landing has one more gate, or a different last gate */
+    bool gate;    /* the landing has one more gate, or its last gate has changed */
     bool pushed;  /* a new push-back has begun */
 };
 

@@ -22,18 +22,20 @@
 #define SCALE_PER_LB_IN   0.02f
 #define SCALE_MIN         0.3f
 #define SCALE_MAX         2.5f
-#define SMOOTHING_SHARE   0.02f /* averaging over 50 blocks */
+/* share of a new reading in the mean: averages over about 50 blocks */
+#define SMOOTHING_SHARE   0.02f
 
-/* Doubt: when a reading is no longer trusted. */
+/* When a transducer is no longer trusted. */
 #define DRIFT_IN        0.02f
 #define READING_MAX_IN  (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
 #define DISAGREE_IN     0.25f
 #define DISAGREE_BLOCKS 300u
 
-#define STATION_MAX_FT          10000.0f /* farther than any station */
+#define STATION_MAX_FT          10000.0f /* limit of a plausible station */
 #define SPEED_MAX_FT_S          300.0f
 #define DECELERATION_MAX_FT_S2  64.0f /* twice the deceleration with locked wheels */
-#define MOVED_IN                0.05f /* more movement: a wheel rolls, even if no switch opened */
+/* more movement means that a wheel rolls, even if no switch opened */
+#define MOVED_IN                0.05f
 /* a smaller relative change of the deceleration does not restart the search */
 #define BRAKING_TOLERANCE       0.01f
 #define INTERVALS_WITHIN_BUDGET 10u
@@ -49,9 +51,10 @@
 
 /* --- result --- */
 #define AT_WHEEL_FT        1.0f
-/* a zone end less than this far beyond a transducer has a smaller error */
+/* a zone end less than this far beyond a transducer has a smaller standard error */
 #define NEAR_TRANSDUCER_FT 9.5f
-#define NEAR_RUNWAY_END_FT 6.0f /* the same applies to a zone end this close to the runway's end */
+/* a zone end less than this far from the end of the runway also has a smaller one */
+#define NEAR_RUNWAY_END_FT 6.0f
 
 static bool is_between(float x, float least, float most)
 {
@@ -94,8 +97,8 @@ static void reset_gaps(struct mr_predictor *p)
     }
 }
 
-/* Scales ten joints as laid to the sum `gap_sum_ft`: smaller gaps by one factor, larger ones by
- * closing the same share of the distance to the slack. */
+/* Scales the gaps of ten joints from their sum `have_ft` to `sum_ft`: to shrink, all gaps by one
+ * factor; to grow, each by the same share of its distance to the slack. */
 static void rescale_gaps(float *gap_ft, unsigned count, float have_ft, float sum_ft, float slack_ft)
 {
     float room_ft = slack_ft * (float)count - have_ft;
@@ -274,8 +277,8 @@ static float next_joint_share(const struct mr_predictor *p, unsigned j)
     return best > 0.0f ? best : most;
 }
 
-/* Resistance to overcome before a group counts as closed: for four joints that of the strongest;
- * for two, the score is best with the first one. */
+/* Resistance that must be overcome before a group counts as closed: of four joints, that of the
+ * strongest; of two joints, that of the first one, which gives the best score. */
 static float closing_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;
@@ -334,7 +337,7 @@ static unsigned mat_at_station(const struct mr_predictor *p, float station_ft)
 static enum mr_status start_chain(struct mr_predictor *p)
 {
     const struct mr_chain_params params = p->config.chain;
-    /* NULL: set_grits sets the resistances */
+    /* NULL: set_grits sets the resistances afterwards */
     enum mr_status status = mr_chain_start(&p->chain, &params, level_group(p->level), p->gap_ft,
                                            NULL);
     p->pending_s = 0.0f;
@@ -556,7 +559,8 @@ static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, flo
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     if (ahead_ft > SPRING_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
-    /* the plough level does not correct stations, so they may differ */
+    /* the plough level does not correct the model at the stations, so it may differ from the
+     * readings */
     bool near = ahead_ft < EVIDENCE_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT &&
                 p->level != MR_PREDICTOR_PLOUGH;
     if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
@@ -615,9 +619,9 @@ static void apply_springs(struct mr_predictor *p, const struct mr_predictor_inpu
     }
 }
 
-/* Moves the mats ahead of the wheel on mat n. Joints close from the wheel on while the thrust, less
- * the friction of the mats between, exceeds their resistance. Mats behind the wheel follow when the
- * slack is used up. */
+/* Moves the mats ahead of the wheel on mat n. Starting at the wheel, joints close while the thrust
+ * minus the friction of the mats in between exceeds their resistance. Mats behind the wheel follow
+ * when the slack is used up. */
 static void push_joints_closed(struct mr_predictor *p, unsigned n)
 {
     struct mr_chain *chain = &p->chain;
@@ -631,7 +635,8 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
             last = j;
     }
     for (unsigned j = last; j > n; j--) {
-        /* from the far end: each mat moves by the sum of the gaps that close beyond it */
+        /* from the far end towards the wheel: each mat moves by the sum of the gaps that close
+         * beyond it */
         float left_lb = thrust_lb(p) - (float)(j - n) * chain->friction_lb;
         /* mat j is already at its new position */
         float open_ft = chain->gap_ft[j] + chain->u_ft[j] - shift_ft - chain->u_ft[j - 1u];
@@ -701,7 +706,8 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
         return;
     if (p->level < MR_PREDICTOR_PLOUGH && is_over_budget(p, budget)) {
         change_level(p, p->level + 1);
-        reset_budget(p); /* the dearer level's updates no longer count in the last second */
+        /* updates at the more expensive level no longer count in the last second */
+        reset_budget(p);
     }
     if (!is_interval_end)
         return;
@@ -746,7 +752,7 @@ void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_inp
     bool known = is_between(input->wheel_ft, -STATION_MAX_FT, STATION_MAX_FT) &&
                  is_between(input->speed_ft_s, -1.0f, SPEED_MAX_FT_S);
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
-    /* rounding can make it negative at rest */
+    /* at rest, rounding can make the speed negative */
     p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f;
     if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f &&
         input->deceleration_ft_s2 <= DECELERATION_MAX_FT_S2) {
@@ -818,7 +824,7 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
     unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f
                        ? (unsigned)(p->wheel_ft / group_ft) + 2u
                        : 0;
-    first = first < wheel ? wheel : first; /* the wheel has rolled on since the search */
+    first = first < wheel ? wheel : first; /* the wheel has moved on since the search */
     if (!found->groups || first >= end)
         return;
     zone->mats = (end - first) * group;
@@ -895,7 +901,7 @@ static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predic
     bool near = false, beyond = false;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float past_ft = zone->end_ft - p->config.station_ft[i];
-        if (__builtin_isnan(p->last_in[i])) /* also NaN if not fitted */
+        if (__builtin_isnan(p->last_in[i])) /* NaN also if the transducer is not fitted */
             continue;
         near = near || (past_ft >= 0.0f && past_ft < NEAR_TRANSDUCER_FT);
         beyond = beyond || past_ft < 0.0f;
@@ -907,7 +913,7 @@ static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *z
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
              between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
-    /* ahead of the wheel, or at a coarser level, the start is less certain */
+    /* ahead of the wheel, or at a coarser level, the start of the zone is less certain */
     bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);

@@ -54,12 +54,13 @@ struct mr_predictor_config {
     float grit_lb; /* initial mean closing resistance of a joint */
     /* thrust of the lead axle on the strip at 1 g of deceleration: weight / axles */
     float thrust_lb_per_g;
-    float deceleration_ft_s2; /* assumed until the switches determine the deceleration */
+    float deceleration_ft_s2; /* deceleration assumed until the switches determine it */
     float bump_ft;            /* assumed irregularity: h0 in P_c = w L / (2 h0) */
     float mat_weight_lb;
-    /* budget: mean over any second; the mean over one interval may be 1.5 times this */
+    /* budget of mat updates per block: mean over any second; the mean over one interval may be 1.5
+     * times this */
     uint32_t updates_per_block;
-    enum mr_predictor_level level;    /* best level to be used */
+    enum mr_predictor_level level;    /* best level that may be used */
     float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: not fitted */
 };
 
@@ -70,7 +71,7 @@ struct mr_predictor_input {
     float deceleration_ft_s2;
     bool braking_known;                    /* deceleration is from switches beyond touchdown */
     bool on_runway;                        /* the gear has touched down, or is assumed to have */
-    float displacement_in[MR_TRANSDUCERS]; /* movement since arming */
+    float displacement_in[MR_TRANSDUCERS]; /* movements since arming; NaN: not valid */
 };
 
 struct mr_predictor_zone {
@@ -81,12 +82,12 @@ struct mr_predictor_zone {
     /* classes that select the errors; `make score` calibrates each class */
     uint8_t start_class, end_class;
     unsigned closed_joints;
-    float mean_gap_in; /* mean over the joints inside */
+    float mean_gap_in; /* mean opening of the joints in the zone */
     /* from the wheel to the start; NaN: unknown, or the wheel stops earlier; 0: reached */
     float distance_ft, lead_s;
     /* longest zone that will form ahead of the wheel before it stops, at constant deceleration */
     unsigned future_mats;
-    float future_ft;      /* position of the wheel when that zone has formed */
+    float future_ft;      /* station of the wheel when the future zone has formed */
     float compression_lb; /* largest compression ahead of the wheel now */
     float critical_lb;    /* P_c of the assumed irregularity */
     enum mr_predictor_verdict verdict;
@@ -120,10 +121,11 @@ struct mr_predictor {
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;
-    uint32_t updates;           /* mat updates of this landing */
-    uint32_t visits;            /* work of the search in this landing, in joints examined */
-    uint32_t block_updates_max; /* maximum of one block of this landing, including visits */
-    uint32_t interval_updates;  /* in this interval, including visits */
+    uint32_t updates; /* mat updates since arming */
+    uint32_t visits;  /* work of the search in this landing, in joints examined */
+    /* maximum mat updates in one block of this landing, including visits */
+    uint32_t block_updates_max;
+    uint32_t interval_updates; /* mat updates in this interval, including visits */
     /* ring buffer: interval_updates of the previous intervals */
     uint32_t interval_history[MR_PREDICTOR_INTERVALS_PER_S - 1u];
     uint32_t history_updates; /* sum of interval_history */

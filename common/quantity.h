@@ -19,7 +19,7 @@ struct mr_quantity_info {
     /* reason for a missing reading; NULL: the mean over a landing is not sent */
     const char *missing_reason;
     int decimals;
-    uint16_t id; /* identifier of the message that carries it */
+    uint16_t id; /* identifier of the message that carries the quantity */
 };
 
 /* Description of a quantity below MR_QUANTITIES. Static storage. */

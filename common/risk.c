@@ -6,13 +6,13 @@
 #define G_FT_S2                32.174f
 #define BLOCK_S                1e-3f
 #define ZONE_MATS              50.0f
-#define ZONE_RATIO_MAX         3.0f /* a longer zone adds nothing */
+#define ZONE_RATIO_MAX         3.0f /* longer zones do not increase the risk */
 #define EXCESS_START_MATS      40.0f
 #define EXCESS_RANGE_MATS      20.0f
 #define STEP_S                 0.05f
 #define TIME_STEPS             240u
 #define DECELERATION_MIN_FT_S2 0.1f
-#define SLOW_FT_S              2.0f /* a slower wheel no longer reaches a zone */
+#define SLOW_FT_S              2.0f /* a slower wheel reaches no further zone */
 /* planned speed loss above which the measurement is compared with the plan */
 #define COMPARED_LOSS_FT_S     2.0f
 #define PLAN_RATIO_MIN         0.6f
@@ -113,7 +113,8 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
             (i && !(plan->knot_s[i] > plan->knot_s[i - 1u])))
             return MR_USAGE;
     }
-    if (!(plan->knot_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2)) /* the wheel would never stop */
+    /* with less braking the wheel would never stop */
+    if (!(plan->knot_ft_s2[knots - 1u] >= DECELERATION_MIN_FT_S2))
         return MR_USAGE;
     if (rows && !is_between(plan->landings, 0.0f, 65535.0f))
         return MR_USAGE;
@@ -127,7 +128,7 @@ enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
     return MR_OK;
 }
 
-/* Interpolates between points of rising `x`; constant outside. */
+/* Interpolates linearly between points of rising `x`; constant outside of them. */
 static float interpolate(const float *x, const float *y, unsigned count, float at)
 {
     if (at <= x[0])
@@ -151,7 +152,7 @@ static bool is_following_plan(const struct mr_risk_state *risk)
 
 /* --- look ahead --- */
 
-/* Looks ahead from this speed, with the planned braking times the measured plan_ratio. */
+/* Looks ahead from this speed, with the planned braking multiplied by the measured plan_ratio. */
 static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
@@ -167,7 +168,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
-    if (v_ft_s > 0.0f) { /* beyond TIME_STEPS the last deceleration is constant */
+    if (v_ft_s > 0.0f) { /* after TIME_STEPS the last deceleration continues */
         float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->plan_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
@@ -399,8 +400,8 @@ static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
                                                                                : MR_RISK_NO_REASON;
 }
 
-/* Without a chart, the plan counts before braking, and later if it plans much harder braking.
- * Otherwise the measured deceleration is better. */
+/* Without a chart, the plan is used before braking, and during braking if it plans much harder
+ * braking. Otherwise the measured deceleration is better. */
 static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     return is_following_plan(risk) &&

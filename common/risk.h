@@ -93,13 +93,13 @@ struct mr_risk_state {
     bool is_down;
     float touchdown_ft_s;       /* speed at touchdown */
     float since_s;              /* time since touchdown */
-    float mean_ft_s2;           /* mean of the planned braking over the distance */
+    float mean_ft_s2;           /* mean of the planned decelerations over the distance */
     float lost_ft_s;            /* planned loss of speed since touchdown */
     float plan_ratio;           /* ratio of the braking so far to the plan */
     uint16_t off_blocks;        /* consecutive blocks outside the plan's range */
     float hardest_ft_s2;        /* largest future braking */
-    float hardest_in_ft;        /* distance until it begins */
-    float stopping_distance_ft; /* remaining distance */
+    float hardest_in_ft;        /* distance until the largest future braking begins */
+    float stopping_distance_ft; /* remaining distance to the stop */
     struct mr_zonescan scan;
     bool is_scanning;
     unsigned scan_group;

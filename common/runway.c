@@ -137,7 +137,7 @@ float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
     return item - n < MR_TRANSDUCERS ? config->station_ft[item - n] : MR_NAN;
 }
 
-/* Counts are transferred as reals: converts one back. */
+/* Converts a count, which is transferred as a real, back to an integer. */
 static uint32_t count_from_real(float value)
 {
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;

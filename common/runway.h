@@ -22,17 +22,17 @@
 #define MR_RUNWAY_IMAGE       (8u + MR_RUNWAY_BODY + 4u)
 #define MR_RUNWAY_PER_MESSAGE 3u
 
-/* Writes the stored form of a state, MR_RUNWAY_IMAGE bytes. */
+/* Writes the stored form of a state: MR_RUNWAY_IMAGE bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
-/* MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged. Whether the state fits the configured
- * runway is checked by mr_predictor_load. */
+/* Reads the stored form of a state. MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged.
+ * mr_predictor_load checks whether the state fits the configured runway. */
 enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
                               const uint8_t image[MR_RUNWAY_IMAGE]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 /* Number of messages that carry the joints of a state, and the n-th message, n from 0. */
 unsigned mr_runway_messages(const struct mr_predictor_state *state);
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n);
-/* Takes over the joints of a message; joints beyond the last are ignored. */
+/* Copies the joints of a message into the state; joints beyond the last are ignored. */
 void mr_runway_apply_message(struct mr_predictor_state *state,
                              const struct mr_runway_joints *message);
 

@@ -75,7 +75,7 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
         count++;
     if (count < MR_STAIRCASE_SIDE_BLOCKS)
         return MR_TOO_FEW;
-    /* the earliest blocks after the edge */
+    /* the earliest blocks after the edge, MR_STAIRCASE_SIDE_BLOCKS of them */
     for (uint32_t age = count - MR_STAIRCASE_SIDE_BLOCKS; age < count; age++)
         add_level(&after, staircase->code[history_index(staircase, age)]);
     if (!is_steady(&after))

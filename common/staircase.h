@@ -13,15 +13,15 @@
 
 #include "common/status.h"
 
-#define MR_STAIRCASE_HISTORY_BLOCKS 16u    /* blocks kept */
-#define MR_STAIRCASE_SIDE_BLOCKS    4u     /* blocks averaged on each side of an edge */
-#define MR_STAIRCASE_SETTLE_TICKS   25200u /* 0.3 ms, after which the level has settled */
-#define MR_STAIRCASE_TOLERANCE_CODES \
-    4.0f /* half the distance of steps set by design values; the nearest step is selected */
+#define MR_STAIRCASE_HISTORY_BLOCKS  16u    /* number of blocks in the history */
+#define MR_STAIRCASE_SIDE_BLOCKS     4u     /* number of blocks averaged on each side of an edge */
+#define MR_STAIRCASE_SETTLE_TICKS    25200u /* 0.3 ms until the level has settled after an edge */
+/* half the distance of steps that are set by design values; the nearest step is selected */
+#define MR_STAIRCASE_TOLERANCE_CODES 4.0f
 
 struct mr_staircase {
     uint32_t tick[MR_STAIRCASE_HISTORY_BLOCKS]; /* first trigger of the block, 1/84 us */
-    float code[MR_STAIRCASE_HISTORY_BLOCKS];    /* mean code */
+    float code[MR_STAIRCASE_HISTORY_BLOCKS];    /* mean code of the block */
     /* blocks seen; the newest is at (count - 1) % MR_STAIRCASE_HISTORY_BLOCKS */
     uint32_t count;
 };

@@ -64,7 +64,7 @@ static void identify(struct mr_switches *switches, const uint16_t *steps_codes, 
     }
 }
 
-/* Number of edges from the oldest on, each within the bounce time of the next. */
+/* Number of edges, beginning with the oldest, each less than the bounce time before the next. */
 static unsigned cluster_size(const struct mr_switches *switches)
 {
     unsigned n = 1;

@@ -55,7 +55,7 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     return MR_OK;
 }
 
-/* By address; at equal addresses symbols with a size first, then by name. */
+/* Orders symbols by address; at equal addresses first those with a size, then by name. */
 static int compare_symbols(const void *a, const void *b)
 {
     const struct mr_symbol *x = a, *y = b;

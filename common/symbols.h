@@ -18,7 +18,7 @@ struct mr_symbol {
 struct mr_symbols {
     struct mr_symbol *entries; /* ordered by address, one per address; memory of the caller */
     size_t count;              /* number of functions; 0: a stripped image */
-    uint8_t *file;             /* for the caller, who must free the bytes; not used here */
+    uint8_t *file;             /* memory that the caller must free; not used here */
 };
 
 /* Computes in `room` the number of entries that mr_symbols_read needs for the `length` bytes at

@@ -9,7 +9,7 @@
 
 #define VERSION_JOIN_(a, b, c) #a "." #b "." #c
 #define VERSION_JOIN(a, b, c)  VERSION_JOIN_(a, b, c)
-/* "1.2.3" */
+/* for example "1.2.3" */
 #define VERSION_TEXT           VERSION_JOIN(FIRMWARE_MAJOR, FIRMWARE_MINOR, FIRMWARE_PATCH)
 
 #endif

@@ -5,8 +5,8 @@
 #include "common/wire.h"
 
 #define BLOCK_S           0.001f
-/* Limit of one squared second difference, in variances so far plus one code squared: a jump is not
- * noise. It applies after NOISE_LIMIT_COUNT differences. */
+/* A squared second difference is limited to this multiple of the variance so far plus one code
+ * squared, because a jump is not noise. It applies after NOISE_LIMIT_COUNT differences. */
 #define NOISE_LIMIT       36.0f
 #define NOISE_LIMIT_COUNT 8u
 /* Each channel is checked in rotation, every ROTATION_BLOCKS blocks. The noise uses three blocks in
@@ -76,8 +76,8 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
     return channel->noise_count ? __builtin_sqrtf(channel->variance) : MR_NAN;
 }
 
-/* Three consecutive readings, every eight blocks, give a second difference. `turn` is the position
- * of a reading in its three, from 0. */
+/* Computes a second difference from three consecutive readings, once in eight blocks. `turn` is the
+ * position of a reading in its three, from 0. */
 static void update_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
     float second = value - 2.0f * channel->last + channel->before_last;
@@ -102,7 +102,8 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
     if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
-        return true; /* false without a good reading: a comparison with NaN is false */
+        /* without a good reading the comparison with NaN is false, so the reading is accepted */
+        return true;
     channel->good = value;
     channel->good_block = index;
     return false;
@@ -110,7 +111,7 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 
 /* ---- stuck ---- */
 
-/* The nearest valid channel on one side, from `next` on. */
+/* Returns the nearest valid channel on one side, starting with channel `next`. */
 static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
     while (next != MR_WATCH_NO_CHANNEL &&

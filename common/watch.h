@@ -61,7 +61,7 @@
 struct mr_watch_channel {
     float last, before_last; /* readings used for the noise, at most 8 blocks old; NaN: none */
     float code;              /* newest code, valid or not */
-    float variance;          /* variance of one reading */
+    float variance;          /* variance of one reading's noise */
     float rest_noise; /* noise MR_WATCH_REST_BLOCKS after the beginning; NaN: not known yet */
     float good;       /* newest reading within the rate limit; NaN: none */
     uint32_t good_block;
@@ -71,7 +71,7 @@ struct mr_watch_channel {
     uint32_t since_block;    /* block at which `repeats` began */
     uint16_t invalid_count;  /* number of readings that were not valid; saturates at 65535 */
     uint16_t noise_count;    /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
-    uint16_t constant_count; /* consecutive readings without any change */
+    uint16_t constant_count; /* number of consecutive readings with the same code */
     uint8_t upfield, downfield; /* neighbours; MR_WATCH_NO_CHANNEL: none */
     /* nearest valid neighbours when the anchor was set; MR_WATCH_NO_CHANNEL: none */
     uint8_t anchor_up_channel, anchor_down_channel;

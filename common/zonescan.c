@@ -83,7 +83,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
     scan->joint = scan->end;
 }
 
-/* Finds the end of the zone of a position, within the visits allowed. */
+/* Finds the end of the zone that the wheel closes from a position, within the visits allowed. */
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed,
@@ -109,7 +109,7 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
         end_position(scan);
 }
 
-/* Finds the longest zone and the largest compression of the chain as it is, within the visits
+/* Finds the longest zone and the largest compression of the present chain, within the visits
  * allowed. */
 static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
@@ -122,7 +122,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         float press_lb = mr_chain_compression_lb(chain, j);
         most_lb = press_lb > most_lb ? press_lb : most_lb;
         if (mr_chain_opening_ft(chain, j) > limit_ft) {
-            /* a zone can continue only after the last open joint */
+            /* two open joints are too close: the zone begins anew after the first of them */
             if (last_open && j - last_open < scan->window)
                 first = j - last_open > 1u ? last_open + 1u : 0;
             last_open = j;
@@ -145,7 +145,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
     scan->joint = scan->found.first;
 }
 
-/* Sums opening and closed joints of the zone found. */
+/* Sums the openings and counts the closed joints of the zone that was found. */
 static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     struct mr_zonescan_found *found = &scan->found;

@@ -20,14 +20,16 @@
 
 #include "common/matchain.h"
 
-#define MR_ZONE_WINDOW_MATS 10u /* joints in a row of which one may be open in a zone */
-/* the true limit of 0.001 in, plus 0.001 in for the residuals of the springs */
+/* number of consecutive joints of which one may be open in a zone */
+#define MR_ZONE_WINDOW_MATS 10u
+/* limit of a closed joint: the true limit of 0.001 in, plus 0.001 in for the residuals of the
+ * springs */
 #define MR_ZONE_CLOSED_FT   (0.002f / 12.0f)
-#define MR_ZONE_STRIDE      4u /* groups between positions of the wheel */
+#define MR_ZONE_STRIDE      4u /* number of groups between examined positions of the wheel */
 
 /* Range of the search. */
 struct mr_zonescan_range {
-    /* first joint of the search for the present zone; beyond count + 1: no search */
+    /* first joint of the search for the present zone; above count + 1: no search */
     uint16_t from;
     uint16_t position; /* group under the wheel */
     /* last position, in steps of MR_ZONE_STRIDE from `position`; below `position`: none */
@@ -56,7 +58,7 @@ struct mr_zonescan {
     uint16_t start, start_before;
     /* joint that ends the zone; last open and closed joint before it */
     uint16_t end, last_open, last_closed;
-    uint32_t visits; /* joints examined */
+    uint32_t visits; /* number of joints examined */
 };
 
 /* Begins a search; `order` is copied. */

@@ -410,7 +410,8 @@ static const struct command_rule {
 #include "common/catalogue.def"
 };
 
-/* MR_OK if commands from this link may be executed; otherwise the status that names what is missing. */
+/* MR_OK if commands from this link may be executed; otherwise the status that names what is
+ * missing. */
 static enum mr_status check_link(const struct app *app, enum mr_command_links links)
 {
     bool jumper = links != MR_LINKS_BOTH && board_is_jumper_fitted();

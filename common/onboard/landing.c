@@ -217,7 +217,7 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
         handle_edge(landing, config, &edge, index);
 }
 
-/* Blocks after the last gate until the gear counts as at rest. */
+/* Returns the number of blocks after the last gate until the gear counts as at rest. */
 static uint32_t blocks_to_rest(const struct landing *landing)
 {
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
@@ -238,7 +238,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
     landing->summary_known = false;
 }
 
-/* One step of the final fit; stores the result after the last one. */
+/* Computes one step of the final fit, and stores the result after the last step. */
 static void continue_fit(struct landing *landing, uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;

@@ -33,13 +33,14 @@
  * then at any processor load. */
 #define LANDING_EDGE_TICKS        75600u
 #define LANDING_EDGES             96u
-/* maximum reported per block; the links can queue that many */
+/* maximum number of switch events reported per block; the links can queue this many */
 #define LANDING_EVENTS            80u
 #define LANDING_LIMIT_BLOCKS      20000u
 #define LANDING_SETTLE_BLOCKS     2000u
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
-#define LANDING_REST_BLOCKS       500u /* from the predicted stop to rest */
-/* between two steps of the final fit, to process blocks that have queued up */
+/* number of blocks from the predicted stop until the gear counts as at rest */
+#define LANDING_REST_BLOCKS       500u
+/* blocks between two steps of the final fit, in which the board processes queued blocks */
 #define LANDING_FIT_BLOCKS        2u
 /* without an edge for this time, the gear counts as at rest */
 #define LANDING_NO_EDGE_BLOCKS    3000u
@@ -52,7 +53,7 @@ struct landing_block_changes {
     bool pushed;
     /* reason why a finished landing has no summary; MR_OK: it has one, or none has finished */
     enum mr_status fit_status;
-    unsigned edges, events; /* entries in landing.edge and landing.event */
+    unsigned edges, events; /* number of entries in landing.edge and landing.event */
 };
 
 struct landing {

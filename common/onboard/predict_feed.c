@@ -4,10 +4,11 @@
 
 #define S_PER_TICK    (1.0f / 84e6f)
 #define NEVER_S       1e9f
-/* after this many gates passed while braking, the deceleration is that of braking alone */
+/* when this many gates were passed while braking, the deceleration no longer includes the time
+ * before braking */
 #define BRAKING_GATES 3u
 
-/* Copies the firmware's motion estimate as floats at each gate. */
+/* Copies the landing's motion estimate in single precision, at each new gate. */
 static void update_motion(struct predict_motion *motion, const struct landing *landing)
 {
     const struct mr_passage *passage = &landing->passage;
@@ -77,7 +78,7 @@ static uint16_t clip_u16(uint32_t value)
     return (uint16_t)(value < UINT16_MAX ? value : UINT16_MAX);
 }
 
-/* Share of the zone that is not between the first and the last trusted transducer. */
+/* Percentage of the zone that is not between the first and the last trusted transducer. */
 static uint8_t inferred_percent(const struct mr_predictor *predictor,
                                 const struct mr_predictor_zone *zone)
 {

@@ -10,7 +10,7 @@
 
 #define PREDICT_LAMP_BLOCKS    10u /* interval between updates of the lamp */
 #define PREDICT_REPORT_BLOCKS  50u /* interval between reports, 20 Hz */
-/* limit of waiting blocks; the board holds 16, and the final fit delays up to 7 */
+/* maximum number of waiting blocks; the board's queue holds 16, and the final fit delays up to 7 */
 #define PREDICT_BACKLOG_BLOCKS 8u
 
 /* Motion of the gear at the last gate, in single precision; it is extrapolated from block to block
@@ -20,7 +20,7 @@ struct predict_motion {
     bool is_rolling, is_known; /* is_rolling: a wheel is present; is_known: its speed is known */
     uint32_t tick;             /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;
-    float stop_s;    /* time from the gate to the stop; a large number: no stop */
+    float stop_s;    /* time from the gate to the stop; very large if there is no stop */
     bool is_braking; /* enough gates were passed while braking to determine the deceleration */
 };
 
@@ -29,7 +29,7 @@ struct predict_block {
     uint32_t index, tick;
     const float *displacement_in; /* readings of this block, MR_TRANSDUCERS; NaN: none */
     const float *baseline_in;     /* zero of each transducer; NaN: not known yet */
-    unsigned blocks_waiting;      /* blocks waiting after this one */
+    unsigned blocks_waiting;      /* number of blocks that wait after this one */
 };
 
 /* Bit mask of transducers that have moved before any switch opened since arming: their zero is kept
