@@ -233,8 +233,7 @@ static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft
                                                       position_error_ft * position_error_ft;
 }
 
-/* Fits all gates except `out`. True: these gates lie on a parabola, and `out` does not lie on
- * it. */
+/* Fits all gates except `out`. True: these gates lie on a parabola, and `out` does not. */
 static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
                         double position_error_ft, struct mr_gates_fit *fit)
 {
