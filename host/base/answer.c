@@ -26,7 +26,7 @@ enum answer_kind {
 };
 
 struct answer_item {
-    struct answer_fact fact; /* must be first: a pointer to it is cast to the item */
+    struct answer_fact fact; /* must be the first member: a pointer to it is cast to answer_item */
     enum answer_kind kind;
     char *name, *label; /* owned; NULL name: not in the JSON; NULL label: only in the JSON */
     const struct unit *unit;
@@ -36,7 +36,7 @@ struct answer_item {
     int decimals;
     int64_t count;
     char *words;
-    char *remark; /* NULL: none */
+    char *remark; /* text behind the value, for people only; NULL: none */
     json_t *json;
 };
 
@@ -44,8 +44,9 @@ struct answer {
     struct answer_item *item;
     size_t count;
     bool si, keeps_units;
-    unsigned depth; /* number of open groups */
-    uint64_t rows;  /* bit d: the group at depth d has an open row, which is at depth d + 1 */
+    unsigned depth; /* number of groups that are open */
+    /* bit d is set while the group at depth d has an open row; that row is at depth d + 1 */
+    uint64_t rows;
 };
 
 static bool is_group(enum answer_kind kind)
@@ -53,7 +54,7 @@ static bool is_group(enum answer_kind kind)
     return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
 }
 
-/* Index behind item `i` and its contents. */
+/* Index of the first item after item `i` and its contents. */
 static size_t index_after(const struct answer *answer, size_t i)
 {
     size_t depth = 0;
@@ -71,7 +72,7 @@ static bool group_is_empty(const struct answer *answer, size_t i)
     return is_group(answer->item[i].kind) && index_after(answer, i) <= i + 2;
 }
 
-#define CELL_SIZE   1200 /* the longest text of a cell */
+#define CELL_SIZE   1200 /* bytes of the longest text in a table cell */
 #define COLUMNS_MAX 80   /* columns of a printed table: enough for all stations */
 
 #define DIGITS 6
@@ -145,7 +146,8 @@ struct answer_fact *answer_estimate(struct answer *answer, const char *name, con
                                     enum unit_kind unit, double value, double error, int decimals)
 {
     struct answer_fact *fact = answer_value(answer, name, label, unit, value, decimals);
-    struct answer_item *item = (struct answer_item *)fact; /* fact is its first member */
+    /* `fact` is the first member of answer_item */
+    struct answer_item *item = (struct answer_item *)fact;
     item->kind = ANSWER_ESTIMATE;
     item->error = error * item->unit->factor;
     item->json_error = error * item->json_unit->factor;
@@ -240,7 +242,7 @@ void answer_table(struct answer *answer, const char *name, const char *label)
     open_group(answer, ANSWER_TABLE, name, label);
 }
 
-/* True: the innermost open group is a row. */
+/* True if the innermost open group is a row of a table or list. */
 static bool is_in_row(const struct answer *answer)
 {
     return answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
@@ -288,9 +290,10 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
 }
 
 /* ---- printed answer ---- */
-#define TERMINAL_COLUMNS 100      /* columns of a common terminal */
-#define LABEL_WIDTH_MIN  13       /* the smallest width of the label column */
-#define NORMAL_95        1.959964 /* half a 95 % interval of a normal distribution */
+#define TERMINAL_COLUMNS 100 /* characters in a line of a common terminal */
+#define LABEL_WIDTH_MIN  13  /* smallest width of the label column, characters */
+/* Half-width of a 95 % interval of a normal distribution, in standard deviations */
+#define NORMAL_95        1.959964
 
 static int format_number(const struct answer_item *item, double value, bool plus, char *text,
                          size_t size)
@@ -300,7 +303,7 @@ static int format_number(const struct answer_item *item, double value, bool plus
     if (item->fact.bounded && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
-        /* + 0.0: no "-0" */
+        /* adding 0.0 changes -0.0 to 0.0, so that "-0" is never printed */
         return snprintf(text, size, plus ? "%+.*g" : "%.*g", -item->decimals, value + 0.0);
     return snprintf(text, size, plus ? "%+.*f" : "%.*f", item->decimals,
                     unit_round_to_zero(value, pow(10.0, -item->decimals)));
@@ -357,7 +360,7 @@ static size_t find_columns(const struct answer *answer, size_t table, size_t *co
 {
     size_t count = 0, end = index_after(answer, table);
     for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
-        /* a new column goes behind the previous column of the same row */
+        /* a new column is inserted after the previous column of the same row */
         size_t place = 0, to = index_after(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
@@ -369,7 +372,7 @@ static size_t find_columns(const struct answer *answer, size_t table, size_t *co
                 memmove(column + place + 1, column + place, (count++ - place) * sizeof *column);
                 column[c = place] = i;
             } else if (c < count && !answer->item[column[c]].unit)
-                column[c] = i; /* a row without the value has no unit */
+                column[c] = i; /* this row has the unit; a row without the value has none */
             place = c + 1;
         }
     }
@@ -387,7 +390,8 @@ static const struct answer_item *find_in_row(const struct answer *answer, size_t
     return NULL;
 }
 
-/* Text of line `line` of a column head: the parts of its label, then its unit. False: no text. */
+/* Formats line `line` of a column head: the parts of the label, then the unit. Returns false if the
+ * line is empty. */
 static bool format_head_line(const struct answer_item *column, size_t line, size_t lines,
                              char text[static CELL_SIZE])
 {
@@ -396,7 +400,7 @@ static bool format_head_line(const struct answer_item *column, size_t line, size
     for (const char *at = part; (at = strchr(at, '|')); at++)
         parts++;
     text[0] = '\0';
-    if (line + parts + unit < lines) /* all heads end on the same line */
+    if (line + parts + unit < lines) /* all heads end on the last line */
         return false;
     line -= lines - parts - unit;
     if (line >= parts)
@@ -506,7 +510,8 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
         const struct answer_item *column = &answer->item[index[done]];
         size_t width = column_width(answer, table, column);
         if (block.count > 1 && used + 2 + width > TERMINAL_COLUMNS) {
-            /* remaining columns go below, with the first column repeated */
+            /* print the columns so far; the remaining columns go below, with the first column
+             * repeated */
             print_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
             block.count = 1;
@@ -593,7 +598,7 @@ static void put(json_t *group, const char *name, json_t *value)
         json_decref(value);
 }
 
-/* key: NAME_suffix or NAME_error_suffix */
+/* Stores the number under the key NAME_suffix, or NAME_error_suffix for its standard error. */
 static void put_number(json_t *group, const struct answer_item *item, const char *what,
                        double value)
 {
@@ -610,7 +615,7 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
 {
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
-        /* a heading for print only: its facts belong to the outer object */
+        /* this heading is only for print: its facts belong to the outer JSON object */
         put_items(answer, i + 1, index_after(answer, i), group);
         return;
     }
@@ -662,8 +667,8 @@ json_t *answer_json(const struct answer *answer)
 }
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
-#define HTML_LONG_TEXT \
-    40 /* a column with a longer text is not made narrower than the style allows */
+/* Characters; a column with a longer text may be as narrow as the style sheet allows. */
+#define HTML_LONG_TEXT 40
 
 static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
 {
@@ -739,8 +744,8 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
     fputs("</dd></div>\n", out);
 }
 
-/* Consecutive facts share one <dl>. `in_list`: a <dl> is open at the start; returns whether one
- * is open at the end. */
+/* Prints facts; consecutive facts share one <dl>. `in_list`: a <dl> is already open. Returns true
+ * if a <dl> is open at the end. */
 static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
                              FILE *out)
 {
@@ -791,7 +796,7 @@ size_t wrap_width(const char *text, size_t bytes)
 
 void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out)
 {
-    bool begins = column == 0; /* the line has no word yet */
+    bool begins = column == 0; /* true until the line has its first word */
     if (begins)
         column = (size_t)fprintf(out, "%*s", (int)indent, "");
     for (text += strspn(text, " "); *text; text += strspn(text, " ")) {

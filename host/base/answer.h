@@ -6,7 +6,7 @@
  * unit ("rms_in", "peak_error_in"), and a value that is not finite is null. Callers pass values in
  * the report's units; an answer in SI converts them.
  *
- * In text, consecutive facts with the same label show the label once.
+ * In text, the label of several consecutive facts is shown once.
  *
  * Functions return the added fact; its fields may be set until the next call. Names, labels and
  * texts are copied. */
@@ -36,21 +36,22 @@ struct answer_fact {
 };
 
 struct answer *answer_new(bool si);
-/* JSON values keep the unit in which they are passed, in SI answers too. Call before the first
- * value. */
+/* Keeps each JSON value in the unit in which it is passed, even if the answer is in SI. Call before
+ * the first value. */
 void answer_keep_units(struct answer *answer);
 void answer_free(struct answer *answer);
-/* True for SI units; for texts that contain units. */
+/* True if the answer is in SI units. Callers need it for texts that contain units. */
 bool answer_is_si(const struct answer *answer);
 
 /* Adds a number. Text shows it with `decimals` decimals in the report's unit; in SI the number of
- * decimals is adapted so that no digit is lost. Below 0: with -`decimals` significant digits. */
+ * decimals is adapted so that no digit is lost. If `decimals` is negative, text shows -`decimals`
+ * significant digits. */
 struct answer_fact *answer_value(struct answer *answer, const char *name, const char *label,
                                  enum unit_kind unit, double value, int decimals);
 /* Adds a value with its standard error; the JSON has NAME and NAME_error. */
 struct answer_fact *answer_estimate(struct answer *answer, const char *name, const char *label,
                                     enum unit_kind unit, double value, double error, int decimals);
-/* An unknown count: null in the JSON, a dash in text. */
+/* A count that is not known: null in the JSON, a dash in text. */
 #define ANSWER_UNKNOWN INT64_MIN
 struct answer_fact *answer_count(struct answer *answer, const char *name, const char *label,
                                  int64_t count);
@@ -65,14 +66,15 @@ void answer_remark(struct answer *answer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Adds a missing value: null in the JSON; text shows the reason. */
 void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
-/* Adds the text; if it is NULL or "", does the same as answer_none. */
+/* Adds the text, or a missing value (answer_none) if the text is NULL or "". */
 void answer_words_or_none(struct answer *answer, const char *name, const char *label,
                           const char *text, const char *why);
-/* Adds any value, to the JSON only. Takes ownership of `json`. */
+/* Adds any JSON value; text does not show it. Takes ownership of `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
 /* Opens a group of facts, until answer_close: an object in the JSON. Text shows a heading with the
- * facts below it; with the label "", only the facts. Text omits an empty group, list or table. */
+ * facts below it; if the label is "", it shows only the facts. Text omits an empty group, list or
+ * table. */
 void answer_open(struct answer *answer, const char *name, const char *label);
 /* Opens an array of values without names. */
 void answer_list(struct answer *answer, const char *name, const char *label);
@@ -94,20 +96,19 @@ void answer_html(const struct answer *answer, FILE *out);
 json_t *answer_json(const struct answer *answer);
 /* As answer_json, and frees the answer. */
 json_t *answer_into_json(struct answer *answer);
-/* Prints text or, with --json, JSON to standard output, and frees the answer. Returns `code`, or
- * the exit code of a failed output. */
+/* Prints the answer to standard output, as text or with --json as JSON, and frees it. Returns
+ * `code`, or the exit code of a failed output. */
 int answer_show(const struct cli *cli, struct answer *answer, int code);
-/* As answer_show; if `error` is set, reports the error instead and returns its exit code. */
+/* Same as answer_show if `error` is not set. Otherwise frees the answer, reports the error and
+ * returns its exit code. */
 int answer_end(const struct cli *cli, struct answer *answer, int code, const struct error *error);
-
-/* Text wrapped to lines that fit a terminal. */
 
 /* Prints the words of `text`, separated by one blank, and a newline at the end. `column` is the
  * number of characters already in the first line. All other lines begin with `indent` blanks; so
  * does the first line if `column` is 0. A word that is longer than a line gets a separate line.
  * Counts UTF-8 characters. */
 void wrap_print(const char *text, size_t column, size_t indent, size_t width, FILE *out);
-/* Number of UTF-8 characters in `bytes` bytes. */
+/* Number of UTF-8 characters in the first `bytes` bytes of `text`. */
 size_t wrap_width(const char *text, size_t bytes);
 
 #endif

@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-/* Embeds a file between two symbols. dygraphs comes from a Debian package (host/base/module.mk). */
+/* Embeds the bytes of a file between two symbols. The file of dygraphs is from a Debian package
+ * (host/base/module.mk). */
 #define ASSET(name, file)                                  \
     __asm__(".section .rodata\n"                           \
             "asset_" #name ":\n.incbin \"" file "\"\n"     \

@@ -4,7 +4,7 @@
 
 struct asset {
     const char *path; /* path on the live page's server: "/live.js" */
-    const char *type; /* content type */
+    const char *type; /* HTTP content type */
     const char *bytes, *end;
 };
 

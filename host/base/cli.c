@@ -13,10 +13,11 @@
 #include "host/base/xmalloc.h"
 
 #define STACK_BYTES (768u * 1024u)
-#define STACK_LIMIT (1024u * 1024u) /* includes arguments, environment and the calls so far */
+/* Bytes; includes arguments, environment and the calls so far */
+#define STACK_LIMIT (1024u * 1024u)
 #define PAGE_BYTES  4096u
 
-/* state of this process: --json given, JSON already printed, first error */
+/* Whether --json was given, and whether a JSON object was printed */
 static bool json_requested, json_printed;
 static struct error first_error;
 
@@ -53,8 +54,8 @@ __attribute__((noinline)) static void touch_stack_pages(void)
         stack[i - PAGE_BYTES] = 0;
 }
 
-/* Reserves the stack of the deepest command at the start: a stack that cannot grow later ends a
- * program without a message. */
+/* Uses the stack of the deepest command once at the start. A stack that cannot grow later would end
+ * the program without a message. */
 static void reserve_stack(void)
 {
     struct rlimit limit = {STACK_LIMIT, STACK_LIMIT};
@@ -67,7 +68,7 @@ static void reserve_stack(void)
         limit.rlim_cur = STACK_LIMIT;
         setrlimit(RLIMIT_STACK, &limit);
     }
-    free(xmalloc(STACK_LIMIT)); /* exits with a message if memory is short */
+    free(xmalloc(STACK_LIMIT)); /* exits with a message if there is not enough memory */
     touch_stack_pages();
 }
 
@@ -94,7 +95,7 @@ int cli_fail(const struct error *error)
     return mr_status_exit_code(error->status);
 }
 
-/* Adds kind and exit code of the error, and its text unless `object` has one. */
+/* Adds kind and exit code of the error to `object`, and the error text unless `object` has one. */
 static void add_error(json_t *object)
 {
     char kind[ERROR_KIND];

@@ -29,15 +29,15 @@ void cli_begin(const struct cli *cli);
 /* Prints `matrig: <line>` on stderr and returns the exit code of the error's status. With --json,
  * stdout also gets an object: {"error": line, "kind": word (error_kind), "exit": code}. */
 int cli_fail(const struct error *error);
-/* A shared error for commands that run once. Setting it calls cli_fail, which prints the error, and
- * ends the program, so that the caller needs no check. Do not use it while a resource is open that
- * the end of the process does not clean up. */
+/* A shared error for commands that run once. Setting it prints the error (cli_fail) and ends the
+ * program, so the caller needs no check. Do not use it while a resource is open that the end of the
+ * process does not clean up. */
 extern struct error *const fatal;
-/* Call at the end of the program. Prints the JSON object of an error if no other object was
- * printed. Returns exit_code. */
+/* Call at the end of the program. With --json, prints the JSON object of an error if no other
+ * object was printed. Returns `exit_code`. */
 int cli_end(int exit_code);
 
-/* Converts the whole text to a number within [low, high]; otherwise MR_USAGE, with `what` in the
+/* Converts the whole text to a number from `low` to `high`. Fails with MR_USAGE and `what` in the
  * message. */
 enum mr_status cli_number(const char *text, const char *what, double low, double high,
                           double *value, struct error *error);
@@ -51,7 +51,7 @@ bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* True if stderr is a terminal on which progress may be drawn (TERM is not "dumb"). */
 bool cli_can_draw(void);
 
-/* Width of a line on stdout in columns: that of the terminal, 100 if stdout is not a terminal. */
+/* Width of stdout in columns; 100 if stdout is not a terminal. */
 unsigned cli_columns(void);
 
 /* Reports on stderr that writing to stdout failed. Returns the exit code. */

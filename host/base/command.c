@@ -12,7 +12,7 @@
 
 struct parser {
     const struct command *command;
-    const char *name; /* as typed by the user */
+    const char *name; /* name of the command as the user typed it */
     const struct cli *cli;
     char *values;
     bool given[COMMAND_PARTS_MAX];
@@ -23,7 +23,7 @@ static void *value_address(const struct parser *p, const struct command_option *
     return p->values + option->offset;
 }
 
-/* Index of the option, or `count`. */
+/* Index of the option in `parts`; `count` if there is no such option. */
 static size_t find_option(const struct command *command, const char *word, const char **attached)
 {
     const struct command_part *parts = command->parts;
@@ -35,7 +35,7 @@ static size_t find_option(const struct command *command, const char *word, const
         if (name && strlen(name) == length && strncmp(name, word, length) == 0)
             return i;
     }
-    /* -j4 and -oFILE, as in make and cc */
+    /* a value directly after the letter, as in make and cc: -j4, -oFILE */
     for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2];
          i++) {
         const char *name = parts[i].option.name;
@@ -47,7 +47,7 @@ static size_t find_option(const struct command *command, const char *word, const
     return command->count;
 }
 
-/* The only long option that begins with this letter; NULL: none, or several. */
+/* The long option that begins with this letter. NULL if there is none or more than one. */
 static const char *find_only_option(const struct command *command, char letter)
 {
     const char *only = NULL;
@@ -62,7 +62,7 @@ static const char *find_only_option(const struct command *command, char letter)
     return only;
 }
 
-/* `name`: the command as typed; NULL: before any command. */
+/* `name`: the command as the user typed it; NULL: before any command. */
 static enum mr_status refuse_unknown_option(const struct command *command, const char *name,
                                             const char *word, struct error *error)
 {
@@ -121,7 +121,7 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
 {
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
-    if (row != command_matrig.count && !attached && parts[row].text) /* false for --version */
+    if (row != command_matrig.count && !attached && parts[row].text) /* --version has no text */
         return error_set(error, MR_UNKNOWN,
                          "option in the wrong place: '%s' after %s; put the option before the "
                          "command: matrig %s %s",
@@ -136,7 +136,7 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
 
 /* ---- values ---- */
 
-/* "0.5", or with its own unit: "12mm". */
+/* Reads a number that may have its own unit: "0.5" or "12mm". */
 static enum mr_status read_number(const struct parser *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
@@ -179,7 +179,7 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
     return MR_OK;
 }
 
-/* "csv, candump or mdf4" */
+/* Writes the choices as words: "csv, candump or mdf4". */
 static void choices_text(const char *choices, char *out, size_t size)
 {
     size_t used = 0;
@@ -216,7 +216,7 @@ static enum mr_status read_choice(const struct parser *p, const struct command_o
                      option->name, suggestion, suggestion[0] ? "" : ";", all);
 }
 
-/* Refuses a wrong file extension: if the argument is F.html or F.csv, x.pdf is a mistake. */
+/* Refuses a wrong file extension: x.pdf for an option whose argument is F.html or F.csv. */
 static enum mr_status check_extension(const struct command_option *option, const char *text,
                                       struct error *error)
 {
@@ -296,7 +296,8 @@ static enum mr_status read_option(struct parser *p, int argc, char **argv, int *
     return store_value(p, option, attached ? attached : argv[++*at], error);
 }
 
-/* After an option with a text, an extra word probably belongs to an unquoted text. */
+/* True if the word before argv[i] is the value of a text option: argv[i] probably belongs to a text
+ * without quotes. */
 static bool follows_text(const struct parser *p, char **argv, int i)
 {
     const char *attached;
@@ -305,7 +306,8 @@ static bool follows_text(const struct parser *p, char **argv, int i)
     return row < p->command->count && p->command->parts[row].option.kind == OPTION_IS_TEXT;
 }
 
-/* A second word that takes the place of the RUN: --runway as laid. */
+/* True if the second operand is not a RUN but probably the rest of a text without quotes: --runway
+ * as laid. */
 static bool is_second_word(const struct parser *p, char **argv, int i, size_t count)
 {
     int64_t run;
@@ -320,7 +322,8 @@ static bool has_ending(const char *text, const char *ending)
     return length > last && strcmp(text + length - last, ending) == 0;
 }
 
-/* The option whose value this word is, if it was not given: a format, a file F.html or a DB. */
+/* Finds the option that is probably missing before this word, because the word looks like its
+ * value: a format, a file F.html or a DB. */
 static const char *find_option_of_value(const struct parser *p, const char *word)
 {
     const char *dot = strrchr(word, '.');
@@ -383,7 +386,7 @@ static enum mr_status refuse_extra_word(const struct parser *p, char **argv, int
         argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
 }
 
-/* A dash or quote as a web page or a word processor prints it, pasted instead of - or ". */
+/* Refuses a dash or quote of a web page or word processor that was pasted instead of - or ". */
 static enum mr_status check_typography(const char *word, struct error *error)
 {
     static const struct {

@@ -31,8 +31,8 @@ enum option_kind {
     OPTION_IS_FLAG,   /* bool; takes no value */
     OPTION_IS_TEXT,   /* const char *; NULL: not given */
     OPTION_IS_NUMBER, /* double, in `unit` */
-    OPTION_IS_WHOLE,  /* int64_t, a whole number */
-    OPTION_IS_RUN,    /* int64_t, in the form of run_parse; 0: not given */
+    OPTION_IS_WHOLE,  /* int64_t, a whole number within the limits */
+    OPTION_IS_RUN,    /* int64_t, a RUN as run_parse returns it; 0: not given */
     OPTION_IS_CHOICE  /* const char *, one of `choices`; NULL: not given */
 };
 
@@ -41,20 +41,20 @@ struct command_option {
     const char *argument; /* placeholder of its value in help: "S"; NULL: a flag */
     enum option_kind kind;
     size_t offset; /* offset of its value in VALUES */
-    /* For a number: unit of the stored value, and unit of a plain number with --si. NULL: no unit;
-     * NULL unit_si: same as `unit`. */
+    /* For a number: the unit of the stored value, and the unit of a plain number with --si. NULL:
+     * no unit; if only unit_si is NULL, `unit` applies with --si too. */
     const char *unit, *unit_si;
-    /* For a number: limits, in `unit`, and the default value. */
+    /* For a number: smallest and largest value, in `unit`, and the default. */
     double low, high, standard;
     const char *noun, *choices; /* noun and values of a choice: "format", "csv|candump" */
 };
 
-/* A row of the help page. */
 struct command_part {
-    /* "DB [RUN]". NULL for an option, which is shown by name and argument, and for a note. */
+    /* Left column of the help page: "DB [RUN]". NULL for a note, and for an option, whose name and
+     * argument are shown. */
     const char *term;
-    /* Help text, lines separated by \n; {low}, {high} and {standard} are replaced by those of the
-     * option. NULL: another row describes the item. */
+    /* Help text, lines separated by \n; {low}, {high} and {standard} are replaced by the limits and
+     * the default of the option. NULL: another row describes the item. */
     const char *text;
     bool word; /* the term begins with a fixed word of the command ("read N") */
     bool example;
@@ -64,7 +64,7 @@ struct command_part {
     const struct command *with;
 };
 
-/* Words that are not options. */
+/* Words of a command line that are not options. */
 struct command_operands {
     size_t min, max;
     const char *names; /* operand names for the error message: "DB RUN" */
@@ -73,15 +73,15 @@ struct command_operands {
 struct command {
     const char *name;
     int (*run)(int argc, char **argv, const struct cli *cli);
-    /* Words after the name in the usage line; a line for each alternative. */
+    /* Operands and options in the usage line; each alternative has its own line. */
     const char *words;
-    const char *summary; /* one line, no full stop */
+    const char *summary; /* purpose of the command: one line without full stop */
     const struct command_part *parts;
     size_t count;
     struct command_operands operands;
 };
 
-/* Help lists the commands in groups, by task. */
+/* Groups of commands in the help, by task. */
 /* clang-format off */
 #define COMMAND_GROUPS(X)                                                     \
     X(DAY, "The day: get ready, land, survey")                                \
@@ -101,14 +101,14 @@ struct command_entry {
     const struct command *command;
 };
 
-/* All commands, in the order of help; the commands of a group are consecutive. */
+/* All commands in the order of the help. The commands of a group are consecutive. */
 struct command_table {
     const struct command_entry *commands;
     size_t count;
 };
 
 #define COMMAND_PARTS_MAX 64
-/* Does not compile if there are more rows than command_parse has room for. */
+/* Does not compile if the command has more rows than command_parse can handle. */
 #define COMMAND_PARTS(parts)                    \
     (parts), sizeof(parts) / sizeof(parts)[0] + \
                  0 * sizeof(char[sizeof(parts) / sizeof(parts)[0] <= COMMAND_PARTS_MAX ? 1 : -1])
@@ -118,11 +118,11 @@ struct command_table {
 #define HELP_ITEM(about, help) {.term = (about), .text = (help)}
 /* A fixed word of the command: "config set F". */
 #define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
-/* Lines printed unchanged. A line that ends with a blank is continued by the next row. */
+/* Lines that are printed unchanged. A line that ends with a blank continues in the next row. */
 #define HELP_NOTE(help) {.text = (help)}
-/* Lines that can be run; "Example: " precedes the first line. */
+/* Lines that a user can run; "Example: " precedes the first line. */
 #define HELP_EXAMPLE(lines) {.text = (lines), .example = true}
-/* The rows of another descriptor. */
+/* Includes the rows of another descriptor. */
 #define HELP_WITH(descriptor) {.with = &(descriptor)}
 
 /* Offset of a member of VALUES. Does not compile if the member does not have the type of its
@@ -138,8 +138,8 @@ struct command_table {
     OPTION(its_name, FLAG, member, bool, help, .argument = NULL)
 #define OPTION_TEXT(its_name, of_value, member, help) \
     OPTION(its_name, TEXT, member, const char *, help, .argument = (of_value))
-/* A plain number is in `its_unit`, with --si in `in_si`; a unit may follow the number: 5mm,
- * 2min. */
+/* A number without a unit is in `its_unit`, with --si in `in_si`. A unit may follow the number:
+ * 5mm, 2min. */
 #define OPTION_NUMBER_SI(its_name, of_value, member, its_unit, in_si, least, most, normal, help) \
     OPTION(its_name, NUMBER, member, double, help, .argument = (of_value), .unit = (its_unit),   \
            .unit_si = (in_si), .low = (least), .high = (most), .standard = (normal))
@@ -158,8 +158,7 @@ struct command_table {
 /* For commands that write a file which people fill in (host/base/output.h, output_check_new). */
 #define OPTION_FORCE(member) OPTION_FLAG("--force", member, "replace the file if it exists")
 
-/* Global options, which precede the command. The rows of command_matrig describe them as those of a
- * command do. */
+/* Global options, which precede the command. They are described by the rows of command_matrig. */
 struct global_options {
     struct cli cli;
     bool version, help;
@@ -180,10 +179,9 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
                              const struct cli *cli, void *values, const char **words,
                              struct error *error);
 
-/* RUN on the command line: the number of a landing in its database. */
-
-/* Accepts a whole number from 1, or the board's number such as landing5, which gives -5 and which
- * store_run_find converts to the RUN. Otherwise MR_USAGE. */
+/* Parses a RUN, the number of a landing in its database: a whole number from 1. Also accepts the
+ * number of a landing on the board, such as landing5, and returns it as -5; store_run_find converts
+ * it to the RUN. MR_USAGE: any other text. */
 enum mr_status run_parse(const char *text, int64_t *run, struct error *error);
 
 #endif

@@ -5,10 +5,10 @@
 #include <stddef.h>
 #include <stdio.h>
 
-/* Writes a cell, quoted where it must be; the caller writes commas and ends of lines. */
+/* Writes a cell, with quotes if the text needs them. The caller writes commas and ends of lines. */
 void csv_write_cell(FILE *out, const char *text);
 
-/* Splits a line into cells in place, without its end; quoted cells lose their quotes. Returns the
+/* Splits a line in place into cells and removes their quotes and the end of the line. Returns the
  * number of cells, at most `most`. */
 size_t csv_split(char *line, char *cell[], size_t most);
 

@@ -9,7 +9,7 @@
 
 static const struct {
     const char *build_path; /* relative to the folder of the program */
-    const char *share_path; /* below share/matrig; NULL: not installed */
+    const char *share_path; /* relative to share/matrig; NULL: the file is not installed */
 } files[] = {
     [DATA_BOARD] = {"matrig-board", NULL},
     [DATA_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
@@ -18,7 +18,7 @@ static const struct {
     [DATA_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
-static const char *program_path; /* NULL: the running program */
+static const char *program_path; /* NULL: matrig is the running program */
 
 void data_dir_set_program(const char *path)
 {
@@ -44,7 +44,7 @@ static void program_folder(char *folder, size_t size)
         snprintf(folder, size, ".");
 }
 
-/* True: the file is readable; `path` is then its resolved path. */
+/* Makes the path of a file and returns true if the file is readable. */
 static bool is_readable_in(char *path, size_t size, const char *folder, const char *below,
                            const char *name)
 {

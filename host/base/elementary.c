@@ -3,7 +3,8 @@
 #include <math.h>
 #include <stddef.h>
 
-#define LN2_HIGH 0.6931471803691238 /* 32 bits: the product with an exponent is exact */
+/* 32 significant bits, so that the product with an exponent is exact */
+#define LN2_HIGH 0.6931471803691238
 #define LN2_LOW  1.9082149292705877e-10
 #define LOG2_E   1.4426950408889634
 #define PI_2     1.5707963267948966
@@ -74,7 +75,7 @@ double elementary_log(double x)
         k--;
     }
     double f = m - 1.0, s = f / (2.0 + f), z = s * s, half = 0.5 * f * f;
-    /* 2 s = f - s f: the rounding of s cancels */
+    /* uses 2 s = f - s f, in which the rounding error of s cancels */
     double rest = s * (half + 2.0 * z * POLYNOMIAL(z, c));
     return k * LN2_HIGH - ((half - (rest + k * LN2_LOW)) - f);
 }

@@ -20,7 +20,7 @@ struct error {
 enum mr_status error_set(struct error *error, enum mr_status status, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* The status as a word for programs: "usage", "unknown", "not-now", "io", ... */
+/* Writes the status as a word for programs: "usage", "unknown", "not-now", "io", ... */
 #define ERROR_KIND 24
 void error_kind(enum mr_status status, char out[static ERROR_KIND]);
 

@@ -11,8 +11,8 @@
 #include "host/base/quantity.h"
 #include "host/base/answer.h"
 
-#define LINE_WIDTH 100 /* as for the output of commands */
-#define TERM_MAX   14  /* longest term whose text begins on the same line */
+#define LINE_WIDTH 100 /* characters; same width as the output of commands */
+#define TERM_MAX   14  /* characters of the longest term that shares its line with the help text */
 
 const char *help_group_title(enum command_group group)
 {
@@ -24,7 +24,8 @@ const char *help_group_title(enum command_group group)
     return titles[group];
 }
 
-/* Includes the options allowed before every command. `words` has a line for each alternative. */
+/* Also prints the options that are allowed before every command. `words` has one line per
+ * alternative. */
 static void print_usage(const char *command, const char *words)
 {
     for (const char *line = words; *line;) {
@@ -94,7 +95,8 @@ const struct command *help_find(const struct command_table *table, const char *n
 
 /* ---- unknown command ---- */
 
-/* Copies of the first words of all terms; a suggestion points to one of them. */
+/* Copies of the first words of all terms. The copies are static because a suggestion points to one
+ * of them. */
 #define WORDS_MAX 40
 struct words {
     char copy[WORDS_MAX][20];
@@ -144,7 +146,6 @@ enum mr_status help_refuse_unknown(const struct command_table *table, const char
                      text[0] ? "" : ";");
 }
 
-/* All commands as JSON. */
 static int print_json(const struct command_table *table, const struct command *only)
 {
     json_t *list = json_array();
@@ -240,7 +241,8 @@ static char *make_text(const struct command_part *part, const char *before)
     put_unit(out, &part->option);
     size_t written = strlen(part->text);
     bool prose = !part->term && !part->option.name;
-    if (!prose || written == 0 || part->text[written - 1] != ' ') /* blank: the line continues */
+    /* a line that ends with a blank is continued */
+    if (!prose || written == 0 || part->text[written - 1] != ' ')
         fputc('\n', out);
     if (fclose(out) != 0)
         abort();
@@ -268,7 +270,7 @@ static void add_row(void *context, const struct command_part *part)
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
-    if (!term && last && !last->term) { /* joins consecutive prose */
+    if (!term && last && !last->term) { /* consecutive rows of prose are joined */
         char *both = xasprintf("%s%s", last->text, text);
         free(last->text);
         free(text);
@@ -298,7 +300,7 @@ void help_page_free(struct help_page *page)
 }
 
 /* Writes lines of text, wrapped and indented. The first begins at `column` of its line. A line that
- * begins with a blank and the lines of an example, up to an empty line, stay as they are. */
+ * begins with a blank and the lines of an example, up to an empty line, are printed unchanged. */
 static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
 {
     bool is_example = false;

@@ -5,7 +5,7 @@
 #include "host/base/command.h"
 #include "host/base/spell_suggest.h"
 
-/* Purpose of a group of commands. Static storage. */
+/* Heading of a group of commands. Static storage. */
 const char *help_group_title(enum command_group group);
 
 void help_overview(const struct command_table *table);
@@ -23,13 +23,14 @@ void help_version(const struct cli *cli);
 /* Runs matrig help [COMMAND]. Returns the exit code. */
 int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli);
 
-/* The help page of a command as rows, as --help prints it. */
+/* The rows of a command's help page. */
 
 #define HELP_TEXT_COLUMN 17 /* column where the text of an item begins, counted from 0 */
 
 struct help_row {
     char *term; /* term, such as "--for S"; NULL: the row is prose */
-    char *text; /* paragraphs, each with its newline; wrapped only when the page is printed */
+    /* paragraphs, each ends with a newline; they are wrapped when the page is printed */
+    char *text;
 };
 
 struct help_page {
@@ -44,7 +45,8 @@ void help_page_free(struct help_page *page);
 /* The page as --help prints it after the usage line and the summary. The caller frees the text. */
 char *help_page_text(const struct command *command);
 
-/* Calls `each` for the rows of the command and of the descriptors that it contains, in order. */
+/* Calls `each` for every row of the command, including the rows of included descriptors, in
+ * order. */
 void help_for_each_part(const struct command *command,
                         void (*each)(void *context, const struct command_part *part),
                         void *context);

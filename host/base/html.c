@@ -10,14 +10,14 @@ void html_bytes(FILE *out, const char *text, size_t length)
         case '>': fputs("&gt;", out); break;
         case '&': fputs("&amp;", out); break;
         case '"': fputs("&quot;", out); break;
-        case '+': /* "+-" becomes a plus-minus sign */
+        case '+': /* writes "+-" as a plus-minus sign */
             fputs(i + 1 < length && text[i + 1] == '-' ? "\xc2\xb1" : "+", out);
             break;
         case '-':
             if (i == 0 || text[i - 1] != '+')
                 fputc('-', out);
             break;
-        case '2': /* "ft/s2" gets a superscript 2 */
+        case '2': /* writes the 2 of "ft/s2" as a superscript */
             fputs(i >= 2 && text[i - 1] == 's' && text[i - 2] == '/' ? "\xc2\xb2" : "2", out);
             break;
         default: fputc(text[i], out); break;

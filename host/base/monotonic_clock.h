@@ -1,11 +1,11 @@
-/* The monotonic clock, which is never set: for durations and timeouts. */
+/* The monotonic clock, for durations and timeouts. It never jumps, because nobody can set it. */
 #ifndef MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 #define MATRIG_HOST_BASE_MONOTONIC_CLOCK_H
 
 #include <stdint.h>
 #include <time.h>
 
-/* Time since an arbitrary start that is the same throughout a process. */
+/* Time in microseconds since an arbitrary start, which stays the same throughout a process. */
 static inline uint64_t monotonic_us(void)
 {
     struct timespec now;
@@ -21,7 +21,7 @@ static inline double monotonic_s(void)
     return 1e-6 * (double)monotonic_us();
 }
 
-/* Processor time that this process has used; other processes are not included. */
+/* Processor time in milliseconds that this process has used. */
 static inline double processor_ms(void)
 {
     struct timespec now;

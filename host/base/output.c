@@ -15,8 +15,8 @@
 
 /* ---- target ---- */
 
-/* A landing cannot be repeated, so an output never replaces a database. Reads only regular
- * files: a pipe or a terminal would block. */
+/* True if the file is a database. A landing cannot be repeated, so an output never replaces a
+ * database. Only a regular file is read: reading a pipe or a terminal would block. */
 bool output_is_database(const char *path)
 {
     static const char magic[16] = "SQLite format 3";
@@ -77,14 +77,14 @@ static enum mr_status set_write_error(const char *path, struct error *error)
                      strerror(errno), path);
 }
 
-/* The folder of a path, including its last slash. */
+/* Writes the folder of a path with its last slash. */
 static void folder_of(const char *path, char folder[PATH_MAX])
 {
     const char *slash = strrchr(path, '/');
     snprintf(folder, PATH_MAX, "%.*s", slash ? (int)(slash - path + 1) : 2, slash ? path : "./");
 }
 
-/* Resolves symbolic links to the file that is created or replaced. */
+/* Finds the file that is created or replaced: resolves symbolic links. */
 static enum mr_status find_target(const char *path, char target[PATH_MAX], struct error *error)
 {
     char folder[PATH_MAX], whole[PATH_MAX];
@@ -121,7 +121,7 @@ enum mr_status output_check_new(const char *path, bool force, struct error *erro
         "file exists already: %s; give a different file, or --force to replace this file", path);
 }
 
-/* Checks that the regular file `target`, given by the user as `path`, may be replaced. */
+/* Fails if the regular file `target` may not be replaced. `path` is the name that the user gave. */
 static enum mr_status check_replaceable(const char *path, const char *target, struct error *error)
 {
     if (!output_is_database(target))
@@ -176,13 +176,13 @@ static bool write_all(int fd, const char *bytes, size_t length)
     return true;
 }
 
-/* Syncs the draft to disk and renames it to the target. */
+/* Syncs the draft to disk and renames it to `target`. */
 static enum mr_status commit_draft(int fd, const char *draft, const char *target, const char *path,
                                    struct error *error)
 {
     struct stat info;
     if (stat(target, &info) == 0) {
-        /* keep owner and mode as far as permitted */
+        /* keep owner and mode if the user has the permission */
         int failed = fchown(fd, info.st_uid, info.st_gid);
         failed |= fchmod(fd, info.st_mode & 07777u);
         (void)failed;
@@ -194,7 +194,7 @@ static enum mr_status commit_draft(int fd, const char *draft, const char *target
     return rename(draft, target) == 0 ? MR_OK : set_write_error(path, error);
 }
 
-/* Creates a draft beside the target; -1: failed. */
+/* Creates an empty draft file in the folder of the target. Returns its descriptor, or -1. */
 static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64])
 {
     char folder[PATH_MAX];
@@ -209,7 +209,8 @@ static int make_draft(const char *target, mode_t mode, char draft[PATH_MAX + 64]
     return fd;
 }
 
-/* Setting `error` may end the program, so the draft is removed first. */
+/* Replaces the target by the new content. Removes the draft before it sets `error`, because setting
+ * `error` may end the program. */
 static enum mr_status replace_target(const struct output *output, struct error *error)
 {
     char target[PATH_MAX], draft[PATH_MAX + 64];
@@ -231,7 +232,7 @@ static enum mr_status replace_target(const struct output *output, struct error *
     return error_set(error, failed.status, "%s", failed.text);
 }
 
-/* Writes directly to a pipe, a terminal or a device. */
+/* Writes the content to a pipe, a terminal or a device. */
 static enum mr_status write_directly(const struct output *output, struct error *error)
 {
     int fd = open(output->path, O_WRONLY | O_CLOEXEC | O_NOCTTY);

@@ -25,40 +25,40 @@ struct output {
 /* Begins a file; `path` NULL: standard output. Fails if the file may not be written, as
  * output_check does. */
 enum mr_status output_begin(struct output *output, const char *path, struct error *error);
-/* Puts the written file in place, unless `error` is already set: then the old file stays. MR_IO if
- * a write failed. Returns the error's status. */
+/* Moves the written file to its path. If `error` is already set, the old file stays. MR_IO: a write
+ * failed. Returns the status of `error`. */
 enum mr_status output_end(struct output *output, struct error *error);
 /* Writes `length` bytes to a file: output_begin and output_end in one call. */
 enum mr_status output_write_bytes(const char *path, const void *bytes, size_t length,
                                   struct error *error);
 
-/* A temporary file for `what` ("the plot"), to be written and read; fclose removes it. NULL: it
- * cannot be created, and `error` is set (MR_IO). */
+/* Opens a temporary file for writing and reading; fclose removes it. `what` names its purpose in
+ * errors ("the plot"). NULL: the file cannot be created, and `error` is set (MR_IO). */
 FILE *output_open_temporary(const char *what, struct error *error);
-/* Copies all of a temporary file. */
+/* Copies the whole temporary file to `to`. */
 void output_copy_temporary(FILE *temporary, FILE *to);
 
 /* Writes a JSON value to a file, indented; numbers have `digits` digits. */
 enum mr_status output_write_json(const char *path, const json_t *json, unsigned digits,
                                  struct error *error);
 
-/* Checks, before work that takes long, that output_begin would accept `path` (NULL: nothing is
- * written), that it can be written, and that it is not the input file (`input`; NULL: none), which
+/* Call before work that takes long. Fails if output_begin would refuse `path` (NULL: nothing is
+ * written), if the file cannot be written, or if it is the input file (`input`; NULL: none), which
  * would be lost. Writes nothing. */
 enum mr_status output_check(const char *path, const char *input, struct error *error);
 /* For files that people fill in. Fails with MR_USAGE if a file with content exists at `path` (NULL:
  * none) and --force was not given. */
 enum mr_status output_check_new(const char *path, bool force, struct error *error);
-/* Fails with MR_USAGE if `path` is the same file as `input`, which the command reads, under any
- * name. Either may be NULL. */
+/* Fails with MR_USAGE if `path` and `input`, which the command reads, are the same file, also under
+ * different names. Either may be NULL. */
 enum mr_status output_check_not_input(const char *path, const char *input, struct error *error);
 
 bool output_is_database(const char *path);
 /* Fails with MR_MALFORMED if the first bytes show that the file is not a `wanted` ("survey sheet")
  * but a file of another known kind, such as a spreadsheet. The message names the kind. */
 enum mr_status output_check_kind(const char *path, const char *wanted, struct error *error);
-/* Length in bytes of a UTF-8 byte order mark at the start of a text, as spreadsheets write it: 0 or
- * 3. */
+/* Length in bytes (0 or 3) of a UTF-8 byte order mark at the start of a text. Spreadsheets write
+ * such a mark. */
 size_t utf8_mark_length(const char *text, size_t length);
 
 #endif

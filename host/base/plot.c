@@ -10,20 +10,21 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 
-#define LIMIT_S        120.0
-#define TEMPORARY_NAME "the plot" /* purpose of a temporary file, for errors */
-#define THINNING_COLUMNS \
-    1000 /* a longer line is reduced to the smallest and largest value of each column */
+#define LIMIT_S          120.0
+#define TEMPORARY_NAME   "the plot" /* purpose of a temporary file, in error messages */
+/* Samples; a longer line is thinned to the smallest and largest value per pixel column. */
+#define THINNING_COLUMNS 1000
 
 struct plot {
     char *title, *text;
     size_t length;
-    FILE *script; /* one `plot` command per panel, with its data */
+    FILE *script; /* gnuplot script: one `plot` command per panel, with its data */
     unsigned width, height, columns, panels;
-    char *panel_elements; /* of the current panel */
+    char *panel_elements; /* elements of the `plot` command of the current panel */
     size_t elements_length;
     FILE *series_list;
-    unsigned data_blocks, drawn_series; /* data blocks in total; series in the current panel */
+    /* data blocks of the whole plot; series of the current panel */
+    unsigned data_blocks, drawn_series;
 };
 
 /* gnuplot substitutes nothing within single quotes. */
@@ -73,7 +74,7 @@ static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
     put_set_text(out, what, axis->label);
-    fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps clear of the key */
+    fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps the axis label away from the key */
     fprintf(out,
             axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
                       : "unset logscale %c\nset format %c '%%h'\n",
@@ -159,7 +160,8 @@ static void add_rules(struct plot *plot, const struct plot_series *series, const
     fputs("NaN ", plot->series_list);
 }
 
-/* A constant is plotted as a function: an axis without limits then includes it. */
+/* Adds constants as functions: gnuplot includes functions, unlike arrows, in the range of an axis
+ * without limits. */
 static void add_levels(struct plot *plot, const struct plot_series *series, const char *look)
 {
     for (size_t i = 1; i < series->count; i++)
@@ -171,7 +173,8 @@ void plot_draw(struct plot *plot, const struct plot_series *series)
 {
     static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
                                                       "#a67c00", "#222222", "#56b4e9", "#8a9099"};
-    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15}; /* filled; one less is open */
+    /* gnuplot point types of filled shapes; the hollow shape is one less */
+    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15};
     int shape = shapes[series->shape % PLOT_SHAPES] - series->hollow;
     char look[48];
     if (series->count == 0)

@@ -18,38 +18,41 @@ struct plot;
 
 struct plot_axis {
     const char *label; /* label with its unit; NULL: none */
-    double low, high;  /* equal: computed from the data; low > high: the axis is reversed */
+    /* limits of the axis. Equal: gnuplot computes them from the data. low > high: the axis is
+     * reversed */
+    double low, high;
     bool log;
 };
 
 enum plot_kind {
-    PLOT_LINE, /* a NaN breaks the line; spikes survive thinning */
+    PLOT_LINE, /* a line through the points; a NaN interrupts it, and thinning keeps spikes */
     PLOT_POINTS,
     PLOT_LINE_POINTS,
-    PLOT_BAND,  /* the area between y and high; a NaN breaks it */
+    PLOT_BAND,  /* the area between y and high; a NaN interrupts it */
     PLOT_RULES, /* a vertical line through the panel at every x */
     PLOT_LEVELS /* a horizontal line through the panel at every y */
 };
 
 #define PLOT_COLOURS 8
 #define PLOT_GREY    7u
-#define PLOT_SHAPES  6 /* circle, square, triangle up, diamond, triangle down, pentagon */
+/* in this order: circle, square, triangle up, diamond, triangle down, pentagon */
+#define PLOT_SHAPES  6
 
 struct plot_series {
     enum plot_kind kind;
-    const char *key;        /* NULL: the series is not in the key */
-    unsigned colour, shape; /* modulo PLOT_COLOURS and PLOT_SHAPES */
-    bool dashed, hollow;    /* a dashed line; a shape that is not filled */
+    const char *key;        /* text in the key; NULL: the series is not in the key */
+    unsigned colour, shape; /* index of colour and shape, modulo PLOT_COLOURS and PLOT_SHAPES */
+    bool dashed, hollow;    /* dashed: the line is dashed; hollow: the shape is not filled */
     const double *x, *y, *high;
     size_t count;
 };
 
-/* Makes a plot. `columns`: number of panels in a row. Pixels apply to SVG and PNG; a PDF has 96
- * pixels per inch. */
+/* Makes a plot. `columns`: panels side by side. Width and height are in pixels for SVG and PNG; a
+ * PDF has 96 pixels per inch. */
 struct plot *plot_new(const char *title, unsigned width, unsigned height, unsigned columns);
-/* Begins the next panel; later plot_draw calls add to it. */
+/* Begins the next panel. Series of later plot_draw calls belong to it. */
 void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y);
-/* Adds a series to the panel. Copies the values. */
+/* Adds a series to the current panel. Copies the values. */
 void plot_draw(struct plot *plot, const struct plot_series *series);
 /* Writes the plot into the file and frees it. MR_USAGE: unknown suffix, or the file may not be
  * overwritten. MR_IO: gnuplot is missing or failed. */

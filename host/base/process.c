@@ -15,18 +15,18 @@
 
 #define POLL_NS 5000000
 
-/* Runs in the child and does not return. */
+/* Replaces the child process by the program; does not return. */
 static void execute_program(const char *const words[], const int streams[3])
 {
     sigset_t none;
     sigemptyset(&none);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
-    sigprocmask(SIG_SETMASK, &none, NULL); /* undo the caller's blocked signals */
-    signal(SIGPIPE, SIG_DFL);              /* and its ignored SIGPIPE */
+    sigprocmask(SIG_SETMASK, &none, NULL); /* the program must not inherit blocked signals */
+    signal(SIGPIPE, SIG_DFL);              /* the program must not inherit the ignored SIGPIPE */
     for (int i = 0; i < 3; i++) {
         if (streams[i] < 0)
             continue;
-        /* a stream already in place must lose its close-on-exec flag */
+        /* dup2 to the same descriptor would keep its close-on-exec flag */
         if (streams[i] == i ? fcntl(i, F_SETFD, 0) < 0 : dup2(streams[i], i) < 0)
             _exit(126);
     }

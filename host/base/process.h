@@ -17,23 +17,22 @@
 enum mr_status process_start(const char *const words[], const int streams[3], pid_t *child,
                              struct error *error);
 
-/* Waits until the child ends; `*status` is that of waitpid. Returns false if it did not end within
- * limit_s and was killed. */
+/* Waits until the child ends, or kills it after `limit_s` seconds and returns false. `*status` is
+ * the status of waitpid. */
 bool process_wait(pid_t child, double limit_s, int *status);
 
-/* Quoting for a POSIX shell. */
-
-/* Writes the text in quotes as one word for the shell, whatever it contains. */
+/* Writes the text in quotes, as one word for a POSIX shell, whatever it contains. */
 void shell_quote(FILE *out, const char *text);
 
-/* A temporary folder, in $TMPDIR or /tmp. */
+/* Size of the path of a temporary folder, which is in $TMPDIR or /tmp. */
 
 #define TEMPORARY_FOLDER 200
 
 /* Makes matrig-NAME.XXXXXX; the caller removes it. MR_IO: it cannot be made, and `path` is "". */
 enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *name,
                                        struct error *error);
-/* Removes the named files that exist, and the folder. Does nothing if `path` is "". */
+/* Removes those of the named files that exist, and then the folder. Does nothing if `path` is
+ * "". */
 void temporary_folder_remove(const char *path, const char *const names[], size_t count);
 
 #endif

@@ -55,7 +55,7 @@ void progress_set(struct progress *u, const char *format, ...)
 void progress_end(struct progress *u)
 {
     if (u->is_running) {
-        close(u->stop_pipe[1]); /* the thread sees the end of the pipe and ends */
+        close(u->stop_pipe[1]); /* closing the pipe ends the thread */
         pthread_join(u->thread, NULL);
         close(u->stop_pipe[0]);
         u->is_running = false;

@@ -1,31 +1,31 @@
-/* Progress of work that takes long. A separate thread prints a line on stderr every 30 s, whatever
- * the main thread is doing and whether or not stderr is a terminal. */
+/* Progress of work that takes long. A separate thread prints a line on stderr every 30 s, even
+ * while the main thread is busy, and whether or not stderr is a terminal. */
 #ifndef MATRIG_HOST_BASE_PROGRESS_H
 #define MATRIG_HOST_BASE_PROGRESS_H
 
 #include <pthread.h>
 #include <stdbool.h>
 
-/* time between two lines; users consider a minute without a line too long */
+/* Seconds between two lines. Users consider a minute without a line too long. */
 #define PROGRESS_EVERY_S 30.0
 
 struct progress {
-    const char *command; /* name of the command: "study"; not copied */
-    const char *advice;  /* advice for a faster run: "fewer --draws"; not copied */
+    const char *command; /* name of the command, such as "study"; not copied */
+    const char *advice;  /* advice for a faster run, such as "fewer --draws"; not copied */
     pthread_t thread;
     pthread_mutex_t lock;
-    char text[120]; /* progress text: how far the work has got */
+    char text[120]; /* part of the work that is done, as text */
     double begin_s, next_s;
-    int stop_pipe[2]; /* a pipe; closing it ends the thread */
+    int stop_pipe[2]; /* closing the write end ends the thread */
     bool is_running;
 };
 
-/* Starts the timer. With `quiet`, or if no thread can be started, nothing is printed. */
+/* Starts the thread. If `quiet` is set or no thread can be started, nothing is printed. */
 void progress_begin(struct progress *progress, const char *who, const char *quicker, bool quiet);
-/* Sets the progress text; may be called from any thread. */
+/* Sets the text that the next line shows; may be called from any thread. */
 void progress_set(struct progress *progress, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* Stops the thread; nothing is printed after this call. */
+/* Stops the thread. Nothing is printed after this call. */
 void progress_end(struct progress *progress);
 
 #endif

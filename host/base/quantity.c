@@ -9,12 +9,12 @@
 
 #include "common/decimal.h"
 
-/* Dimensions of units. Mass is force time2 / length. */
+/* Base dimensions of units. Mass is derived: force time2 / length. */
 enum dimension { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, DIMENSIONS };
 
 #define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
 #define FEET  3048.0           /* 1 ft = 0.3048 m */
-#define MILES 1609344.0        /* 5280 ft, in mm */
+#define MILES 1609344.0        /* 1 mile = 5280 ft, in mm */
 
 /* clang-format off */
 #define DIM_LENGTH       {1}
@@ -36,7 +36,7 @@ struct word {
     signed char power[DIMENSIONS];
     double numerator, denominator;
     int exponent10;
-    bool ignores_case; /* case is ignored */
+    bool ignores_case; /* "LB" is accepted as "lb" */
 };
 
 static const struct word words[] = {
@@ -80,7 +80,7 @@ static const struct quantity_kind kinds[] = {
     {"a thermal expansion", "1/F, 1/K", "1/K", NULL},
 };
 
-/* A plural with s is accepted for each. */
+/* Each of these spellings may also have a plural s. */
 static const struct {
     const char *spelling, *word;
 } spellings[] = {
@@ -94,7 +94,7 @@ static const struct {
     {"degF", "F"},        {"degC", "K"},
 };
 
-/* Units by the end of a name; longer endings come first. */
+/* Units that a name can end with, longer endings first. */
 static const struct {
     const char *ending, *unit;
 } endings[] = {
@@ -133,7 +133,7 @@ struct unit {
     bool is_kg; /* the unit is plain kg */
 };
 
-/* A capital M means mega: "Mm" and "M" are not mm and m. "MM" is a spelling of mm. */
+/* True for a text that begins with M for mega, such as "M" or "Mm". "MM" is a spelling of mm. */
 static bool is_mega(const char *text, size_t length)
 {
     return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
@@ -186,7 +186,7 @@ static void multiply(struct unit *unit, const struct word *word, int power)
         unit->power[b] += power * word->power[b];
 }
 
-/* Reads "m2" or "m^2". Returns the text behind it; NULL: invalid. */
+/* Reads a word with its power: "m2" or "m^2". Returns the text after it; NULL: invalid. */
 static const char *read_power(const char *text, int sign, struct unit *unit)
 {
     size_t length = 0;
@@ -206,7 +206,7 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
     return isalnum((unsigned char)*text) ? NULL : text;
 }
 
-/* False: not a unit. "": no unit, all powers are 0. */
+/* Reads a whole unit. Returns false if the text is not a unit. For "", all powers are 0. */
 static bool read_unit(const char *text, struct unit *unit)
 {
     *unit = (struct unit){.numerator = 1.0L, .denominator = 1.0L};
@@ -275,7 +275,7 @@ double quantity_convert(double value, const char *from, const char *to)
 
 /* ---- error messages ---- */
 
-/* "write ft, in, mm, cm or m after the number, or no unit for ft" */
+/* Writes the advice "write ft, in, mm, cm or m after the number, or no unit for ft". */
 static void write_advice(const char *unit, const char *bare, struct quantity_error *wrong)
 {
     const struct quantity_kind *kind = quantity_kind_of(unit);
@@ -325,7 +325,7 @@ static bool refuse_other_kind(const char *came, const char *unit, const char *ba
     return refuse(wrong, what, unit, bare);
 }
 
-/* Three digits after a comma are ambiguous: thousands or decimals. */
+/* Refuses a comma before three digits, which is ambiguous: thousands or decimals. */
 static bool refuse_comma(const char *text, const char *comma, struct quantity_error *wrong)
 {
     snprintf(wrong->what, sizeof wrong->what, "a comma in a number");
@@ -361,7 +361,8 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (!*own && !*bare && *unit)
         return refuse(wrong, "a number without a unit", unit, bare);
     const char *came = *own ? own : bare;
-    if (strcmp(came, unit) == 0) /* also accepts units that are not in the table */
+    /* the same text needs no conversion, so it may be a unit that is not in the table */
+    if (strcmp(came, unit) == 0)
         return true;
     if (!read_unit(came, &from))
         return refuse(wrong, *unit ? "unknown unit" : "unexpected unit", unit, bare);
@@ -415,7 +416,8 @@ const struct quantity_kind *quantity_kind_of(const char *text)
         return NULL;
     for (size_t i = 0; i < COUNT(kinds); i++) {
         size_t length = strcspn(kinds[i].units, ",");
-        memcpy(name, kinds[i].units, length); /* static text of a few letters */
+        /* each name is copied once; the texts are a few letters */
+        memcpy(name, kinds[i].units, length);
         name[length] = '\0';
         if (read_unit(name, &first) && has_same_dimension(&unit, &first))
             return &kinds[i];

@@ -22,42 +22,46 @@
 
 #include "host/base/error.h"
 
-/* Reason why a text is not a quantity, for a message "WHAT: where it stands; ADVICE". */
+/* The reason why a text is not a quantity: "WHAT" and "ADVICE" of a message "WHAT: 'TEXT' for NAME;
+ * ADVICE". */
 struct quantity_error {
     char what[80];    /* "a force instead of a length" */
     char advice[200]; /* "write ft, in, mm, cm or m behind the number, or no unit for ft" */
 };
 
-/* Parses the whole text, which must not have blanks around it. `*value` is in `unit`; "" or NULL: a
- * number without dimension. `bare` is the unit of a text without a unit; NULL: `unit`; "": a unit
- * is required. A unit of another dimension is refused. */
+/* Parses the whole text, which must not have blanks around it. `*value` is in `unit`; if that is ""
+ * or NULL, the text is a number without dimension. `bare` is the unit of a text without a unit;
+ * NULL: `unit`; "": a unit is required. A unit of another dimension is refused. */
 bool quantity_parse(const char *text, const char *unit, const char *bare, double *value,
                     struct quantity_error *wrong);
-/* As quantity_parse; fails with MR_USAGE and "WHAT: 'TEXT' for NAME; ADVICE". */
+/* Parses as quantity_parse does. Fails with MR_USAGE and the message "WHAT: 'TEXT' for NAME;
+ * ADVICE". */
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error);
 /* Reads a JSON value: a number in `unit`, or a text with its unit. */
 bool quantity_json(const json_t *json, const char *unit, double *value,
                    struct quantity_error *wrong);
-/* Converts a value from unit `from` to unit `to`. NaN: the units have different dimensions. */
+/* Converts a value from unit `from` to unit `to`. Returns NaN if their dimensions differ. */
 double quantity_convert(double value, const char *from, const char *to);
 
 /* ---- the tables ---- */
 
-/* A kind of quantity, "a length", and its usual units, "ft, in, mm, cm, m". */
+/* A kind of quantity, such as "a length", and its usual units, such as "ft, in, mm, cm, m". */
 struct quantity_kind {
     const char *name, *units, *si;
     const char *note; /* note on one of the units; NULL: none */
 };
 /* Returns the kinds in order: index 0 is the first; NULL after the last. Static storage. */
 const struct quantity_kind *quantity_kind_at(size_t index);
-/* Finds the kind of a unit. NULL: the table has no such kind, or the text is not a unit. */
+/* Finds the kind of quantity that a unit measures. NULL: the table has no such kind, or the text is
+ * not a unit. */
 const struct quantity_kind *quantity_kind_of(const char *unit);
-/* Powers of force, length and time in a unit; all 0: not a unit, or without dimension. */
+/* Writes the powers of force, length and time in a unit. All are 0 if the text is not a unit or has
+ * no dimension. */
 void quantity_dimension(const char *unit, int powers[3]);
-/* The spelling in the table of units: "in" for "Inches"; "": unknown. */
+/* The spelling of a unit in the table of units: "in" for "Inches". "" if the unit is unknown. */
 const char *quantity_word(const char *text, size_t length);
-/* The unit suffix of a name: "ft/s2" for "deceleration_ft_s2"; "": no known unit. */
+/* The unit at the end of a name: "ft/s2" for "deceleration_ft_s2". "" if there is no known unit. */
 const char *quantity_unit_of_name(const char *name);
 
 #endif

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #define WORD_MAX       32u /* longest word that is compared */
-#define PREFIX_LETTERS 5u  /* this many equal first letters: another form of the word */
+#define PREFIX_LETTERS 5u  /* words with this many equal first letters are forms of the same word */
 
 static const char *skip_dashes(const char *word)
 {
@@ -23,7 +23,8 @@ static size_t smaller_of(size_t a, size_t b)
     return a < b ? a : b;
 }
 
-/* Number of letters to change, insert, delete, or swap with the next. */
+/* Number of edits from word a to word b. An edit changes, inserts or deletes a letter, or swaps two
+ * adjacent letters. */
 static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length)
 {
     size_t row[WORD_MAX + 1][WORD_MAX + 1];
@@ -68,7 +69,7 @@ void spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
     if (distance > allowed) {
         if (beginning < PREFIX_LETTERS && !(beginning == shorter && shorter >= 3))
             return;
-        distance = 3; /* ranks below a misspelling */
+        distance = 3; /* an equal beginning ranks below a misspelling */
     }
     if (suggest->best && suggest->distance <= distance)
         return;

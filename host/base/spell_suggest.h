@@ -4,12 +4,12 @@
 
 #include <stddef.h>
 
-/* Leading dashes and capitals are ignored. A word is near if one or two letters (in a word of three
- * or four letters: one) are wrong, missing, superfluous or swapped, or if the beginning is the
- * same. */
+/* The search for the nearest word. Leading dashes and capitals are ignored. A word is near if its
+ * beginning is the same, or if one or two letters (one in a word of three or four letters) are
+ * wrong, missing, superfluous or swapped. */
 struct spell_suggest {
-    const char *word, *best; /* best NULL: no near word so far */
-    size_t distance;         /* distance of `best` */
+    const char *word, *best; /* best: the nearest word so far; NULL: none */
+    size_t distance;         /* number of edits from `word` to `best` */
 };
 
 void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
@@ -17,8 +17,8 @@ void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
  * text. */
 void spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
 
-/* Writes "; did you mean BEST?". For some words that matrig handles differently (delete, undo),
- * writes advice between "; " and ";". Writes "" if no word is near. */
+/* Writes "; did you mean BEST?". For some words of other programs (delete, undo), writes advice
+ * between "; " and ";". Writes "" if no word is near. */
 #define SPELL_SUGGEST_TEXT 200
 void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT]);
 

@@ -75,7 +75,7 @@ void sort_numbers(double *values, size_t count)
 
 struct wilson wilson_interval(size_t count, size_t of)
 {
-    const double z = 1.959963984540054; /* normal distribution: 2.5 % above */
+    const double z = 1.959963984540054; /* 2.5 % of a standard normal distribution are above z */
     if (of == 0)
         return (struct wilson){0.0, 1.0};
     double n = (double)of, p = (double)count / n, z2 = z * z / n;

@@ -7,7 +7,8 @@
 
 #include "host/base/quantity.h"
 
-/* 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605 N: exact by definition. */
+/* The factors are exact by definition: 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605
+ * N. */
 static const struct unit units[2][UNIT_ALL] = {
     {{"ft", "ft", 1.0},
      {"in", "in", 1.0},
@@ -40,7 +41,8 @@ const struct unit *unit_as_passed(enum unit_kind kind)
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
 
-/* Units of calibration points, a subset of quantity.h. kg: a weight on a scale. */
+/* Units of calibration points, a subset of the units of quantity.h. kg is the weight of that
+ * mass. */
 static const struct unit_word unit_word_table[] = {
     {"in", UNIT_DISPLACEMENT}, {"mm", UNIT_DISPLACEMENT}, {"cm", UNIT_DISPLACEMENT},
     {"m", UNIT_DISPLACEMENT},  {"ft", UNIT_DISPLACEMENT}, {"lb", UNIT_TENSION},
@@ -55,7 +57,7 @@ const struct unit_word *unit_word_at(size_t index)
 
 const struct unit_word *unit_word_find(const char *word, size_t length)
 {
-    /* "kn" in a column of forces is kN, not knots */
+    /* in a column of forces "kn" means kN, not knots */
     const char *known = length == 2 && strncasecmp(word, "kn", 2) == 0
                           ? "kN"
                           : quantity_word(word, length);

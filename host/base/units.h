@@ -1,5 +1,5 @@
-/* Units for people: the report's units (ft, in, lb) or, with --si, metres, millimetres and newtons.
- * Internally all values are in the report's units; they are converted once, for output. */
+/* Units of printed values: the report's units (ft, in, lb) or, with --si, metres, millimetres and
+ * newtons. Internally all values are in the report's units; they are converted once, for output. */
 #ifndef MATRIG_HOST_BASE_UNITS_H
 #define MATRIG_HOST_BASE_UNITS_H
 
@@ -12,8 +12,8 @@ enum unit_kind {
     UNIT_SPEED,
     UNIT_DECELERATION,
     UNIT_TENSION,
-    UNIT_KINDS, /* number of the kinds of quantities that a board measures, listed before it */
-    UNIT_NUMBER = UNIT_KINDS, /* no unit, or the unit is in the name */
+    UNIT_KINDS, /* a board measures the kinds of quantities above; this is their number */
+    UNIT_NUMBER = UNIT_KINDS, /* a number without a unit, or whose name contains the unit */
     UNIT_TIME,
     UNIT_MOVEMENT, /* passed in ft; shown in inches or mm */
     UNIT_STIFFNESS,
@@ -21,15 +21,15 @@ enum unit_kind {
 };
 
 struct unit {
-    const char *text;   /* "ft/s2" */
-    const char *suffix; /* unit in a name: "ft_s2" */
+    const char *text;   /* printed unit: "ft/s2" */
+    const char *suffix; /* the unit as the end of a name: "ft_s2" */
     double factor;      /* multiply a value in the report's unit by this factor */
 };
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
-/* The unit in which values of this kind are passed. */
+/* The unit in which callers pass values of this kind. */
 const struct unit *unit_as_passed(enum unit_kind kind);
-/* A unit that people write after a displacement or a tension. */
+/* A unit that users may write after a displacement or a tension. */
 struct unit_word {
     const char *word; /* spelling for output: "mm", "kN" */
     enum unit_kind kind;
@@ -39,13 +39,13 @@ struct unit_word {
 const struct unit_word *unit_word_find(const char *word, size_t length);
 /* Returns each unit once, in order: index 0 is the first; NULL after the last. Static storage. */
 const struct unit_word *unit_word_at(size_t index);
-/* Returns 0 without a sign for a value that rounds to 0 at the digit `least`, otherwise the
+/* Returns 0 without a sign if the value rounds to 0 at a last digit of size `least`, otherwise the
  * value. */
 double unit_round_to_zero(double value, double least);
-/* Number of decimals to print for a value that has `decimals` decimals in the report's unit; in SI,
- * adapted so that no digit is lost. */
+/* Number of decimals to print for a value that has `decimals` decimals in the report's unit. In SI
+ * the number is adapted so that no digit is lost. */
 int unit_decimals(enum unit_kind kind, bool si, int decimals);
-/* Format a value in the report's unit, rounded to `decimals` decimals in that unit: "93.9 lb" or
+/* Formats a value in the report's unit, rounded to `decimals` decimals in that unit: "93.9 lb" or
  * "417.7 N"; "-" if it is not known. unit_signed_text also prints the sign of a positive value.
  * Both return `out`. */
 #define UNIT_TEXT 40

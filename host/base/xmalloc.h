@@ -9,8 +9,8 @@
 #include <stdio.h>
 
 /* As malloc, calloc, realloc, strdup, open_memstream and asprintf of the C library, but never
- * return NULL; xmemdup copies bytes as strdup copies a text. The caller frees the result. A size of
- * 0 gives a pointer that can be freed. */
+ * return NULL. xmemdup copies bytes. The caller frees the result. A size of 0 gives a pointer that
+ * can be freed. */
 void *xmalloc(size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xcalloc(size_t count, size_t bytes) __attribute__((malloc, returns_nonnull));
 void *xrealloc(void *old, size_t bytes) __attribute__((returns_nonnull));
@@ -24,11 +24,9 @@ char *xasprintf(const char *format, ...)
 /* Ends the process in the same way when another allocation has failed. */
 _Noreturn void xmalloc_failed(size_t bytes);
 
-/* Lists that grow by one element at a time. */
-
-/* Makes room for one more element after the `count` elements of `size` bytes of a list. `list` is
- * the address of the list's pointer, which is NULL at first. The room doubles at powers of two, so
- * its size need not be stored. Returns false if there is no memory; the list is then unchanged. */
+/* Makes room for one more element in a list of `count` elements of `size` bytes. `list` is the
+ * address of the list's pointer, which is NULL at first. The capacity doubles at powers of two, so
+ * it need not be stored. Returns false if there is no memory; the list is then unchanged. */
 bool list_grow(void *list, size_t count, size_t size);
 /* As list_grow, for commands that run once: lack of memory ends the process. */
 void xlist_grow(void *list, size_t count, size_t size);
