@@ -1,4 +1,5 @@
-/* matrig advise: the probability of a zone of 50 mats in the next landing (host/advise). */
+/* The command matrig advise: the probability that a compression zone of 50 mats forms in the next
+ * landing (host/advise). */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +28,8 @@ struct request {
     bool keep_runway, load;
 };
 
-/* Parses the first `length` characters, such as "4ft/s2"; a bare number is in the unit `bare`. */
+/* Parses the first `length` characters, such as "4ft/s2". A number without a unit is in the unit
+ * `bare`. */
 static bool parse_part(const char *text, size_t length, const char *bare, const char *unit,
                        double *value)
 {
@@ -40,7 +42,8 @@ static bool parse_part(const char *text, size_t length, const char *bare, const 
     return quantity_parse(word, unit, bare, value, &wrong);
 }
 
-/* "0:4,2:8": a deceleration of 4 at touchdown that changes to 8 by 2 s. */
+/* Reads a braking profile: "0:4,2:8" is a deceleration of 4 at touchdown (0 s) that changes
+ * linearly to 8 at 2 s. */
 static void read_profile(const char *text, bool si, struct advise_profile *profile)
 {
     double last_s = -1.0;
@@ -67,8 +70,8 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     }
 }
 
-/* Number of landings that formed the runway of the advice, including the last one. A chart is
- * valid only for that runway. */
+/* Number of landings on the runway for which the advice is computed, including the last landing. A
+ * chart is valid only for that runway. */
 static unsigned count_landings(struct store *store, const struct advise *advise)
 {
     struct mr_predictor_state state;
@@ -85,7 +88,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
     return state.landings + 1u;
 }
 
-/* Checked first: if the runway of the board differs, the advice need not be computed. */
+/* Begins to load the advice into the board. Called before the advice is computed: the computation
+ * is useless if the runway of the board differs. */
 static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
                        struct runway_client *talk)
 {
@@ -101,11 +105,11 @@ static void begin_load(const struct request *r, struct store *store, const struc
 
 /* ---- relations of the rig, fitted to the recorded conditions of its landings ---- */
 
-/* A prediction from one field of the conditions, fitted to the landings in which another field has
- * a given choice. */
+/* A quantity that is predicted from the condition `field` of a landing. The relation is fitted to
+ * earlier landings in which the condition `other` was `choice`. */
 struct rig_relation {
     const char *name, *label;           /* name and label of the prediction */
-    const char *field, *other, *choice; /* "temperature_f", "brake", "none" */
+    const char *field, *other, *choice; /* such as "temperature_f", "brake", "none" */
     enum unit_kind unit;
     enum mr_status (*predict)(const double *x, const double *y, size_t count, double at,
                               struct estimate *predicted, struct error *error);
@@ -187,14 +191,14 @@ static int run(struct request *r, const struct cli *cli)
         (void)(advise_make_chart(&advise, talk.state.landings, &plan, &error)
                    ?: runway_client_send_chart(talk.dialogue, &plan, &error));
     }
-    bool failed = error.status != MR_OK; /* the advice is printed even if loading failed */
+    bool failed = error.status != MR_OK; /* the advice is printed first, even if loading failed */
     advise_to_answer(&advise, answer);
     add_relation(r, store, &advise.history.inspections, &drag, r->temperature, answer);
     add_relation(r, store, &advise.history.inspections, &coasting, r->release, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);
-    if (failed && cli->json) /* the JSON object carries the error */
+    if (failed && cli->json) /* the JSON object already contains the error */
         return answer_show(cli, answer, cli_fail(&error));
     code = answer_show(cli, answer, code);
     return failed ? cli_fail(&error) : code;

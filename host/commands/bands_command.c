@@ -1,6 +1,6 @@
-/* matrig bands: restraining bands by Appendix C of the report. Units lb, ft, s. Two equations
- * are misprinted: C.3 has N instead of W (R = (W a/g)(s/b)), and C.10 has n instead of n F' (n
- * F' = A fy - R). The worked example confirms both corrections. */
+/* The command matrig bands: design of restraining bands by Appendix C of the report. Units lb, ft,
+ * s. Two equations are misprinted: C.3 has N instead of W (R = (W a/g)(s/b)), and C.10 has n
+ * instead of n F' (n F' = A fy - R). The worked example confirms both corrections. */
 #include <math.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -15,38 +15,42 @@
 #define WORDS_MAX 32
 
 struct band_design {
-    /* input */
+    /* given by the user */
     double weight_lb, g_ft_s2, deceleration_ft_s2;
     double bands; /* number of bands that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
     double mat_lb, friction;
     double mats_per_connection; /* number of mats that load one connection */
-    double rows_per_connection; /* number of rows from one connection to the next */
-    double row_ft;              /* mat length along the runway */
+    double rows_per_connection; /* rows of mats from one connection to the next */
+    double row_ft;              /* length of a mat along the runway */
     double width_ft;            /* influence width of the gear, b; 0: not given */
-    double length_ft;      /* band length between its springs; 0: the longest that C.10 allows */
-    double spring_lb_ft;   /* K at either end; 0: A E/L, which dT = R/2 assumes */
-    double force_position; /* a': fraction of the length at which R acts */
-    double tension_lb;     /* T0; 0: the middle of C.8 and C.9 */
+    /* band length between the springs at its ends; 0: the longest that C.10 allows */
+    double length_ft;
+    /* stiffness K of the spring at each end; 0: A E/L, for which the tension changes by R/2 */
+    double spring_lb_ft;
+    /* a': position along the band at which R acts, as a fraction of its length */
+    double force_position;
+    double tension_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
     /* computed by design_bands */
-    double r_lb;          /* C.1 */
-    double strength_lb;   /* A fy */
+    double r_lb;          /* load R on a band, C.1 */
+    double strength_lb;   /* A fy, the force at which a band yields */
     double friction_lb;   /* largest n F' within C.8 and C.9, from C.10 */
-    double connection_lb; /* F' */
-    double connections;   /* n: from the band length if given, else the largest */
+    double connection_lb; /* F', friction force at one connection */
+    /* number n of connections, from the band length if given, otherwise the largest */
+    double connections;
     double connections_max;
     double length_max_ft;
-    double t0_min_lb, t0_max_lb; /* C.8, C.9 for n */
-    double t0_lb;                /* as given, or the middle of least and most */
-    double spacing_ft;           /* C.2; 0: not known */
-    double ahead_lb, behind_lb;  /* changes of tension: C.6, C.7 */
-    double min_lb, max_lb;       /* resulting tensions: T0 - n F' - R/2, T0 + R/2 */
+    double t0_min_lb, t0_max_lb; /* limits of T0 for n connections, C.8 and C.9 */
+    double t0_lb;                /* T0: given, or the middle of t0_min_lb and t0_max_lb */
+    double spacing_ft;           /* spacing of the bands, C.2; 0: not known */
+    double ahead_lb, behind_lb;  /* changes of tension ahead of R and behind R, C.6 and C.7 */
+    double min_lb, max_lb; /* resulting smallest and largest tension: T0 - n F' - R/2, T0 + R/2 */
 };
 
 #define IN2_PER_FT2 144.0
-#define G_FT_S2     (9.80665 / 0.3048) /* converts a deceleration given in g */
+#define G_FT_S2     (9.80665 / 0.3048) /* gravity, for a deceleration given in g */
 
-/* The worked example of Appendix C. */
+/* Sets the inputs of the worked example of Appendix C. */
 static void set_defaults(struct band_design *design)
 {
     *design = (struct band_design){
@@ -75,7 +79,8 @@ static enum mr_status set_too_weak_error(const struct band_design *d, struct err
                      d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
 }
 
-/* Computes the remaining fields. MR_USAGE: no band meets these inputs; `error` has the reason. */
+/* Computes the results from the inputs. MR_USAGE: no band meets these inputs; `error` has the
+ * reason. */
 static enum mr_status design_bands(struct band_design *d, struct error *error)
 {
     d->r_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->bands;
@@ -91,8 +96,8 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
     d->length_max_ft = d->connections_max * apart_ft;
     d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
                                         : d->connections_max;
-    /* Without a length, held_lb is all of n F' that C.10 allows, as in the worked example: 52.5
-     * kip, not 164 x 320 lb. */
+    /* Without a band length, held_lb is the largest n F' that C.10 allows, even if n is not a whole
+     * number. The worked example does the same: 52.5 kip, not 164 x 320 lb. */
     double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
     d->t0_min_lb = held_lb + 0.5 * d->r_lb;
     d->t0_max_lb = d->strength_lb - 0.5 * d->r_lb;
@@ -112,14 +117,15 @@ static enum mr_status design_bands(struct band_design *d, struct error *error)
 
 struct request {
     struct band_design design;
-    double width_ft, thickness_ft; /* of one band; 0: area given instead */
+    /* width and thickness of one band; 0: the area is given instead */
+    double width_ft, thickness_ft;
     bool has_area;
 };
 
 struct input {
     const char *name;
-    const char *own, *unit; /* unit of the field, and of a bare number in the input */
-    double low, high;       /* limits, in `unit` */
+    const char *own, *unit; /* unit of the field, and unit of an input without a unit */
+    double low, high;       /* smallest and largest value, in `unit` */
     size_t offset;
 };
 
@@ -163,7 +169,7 @@ static const struct input *find_input(const char *word, const char **value)
     return NULL;
 }
 
-/* "480kip", "0.5 g", "6in", "4": a bare number is in `input->unit`. */
+/* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->unit`. */
 static double read_value(const struct input *input, const char *text)
 {
     double value = 0.0;
@@ -209,7 +215,7 @@ static void read_words(const char **words, struct request *request)
 struct findings {
     char text[FINDINGS_MAX][200];
     size_t count;
-    bool si; /* report in SI units */
+    bool si; /* results in SI units */
 };
 
 __attribute__((format(printf, 2, 3))) static void add_finding(struct findings *findings,

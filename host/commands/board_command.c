@@ -1,5 +1,5 @@
-/* matrig board: commands for one board: identity, black box, health, zeros, runway, arming.
- * Configuration and bring-up have files of their own. */
+/* The command matrig board: subcommands for one board: identity, black box, health, zeros, runway,
+ * arming. Configuration and bring-up are in separate files. */
 #include <errno.h>
 #include <math.h>
 #include <stdio.h>
@@ -30,22 +30,23 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_ROUNDS    6 /* rounds of requests for absent pages */
+#define BOX_ROUNDS    6 /* times that missing pages are requested */
 #define BOX_PAGE_BITS 15u
-#define KIND_S        1.2  /* a board reports its kind and its key once a second */
-#define KEY_S         20.0 /* two erases of 0.4 s; 6 s if the memory fails three times */
+#define KIND_S        1.2 /* a board sends its identity and the state of its key once a second */
+/* Erasing twice takes 0.8 s; it takes 6 s if the memory fails three times */
+#define KEY_S         20.0
 #define HMIL_PER_IN   100000.0
-#define COLUMNS       7u   /* joint openings in a row of the table */
-#define CLOSED_HMIL   200u /* 0.002 in, the limit of the predictor */
+#define COLUMNS       7u   /* joint openings in one row of the table */
+#define CLOSED_HMIL   200u /* 0.002 in: the predictor regards a smaller opening as closed */
 
 struct request {
     const struct cli *cli;
     const char *serial, *can, *db, *image, *out;
-    const char *words[3]; /* the verb and its arguments */
+    const char *words[3]; /* subcommand and its arguments */
     int64_t run;
-    int32_t number; /* argument of the verb; 0: none */
+    int32_t number; /* numeric argument of the subcommand; 0: none */
     bool force;
-    struct mr_predictor_state runway; /* runway to load */
+    struct mr_predictor_state runway; /* contents of the runway file to load */
 };
 
 /* ---- black box ---- */
@@ -65,13 +66,13 @@ struct box_client {
     struct box_client_record records[BOX_CLIENT_RECORDS];
     size_t count;
     bool list_complete;
-    /* readout in progress */
+    /* the record that is being read */
     uint16_t reading;
     uint8_t (*pages)[MR_BOXPAGE];
     uint8_t *present;
     size_t page_count, parts;
     uint8_t half_page_bytes[MR_BOXPAGE / 2];
-    uint32_t half_page; /* the page whose first half is in `half` */
+    uint32_t half_page; /* the page whose first half is in half_page_bytes */
     bool ended;
 };
 
@@ -149,7 +150,7 @@ static void box_client_begin(struct box_client *client, struct dialogue *dialogu
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
 
-/* Sends a command, and repeats it while the board answers MR_WAIT. */
+/* Sends a command. Repeats it while the board answers MR_WAIT. */
 static void send_box_command(struct box_client *client, uint8_t code, int32_t argument)
 {
     struct dialogue *dialogue = client->dialogue;
@@ -171,7 +172,7 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
             dialogue, &ack, "a landing is armed or in progress, or there is no black box", fatal);
 }
 
-/* Reads state, free space and the list of records. Ends the program on a timeout or a refusal. */
+/* Requests state, free space and the list of records. A timeout or a refusal ends the program. */
 static void box_client_list(struct box_client *client)
 {
     client->count = 0;
@@ -191,8 +192,8 @@ static size_t find_first_missing(const struct box_client *client)
     return page;
 }
 
-/* Reads the pages of a listed record. Skips pages marked in `present`; unreadable pages stay
- * absent. Both arrays have room for record.pages. */
+/* Reads the pages of a listed record, except those marked in `present`. Pages that cannot be read
+ * stay unmarked. Both arrays have room for record.pages. */
 static void box_client_read(struct box_client *client, const struct box_client_record *record,
                             uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
 {
@@ -206,7 +207,7 @@ static void box_client_read(struct box_client *client, const struct box_client_r
         send_box_command(
             client, MR_COMMAND_BOX_READ,
             (int32_t)((uint32_t)client->reading << BOX_PAGE_BITS | find_first_missing(client)));
-        /* the next round requests pages that are still absent */
+        /* the next round requests the pages that are still missing */
         dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->ended,
                                       &client->parts, DIALOGUE_ANSWER_S, fatal);
     }
@@ -265,8 +266,8 @@ static int report_record(const struct request *request, const struct box_client_
     return answer_show(request->cli, answer, absent ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
-/* Stores the configuration under which the record was made, if the board still uses it. Only replay
- * needs the configuration, so a failure here is printed and the command continues. */
+/* Stores the configuration under which the record was made, if it is still the board's
+ * configuration. Only replay needs it, so a failure is printed and the command continues. */
 static void store_configuration(const struct request *request, struct box_client *client,
                                 struct store *store, int64_t run)
 {
@@ -398,7 +399,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
                   request->image);
     if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(dialogue, fatal);
-    struct error late = {0}; /* older firmware does not send the kind of board */
+    struct error late = {0}; /* older firmware does not send the board type */
     (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known, KIND_S,
                               &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
@@ -484,7 +485,7 @@ static json_t *arm_to_json(const char *word, const struct arm_client *client,
     return json;
 }
 
-/* Arms from a terminal, without the live page. */
+/* Arms or disarms the board from a terminal, without the live page. */
 static int run_arm(const struct request *request, struct dialogue *dialogue)
 {
     struct error error = {0};
@@ -587,7 +588,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
     output_end(&output, fatal);
 }
 
-/* Reads one line of a runway file. False: not a valid line. */
+/* Reads one line of a runway file. Returns false if the line is not valid. */
 static bool parse_line(const char *line, struct mr_predictor_state *state, bool *given)
 {
     unsigned number;
@@ -687,7 +688,8 @@ static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
     }
 }
 
-/* `new` sets a freshly drawn key and replaces any key of the board; `clear` removes the key. */
+/* Sets or removes the arming key of the board. `new` replaces the key by a new random key; `clear`
+ * removes it. */
 static int set_key(const struct request *request, struct dialogue *dialogue)
 {
     const struct identity *who = &dialogue->identity;
@@ -749,10 +751,10 @@ enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
 
 static const struct verb {
     const char *name;
-    unsigned options;   /* allowed besides --serial */
-    unsigned words;     /* arguments after the verb, at most */
-    const char *number; /* meaning of the numeric argument; NULL: none */
-    double min, max;    /* limits; `least` 1: argument required */
+    unsigned options;   /* options that this subcommand allows besides --serial */
+    unsigned words;     /* largest number of arguments after the subcommand */
+    const char *number; /* name of the numeric argument, for errors; NULL: there is none */
+    double min, max; /* limits of the numeric argument; if `min` is 1, the argument is required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
     {.name = "", .options = IMAGE, .run = report_identity},

@@ -1,5 +1,5 @@
-/* matrig board ... bringup [report|brown-out|rom]: reads the lines of the bring-up image and
- * compares them with their limits. */
+/* The command matrig board ... bringup [report|brown-out|rom]: reads the lines that the bring-up
+ * image prints and compares them with their limits. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ static json_t *line_json(const struct bringup_result *j)
     return json;
 }
 
-/* Writes the limits in the format of the value (hexadecimal or decimal). */
+/* Writes the limits of a value in hexadecimal or decimal, like the value. */
 static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_limit *limit = j->limit;
@@ -63,7 +63,7 @@ static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT_SIZE
         snprintf(out, VALUE_TEXT_SIZE, "%.10g to %.10g", j->min, j->max);
 }
 
-/* Number of consecutive lines of one group, from `at` on, that are all in order. */
+/* Number of consecutive lines from `at` that belong to one group and are in order. */
 static size_t find_group_size(const struct bringup_result *judged, size_t count, size_t at)
 {
     size_t n = 1;
@@ -121,8 +121,8 @@ static void print_advice(struct answer *answer, const struct bringup_result *jud
     }
 }
 
-/* The JSON lists each line; the printed table joins consecutive lines of a group that are in
- * order. */
+/* Prints the result of every line. The JSON lists each line; the table joins consecutive lines of a
+ * group that are in order. */
 static int check_values(const struct request *request, const struct bringup *b)
 {
     static struct bringup_result judged[BRINGUP_RESULTS_MAX];
@@ -224,7 +224,6 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial, NULL),
 };
 
-/* a subcommand of matrig board */
 const struct command command_board_bringup = {
     "board",
     bringup_command,

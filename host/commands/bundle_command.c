@@ -1,4 +1,5 @@
-/* matrig bundle: a campaign of one landing and the image that recorded it, to pass on. */
+/* The command matrig bundle: writes one landing and the firmware image that recorded it to a file,
+ * to pass on. */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>
@@ -21,8 +22,8 @@ struct request {
     int64_t run;
 };
 
-/* Opens the image that recorded the landing: --elf, which must match, or the image installed
- * with matrig if it matches. */
+/* Opens the firmware image that recorded the landing: the image of --elf, or the image installed
+ * with matrig. Either must match the landing. */
 static enum mr_status find_image(const struct request *r, struct store *store,
                                  const struct cli *cli, struct textfile *file, struct error *error)
 {
@@ -46,7 +47,8 @@ static enum mr_status find_image(const struct request *r, struct store *store,
                          "give that image with --elf, or leave --elf out",
                          (unsigned)landing.image_crc, landing.image_commit, elf);
     if (!r->elf && unread.status == MR_IO && access(path, F_OK) == 0)
-        *error = unread; /* the image exists: a bundle without it would be incomplete */
+        /* the installed image cannot be read: an error, because the bundle would be incomplete */
+        *error = unread;
     else if (!r->elf)
         cli_note(cli,
                  "the bundle lacks the image that recorded the landing (image %08x, commit %s), "
@@ -70,7 +72,7 @@ static enum mr_status make_bundle(struct request *r, const struct cli *cli, size
 {
     struct store *store = NULL;
     struct textfile image = {0};
-    /* The process id keeps this draft apart from the draft of another process. */
+    /* The process id in the name keeps drafts of different processes apart. */
     char *draft = xasprintf("%s.making-%ld", r->path, (long)getpid());
     if (access(r->path, F_OK) == 0)
         error_set(error, MR_USAGE, "file exists already: %s; give a different file", r->path);

@@ -1,4 +1,5 @@
-/* matrig calibrate: calibrates a channel against known values; recalibrates recorded landings. */
+/* The command matrig calibrate: calibrates a channel against known values, and recalibrates
+ * recorded landings. */
 #include <math.h>
 #include <poll.h>
 #include <stdio.h>
@@ -28,16 +29,17 @@
 
 #define DAY_S                 86400
 #define VALID_DAYS            365.0
-#define DEVIATION_MAX_PERCENT 1.0 /* largest misfit of a working sensor, % of the span */
+/* Largest deviation of a working sensor from the fit, % of the span */
+#define DEVIATION_MAX_PERCENT 1.0
 
 struct request {
     const struct cli *cli;
     const char *word, *serial, *points, *config, *output, *sensor, *known_error_text, *recompute,
         *series, *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known_error, miss_percent; /* days: NaN: not given */
+    double days, known_error, miss_percent; /* `days` is NaN if not given */
     int64_t run;
-    unsigned channel; /* index */
+    unsigned channel; /* index of the channel */
 };
 
 static enum unit_kind unit_kind(const struct request *r)
@@ -45,7 +47,7 @@ static enum unit_kind unit_kind(const struct request *r)
     return r->channel < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
 
-/* Unit of the result; known values are converted to it. */
+/* Unit of the calibration. Known values are converted to it. */
 static const char *unit_text(const struct request *r)
 {
     return r->channel < MR_TRANSDUCERS ? "in" : "lb";
@@ -95,8 +97,8 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 
 #define ACCEPT_FIELDS ": deviation from the fit accepted: "
 
-/* Writes the reasons as comments at the start of the file, where its reader sees them. Keeps
- * reasons of other channels, because the next channel is calibrated from this file. */
+/* Writes the reasons given by the user as comments at the start of the configuration file. Keeps
+ * the reasons of other channels, because the next channel is calibrated from this file. */
 static void write_reasons(const struct request *r, FILE *out)
 {
     FILE *file = r->config ? fopen(r->config, "r") : NULL;
@@ -133,8 +135,8 @@ static const char *name_source(const struct request *r)
     return r->points ? r->points : r->serial;
 }
 
-/* A code outside the range of the channel is an input error: swapped columns, or numbers of
- * another program. */
+/* Refuses a code outside the range of the channel: the columns are swapped, or the numbers are not
+ * codes. */
 static void check_codes(const struct request *r, const struct calibrate_points *points,
                         const struct mr_channel_config *channel)
 {
@@ -150,7 +152,7 @@ static void check_codes(const struct request *r, const struct calibrate_points *
     }
 }
 
-/* A jump is only reported here: config set refuses it without --force. */
+/* Reports a jump of the gain. Does not refuse it: config set refuses it without --force. */
 static void check_gain(const struct request *r, const struct mr_config *config,
                        const struct mr_channel_config *old)
 {
@@ -167,8 +169,9 @@ static void check_gain(const struct request *r, const struct mr_config *config,
                  old->calibrated_day ? "the last calibration" : "the configuration");
 }
 
-/* Points far from the fit are a typing error or a faulty sensor: shows the table and ends
- * without writing, unless --accept is given. A wider --miss is recorded as a reason, too. */
+/* Checks how far the points are from the fit. If they are far, a value was mistyped or the sensor
+ * is faulty: shows the table and ends without writing, unless --accept is given. A deviation that
+ * only a larger --miss permits is also recorded as a reason. */
 static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
@@ -196,7 +199,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               fit->max_deviation, unit_text(r), 100.0 * fit->max_deviation / span, r->miss_percent,
               name_source(r), mend);
     r->output = NULL;
-    if (r->cli->json) /* the JSON object carries the error */
+    if (r->cli->json) /* the JSON object already contains the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
     int shown = show_fit(r, points, fit, channel, 0);
     exit(shown != 0 ? shown : cli_fail(&error));
@@ -204,10 +207,12 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 
 /* ---- points from a board ---- */
 
-#define POINT_BLOCKS       40u  /* number of the board's live readings for a point, 20 ms apart */
-#define POINT_S            10.0 /* timeout for these readings */
+/* Live readings of the board for one point; the board sends one every 20 ms */
+#define POINT_BLOCKS       40u
+#define POINT_S            10.0 /* timeout for the readings of one point, s */
 #define LIVE_S             20
-#define MOVEMENT_MAX_CODES 6.0 /* a block's noise is below 1 code; more is movement */
+/* Codes; noise is below 1 code, so a larger difference is movement */
+#define MOVEMENT_MAX_CODES 6.0
 
 struct reading_sum {
     const struct mr_channel_config *reference;
@@ -247,7 +252,7 @@ static bool is_gathered(const void *context)
     return g->count == POINT_BLOCKS || g->invalid_count == POINT_BLOCKS;
 }
 
-/* The channel's mean over about a second. */
+/* Measures the mean of the channel over about a second. */
 static void measure_point(const struct request *r, struct dialogue *dialogue, struct reading_sum *g,
                           struct calibrate_point *point)
 {
@@ -265,8 +270,8 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
     point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
 }
 
-/* Reads a line from the keyboard while messages of the board are still received, so that none
- * pile up. False: end of input. */
+/* Reads a line from the keyboard. Meanwhile, messages of the board are received, so that none pile
+ * up. Returns false at the end of input. */
 static bool read_typed_line(struct dialogue *dialogue, char *line, size_t size)
 {
     size_t length = 0;
@@ -288,7 +293,8 @@ static bool read_typed_line(struct dialogue *dialogue, char *line, size_t size)
     }
 }
 
-/* Point by point: the user sets a known value and types it; the board's readings give the code. */
+/* Guides the user through the calibration points. For each point the user sets a known value and
+ * types it, and the board measures the code. */
 static void guide_calibration(const struct request *r, struct dialogue *dialogue,
                               const struct mr_config *config, struct calibrate_points *points)
 {
@@ -379,7 +385,8 @@ static int run_calibration(struct request *r)
 
 /* ---- certificates ---- */
 
-/* Adds a certificate for the channel. The board is the last one that was logged or checked. */
+/* Asks for a certificate of the channel and stores it for the board that was logged or checked
+ * last. */
 static void enter_certificate(const struct request *r)
 {
     struct store_certificate row = {.made_us = (int64_t)link_now_us(), .index = r->channel};
@@ -397,7 +404,8 @@ static void enter_certificate(const struct request *r)
 
 /* ---- recorded landings ---- */
 
-/* Recalibrates the channels that one landing and the configuration have in common. */
+/* Recalibrates the channels that are in both the landing and the configuration. Returns their
+ * number. */
 static unsigned recompute_landing(const struct request *r, struct store *store,
                                   const struct store_landing *landing,
                                   const struct mr_config *config,
@@ -418,7 +426,7 @@ static unsigned recompute_landing(const struct request *r, struct store *store,
                       "with the channels of that landing",
                       c + 1, r->recompute, (long long)landing->id);
         char name[8], what[JUMP_TEXT_SIZE];
-        if (jump_find(&old[c], new, what)) { /* the jump is stored with the reason */
+        if (jump_find(&old[c], new, what)) { /* a jump of the gain is stored with the reason */
             jump_channel_name(c, name);
             cli_note(r->cli, "RUN %lld, %s: %s", (long long)landing->id, name, what);
         }
@@ -437,7 +445,7 @@ static int recompute_landings(struct request *r)
     const struct store_recalibration how = {(int64_t)link_now_us(), annotation_author(r->who),
                                             r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
-    /* One transaction: all landings or none. */
+    /* all landings are recalibrated in one transaction */
     struct store *store = program_open_campaign(r->word, STORE_OPEN);
     store_run_find(store, &r->run, fatal);
     store_begin(store, fatal);
@@ -484,8 +492,8 @@ static unsigned parse_channel(const char *text)
     return (unsigned)number - 1 + (transducer ? 0 : MR_TRANSDUCERS);
 }
 
-/* Parses the error of the known values. A bare number is in inches or lb; other units are
- * written out: 0.05mm. */
+/* Reads the error of the known values. A number without a unit is in inches or lb; 0.05mm has a
+ * unit. */
 static void read_known(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
@@ -554,7 +562,7 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     struct request r = {.cli = cli};
     command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
     check_request(&r);
-    /* checked first: the measurement can take half an hour */
+    /* called now because the measurement can take half an hour */
     output_check_new(r.output, r.force, fatal);
     output_check(r.output, r.points, fatal);
     if (r.recompute)

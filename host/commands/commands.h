@@ -1,4 +1,5 @@
-/* All commands, by name and as a table (commands.def). host/base/command.h defines a descriptor. */
+/* All commands, by name and as a table (commands.def). host/base/command.h describes the structure
+ * of a command. */
 #ifndef MATRIG_HOST_COMMANDS_H
 #define MATRIG_HOST_COMMANDS_H
 
@@ -8,7 +9,7 @@
 #include "host/commands/commands.def"
 #undef COMMAND
 
-/* Subcommands of matrig board that are in separate files, with separate options. */
+/* Subcommands of matrig board that have separate files and options. */
 extern const struct command command_board_config, command_board_bringup;
 
 extern const struct command_table command_table;

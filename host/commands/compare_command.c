@@ -1,4 +1,5 @@
-/* matrig compare: compares measured with simulated landings, one or a series (host/compare/). */
+/* The command matrig compare: compares one measured landing, or a series, with simulated landings
+ * (host/compare/). */
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -17,15 +18,15 @@
 
 struct request {
     const char *db, *scene, *series, *output, *limits_path;
-    int64_t run;     /* 0: a series */
-    int64_t seeds;   /* 0: as in the series */
-    double limit_in; /* NaN: none */
+    int64_t run;     /* RUN of the landing; 0: a series is compared */
+    int64_t seeds;   /* simulated landings; 0: as many as the file of the series defines */
+    double limit_in; /* largest difference, in; NaN: no limit */
     bool voided, all;
     struct compare_limits limits;
     char runway[500];
 };
 
-/* True: a file name; false: the number of a landing. */
+/* True if the word is a file name, false if it is the number of a landing. */
 static bool is_file(const char *word)
 {
     size_t length = strlen(word);
@@ -33,7 +34,7 @@ static bool is_file(const char *word)
            (!isdigit((unsigned char)word[0]) && access(word, F_OK) == 0);
 }
 
-/* DB RUN [FILE], DB FILE, or DB with --series. FILE may also follow --scene. */
+/* Reads the operands: DB RUN [FILE], DB FILE, or DB with --series. FILE may also follow --scene. */
 static void read_words(const char *const words[3], struct request *request)
 {
     request->db = words[0];
@@ -86,7 +87,7 @@ static void write_csv(const struct request *request, const struct compare_landin
     output_end(&output, fatal);
 }
 
-/* A failed limit is reported as an error after the answer. */
+/* Prints the answer. If a limit is exceeded, reports an error after it. */
 static int print_verdict(const struct compare_verdict *verdict, struct answer *answer,
                          const struct cli *cli)
 {

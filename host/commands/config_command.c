@@ -1,4 +1,5 @@
-/* matrig board ... config: reads, changes and checks the configuration of a board as text. */
+/* The command matrig board ... config: reads, changes and checks the configuration of a board as
+ * text. */
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +13,7 @@
 #include "host/commands/commands.h"
 #include "host/base/output.h"
 
-#define BASE_SEARCH_S 2.0 /* a board sends a hello once a second */
+#define BASE_SEARCH_S 2.0 /* s; a board sends a hello once a second */
 
 struct request {
     const struct cli *cli;
@@ -23,7 +24,7 @@ struct request {
 struct session {
     struct dialogue *dialogue;
     struct config_client client;
-    struct mr_config config; /* in force */
+    struct mr_config config; /* the configuration that the board uses */
     uint32_t crc;
 };
 
@@ -34,7 +35,8 @@ static const char *copy_text(unsigned copy)
                        : mr_status_text((enum mr_status) - (int)copy);
 }
 
-/* Reports a copy that is not active, unless it is empty. */
+/* Prints a note if a copy of the configuration in flash is damaged. An empty copy is not
+ * damaged. */
 static void note_damage(const struct cli *cli, const struct mr_config_state *state)
 {
     if (state->copy_a != 0 && state->copy_a != 255)
@@ -45,7 +47,7 @@ static void note_damage(const struct cli *cli, const struct mr_config_state *sta
                  copy_text(state->copy_b));
 }
 
-/* Older firmware accepts configurations that are refused today. */
+/* Prints a note if the board's configuration is invalid. Older firmware may have accepted it. */
 static void note_invalid(const struct cli *cli, const struct mr_config *config)
 {
     struct mr_config_reason reason;
@@ -59,7 +61,8 @@ static void note_invalid(const struct cli *cli, const struct mr_config *config)
 static void open_session(const struct request *request, struct session *session)
 {
     memset(session, 0, sizeof *session);
-    /* with both links, CAN only serves to listen */
+    /* if both links are given, commands are sent on the serial link; CAN is only used to find other
+     * boards */
     session->dialogue = dialogue_open_for_command(request->serial ? NULL : request->can,
                                                   request->serial);
     config_client_begin(&session->client, session->dialogue, fatal);
@@ -110,7 +113,7 @@ static void show_changes(const json_t *changes)
                json_string_value(json_object_get(change, "new")));
 }
 
-/* Sends `wanted` and verifies it by reading it back. */
+/* Sends the configuration `wanted`, reads it back and compares both. */
 static enum mr_status send_configuration(struct session *session, const struct mr_config *wanted,
                                          struct error *error)
 {
@@ -128,7 +131,8 @@ static enum mr_status send_configuration(struct session *session, const struct m
     return status;
 }
 
-/* Compares each gain with the board's: refuses a jump unless --force is given. */
+/* Compares the new gain of each channel with the gain of the board. Refuses a jump unless --force
+ * is given. */
 static void check_gain_changes(const struct request *request, const struct mr_config *old,
                                const struct mr_config *new)
 {
@@ -148,7 +152,7 @@ static void check_gain_changes(const struct request *request, const struct mr_co
 
 /* ---- another base on CAN ---- */
 
-/* True: a board sends a hello at this base. */
+/* True if a board sends a hello with this CAN base. */
 static bool responds_at(struct link *link, uint16_t base)
 {
     const double until_s = monotonic_s() + BASE_SEARCH_S;
@@ -170,7 +174,7 @@ static bool responds_at(struct link *link, uint16_t base)
     return false;
 }
 
-/* Refuses a base that another board on the bus already uses. */
+/* Refuses a CAN base that another board on the bus already uses. */
 static void find_base(const struct request *request, struct session *session, uint16_t base)
 {
     struct link *own = NULL;
@@ -191,7 +195,7 @@ static void find_base(const struct request *request, struct session *session, ui
                   base, request->can);
 }
 
-/* The LINK under which the board is on CAN after the change. */
+/* Writes the LINK with which the board can be reached on CAN after the change. */
 static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_SIZE])
 {
     uint16_t old;
@@ -317,7 +321,6 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force, NULL),
 };
 
-/* a subcommand of matrig board */
 const struct command command_board_config = {
     "board",
     config_command,

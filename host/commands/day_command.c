@@ -1,6 +1,6 @@
-/* matrig day: a test day as a checklist. Facts are read from the campaign; the plan follows from
- * the facts. The steps of a landing begin with the survey after the previous landing and end
- * with a note of observations. */
+/* The command matrig day: a test day as a checklist. All facts are read from the campaign, and the
+ * next step follows from the facts. The steps of a landing begin with the inspection after the
+ * previous landing and end with the landing itself. */
 #include <errno.h>
 #include <jansson.h>
 #include <signal.h>
@@ -26,7 +26,7 @@
 #include "host/store/store_readiness.h"
 #include "host/survey/survey.h"
 
-/* key and description of each step */
+/* Key and description of each step. */
 #define DAY_STEP_TABLE(X)                                                    \
     X(LOOK, look, "inspect the mat after the landing and note observations") \
     X(SERIES, series, "name the series of landings")                         \
@@ -48,15 +48,15 @@ enum day_state { DAY_DONE, DAY_NEXT, DAY_LATER, DAY_SKIPPED, DAY_NOT_NEEDED };
 
 struct day_facts {
     int64_t now_us;
-    char serial[200], can[200]; /* ports of the board; "": not known; "none": no CAN */
+    char serial[200], can[200]; /* links to the board; "": not known; "none": no CAN */
     char series[80];            /* name of the newest series; "": none */
     /* the newest landing; 0: none */
     int64_t run, armed_us;
     int state;              /* enum mr_landing_state */
-    bool has_notes;         /* the landing has a note */
+    bool has_notes;         /* the landing has at least one note */
     int64_t landings_today; /* landings armed since midnight, local time */
-    /* the newest survey; 0: none */
-    int64_t survey, survey_us, survey_ended_us; /* STORE_NONE: not finished */
+    /* the newest survey; 0: none. The end is STORE_NONE while it is not finished */
+    int64_t survey, survey_us, survey_ended_us;
     size_t survey_read, survey_items;
     char edges[16];
     int64_t loaded_us; /* when the survey was loaded into a board; 0: never */
@@ -66,11 +66,11 @@ struct day_facts {
     /* the newest check by `matrig ready` in the last 12 h; 0: none */
     int64_t ready_us;
     bool is_go, calibration_due;
-    char no_go[200]; /* reason of the first no-go; a due calibration takes precedence */
-    /* a log is running, since logging_since_us */
+    char no_go[200]; /* first reason for a NO-GO; an overdue calibration is listed before others */
+    /* a log is running since logging_since_us */
     bool logging;
     int64_t logging_since_us;
-    /* since the newest landing; known to this `day` only, not stored in the campaign */
+    /* since the newest landing; only in this process: the campaign does not store these facts */
     int64_t calibrated_us;
     bool skipped[DAY_STEPS];
 };
@@ -93,7 +93,7 @@ static int64_t local_midnight_us(int64_t now_us)
     return (int64_t)mktime(&day) * 1000000;
 }
 
-/* Takes the links from the newest log. */
+/* Reads the links from the newest log in the campaign. */
 static void read_links(struct store *store, struct day_facts *f)
 {
     struct store_session_row row = {0};
@@ -170,7 +170,7 @@ static void read_advice(struct store *store, struct day_facts *f)
     free(rows);
 }
 
-/* Finds the first NO-GO and whether a calibration is due; a due calibration takes precedence. */
+/* Finds the first NO-GO (an overdue calibration before others) and any overdue calibration. */
 static void read_checks(const char *checks, struct day_facts *f)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
@@ -207,15 +207,15 @@ static void read_ready(struct store *store, struct day_facts *f)
     free(row.checks);
 }
 
-/* Reads all facts again. Keeps the links, and until a new landing also the calibration and the
- * skipped steps of this `day`. */
+/* Reads all facts from the campaign again. Keeps the links. Until there is a new landing, also
+ * keeps the time of calibration and the skipped steps. */
 static void day_facts_read(struct store *store, int64_t now_us, struct day_facts *f)
 {
     const struct day_facts was = *f;
     *f = (struct day_facts){.now_us = now_us};
     memcpy(f->serial, was.serial, sizeof f->serial);
     memcpy(f->can, was.can, sizeof f->can);
-    /* The lock is read first: a log that begins during the reading is found by the next reading. */
+    /* The lock is read first: a log that begins after this line is found by the next call. */
     f->logging = store_is_logged(store);
     read_links(store, f);
     read_landings(store, f);
@@ -249,8 +249,7 @@ static const char *state_text(enum day_state state)
     return text[state];
 }
 
-/* Writes the reason of a step and returns its state. Earlier steps are considered later, in the
- * plan. */
+/* Writes the reason of a step and returns `state`. The reason does not depend on earlier steps. */
 static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static enum day_state set_reason(char reason[240], enum day_state state, const char *format, ...)
@@ -425,12 +424,12 @@ struct day {
     struct day_facts facts;
     struct day_plan plan;
     bool operator_known, weight_asked;
-    struct error error; /* printed, then cleared */
+    struct error error; /* printed and cleared after each step */
 };
 
-/* A command line of matrig. The caller owns the texts. */
+/* A command line of matrig. The texts belong to the caller. */
 struct command_line {
-    const char *words[WORDS]; /* [0]: the program */
+    const char *words[WORDS]; /* words[0] is the path of matrig */
     size_t count;
 };
 
@@ -442,8 +441,8 @@ static void read_all_facts(struct day *day)
 
 /* ---- the keyboard ---- */
 
-/* Reads a line without surrounding blanks. False: end of input. stdin is unbuffered, so a
- * command that the day starts can read the rest of the input. */
+/* Asks a question and reads a line without surrounding blanks. Returns false at the end of input.
+ * stdin is unbuffered, so that a command that is started later can read the rest of the input. */
 static bool ask_user(const char *question, char *line, size_t size)
 {
     bool whole;
@@ -481,7 +480,7 @@ static void add_word(struct command_line *line, const char *word)
         line->words[line->count++] = word;
 }
 
-/* Adds "--serial X"; adds nothing for an empty value. */
+/* Adds an option with its value, such as "--serial X". Adds nothing if the value is "". */
 static void add_option(struct command_line *line, const char *option, const char *value)
 {
     if (value && value[0]) {
@@ -497,7 +496,7 @@ static struct command_line make_line(const char *command, const char *word)
     return (struct command_line){.words = {program, command, word}, .count = word ? 3 : 2};
 }
 
-/* The command line as a person would type it; the caller frees the text. */
+/* Returns the command line as a user would type it. The caller frees the text. */
 static char *line_text(const struct command_line *line)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
@@ -523,12 +522,12 @@ static void ignore_signal(int number)
     (void)number;
 }
 
-/* Runs a command at this terminal until it ends. Ctrl-C ends the command, not the day. True:
- * success. */
+/* Runs a command at this terminal until it ends. Ctrl-C ends the command and not matrig day.
+ * Returns true if the command succeeds. */
 static bool run_line(struct day *day, const struct command_line *line)
 {
     static const int streams[3] = {-1, -1, -1};
-    /* A handler, because a command would inherit SIG_IGN. */
+    /* A handler is used because the command would inherit SIG_IGN. */
     const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
     struct sigaction was;
     char *text = line_text(line);
@@ -550,7 +549,7 @@ static bool run_line(struct day *day, const struct command_line *line)
     return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-/* The command line of a step. False: the step asks questions first, or runs several commands. */
+/* Makes the command line of a step. False: the step asks questions or runs several commands. */
 static bool make_step_line(const struct day *day, enum day_step step, struct command_line *line)
 {
     static char landing[24], page[4200];
@@ -562,7 +561,7 @@ static bool make_step_line(const struct day *day, enum day_step step, struct com
         *line = make_line("show", db);
         add_word(line, landing);
         return true;
-    case DAY_SURVEY: /* with the edges of the last survey */
+    case DAY_SURVEY: /* uses the edges of the last survey */
         *line = make_line("survey", db);
         add_option(line, "--edges", f->edges);
         return true;
@@ -595,7 +594,7 @@ static bool make_step_line(const struct day *day, enum day_step step, struct com
 
 /* ---- steps ---- */
 
-/* Checks and copies a complete LINK. False: not valid. */
+/* Checks a LINK and copies it. Returns false if it is not valid. */
 static bool ask_link(struct day *day, const char *given, enum link_kind kind, char into[200])
 {
     bool none = strcmp(given, NO_CAN) == 0 && kind == LINK_CAN;
@@ -623,7 +622,7 @@ static bool ask_missing_links(struct day *day)
             ask_link(day, text[0] ? text : NO_CAN, LINK_CAN, f->can));
 }
 
-/* Asks for the operator once a day. Commands that the day starts read the name from USER. */
+/* Asks once a day for the operator's name. Started commands read it from USER. */
 static bool ask_operator(struct day *day)
 {
     char question[140], name[64];
@@ -646,7 +645,7 @@ static bool ask_operator(struct day *day)
     return true;
 }
 
-/* Takes the weight from an earlier landing of the day; otherwise asks for the weight once. */
+/* Copies the aircraft's weight from an earlier landing of the day, or asks for it once. */
 static bool ask_weight(struct day *day)
 {
     struct store_landing landing;
@@ -679,8 +678,8 @@ static bool ask_weight(struct day *day)
     return true;
 }
 
-/* Asks for the station and the number of panels of each wave: the report needs both as ground
- * truth. */
+/* Asks for the station and number of panels of each observed wave. The report compares predictions
+ * with these observations. */
 static bool ask_waves(struct day *day)
 {
     char run_text[24], station[40], panels[40];
@@ -704,8 +703,8 @@ static bool ask_waves(struct day *day)
     }
 }
 
-/* Asks for a record of the landing, one question per field. Enter keeps the last value, or ends
- * the records of a kind. False: end of input, or no more records. */
+/* Asks for a record of the landing, one question per field. Enter keeps the previous value, or ends
+ * the records of the kind at the first field. False: end of input or of the records. */
 static bool ask_record(struct day *day, const struct inspection_kind *kind,
                        const struct inspection *last)
 {
@@ -745,7 +744,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
     return goes_on;
 }
 
-/* Asks for records of each kind that the campaign already contains. */
+/* Asks for records of every kind that the campaign already contains. */
 static void ask_records(struct day *day)
 {
     struct inspections all;
@@ -906,7 +905,7 @@ static int run_day(struct day *day)
                       sizeof key) ||
             key[0] == 'q')
             break;
-        read_all_facts(day); /* the prompt may have waited for an hour */
+        read_all_facts(day); /* the facts may have changed: the prompt can wait for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)
             run_step(day, (enum day_step)(key[0] - '1'));
         else if (!key[0])
@@ -944,7 +943,7 @@ static int show_day(const struct day *day)
     return answer_show(day->cli, answer, 0);
 }
 
-/* Asks before a new campaign is created: the name may be mistyped. */
+/* Asks before a new campaign is created, because the name may be mistyped. */
 static bool confirm_new_campaign(const char *db)
 {
     struct stat there;

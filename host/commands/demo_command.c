@@ -1,4 +1,4 @@
-/* matrig demo: starts host/demo.sh with the programs and files that it needs. */
+/* The command matrig demo: starts host/demo.sh with the programs and files that it needs. */
 #include <errno.h>
 #include <limits.h>
 #include <stdio.h>

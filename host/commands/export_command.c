@@ -1,4 +1,4 @@
-/* matrig export: one landing in the formats of other tools. */
+/* The command matrig export: writes one landing in the formats of other programs. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,8 +54,8 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
             unit_of(UNIT_TENSION, si)->text);
 }
 
-/* Standard error for each channel (common/channels.h): of one reading at the peak, and of the
- * peak. */
+/* Writes two standard errors per channel (common/channels.h): of a single reading at the peak, and
+ * of the peak value. */
 static void write_csv_errors(const struct measured *measured,
                              const struct measured_channel **channels, size_t count, bool si,
                              FILE *out)
@@ -77,7 +77,7 @@ static void write_csv_cell(FILE *out, double value, int digits)
 {
     if (isnan(value))
         fputc(',', out);
-    else /* no "-0.000" */
+    else /* prevents "-0.000" */
         fprintf(out, ",%.*f", digits, fabs(value) * pow(10.0, digits) < 0.5 ? 0.0 : value);
 }
 
@@ -186,8 +186,8 @@ struct request {
     uint16_t can_base;
 };
 
-/* Builds the export in memory first, so that a failed export leaves the old file unchanged.
- * `store` is NULL for the message catalogue, which belongs to no landing. */
+/* Writes the whole export to memory first, so that a failure leaves the old file unchanged. `store`
+ * is NULL for the message catalogue, which does not depend on a landing. */
 static void write_export(struct store *store, int64_t run, const struct request *r,
                          const struct cli *cli, long *rows)
 {
@@ -209,7 +209,7 @@ static void write_export(struct store *store, int64_t run, const struct request 
     free(text);
 }
 
-/* Format by file extension; NULL: none. */
+/* Finds the format of a file extension; NULL: unknown. */
 static const char *find_format_of_path(const char *path)
 {
     static const char *const endings[][2] = {
@@ -225,7 +225,8 @@ static const char *find_format_of_path(const char *path)
     return NULL;
 }
 
-/* --format, or the file extension; refused if the two differ. Film frames are CSV as well. */
+/* Sets the format from --format or the file extension. Refuses the command if the two differ. The
+ * extension of film frames is that of CSV. */
 static void find_format(struct request *r)
 {
     const char *ending = find_format_of_path(r->path);
@@ -239,7 +240,7 @@ static void find_format(struct request *r)
                   r->path, r->format);
 }
 
-/* Every format but dbc needs DB RUN. */
+/* Refuses missing or extra operands: every format except dbc needs DB RUN. */
 static void check_operands(const struct request *r, bool dbc, const char *const words[2])
 {
     if (!r->format)

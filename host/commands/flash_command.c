@@ -1,5 +1,5 @@
-/* matrig flash: restarts a board into its chip's boot ROM, runs stm32flash to program it, and
- * checks that the board runs the image. */
+/* The command matrig flash: restarts a board into the boot ROM of its chip, programs the board with
+ * stm32flash, and checks that it runs the image. */
 #include <fcntl.h>
 #include <limits.h>
 #include <poll.h>
@@ -21,26 +21,27 @@
 
 #define BAUD_MIN            9600.0
 #define BAUD_MAX            460800.0
-#define HELLO_S             2.5 /* the board sends a hello once a second */
+#define HELLO_S             2.5 /* s; the board sends a hello once a second */
 #define HELLO_AFTER_RESET_S 6.0
 #define COMMAND_S           3.0
-#define BOARD_S             1.0    /* sent after the hello; 1 s later by older firmware */
-#define RESTART_MS          200    /* 50 ms until the board resets, plus the reset */
-#define ROM_BAUD            115200 /* the highest rate that AN3155 guarantees */
+/* S; the board sends its type after the hello, older firmware 1 s later */
+#define BOARD_S             1.0
+#define RESTART_MS          200    /* the board resets after 50 ms; the rest is for the reset */
+#define ROM_BAUD            115200 /* baud; the highest rate that AN3155 guarantees */
 #define CHIP_TRIES          3u
 #define OUTPUT_SIZE         2048u
 #define WORDS_MAX           16u
-#define NOT_FOUND           127 /* exit code: program not found */
+#define NOT_FOUND           127 /* exit code of a program that is not found */
 
 struct session {
     const struct cli *cli;
     const char *spec;
-    const char *tty; /* the port's path, which stm32flash opens itself */
-    bool pts;        /* the port is a pseudo-terminal, without parity */
+    const char *tty; /* path of the port; stm32flash opens it */
+    bool pts;        /* the port is a pseudo-terminal, which has no parity */
     bool force;
     int64_t baud;
     struct imagefile image;
-    unsigned chip; /* id of the chip that the image is for */
+    unsigned chip; /* id of the chip for which the image is built */
     struct dialogue *dialogue;
     bool same_image, firmware_runs;
 };
@@ -66,13 +67,13 @@ static const uint8_t rom_instructions[24] = {
 
 struct part {
     const char *name;
-    uint32_t address; /* offset from MR_FLASH */
+    uint32_t address; /* offset from MR_FLASH, bytes */
     const uint8_t *bytes;
     size_t count;
-    bool start; /* then start the program */
+    bool start; /* start the program afterwards */
 };
 
-/* Shows the newest percentage in the output of stm32flash, such as `(42.00%)`. */
+/* Shows progress: the newest percentage in the output of stm32flash, such as `(42.00%)`. */
 static void show_output(const struct session *to, const char *part, const char *said)
 {
     const char *percent = strrchr(said, '(');
@@ -82,7 +83,8 @@ static void show_output(const struct session *to, const char *part, const char *
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
-/* Reads the output of stm32flash until it ends; keeps the newest part if there is too much. */
+/* Reads the output of stm32flash until stm32flash ends. If there is too much output, keeps the
+ * newest part. */
 static void read_output(const struct session *to, int fd, const char *part, char said[OUTPUT_SIZE])
 {
     size_t length = 0;
@@ -110,8 +112,8 @@ static void copy_last_line(char *said, char line[120])
     snprintf(line, 120, "%s", said + start);
 }
 
-/* Runs stm32flash with these arguments. MR_LIMIT: stm32flash failed; `said` has its output and
- * `error` is not set. */
+/* Runs stm32flash with the arguments `words`. MR_LIMIT: stm32flash failed; `said` has its output
+ * and `error` is not set. */
 static enum mr_status run_program(const struct session *to, const char *const words[],
                                   const char *part, char said[OUTPUT_SIZE], struct error *error)
 {
@@ -144,11 +146,12 @@ static enum mr_status run_program(const struct session *to, const char *const wo
     return status == 0 ? MR_OK : MR_LIMIT;
 }
 
-/* Id of the chip whose boot ROM answers. MR_TIMEOUT: no answer; MR_IO: stm32flash is missing. */
+/* Reads the id of the chip from its boot ROM. MR_TIMEOUT: no answer. MR_IO: stm32flash is
+ * missing. */
 static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, struct error *error)
 {
     char said[OUTPUT_SIZE], why[120];
-    /* The firmware may still be sending while it restarts, which can spoil the first try. */
+    /* The first try can fail, because the firmware may still send while it restarts. */
     for (unsigned try = 0; try < CHIP_TRIES; try++) {
         enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", said,
                                             error);
@@ -187,7 +190,8 @@ static enum mr_status write_part(const struct session *to, const char *folder,
         part->name, at, to->spec, why);
 }
 
-/* Finds the bytes of the image from `from` to the last one before `to`. False: none. */
+/* Finds the part of the image between offsets `from` and `to`. Returns false if the image has no
+ * bytes there. */
 static bool find_extent(const struct imagefile *image, uint32_t from, uint32_t to,
                         struct part *part)
 {
@@ -199,7 +203,7 @@ static bool find_extent(const struct imagefile *image, uint32_t from, uint32_t t
     return to > from;
 }
 
-/* Programs the image, verifies it and starts it. MR_IO: failed. */
+/* Programs and verifies the image and starts it. MR_IO: a step failed. */
 static enum mr_status stm32flash_program(const struct session *to, struct error *error)
 {
     static const char *const files[] = {"part.bin"};
@@ -249,7 +253,7 @@ static void enter_rom(struct session *session)
     (void)poll(NULL, 0, RESTART_MS);
 }
 
-/* Waits for the firmware's hello. False: no hello. */
+/* Waits for a hello of the firmware. Returns false after `within_s` seconds without one. */
 static bool receive_firmware(struct session *session, double within_s)
 {
     dialogue_reset(session->dialogue);
@@ -265,7 +269,7 @@ static const char *board_name(unsigned board)
     return known ? known->name : "a board unknown to this matrig";
 }
 
-/* Refuses an image for another board: its pins differ. */
+/* Refuses an image that is built for another board, because the pins differ. */
 static void check_board(struct session *session)
 {
     struct identity *identity = &session->dialogue->identity;
@@ -280,7 +284,7 @@ static void check_board(struct session *session)
                   session->spec);
 }
 
-/* Identifies the running firmware, if any, and restarts it into the boot ROM. */
+/* Identifies the running firmware, if there is any, and restarts the board into the boot ROM. */
 static void identify_firmware(struct session *session)
 {
     char why[200];
@@ -317,7 +321,7 @@ static void compare_images(struct session *session)
                   session->spec, why);
 }
 
-/* The port's path, which stm32flash opens itself. */
+/* Finds the path of the port. */
 static void find_port(const struct session *session, char path[TTY_PATH_SIZE])
 {
     int baud;
@@ -354,7 +358,7 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
 
 /* ---- the result ---- */
 
-/* The header of the image; null without one. */
+/* Adds the header of the image to the answer; null if the image has none. */
 static void add_image(const struct imagefile *image, struct answer *answer)
 {
     const struct mr_image *header = &image->header;
@@ -389,7 +393,7 @@ static void add_result(const struct session *session, bool already, struct answe
                                           : "started");
 }
 
-/* Closes the dialogue before stm32flash runs: only one program can use the port. */
+/* Programs the board. Closes the dialogue first, because only one program can use the port. */
 static int run_flash(struct session *session)
 {
     char tty[TTY_PATH_SIZE];
@@ -413,7 +417,7 @@ static int run_flash(struct session *session)
     return answer_show(session->cli, answer, 0);
 }
 
-/* The chip that the image is for. */
+/* Id of the chip for which the image is built. */
 static unsigned find_chip(const struct imagefile *image)
 {
     const struct mr_board *board = mr_board_by_number(image->header.board);

@@ -1,4 +1,4 @@
-/* matrig import: copies data of other programs into the campaign. */
+/* The command matrig import: copies data of other programs into the campaign. */
 #include <stdio.h>
 #include <string.h>
 
@@ -87,8 +87,8 @@ static enum mr_status refuse_repeated(struct store *store, const struct store_im
     return status;
 }
 
-/* Reads another instrument's readings completely before a campaign is opened. Only checks a
- * candump log. */
+/* Reads the whole file of another instrument before a campaign is opened. A candump log is only
+ * checked. */
 static enum mr_status import_readings(const struct textfile *file,
                                       const struct import_request *request, struct mapping *mapping,
                                       struct import_result *result, struct error *error)
@@ -100,7 +100,8 @@ static enum mr_status import_readings(const struct textfile *file,
                                              &result->rows, &result->parsed, error);
 }
 
-/* Imports the data and records its source. If a log breaks a rule, the part before is kept. */
+/* Imports the data and records the source. If a log has an invalid line, the data before it is
+ * kept. */
 static enum mr_status import_file(struct store *store, const struct textfile *file,
                                   const struct import_request *request, struct mapping *mapping,
                                   struct store_import *row, bool again,
@@ -125,7 +126,7 @@ static enum mr_status import_file(struct store *store, const struct textfile *fi
     return status;
 }
 
-/* Determines the kind of file, and records name, size and checksum. */
+/* Finds the kind of the file and records its name, size and checksum. */
 static enum mr_status describe_import(const struct textfile *file,
                                       const struct import_request *request, const char *map,
                                       struct mapping *mapping, struct store_import *row,

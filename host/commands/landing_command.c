@@ -1,5 +1,5 @@
-/* matrig landing: series, and the notes, corrections and observations of a landing, with their
- * history. */
+/* The command matrig landing: series of landings, and notes, corrections and observations with
+ * their history. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,8 +17,8 @@
 #include "host/store/store_journal.h"
 #include "host/survey/survey.h"
 
-/* Fields that can be corrected: text, or numbers within limits. An aircraft model weighs 1300 lb
- * in the standard series, 500 in the pilot study, up to 2250 as a C-5 at this scale. */
+/* Fields that a user can correct: texts, or numbers within limits. An aircraft model weighs 500 lb
+ * in the pilot study, 1300 lb in the standard series, and up to 2250 lb as a C-5 at this scale. */
 static const struct field {
     const char *name;
     bool number;
@@ -36,11 +36,11 @@ static const struct field {
 struct request {
     const struct cli *cli;
     const char *words[2];
-    int64_t run; /* 0: all */
+    int64_t run; /* 0: all landings */
     const char *who, *note, *correct, *reason, *observe, *side, *form, *series, *runway, *pattern,
         *modification, *withdraw_series;
     double station_ft, height_in, at_s; /* NaN: not given */
-    int64_t panels, withdraw;           /* 0: not given */
+    int64_t panels, withdraw;           /* 0: no number given */
     bool make_void, unvoid;
 };
 
@@ -103,8 +103,8 @@ static void begin_series(const struct request *r, struct store *store)
     store_series_add(store, &series, fatal);
 }
 
-/* The series' landings then belong to the previous series. Landings that were assigned to it by
- * a correction belong to none. */
+/* Withdraws a series. Its landings then belong to the previous series; landings that a correction
+ * assigned to it belong to no series. */
 static void withdraw_series(const struct request *r, struct store *store)
 {
     struct store_withdrawal row = {.kind = "series", .made_us = (int64_t)link_now_us()};
@@ -177,8 +177,8 @@ static void refuse_field(const char *said)
               said, text, text[0] ? "" : ";");
 }
 
-/* Stores the number in the field's own unit: as typed, or converted with enough digits to be
- * exact. */
+/* Converts the number to the unit of the field. A number without a unit is stored as typed; a
+ * converted number has enough digits to be exact. */
 static void correct_number(const struct field *field, const char *text, char kept[40])
 {
     double number, alone;
@@ -228,7 +228,7 @@ static void store_correction(const struct request *r, struct store *store)
     store_change(r, store, field->name, field->number ? number : value + 1);
 }
 
-/* A wave later than the end of the record is a typing error (300 s for 3.00 s) or the wrong
+/* Refuses a wave later than the end of the record: a typing error (300 s for 3.00 s), or the wrong
  * landing. */
 static void check_time(const struct request *r, struct store *store)
 {

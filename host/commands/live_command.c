@@ -1,4 +1,5 @@
-/* matrig live: shows a board through the campaign database that a running matrig log writes. */
+/* The command matrig live: shows a board on a web page. Reads the campaign database that a running
+ * matrig log writes. */
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -12,8 +13,9 @@
 #include "host/live/server.h"
 #include "host/store/store.h"
 
-#define POLL_MS         25 /* between two polls of the database */
-/* frames logged earlier that are shown at the start: ten seconds of a landing, minutes of idling */
+#define POLL_MS         25 /* time between two reads of the database */
+/* Frames that are shown at the start although they were logged earlier: ten seconds of a landing,
+ * or minutes without one. */
 #define FRAMES_AT_START 30000
 #define FRAMES_PER_TURN 2000
 #define SESSION_LINKS   200
@@ -23,7 +25,7 @@ struct watch {
     struct store *store;
     struct store_follow_position place;
     int64_t session;
-    struct store_session_row links; /* links of the session */
+    struct store_session_row links; /* links of the logged session */
     struct live_source source;
     struct live_hub *hub;
     struct live_server *server;
@@ -52,7 +54,7 @@ static void handle_record(void *context, const uint8_t *record, size_t length, i
         live_hub_add_record(watch->hub, &block, host_us);
 }
 
-/* Reads new frames and records, and the links of a new session. */
+/* Reads new frames and records, and the links if a new session has begun. */
 static enum mr_status poll_campaign(struct watch *watch, struct error *error)
 {
     const struct store_follower follower = {handle_frame, handle_record, watch};
@@ -82,7 +84,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
     return status;
 }
 
-/* Runs until a signal. */
+/* Shows new data until a signal arrives. */
 static enum mr_status run_watch(struct watch *watch, struct error *error)
 {
     sigset_t set;

@@ -1,4 +1,4 @@
-/* matrig log: records landings from a board in a campaign database. */
+/* The command matrig log: records landings from a board in a campaign database. */
 #include <errno.h>
 #include <math.h>
 #include <poll.h>
@@ -16,17 +16,19 @@
 #include "host/base/output.h"
 #include "host/base/monotonic_clock.h"
 
-/* smallest jump that is reported, within a turn; slewing by NTP stays below 500 ppm */
+/* Smallest jump of the clock that is reported, per loop cycle. Slewing by NTP is below 500 ppm and
+ * is not reported. */
 #define CLOCK_JUMP_US      50000
-#define TURN_MAX_US        250000u /* longest time between two checks for due work */
-#define TRANSACTION_MAX_US 40000u  /* longest turn while a commit is pending */
+#define TURN_MAX_US        250000u /* longest loop cycle */
+#define TRANSACTION_MAX_US 40000u  /* longest loop cycle while a commit is pending */
 #define LOCK_WAIT_MS       20      /* time between two attempts to begin the session */
-/* how long a device may be missing: a cable unplugged between landings must not end the log */
+/* Longest absence of a device, s. A cable that is unplugged between landings must not end the
+ * log. */
 #define ABSENCE_MAX_S      3600.0
 #define ABSENCE_POLL_MS    250 /* time between two attempts to open a missing device */
 
-/* The user or NTP may set this computer's clock during logging. Deadlines use the monotonic
- * clock. Existing stamps stay as they are; the campaign records when the clock changed. */
+/* Records a change of this computer's clock in the campaign. The user or NTP may set the clock
+ * during logging. Stored times are not changed. Deadlines use the monotonic clock. */
 static void check_clock(struct logger *logger)
 {
     int64_t ahead_us = (int64_t)link_clock_ahead_us();
@@ -38,7 +40,8 @@ static void check_clock(struct logger *logger)
              "the clock of this computer was changed by %+.3f s: times of day before and after the "
              "change differ by that",
              (double)jump_us / 1e6);
-    /* Queued behind the data stamped earlier. Only one link carries the size of the jump. */
+    /* The change is queued after data received earlier. Only one link carries the size of the
+     * jump. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool told = link > 0 && logger->open[0];
         if (logger->open[link])
@@ -46,13 +49,13 @@ static void check_clock(struct logger *logger)
     }
 }
 
-/* True: the campaign is locked and accepts no data. */
+/* True if the campaign is locked by another program. */
 static bool is_campaign_locked(const struct logger *logger)
 {
     return monotonic_us() < logger->retry_us;
 }
 
-/* Time until something is due. */
+/* Time until the next deadline, but at most one loop cycle. */
 static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 {
     uint64_t now_us = monotonic_us(), until_us = now_us + TURN_MAX_US;
@@ -67,7 +70,7 @@ static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
     return until_us <= now_us ? 0 : (int)((until_us - now_us + 999) / 1000);
 }
 
-/* Waits for a queue, a recording, a signal, a typed line or a deadline. */
+/* Waits for received data, a finished recording, a signal, a typed line or a deadline. */
 static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_t deadline_us,
                                      bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
@@ -105,7 +108,8 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
     return MR_OK;
 }
 
-/* Stores received data, commits if due, and prints landings and silent links. */
+/* Does one loop cycle: stores received data, commits if it is time, and prints landings and links
+ * without data. */
 static enum mr_status process_turn(struct logger *logger, const bool ready[LINK_KINDS],
                                    struct error *error)
 {
@@ -179,7 +183,7 @@ static enum mr_status open_collector(struct logger *logger, struct error *error)
     return status;
 }
 
-/* Begins the session as soon as the campaign accepts it; received data waits in the queues. */
+/* Begins the session as soon as the campaign is not locked. Received data waits in the queues. */
 static enum mr_status begin_session(struct logger *logger, int signals, struct error *error)
 {
     for (;;) {
@@ -188,7 +192,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
         if (status == MR_OK)
             return MR_OK;
         enum store_refusal refused = store_refusal_pop(logger->store);
-        /* only a lock is worth waiting for: the user is still present and can correct the rest */
+        /* only a lock ends by waiting; other errors are reported while the user is still present */
         if (refused != STORE_LOCKED)
             return status;
         watch_note_refusal(&logger->watch, refused, error->text);
@@ -199,7 +203,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
     }
 }
 
-/* Opens a reader for each link. Received data is kept from here on. */
+/* Opens a reader for each link. From then on, no received data is lost. */
 static enum mr_status open_readers(struct logger *logger, struct error *error)
 {
     logger->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -225,13 +229,13 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
         return status;
     if (logger->live.hub)
         collector_set_listener(logger->collector, &logger->live.listener);
-    /* Commits the session first, so that it survives a transaction that fails later. */
+    /* Commits the session now, so that it is kept if a later transaction fails. */
     status = logger_commit(logger, error);
     logger_set_nonblocking(logger, true);
     if (status == MR_OK)
         status = collect_data(logger, signals, for_s, error);
-    /* After an error, received data is still stored, and the session is closed if the database
-     * accepts it. */
+    /* After an error, received data is stored and the session is closed if the database permits
+     * it. */
     struct error late = {0};
     if (status != MR_OK)
         logger->ended_by = "error";
@@ -274,7 +278,7 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
         .no_commands_reason =
             listens ? "matrig log was started with --listen, so it sends no commands" : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
-    if (status == MR_OK) { /* even with --quiet: the port cannot be guessed */
+    if (status == MR_OK) { /* printed even with --quiet, because the user cannot guess the port */
         fprintf(stderr, "live: %s\n", live_server_url(logger->live.server));
         fflush(stderr);
     }
@@ -295,7 +299,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
     bool waits = !isnan(logger->wait_s) && link_device_can_return(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
     enum mr_status status;
-    /* without --wait a missing device is an error at once: the name may be mistyped */
+    /* without --wait, a missing device is an error, because the name may be mistyped */
     while ((status = link_open(spec, (enum link_kind)link, &logger->link[link], error)) == MR_IO &&
            waits && !ends && monotonic_us() < until_us) {
         if (!told)
@@ -311,8 +315,8 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
     return status;
 }
 
-/* Checks an existing database before opening any link; creates a new database only after opening
- * the links. */
+/* Opens the database and all links. An existing database is checked before the links are opened; a
+ * new database is created afterwards. */
 static enum mr_status open_all(struct logger *logger, int signals, const char *can,
                                const char *serial, const char *db, const char *live,
                                struct error *error)
@@ -330,7 +334,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
         status = open_link(logger, LINK_SERIAL, serial, signals, error);
     if (status == MR_OK && !logger->store) {
         status = open_store(logger, db, error);
-        if (status == MR_OK) /* without a question: a log must start unattended */
+        if (status == MR_OK) /* the user is not asked, because a log must start unattended */
             cli_note(logger->cli, "a new campaign: %s", db);
     }
     return status;
@@ -339,7 +343,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
 static bool close_all(struct logger *logger)
 {
     collector_close(logger->collector);
-    watch_note_call(&logger->watch, true); /* closing writes the journal back */
+    watch_note_call(&logger->watch, true); /* closing the database also writes its journal back */
     bool closed = logger_close_store(logger);
     watch_note_call(&logger->watch, false);
     watch_close(&logger->watch);
@@ -375,11 +379,12 @@ static int log_command(int argc, char **argv, const struct cli *cli)
                   "leave one out");
     output_check(r.page, r.db, fatal);
 
-    /* signalfd: a signal between a check and a wait is not lost. */
+    /* A signalfd: a signal between a check and a wait is not lost. */
     sigset_t set;
     cli_fill_end_signals(&set);
     sigprocmask(SIG_BLOCK, &set, NULL);
-    signal(SIGPIPE, SIG_IGN); /* logging continues when the reader of the summary exits */
+    /* logging must continue when the program that reads the output exits */
+    signal(SIGPIPE, SIG_IGN);
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
     struct logger logger = {.cli = cli,

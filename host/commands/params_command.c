@@ -1,4 +1,4 @@
-/* matrig params: converts readings of section 3.4 to scene parameters. */
+/* The command matrig params: converts the measurements of section 3.4 to scene parameters. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -20,13 +20,13 @@
 #define PARAMETERS_MAX 16
 
 struct parameter {
-    const char *key; /* scene key */
+    const char *key; /* key of the parameter in a scene */
     const char *unit;
     char source[PUSH_REASON_SIZE];
     struct estimate estimate;
     double low, high; /* 95 % interval; NaN: 1.96 standard errors to each side */
-    bool is_given;    /* given, not measured: no error */
-    json_t *profile;  /* values along the runway, as a scene has them; NULL: one value */
+    bool is_given;    /* true: the value was given without a measurement, so it has no error */
+    json_t *profile;  /* list of values along the runway, as a scene has it; NULL: one value */
 };
 
 struct params_request {
@@ -38,7 +38,7 @@ struct params_request {
 
 struct reader {
     const char *path;
-    const char *test; /* "inertia", with the name of its object */
+    const char *test; /* name of the test, such as "inertia" */
     const json_t *readings;
     struct parameter parameters[PARAMETERS_MAX];
     size_t count;
@@ -50,7 +50,7 @@ struct push {
     struct push_ground ground;
 };
 
-/* The callers add at most PARAMETERS_MAX. */
+/* Adds a parameter and returns it. The callers add at most PARAMETERS_MAX. */
 static struct parameter *add_parameter(struct reader *r, const char *key, const char *unit,
                                        const char *from, struct estimate estimate)
 {
@@ -81,11 +81,12 @@ static const struct parameter *find_parameter(const struct reader *r, const char
 /* ---- push tests ---- */
 
 #define Z_95          1.96
-/* Limits of the scene keys; the unloading share must be above 0. */
+/* Lower limit of the scene key gear_unloading, which must be above 0. */
 #define UNLOADING_MIN 0.01
 #define AXLE_LAW_MAX  2.0
 
-/* Adds a value, with value and interval clamped to the limits of the scene key. */
+/* Adds a parameter of the push test. Value and interval are clamped to the limits of the scene
+ * key. */
 static void add_push_parameter(struct reader *r, const char *key, const char *unit,
                                const struct push_parameter *told, double least, double most)
 {
@@ -118,7 +119,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
     push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
     add_push_parameter(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.interval.value))
-        return; /* the other keys need an elastic law */
+        return; /* only an elastic law has the other keys */
     add_push_parameter(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
     add_push_parameter(r, "gear_unloading", "1", &ground->unloading, UNLOADING_MIN, 1.0);
     add_push_parameter(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MAX);
@@ -128,7 +129,8 @@ static void read_push(const struct params_request *request, struct reader *r, st
         ->is_given = true;
 }
 
-/* Draws the rigid law: vertical at the zero, then along the limit if the mat slid. */
+/* Plots the law of a rigid gear: vertical at displacement 0, then along the force limit if the mat
+ * slid. */
 static void plot_rigid(struct plot *plot, const struct push_series *series,
                        const struct push_fit *fit)
 {
@@ -185,8 +187,8 @@ static void plot_push(const struct params_request *request, const struct push *p
 
 /* ---- readings ---- */
 
-/* A bare number is in the unit at the end of the reading's name; a text has its own unit. NaN:
- * neither. */
+/* Reads a number. A number without a unit is in the unit at the end of `name`; a text has its own
+ * unit. NaN: `value` is neither. */
 static double read_number(const char *name, const json_t *value)
 {
     double number;
@@ -200,7 +202,7 @@ static bool has_key(const struct reader *r, const char *name)
     return json_object_get(r->readings, name) != NULL;
 }
 
-/* A reading: a number (exact), {"value", "error"}, or {"readings": [...], "error"}. */
+/* Reads a measurement: an exact number, {"value", "error"}, or {"readings": [...], "error"}. */
 static struct estimate read_estimate(struct reader *r, const char *name)
 {
     const json_t *value = json_object_get(r->readings, name),
@@ -228,8 +230,8 @@ static struct estimate read_estimate(struct reader *r, const char *name)
     return (struct estimate){1.0, 0.0};
 }
 
-/* Two lists that form pairs; values of the first list are multiplied by `factor`. Returns their
- * number. */
+/* Reads two lists whose values form pairs. Values of the first list are multiplied by `factor`.
+ * Returns the number of pairs. */
 static size_t read_pairs(struct reader *r, const char *x_name, double factor, const char *y_name,
                          double x[READINGS_MAX], double y[READINGS_MAX])
 {
@@ -250,7 +252,7 @@ static size_t read_pairs(struct reader *r, const char *x_name, double factor, co
     return count;
 }
 
-/* A spring law from such lists. */
+/* Fits a spring law to two lists of pairs. */
 static struct params_spring read_spring(struct reader *r, const char *x_name, double factor,
                                         const char *y_name, const char *y_unit)
 {
@@ -281,7 +283,7 @@ static void read_inertia(struct reader *r)
                   params_inertia(weight, spacing, cord, period));
 }
 
-/* Either the slope, or forces and stretches of a strip. */
+/* Reads the slope of force over strain, or the forces and stretches of a strip. */
 static void read_tension(struct reader *r)
 {
     struct estimate joint = read_estimate(r, "joint_in"), slope;
@@ -290,7 +292,8 @@ static void read_tension(struct reader *r)
     } else {
         struct estimate strip = read_estimate(r, "strip_in");
         struct params_spring spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
-        slope = params_friction(spring.k, strip); /* computes a quotient */
+        /* params_friction returns the quotient of its arguments */
+        slope = params_friction(spring.k, strip);
     }
     add_parameter(r, "KL", "lb/ft", "joint pulled", params_joint_stiffness(slope, joint));
 }
@@ -317,7 +320,7 @@ static void read_hinge(struct reader *r)
                   "moment without rotation: %s: hinge: the fitted line reaches zero moment at %.3g "
                   "+- %.2g degrees; check the zeros of angle and moment",
                   r->path, tad.value, tad.error);
-    tad.value = fmax(0.0, tad.value); /* can be negative by less than its error */
+    tad.value = fmax(0.0, tad.value); /* measurement errors can make a small value negative */
     add_parameter(r, "KT", "ft lb/rad", "slope of moment against angle",
                   params_hinge_stiffness(spring.k, wider));
     add_parameter(r, "TAD_deg", "deg", "angle without moment", tad);
@@ -354,8 +357,9 @@ static void read_plate(struct reader *r)
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
-/* Each node has the value of the nearest plate test in the acceptance records, and of the newest if
- * several are equally near. Node n is at n - 1 mat lengths. Each mat end carries half of a mat. */
+/* Reads the subgrade stiffness at each node. A node gets the value of the nearest plate test in the
+ * acceptance records, or of the newest if several are equally near. Node n is at n - 1 mat lengths.
+ * Each end of a mat carries half of the mat. */
 static void read_subgrade(struct reader *r)
 {
     char path[PATH_MAX];
@@ -378,14 +382,15 @@ static void read_subgrade(struct reader *r)
             if (!inspection_is_valid(entry, NULL, 0) || !(value > 0.0) || off_ft > nearest_ft)
                 continue;
             nearest_ft = off_ft;
-            k = (struct estimate){864.0 * value, 864.0 * fmax(error, 0.0)}; /* lb/ft3, half */
+            /* half of the plate test's value, in lb/ft3 */
+            k = (struct estimate){864.0 * value, 864.0 * fmax(error, 0.0)};
         }
         if (isinf(nearest_ft))
             error_set(fatal, MR_MALFORMED,
                       "no plate test: %s: subgrade: %s; give records: a campaign whose records of "
                       "subgrade have bearing_lb_in3",
                       r->path, path);
-        kv = params_area(k, mat_ft2); /* computes a product */
+        kv = params_area(k, mat_ft2); /* params_area returns the product of its arguments */
         json_array_append_new(along, cli_json_number(kv.value, 6));
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }
@@ -397,7 +402,7 @@ static void read_subgrade(struct reader *r)
 static const struct test {
     const char *name;
     void (*read)(struct reader *r);
-    const char *names; /* allowed reading names */
+    const char *names; /* names that the test may have */
 } tests[] = {
     {"inertia", read_inertia, " weight_lb spacing_ft cord_ft period_s "},
     {"tension", read_tension, " joint_in slope_lb_in_in strip_in force_lb stretch_in "},
@@ -408,7 +413,8 @@ static const struct test {
     {"subgrade", read_subgrade, " records mats mat_length_ft mat_width_ft "},
 };
 
-/* Refuses unknown names: a misspelt reading would be ignored otherwise. */
+/* Reads one test. Refuses unknown names: otherwise a misspelt measurement would be ignored without
+ * notice. */
 static void read_test(struct reader *r, const char *name, const json_t *readings)
 {
     const struct test *test = NULL;
@@ -459,7 +465,7 @@ static void read_file(struct reader *r)
 
 /* ---- results ---- */
 
-/* Scene keys; their errors are in comment keys. */
+/* Makes the scene keys. The errors are in keys that are comments. */
 static json_t *make_scene(const struct reader *r)
 {
     json_t *scene = json_object();
@@ -485,7 +491,7 @@ static json_t *make_scene(const struct reader *r)
 
 static void add_parameter_row(struct answer *answer, const struct parameter *p)
 {
-    bool known = p->estimate.error > 0.0; /* 0: the error was not given */
+    bool known = p->estimate.error > 0.0; /* the error is 0 if it was not given */
     char error[32] = "error unknown", interval[60] = "";
     if (p->is_given)
         error[0] = '\0';
@@ -522,7 +528,7 @@ static struct answer *make_answer(const struct reader *r, json_t *scene, const s
     return answer;
 }
 
-/* Refuses outputs that would overwrite files, before anything is read. */
+/* Refuses output files that exist, before anything is read. */
 static void check_outputs(const struct params_request *r, const char *path)
 {
     if ((r->plot_path || r->mats > 0) && !r->push_path)

@@ -1,4 +1,4 @@
-/* matrig ready: go or no-go before a landing, and the walk test. */
+/* The command matrig ready: go or no-go before a landing, and the walk test. */
 #include <limits.h>
 #include <signal.h>
 #include <stdio.h>
@@ -18,12 +18,13 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-/* time for campaign, links and dialogue; the last command and saving need the rest of 20 s */
+/* Seconds for campaign, links and dialogue. The command must end within 20 s; the rest is for the
+ * last request to the board and for saving. */
 #define LIMIT_S      16.0
-#define CHECK_S      1.5 /* time for reading the campaign */
-#define LOCK_WAIT_S  0.4 /* wait for another program that writes to the campaign */
+#define CHECK_S      1.5 /* s, for reading the campaign */
+#define LOCK_WAIT_S  0.4 /* s, to wait for another program that writes to the campaign */
 #define S_PER_DAY    86400
-#define LIVE_S       30 /* the board stops live readings after that time, even without the host */
+#define LIVE_S       30 /* s, after which the board stops live readings by itself */
 #define LIVE_RENEW_S 5.0
 #define WALK_S       600.0
 
@@ -76,7 +77,7 @@ static int show_report(const struct cli *cli, const char *kind, const struct rea
 
 /* ---- ready ---- */
 
-/* Reads the shunt spans that the last check of this board stored. */
+/* Reads the shunt spans, lb, that the last check of this board stored. */
 static void read_spans(const char *checks, float span_lb[MR_GAGES])
 {
     json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
@@ -88,7 +89,7 @@ static void read_spans(const char *checks, float span_lb[MR_GAGES])
     json_decref(object);
 }
 
-/* Reads the facts of this board at its last landing and last shunt calibration, and its
+/* Reads the results of this board's last landing and last shunt calibration, and its
  * certificates. */
 static void check_recent(struct store *store, struct ready_facts *f)
 {
@@ -117,8 +118,8 @@ static void check_recent(struct store *store, struct ready_facts *f)
     certificates_read(store, uid, &f->certificates, fatal);
 }
 
-/* Adds a row to table readiness: {"checks": [...], "spans_lb": [...]}. `kind`: "ready" or
- * "walk"; `shunts` is NULL for a walk. */
+/* Adds a row to the table readiness: {"checks": [...], "spans_lb": [...]}. `kind` is "ready" or
+ * "walk". `shunts` is NULL for a walk test. */
 static void save_report(struct store *store, const struct identity *identity, const char *kind,
                         const struct ready_report *report, const struct shunts *shunts,
                         int64_t made_us)
@@ -174,10 +175,10 @@ static void note_signal(int number)
 struct walk_session {
     const struct request *request;
     struct walk walk;
-    uint32_t newest_clock; /* clock of the board, ms */
+    uint32_t newest_clock; /* newest clock of the board, ms */
 };
 
-/* One line for each switch or gage that responds. */
+/* Prints one line for each switch or gage that responds. */
 static void print_response(const struct walk_session *w, enum walk_kind kind)
 {
     const struct walk_response *a = &w->walk.response[kind][w->walk.count[kind] - 1];
@@ -225,7 +226,8 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
                                struct error *error)
 {
     double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
-    /* Board time: an emulated board can run faster than real time. */
+    /* The board stops live readings by its own clock, and an emulated board can run faster than
+     * real time. */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
     while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
@@ -237,7 +239,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
         if (status == MR_OK)
             status = dialogue_receive(dialogue, DIALOGUE_TURN_S, error);
     }
-    if (status == MR_CLOSED) { /* answers until then count */
+    if (status == MR_CLOSED) { /* answers before the link closed are valid */
         *error = (struct error){0};
         return MR_OK;
     }
@@ -273,8 +275,8 @@ static int run_walk_test(const struct request *request, struct ready_facts *f)
 
 /* ---- the command line ---- */
 
-/* Parses a CRC of eight hexadecimal digits, or loads a file written by `matrig board config
- * get`. */
+/* Reads the expected CRC of the configuration: eight hexadecimal digits, or a file written by
+ * `matrig board config get`. */
 static void read_expected(const char *text, struct ready_facts *facts)
 {
     static struct mr_config config;

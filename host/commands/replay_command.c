@@ -1,4 +1,4 @@
-/* matrig replay: runs a recorded landing through the firmware again. */
+/* The command matrig replay: runs the input of a recorded landing through the firmware again. */
 #include <limits.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,9 +23,9 @@ struct replay {
     const char *speed;
     bool exact_asked;
     struct replay_board board;
-    char program[PATH_MAX], elf[PATH_MAX]; /* defaults, installed with matrig */
-    char directory[TEMPORARY_FOLDER];      /* temporary; "": not created yet */
-    char elf_unpacked[PATH_MAX + 20];      /* the image of a bundle, in `directory` */
+    char program[PATH_MAX], elf[PATH_MAX]; /* installed files, used by default */
+    char directory[TEMPORARY_FOLDER];      /* temporary folder; "": not created yet */
+    char elf_unpacked[PATH_MAX + 20];      /* path of the image from a bundle, in `directory` */
     struct board_messages recorded, replayed;
     struct replay_input input;
     struct diff diff;
@@ -76,9 +76,9 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
     return status;
 }
 
-/* Writes the configuration of the landing to copy A of the emulated flash. A built-in
- * configuration belongs to the image and is not written. If the database lacks the
- * configuration, config_crc shows the difference. */
+/* Writes the configuration of the landing to copy A of the emulated flash. A default configuration
+ * is part of the image and is not written. If the database lacks the configuration, the comparison
+ * of config_crc fails. */
 static enum mr_status write_configuration(struct replay *replay, struct store *store,
                                           struct error *error)
 {
@@ -107,7 +107,7 @@ static enum mr_status write_configuration(struct replay *replay, struct store *s
     return MR_OK;
 }
 
-/* Without --elf: the bundled image, else the image installed with matrig. */
+/* Finds the image: that of --elf, that of the bundle, or the image installed with matrig. */
 static enum mr_status find_image(struct replay *replay, struct store *store, struct error *error)
 {
     bool bundled = false;

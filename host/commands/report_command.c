@@ -1,4 +1,4 @@
-/* matrig report: the campaign as one page with plots. */
+/* The command matrig report: writes the campaign as one HTML page with plots. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +8,7 @@
 #include "host/base/output.h"
 #include "host/report/report.h"
 
-/* demo/campaign.db -> demo/campaign.html */
+/* Writes the default path of the page: demo/campaign.html for demo/campaign.db. */
 static void default_path(const char *db, char *out, size_t size)
 {
     const char *slash = strrchr(db, '/');
@@ -43,7 +43,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     if (report.run)
         store_refuse_void(report.store, report.run, r.voided, fatal);
     report_begin(&report, r.voided, fatal);
-    /* written only when complete */
+    /* the file is written when the page is complete */
     output_begin(&output, r.path, fatal);
     page_write(&report, output.file, fatal);
     output_end(&output, fatal);

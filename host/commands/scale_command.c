@@ -1,4 +1,5 @@
-/* matrig scale: converts quantities, scene files and study files between model and prototype. */
+/* The command matrig scale: converts quantities, scene files and study files between model and
+ * prototype. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,9 +16,10 @@
 #define WORDS_MAX 32
 
 struct request {
-    bool modulus, to_model, force; /* modulus: modulus kept; else density kept */
+    /* modulus: the materials keep their stiffness; false: their density */
+    bool modulus, to_model, force;
     double n;
-    const char *to, *keep; /* as typed; NULL: not given */
+    const char *to, *keep; /* as the user typed it; NULL: not given */
     const char *output_path;
     const char *words[WORDS_MAX];
     size_t count;
@@ -32,28 +34,30 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     request->modulus = request->keep && strcmp(request->keep, "modulus") == 0;
 }
 
-/* Similitude: the exponent of the length scale n, in halves, for the ratio prototype / model of
- * a value in this unit. Length scales with n and time with sqrt(n), as gravity is equal. Force
- * scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with n^2
- * if their stiffness is kept (the pilot model: Table B.2). All else follows from the dimensions. */
+/* Similitude: returns the exponent of the length scale n, in halves, for the ratio prototype /
+ * model of a value in this unit. Length scales with n and time with sqrt(n), as gravity is equal.
+ * Force scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with
+ * n^2 if their stiffness is kept (the pilot model: Table B.2). All other exponents follow from the
+ * dimensions. */
 static int half_powers(const struct request *request, const char *unit)
 {
-    int powers[3]; /* exponents of force, length and time */
+    int powers[3]; /* powers of force, length and time in the unit */
     quantity_dimension(unit, powers);
     return (request->modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
 }
 
-/* The factor for a value in this unit. */
+/* The factor by which a value in this unit is multiplied. */
 static double find_factor(const struct request *request, const char *unit)
 {
     double ratio = pow(request->n, 0.5 * half_powers(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
-/* The common start of every answer, for the JSON. */
+/* Makes an answer with the facts that all subcommands print. */
 static struct answer *scale_answer(const struct request *request)
 {
-    struct answer *answer = answer_new(false); /* false: scene keys have fixed units */
+    /* the answer is never in SI, because scene keys have fixed units */
+    struct answer *answer = answer_new(false);
     answer_words(answer, "keep", NULL, request->modulus ? "modulus" : "density");
     answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
     answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
@@ -103,7 +107,7 @@ static const struct quantity *quantity_find(const char *name,
     return NULL;
 }
 
-/* "n^3", "n^2.5", "n", "1/n", "1". */
+/* Writes a power of n: "n^3", "n^2.5", "n", "1/n" or "1". */
 static void power_text(int half_powers, char text[16])
 {
     int size = abs(half_powers);
@@ -116,7 +120,7 @@ static void power_text(int half_powers, char text[16])
         snprintf(text, 16, "%sn%s", half_powers < 0 ? "1/" : "", number);
 }
 
-/* Without arguments: shows every ratio. */
+/* Prints every ratio; used without operands. */
 static int show_ratios(const struct request *request, const struct cli *cli)
 {
     struct answer *answer = scale_answer(request);
@@ -160,7 +164,7 @@ static void read_value(const char *word, struct value *value)
                   meant->symbol, meant->name);
     if (!value->quantity)
         error_set(fatal, MR_USAGE, "unknown quantity: '%s'; matrig scale lists the names", name);
-    /* "108", in the quantity's own unit, or with a unit: "24.5kN", "24.5 kN" */
+    /* "108" is in the unit of the quantity; "24.5kN" and "24.5 kN" have a unit */
     const char *own = value->quantity->unit;
     quantity_read(equals + 1, name, own, NULL, &value->from, fatal);
     if (fabs(value->from) > 1e30)
@@ -198,13 +202,13 @@ static int scale_values(const struct request *request, const struct cli *cli)
 
 /* ---- scene and study files ---- */
 
-/* Scales a number in `unit`, a text with its own unit, or a list of these. Other values are
- * copied, so that the loader refuses them. */
+/* Scales a number in `unit`, a text that has a unit, or a list of these. Other values are copied;
+ * the loader refuses them. */
 static json_t *scale_value(const struct request *request, const json_t *value, const char *unit)
 {
     double number;
     struct quantity_error wrong;
-    if (!quantity_kind_of(unit)) /* a plain number, a mat number or a name has no unit */
+    if (!quantity_kind_of(unit)) /* "1", a mat number and a name are not quantities */
         return json_deep_copy(value);
     if (quantity_json(value, unit, &number, &wrong))
         return json_real(number * find_factor(request, unit));
@@ -214,14 +218,14 @@ static json_t *scale_value(const struct request *request, const json_t *value, c
     for (size_t i = 0; i < json_array_size(value); i++) {
         json_t *entry = json_array_get(value, i), *last = json_array_get(entry, 2);
         json_t *other = last ? json_deep_copy(entry) : scale_value(request, entry, unit);
-        if (last) /* a row [first, last, value] of values along the runway */
+        if (last) /* a row [first, last, value] for a part of the runway */
             json_array_set_new(other, 2, scale_value(request, last, unit));
         json_array_append_new(list, other);
     }
     return list;
 }
 
-/* Scales rows whose columns have these units. */
+/* Scales rows whose columns have the units `units`. */
 static json_t *scale_rows(const struct request *request, const json_t *rows,
                           const char *const *units)
 {
@@ -236,8 +240,8 @@ static json_t *scale_rows(const struct request *request, const json_t *rows,
     return result;
 }
 
-/* Scales every key by its unit: the scene key's, or the unit at the end of its name. Includes
- * nested objects and landings. */
+/* Scales every key by its unit: the unit of the scene key, or the unit at the end of the name. Also
+ * scales nested objects and landings. */
 static json_t *scale_object(const struct request *request, const json_t *object)
 {
     static const char *const path[] = {"s", "ft", "lb", NULL}, *const profile[] = {"ft", "ft/s2",
@@ -268,7 +272,7 @@ static json_t *scale_object(const struct request *request, const json_t *object)
     return result;
 }
 
-/* The default of a key that changes with scale; 0: none. */
+/* The default of a scene key if it changes with scale; 0: no such default. */
 static double find_default(const struct request *request, const struct sim_key *key)
 {
     struct sim_scene plain;
@@ -280,9 +284,9 @@ static double find_default(const struct request *request, const struct sim_key *
     return isfinite(value) && value > 0.0 ? value : 0.0;
 }
 
-/* Adds the defaults that change with scale, because they differ for the other scale. Adds
- * defaults of modifications only if `scene` has that modification, and defaults of the scene
- * only if `whole`. */
+/* Adds the defaults that change with scale, because the defaults of matrig are for the model. Adds
+ * the defaults of a modification only if `scene` has the modification, and the defaults of the
+ * scene only if `whole`. */
 static void complete_result(const struct request *request, const json_t *scene, bool whole,
                             json_t *result)
 {
@@ -311,7 +315,7 @@ static void set_default(json_t *object, const char *key, json_t *value)
         json_object_set_new(object, key, value);
 }
 
-/* The study with every key of scene, runway, aircraft and engine written out: the defaults are
+/* Writes all keys of scene, runway, aircraft and engine into the study, because the defaults are
  * for the model. */
 static json_t *complete_study(const struct request *request, const json_t *source,
                               const struct landing_series *c, struct error *error)
@@ -328,7 +332,7 @@ static json_t *complete_study(const struct request *request, const json_t *sourc
         complete_result(request, json_object_get(entry, "apply"), false, scene);
     }
     complete_result(request, scene, true, scene);
-    json_object_del(scene, "F"); /* set by the landings */
+    json_object_del(scene, "F"); /* the landings define F */
     json_object_del(scene, "Vac");
     json_object_set_new(study, "scene", scene);
     if (elastic)
@@ -342,8 +346,8 @@ static json_t *complete_study(const struct request *request, const json_t *sourc
     return study;
 }
 
-/* The scaled file. Loads the source first, so that an invalid file is refused as in `sim` or
- * `study`. */
+/* Returns the scaled file. The source is loaded first, so that an invalid file is refused as in
+ * `sim` or `study`. */
 static json_t *scale_json(const struct request *request, const json_t *source, bool is_study)
 {
     const char *path = request->words[0];
@@ -373,7 +377,7 @@ static json_t *scale_json(const struct request *request, const json_t *source, b
     return other;
 }
 
-/* Scales a scene, or a study, which is a file with landings. */
+/* Scales a file: a scene, or a study if the file has landings. */
 static int scale_file(const struct request *request, const struct cli *cli)
 {
     output_check_not_input(request->output_path, request->words[0], fatal);

@@ -1,4 +1,5 @@
-/* matrig show: the contents of a campaign, and the summary of a recorded landing. */
+/* The command matrig show: prints the contents of a campaign, and the summary of a recorded
+ * landing. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,19 +17,20 @@
 
 /* ---- all landings ---- */
 
-#define NOTE_SHOWN_MAX 60 /* characters of a note, for people */
+#define NOTE_SHOWN_MAX 60 /* characters of a note in the printed table */
 
-/* A row of the list of landings, with the numbers of the landing's summary. Samples are loaded
- * only if the stop of the gear is in doubt, so that thousands of landings list without delay. */
+/* The facts of one row of the list of landings. Samples are loaded only if it is doubtful whether
+ * the gear stopped, so that thousands of landings are listed without delay. */
 struct preview {
     struct measured measured; /* loaded by measured_load_gear */
     struct zones zones;
-    struct summary_link link[LINK_KINDS]; /* lost, dropped, silent */
+    /* counts of lost, dropped and missing data, for each link */
+    struct summary_link link[LINK_KINDS];
     struct journal journal;
-    size_t observations; /* observed waves and breaks, without withdrawn ones */
+    size_t observations; /* observed waves and breaks that are not withdrawn */
     bool imported;
-    uint16_t can_base;    /* of the landing's board */
-    int64_t repeated_run; /* the earlier RUN of the same landing; 0: none */
+    uint16_t can_base;    /* CAN base of the landing's board */
+    int64_t repeated_run; /* RUN of an earlier record of the same landing; 0: none */
 };
 
 static void load_links(struct store *store, int64_t run, struct preview *preview)
@@ -65,8 +67,8 @@ static void preview_free(struct preview *preview)
 
 /* ---- a row ---- */
 
-/* State and calibration marks. An unknown calibration appears in the notes instead: most
- * imported landings have none. */
+/* Writes the state of the landing and its calibration marks. An unknown calibration is mentioned in
+ * the notes instead, because most imported landings have none. */
 static void state_text(const struct preview *preview, char *out, size_t size)
 {
     const struct measured *measured = &preview->measured;
@@ -139,7 +141,7 @@ static void append_text(char *out, size_t size, const char *text)
     snprintf(out + used, size - used, "%s%s", used ? "; " : "", text);
 }
 
-/* The newest note, the number of notes, observations, and warnings. */
+/* Adds the newest note, the numbers of notes and observations, and warnings. */
 static void add_notes(const struct preview *preview, struct answer *answer)
 {
     char text[NOTE_SHOWN_MAX + 140] = "", part[NOTE_SHOWN_MAX + 40];
@@ -162,7 +164,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
         size_t length = strlen(newest),
                shown = length > NOTE_SHOWN_MAX ? NOTE_SHOWN_MAX - 3 : length;
         while (length > NOTE_SHOWN_MAX && ((unsigned char)newest[shown] & 0xc0u) == 0x80u)
-            shown--; /* never cut within a multi-byte character */
+            shown--; /* never cuts a multi-byte character */
         snprintf(part, sizeof part, "%.*s%s", (int)shown, newest,
                  length > NOTE_SHOWN_MAX ? "..." : "");
         append_text(text, sizeof text, part);
@@ -187,7 +189,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
                  preview->repeated_run ? preview->repeated_run : ANSWER_UNKNOWN);
 }
 
-/* `bases`: also print the CAN base of the board. */
+/* Adds a row of the list. `bases`: with the CAN base of the board. */
 static void add_preview(const struct preview *preview, bool bases, struct answer *answer)
 {
     const struct store_landing *landing = &preview->measured.landing;
@@ -196,7 +198,8 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     state_text(preview, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
     bool dated = landing->armed_us >= SURVEY_EARLIEST_US;
-    answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when); /* the head has UTC */
+    /* without UTC, which is in the column head */
+    answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when);
     answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
     answer_count(answer, "armed_us", NULL, landing->armed_us);
     answer_words_or_none(answer, "series", "series", preview->journal.series.name, "-");
@@ -220,7 +223,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
 static void add_landings(struct store *store, const struct store_landing *row, size_t count,
                          struct answer *answer)
 {
-    static struct preview preview; /* static: some ten kilobytes */
+    static struct preview preview; /* static because it is too large for the stack */
     uint16_t base = 0;
     for (size_t i = 0; i < count && !base; i++)
         store_can_base_get(store, row[i].id, &base, fatal);
@@ -234,7 +237,7 @@ static void add_landings(struct store *store, const struct store_landing *row, s
     answer_close(answer);
 }
 
-/* Prints the counts of series and surveys, and the next step if something is missing. */
+/* Prints the numbers of series and surveys, and the next step if something is missing. */
 static void add_contents(const char *db, size_t landings, size_t series, size_t surveys,
                          struct answer *answer)
 {
@@ -256,8 +259,8 @@ static void add_contents(const char *db, size_t landings, size_t series, size_t 
                         series, db, surveys, db);
 }
 
-/* The record of warnings and advice needs all readings of each landing. Larger campaigns: only
- * in the report. */
+/* Largest number of landings for which the list includes the record of warnings and advice, which
+ * needs all readings of each landing. The report always includes it. */
 #define RECORDS_MAX 30
 
 static void add_result(struct store *store, size_t landings, struct answer *answer)

@@ -1,4 +1,4 @@
-/* matrig sim SCENE: runs a mat scene. */
+/* The command matrig sim: runs a scene and prints the result. */
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -13,7 +13,7 @@
 #include "host/base/xmalloc.h"
 
 #define M_PER_FT  0.3048
-#define HISTORY_S 0.001 /* row interval of --csv, or a thousandth of a shorter run */
+#define HISTORY_S 0.001 /* s between rows of --csv; a thousandth of the time if that is shorter */
 
 struct request {
     const char *scene_path;
@@ -48,7 +48,8 @@ static bool show_progress(void *progress, int pass, double part)
     return sim_progress(progress, pass, part) && !interrupted;
 }
 
-/* Ctrl-C ends the run and keeps the results so far; a second Ctrl-C ends the program. */
+/* Runs the scene. Ctrl-C ends the run and keeps the results so far; a second Ctrl-C ends the
+ * program. */
 static enum mr_status run_scene(struct request *request, const struct sim_scene *scene,
                                 const struct cli *cli, struct sim_result *result,
                                 struct error *error)
@@ -69,8 +70,8 @@ static enum mr_status run_scene(struct request *request, const struct sim_scene 
     return error->status;
 }
 
-/* History of the requested mats, one row per sample: displacements, and in planar models the
- * heights of left ends. */
+/* Writes the history of the requested mats, one row per sample: displacements, and in planar models
+ * also the heights of the left ends. */
 static enum mr_status write_csv(const struct request *request, const struct sim_scene *scene,
                                 const struct sim_result *result, const struct cli *cli,
                                 struct error *error)
@@ -98,7 +99,7 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     return output_end(&output, error);
 }
 
-/* Samples the requested mats for --csv at their middles. */
+/* Requests a history of the middle of each mat of --csv. */
 static void request_history(struct request *request, const struct sim_scene *scene,
                             double **stations)
 {

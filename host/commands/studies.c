@@ -1,4 +1,4 @@
-/* Options of the studies. Each study runs in matrig-study, from host/study/NAME_run.c. */
+/* Options of the commands that matrig-study runs. host/study/NAME_run.c contains each command. */
 #include "host/commands/studies.h"
 #include "host/base/xmalloc.h"
 
@@ -28,9 +28,9 @@ static bool try_program(char *path, size_t size, const char *folder, size_t leng
            access(path, X_OK) == 0;
 }
 
-/* Finds matrig-study: beside the matrig of this path, then in ../libexec/matrig from there, then
- * in the folders of `search` (like PATH; empty entries are skipped; NULL: none). False: not
- * found. */
+/* Finds matrig-study: in the folder of `matrig` (a path), in ../libexec/matrig relative to that
+ * folder, or in the folders of `search`. `search` has the form of PATH; empty entries are skipped;
+ * NULL: none. Returns false if it is not found. */
 static bool study_find(const char *matrig, const char *search, char *path, size_t size)
 {
     const char *slash = strrchr(matrig, '/');

@@ -1,6 +1,6 @@
-/* The commands that matrig-study runs: the request of each command, as filled from its rows
- * (host/commands/), and the function that runs it (host/study/). matrig has only the rows and links
- * none of the libraries. */
+/* Commands that run in the separate program matrig-study: for each command, the struct of its
+ * option values and the function that runs it (host/study/). matrig only parses the options and
+ * does not link the libraries of the studies. */
 #ifndef MATRIG_HOST_COMMANDS_STUDIES_H
 #define MATRIG_HOST_COMMANDS_STUDIES_H
 
@@ -15,8 +15,8 @@
 
 struct study_request {
     const char *path, *plot;
-    const char *ground; /* NULL: as in the file */
-    int64_t seeds;      /* 0: as in the file */
+    const char *ground; /* NULL: the value in the file */
+    int64_t seeds;      /* 0: the value in the file */
 };
 
 struct error_request {
@@ -32,7 +32,8 @@ struct fit_request {
 };
 
 struct sweep_request {
-    const char *words[2 + SWEEP_FILES_MAX]; /* the sweep and result files; NULL at the end */
+    /* the sweep file and the result files; NULL ends the list */
+    const char *words[2 + SWEEP_FILES_MAX];
     const char *cases, *output;
     bool table;
 };
@@ -42,11 +43,10 @@ int error_command(int argc, char **argv, const struct cli *cli);
 int fit_command(int argc, char **argv, const struct cli *cli);
 int sweep_command(int argc, char **argv, const struct cli *cli);
 
-/* First argument of matrig-study: followed by the version and the path of the matrig that starts
- * it. */
+/* First argument of matrig-study. The version and the path of the matrig that starts it follow. */
 #define STUDY_STARTED_BY "--started-by"
 
-/* Runs a command (host/base/command.h) from matrig: matrig-study replaces matrig in this process,
+/* Runs a command of matrig-study from matrig. matrig-study replaces matrig in the same process,
  * with the same arguments, standard streams, signals and exit code. Returns only if that fails:
  * prints the error and returns the exit code. */
 int study_exec(int argc, char **argv, const struct cli *cli);

@@ -1,5 +1,5 @@
-/* matrig survey: caliper readings of gage points, their analysis, and the joint openings that a
- * board gets from them. */
+/* The command matrig survey: enters and analyses caliper readings of the gage points, and loads the
+ * joint openings into a board. */
 #include <errno.h>
 #include <math.h>
 #include <stdlib.h>
@@ -45,7 +45,8 @@ static void add_head(const struct survey *survey, struct answer *answer)
 static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "line 3", "line 4",
                                                          "line 5", "line 6", "line 7"};
 
-/* Printed table; the JSON has all places, read or not (see matrices). */
+/* Adds the changes between gage points along the runway. The printed table has only places with
+ * readings; the JSON also has add_matrices. */
 static void add_spans(const struct survey *survey, const struct survey_found *found,
                       struct answer *answer)
 {
@@ -78,12 +79,13 @@ static void add_spans(const struct survey *survey, const struct survey_found *fo
                      found->since_previous.change.error_in, 4);
 }
 
-/* Changes across the runway and along the diagonals; tables without readings are left out. */
+/* Adds the changes across the runway and along the diagonals. Tables without readings are
+ * omitted. */
 static void add_across_and_diagonals(const struct survey_readings *change, struct answer *answer)
 {
     const struct {
         const char *title;
-        double step_ft; /* 0: places are numbered */
+        double step_ft; /* distance between places; 0: places are numbered */
         unsigned lines, places;
         const double *value_in;
     } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
@@ -112,7 +114,7 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
     }
 }
 
-/* Movement every 10 ft, at the nearest gage point. */
+/* Adds the movement every 10 ft, at the nearest gage point. */
 static void add_movement(const struct survey_found *found, struct answer *answer)
 {
     answer_table(answer, NULL,
@@ -205,7 +207,7 @@ static void add_worst_bow(const struct survey_found *found, struct answer *answe
     answer_close(answer);
 }
 
-/* All places, read or not; only in the JSON. */
+/* Adds the readings of all places, also places without a reading, to the JSON only. */
 static void add_matrices(const struct survey *survey, const struct survey_found *found,
                          struct answer *answer, double factor)
 {
@@ -243,7 +245,7 @@ struct request {
     bool begins_new, end, show, can, doubtful, force;
     enum survey_edges edges;
     double closed_in, error_in;
-    int64_t number, withdraw; /* number 0: newest; withdraw 0: none */
+    int64_t number, withdraw; /* number: 0 for the newest survey; withdraw: 0 for none */
 };
 
 /* ---- typed readings ---- */
@@ -334,7 +336,7 @@ static void report_outcome(const struct entry_session *typist, enum survey_outco
     }
 }
 
-/* Handles one typed line. */
+/* Handles one line that the user typed. */
 static void handle_line(struct entry_session *typist, const char *line)
 {
     struct survey_entry entry;
@@ -357,7 +359,8 @@ static void handle_line(struct entry_session *typist, const char *line)
     report_outcome(typist, outcome, item, &entry);
 }
 
-/* Collects bytes until Enter; a line that is too long is dropped. */
+/* A line that is being typed. Bytes are collected until Enter; a line that is too long is
+ * ignored. */
 struct line {
     char text[LINE_MAX_BYTES];
     size_t length;
@@ -388,7 +391,7 @@ static void handle_bytes(struct entry_session *typist, struct line *line, const 
     }
 }
 
-/* Reads lines until all readings are entered, q, or end of input. */
+/* Reads lines until all readings are entered, the user types q, or the input ends. */
 static void enter_readings(struct entry_session *typist)
 {
     struct line keys = {.length = 0};
@@ -409,7 +412,8 @@ static void enter_readings(struct entry_session *typist)
 
 /* ---- a sheet ---- */
 
-/* Readings that would need confirmation at the keyboard are refused without --doubtful. */
+/* Reads all readings from a sheet. Readings that the user would have to confirm at the keyboard are
+ * refused without --doubtful. */
 static void read_sheet(struct entry_session *typist)
 {
     static struct survey_sheet sheet;
@@ -452,9 +456,10 @@ static void read_sheet(struct entry_session *typist)
 /* ---- one run of the command ---- */
 
 #define SAME_READING_TOLERANCE_IN 1e-6 /* a caliper resolves 0.0005 in */
-#define SAME_READINGS_MIN         10u  /* that a crew does not repeat to the last digit */
+#define SAME_READINGS_MIN         10u  /* two surveys never have this many identical readings */
 
-/* The sheet of the newest survey given again would show a runway on which nothing has moved. */
+/* Refuses a sheet that is the sheet of the newest survey: the result would be a runway without
+ * movement. */
 static void refuse_same(const struct request *request, struct store *store,
                         const struct survey_sheet *sheet)
 {
@@ -476,8 +481,8 @@ static void refuse_same(const struct request *request, struct store *store,
                   read, (long long)newest.row.id, request->from);
 }
 
-/* Checked first: an unreadable sheet must not create a survey or a campaign. store: NULL if the
- * campaign does not exist. */
+/* Checks the sheet before anything is created: an unreadable sheet must not create a survey or a
+ * campaign. `store`: NULL if the campaign does not exist. */
 static void check_sheet(const struct request *request, struct store *store)
 {
     static struct survey_desk desk;
@@ -513,7 +518,7 @@ static void begin_survey(const struct request *request, struct store *store, str
     survey_load(store, row.id, survey, fatal);
 }
 
-/* The readings stay in the campaign, but all commands ignore the survey. */
+/* Withdraws a survey. The readings stay in the campaign, but all commands ignore them. */
 static int withdraw_survey(const struct request *request, struct store *store)
 {
     static struct survey survey;
@@ -535,7 +540,7 @@ static int withdraw_survey(const struct request *request, struct store *store)
              : 0;
 }
 
-/* Refuses an empty survey: it would hide the previous survey. */
+/* Refuses to finish an empty survey, which would hide the previous survey. */
 static void check_before_end(const struct request *request, struct store *store,
                              struct survey *survey)
 {
@@ -575,14 +580,14 @@ static void run_survey(const struct request *request, struct store *store, struc
 /* ---- loading ---- */
 
 struct load_result {
-    unsigned sent;      /* number of segments */
-    unsigned different; /* number of sent segments for which the board reports another value */
-    unsigned older;     /* number of segments that the board has from an earlier survey only */
+    unsigned sent;      /* number of segments sent to the board */
+    unsigned different; /* number of these segments for which the board reports another value */
+    unsigned older;     /* number of segments that only an earlier survey set in the board */
 };
 
-#define ANSWER_S  2.0 /* time after which the command is sent again */
+#define ANSWER_S  2.0 /* s, after which the command is sent again */
 #define TRIES     3
-#define DIGITS_IN 1e-4 /* resolution of the command and of the message */
+#define DIGITS_IN 1e-4 /* resolution of the command and of the answer */
 
 struct loading {
     struct dialogue *dialogue;
@@ -649,8 +654,8 @@ static void compare_slacks(const struct loading *l, const struct survey_slack *s
     }
 }
 
-/* Loads the joint openings of a survey into a board (command `survey`, common/command.h), and
- * reads the board's values back. */
+/* Loads the joint openings of a survey into a board (command `survey`, common/command.h), and reads
+ * them back from the board. */
 static void load_board(const struct request *request, struct store *store,
                        const struct survey *survey, const struct survey_found *found,
                        struct load_result *loaded)
@@ -704,7 +709,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     else
         survey_load_open(store, survey, &found, fatal);
     if (!found) {
-        /* a new survey, with the newest readings as its previous ones */
+        /* a new survey, whose previous readings are those of the newest survey */
         static struct survey newest;
         struct error none = {0};
         survey_desk_init(&survey->desk, request->edges);
@@ -732,7 +737,7 @@ static int run(const struct request *request)
     static struct survey survey;
     static struct survey_found found;
     struct load_result loaded = {.sent = 0};
-    /* a first --sheet may create the campaign */
+    /* a campaign can be created by its first --sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);
     bool begins = !reading && !request->load && !request->end && !request->withdraw;

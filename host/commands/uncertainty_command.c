@@ -1,4 +1,4 @@
-/* matrig uncertainty: the uncertainty budget of each channel. */
+/* The command matrig uncertainty: prints the uncertainty budget of each channel. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -24,26 +24,25 @@ struct request {
     const char *at, *config;
     double hours, kelvin;
     int64_t run;
-    int channel;     /* index; -1: all */
-    double at_value; /* NaN: peak, or a third of the range */
+    int channel;     /* index of the channel; -1: all */
+    double at_value; /* NaN: at the peak, or at a third of the range */
 };
 
-/* Sources of the budgets. */
+/* The data from which the budgets are computed. */
 struct subject {
     struct mr_config config;
     bool config_known;
-    int64_t run; /* 0: configuration only */
+    int64_t run; /* RUN of the landing; 0: none, only a configuration */
     struct measured measured;
     struct certificates certificates;
 };
 
-/* Budget of one channel. */
 struct channel_budget {
     unsigned index;
     struct mr_channel_config channel;
-    double value; /* in or lb */
+    double value; /* reading for which the budget is computed, in or lb */
     struct budget budget;
-    const struct store_certificate *certificate; /* NULL: none */
+    const struct store_certificate *certificate; /* NULL: the channel has no certificate */
 };
 
 static enum unit_kind find_unit_kind(const struct channel_budget *one)
@@ -93,7 +92,8 @@ static void load_subject(const struct request *r, struct subject *s)
 
 /* ---- one channel ---- */
 
-/* A reading of the landing: its peak as in the summary, or `at_value`. */
+/* Describes a reading of the landing for the error budget: the peak in the summary, or
+ * `at_value`. */
 static struct mr_error_case make_landing_case(const struct subject *s, double at_value,
                                               struct channel_budget *one)
 {
@@ -105,7 +105,7 @@ static struct mr_error_case make_landing_case(const struct subject *s, double at
     return measured_error_case(&s->measured, channel, one->value, measured_peak_samples(channel));
 }
 
-/* A reading of a board with this configuration. */
+/* Describes a reading of a board with this configuration for the error budget. */
 static struct mr_error_case make_plain_case(const struct request *r, const struct subject *s,
                                             struct channel_budget *one)
 {
@@ -210,7 +210,7 @@ static void add_head(struct answer *answer, const struct channel_budget *one)
                  find_unit_kind(one) == UNIT_DISPLACEMENT ? 4 : 2);
 }
 
-/* All results of one channel. */
+/* Adds all results of one channel to the answer. */
 static void add_budget(struct answer *answer, const struct channel_budget *one)
 {
     add_head(answer, one);
@@ -227,7 +227,7 @@ static void add_legend(struct answer *answer)
         "temperature; expanded is k times combined, a 95 %% interval.");
 }
 
-/* The text shows only the sums; the JSON also has the rows. */
+/* Adds the rows and sums of a budget. Text shows only the sums. */
 static void add_table(const struct request *r, const struct subject *s, const char *name,
                       unsigned from, unsigned to, struct answer *answer)
 {
