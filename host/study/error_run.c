@@ -1,4 +1,4 @@
-/* matrig error SCENE: every solver's error against its run time. */
+/* The command matrig error: runs a scene with every solver and compares errors with run times. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -17,8 +17,8 @@ static double value_or_nan(bool known, double value)
     return known ? value : (double)NAN;
 }
 
-/* Adds an error. If it is not above the difference of the references, printed output shows it as
- * "less than" that difference. */
+/* Adds an error. `agreement_ft` is the difference between the two reference solutions. Text shows
+ * an error too small to be distinguished from this difference as "less than" it. */
 static void add_error(struct answer *answer, const char *name, const char *label,
                       const struct error_run *run, double error_ft, double agreement_ft)
 {
@@ -175,15 +175,15 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     return answer;
 }
 
-#define PLOT_MIN_FT 1e-16 /* below any error that is not 0 */
+#define PLOT_MIN_FT 1e-16 /* ft; shown for an error of 0, on the logarithmic axis */
 
 static double error_ft(const struct error_run *run, bool lift)
 {
     return fmax(PLOT_MIN_FT, lift ? run->lift_ft : run->u_ft);
 }
 
-/* Plots the runs of a solver within its stability limit, or those beyond it. A failed run
- * interrupts the line. */
+/* Plots the runs of a solver that are within its stability limit, or those beyond the limit. A
+ * failed run interrupts the line. */
 static void plot_solver(struct plot *plot, const struct error_study *study, const char *solver,
                         unsigned index, bool lift, bool beyond)
 {
@@ -256,7 +256,7 @@ int error_command(int argc, char **argv, const struct cli *cli)
     struct progress progress;
 
     command_parse(&command_error, argc, argv, cli, &r, words, fatal);
-    plot_check(r.plot, words[0], fatal); /* checked before the computation, which takes a minute */
+    plot_check(r.plot, words[0], fatal); /* called before the computation, which takes a minute */
     sim_scene_load(&scene, words[0], fatal);
     if (!scene.name[0])
         snprintf(scene.name, sizeof scene.name, "%s", words[0]);

@@ -1,4 +1,4 @@
-/* matrig fit: parameters of the runway from the landings of a campaign. */
+/* The command matrig fit: estimates parameters of the runway from the landings of a campaign. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +45,8 @@ static int find_key(const char *option, const char *name, size_t length)
     return 0;
 }
 
-/* "gap,f": fits these parameters; the others keep their priors' values. */
+/* Reads the names of the parameters to be fitted: "gap,f". The others keep the values of their
+ * priors. */
 static void set_fitted(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
@@ -57,7 +58,7 @@ static void set_fitted(const char *text, struct fit_landings *list)
     }
 }
 
-/* Reads "=0.4mm:0.1mm" from the first `length` characters. */
+/* Reads a value and its standard error, "=0.4mm:0.1mm", from the first `length` characters. */
 static bool read_prior(const char *text, size_t length, const char *unit, double *value,
                        double *spread)
 {
@@ -75,7 +76,7 @@ static bool read_prior(const char *text, size_t length, const char *unit, double
          *spread <= 3.0 * *value;
 }
 
-/* Reads values and standard errors: "f=0.5:0.02,KL=2.9e5:3e4". */
+/* Reads the priors, values and standard errors: "f=0.5:0.02,KL=2.9e5:3e4". */
 static void set_priors(const char *text, struct fit_landings *list)
 {
     bool given[FIT_KEYS] = {false};
@@ -129,7 +130,8 @@ static void add_all_landings(struct store *store, const struct fit_request *requ
         cli_note(cli, "landings left out: %zu; reason for the last: %s", left_out, last.text);
 }
 
-/* Adds the named landings, each once: counting a landing twice would make its error too small. */
+/* Adds the landings that the user named. Refuses a landing that is named twice, which would make
+ * the computed error too small. */
 static void add_named_landings(struct store *store, const struct fit_request *request,
                                struct fit_landings *list)
 {
@@ -166,7 +168,7 @@ static void load_landings(const struct fit_request *request, const struct cli *c
 
 #define NORMAL_95     1.959963984540054
 #define NEAREST_DRAWS 50u
-#define PLOT_BAND     1.96 /* half width of the plot's band, in standard deviations */
+#define PLOT_BAND     1.96 /* half width of the plotted band, in standard deviations */
 
 static void add_landings(struct answer *answer, const struct fit_landings *list)
 {
@@ -335,8 +337,8 @@ static json_t *list_json(const struct sim_list *list)
     return values;
 }
 
-/* Returns the number of the draw whose statistics are nearest to the measured ones, of
- * NEAREST_DRAWS draws at the estimate. */
+/* Finds the draw whose statistics are nearest to the measured ones, among NEAREST_DRAWS draws at
+ * the estimate. Returns its number. */
 static uint64_t find_nearest_draw(const struct fit_landings *list, const struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
@@ -386,9 +388,9 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
     json_object_set_new(scene, "path", path_json(&list->landing[0], share));
 }
 
-/* Writes the runway's scene with the fitted values, and the path and thrust of the first landing.
- * Its joints are those of the draw that is nearest to the measurement. With equal joints there
- * would be hardly any movement, because a landing moves the weakest joints first. */
+/* Writes a scene with the fitted values, and with the path and thrust of the first landing. The
+ * joints are those of the draw that is nearest to the measurement: if all joints were equal, they
+ * would hardly move, because a landing moves the weakest joints first. */
 static enum mr_status fit_write_scene(const struct fit_landings *list,
                                       const struct fit_result *answer, const char *from,
                                       const char *path, struct error *error)
@@ -418,7 +420,7 @@ static double station_of(const struct fit_landing *landing, const struct fit_win
              : ((double)window->segment + 0.5) * (double)MR_SEGMENT_LENGTH_FT;
 }
 
-/* Plots the residual of each statistic over the station, in standard deviations. */
+/* Plots the residual of each statistic, in standard deviations, over the station. */
 static enum mr_status fit_write_plot(const struct fit_landings *list,
                                      const struct fit_result *answer, const struct misfit *misfit,
                                      const char *path, struct error *error)

@@ -1,6 +1,6 @@
-/* matrig-study: the commands of matrig that need GSL or SUNDIALS, and the studies of many
- * simulations. Users type matrig, which starts this program (host/commands/studies.h) and handles
- * --help and help itself. */
+/* The program matrig-study: the commands of matrig that need GSL or SUNDIALS, and those that run
+ * many simulations. Users type matrig, which starts this program (host/commands/studies.h). matrig
+ * handles --help and help itself. */
 #include <stdio.h>
 #include <string.h>
 
@@ -25,12 +25,11 @@ static int (*find_run(const char *name))(int argc, char **argv, const struct cli
         if (strcmp(studies[i].command->name, name) == 0)
             return studies[i].run;
     }
-    /* sim is included because this program has all solvers */
+    /* matrig-study also runs sim, because only this program has all solvers */
     return strcmp(command_sim.name, name) == 0 ? command_sim.run : NULL;
 }
 
-/* Requires equal versions: programs of different versions may read the same arguments
- * differently. */
+/* Refuses a different version of matrig, which may use the same arguments differently. */
 static enum mr_status check_version(const char *version, const char *matrig, struct error *error)
 {
     if (strcmp(version, VERSION_TEXT) == 0)

@@ -1,4 +1,4 @@
-/* matrig study FILE: a series of landings on an ensemble of runways. */
+/* The command matrig study: simulates a series of landings on an ensemble of runways. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -15,7 +15,8 @@ static void show_progress(void *ctx, size_t done, size_t of)
     progress_set(ctx, "%zu of %zu runways done", done, of);
 }
 
-#define PLOT_LINES_MAX 8 /* largest number of landings that are drawn: all, or every n-th */
+/* Largest number of landings in the plot; if there are more, every n-th is plotted */
+#define PLOT_LINES_MAX 8
 
 static void plot_movement(struct plot *plot, const struct landing_series *c,
                           const struct series_summary *s)
@@ -41,8 +42,8 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
     }
 }
 
-/* Plots the landing at which each runway buckles. Runways that buckle in the same landing get
- * different heights. */
+/* Plots the landing in which each runway buckles. Runways that buckle in the same landing are
+ * plotted at different heights. */
 static void plot_buckles(struct plot *plot, const struct landing_series *c,
                          const struct series_run *runs)
 {

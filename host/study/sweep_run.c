@@ -1,4 +1,5 @@
-/* matrig sweep: list the cases of a sweep, run some of them, collect their results. */
+/* The command matrig sweep: lists the cases of a sweep, runs some of them, and collects their
+ * results. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,8 +26,8 @@ static void check_options(const struct sweep_request *r)
     output_check(r->output, r->words[0], fatal);
 }
 
-/* Reads "N..M" or "N", from 1. A last case beyond the end is replaced by the end, so that all tasks
- * can have the same size. */
+/* Reads the first and last case, "N..M" or "N", counted from 1. A last case beyond the end is
+ * replaced by the end, so that all tasks can have the same size. */
 static void read_cases(const char *text, size_t cases, size_t *first, size_t *end)
 {
     char *after;
@@ -46,7 +47,7 @@ static void read_cases(const char *text, size_t cases, size_t *first, size_t *en
     *end = high < cases ? (size_t)high : cases;
 }
 
-/* Prints a line at once, or with --json adds it to one object. */
+/* Prints a line immediately; with --json, adds it to the object `all` instead. */
 static void write_line(json_t *line, json_t *all, FILE *out)
 {
     if (all) {

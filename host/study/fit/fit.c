@@ -32,7 +32,7 @@ struct sampling {
     atomic_size_t done;
 };
 
-/* Computes z from w. */
+/* Computes the parameters z from the position w in the region `place`. */
 static void ensemble_point(const struct ensemble_place *place, const double *w, double *z)
 {
     for (size_t i = 0; i < place->parameters; i++) {
@@ -42,7 +42,7 @@ static void ensemble_point(const struct ensemble_place *place, const double *w, 
     }
 }
 
-/* Number of a draw; it is different for every seed, round and index in the ensemble. */
+/* Number of a draw, different for every seed, round and index in the ensemble. */
 static uint64_t draw_number(const struct sampling *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
@@ -80,7 +80,7 @@ static void simulate_draws(void *context, size_t from, size_t every)
     }
 }
 
-/* Like xmalloc: a failed allocation ends the process. */
+/* Allocates a matrix. Like xmalloc, ends the process if there is no memory. */
 static gsl_matrix *new_matrix(size_t rows, size_t columns)
 {
     gsl_matrix *matrix = gsl_matrix_alloc(rows, columns);
@@ -89,8 +89,8 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
     return matrix;
 }
 
-/* Draws Sobol points, shifted by a random vector per round and taken modulo 1. They are evenly
- * distributed and different in every round. */
+/* Draws Sobol points, which are evenly distributed. They are shifted by a random vector per round,
+ * modulo 1, so that rounds differ. */
 static void draw_evenly(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
@@ -216,7 +216,7 @@ void surface_evaluate(const struct surface *surface, const double *w, double *st
     }
 }
 
-/* Variance of the prediction of surface_evaluate divided by the variance of a data set. */
+/* Ratio of two variances: that of the prediction of surface_evaluate, and that of a data set. */
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
@@ -228,8 +228,8 @@ static double surface_leverage(const struct surface *surface, const double *w)
     return sum;
 }
 
-/* Computes spread = (X'X)^-1 from the Cholesky factor of X'X. False: the design does not determine
- * a term. */
+/* Computes spread = (X'X)^-1 from the Cholesky factor of X'X. Returns false if the design does not
+ * determine all terms. */
 static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
 {
     gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0, design, 0.0, spread);
@@ -406,8 +406,8 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
 }
 
 /* Computes value and slopes of the surface at w. Outside the simulated range the surface is
- * continued linearly from the nearest point inside. Along this line, the slopes with respect to the
- * parameters that are inside the range still vary linearly with w; they are evaluated at w. */
+ * continued linearly from the nearest point inside. The slopes with respect to parameters inside
+ * the range are evaluated at w. */
 static void expected_score(const struct solve *solve, const double *w, double *score, double *slope)
 {
     size_t q = solve->surface->parameters;
@@ -485,7 +485,7 @@ double solve_least_squares(const struct solve *solve, double *w)
         status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
                                              &info, work);
     double squares = 0.0;
-    /* GSL_ENOPROG: no further progress at machine precision; the minimum is reached. */
+    /* GSL_ENOPROG means that the step is below machine precision, so the minimum is reached. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
         const gsl_vector *least = gsl_multifit_nlinear_position(work),
                          *f = gsl_multifit_nlinear_residual(work);
@@ -547,9 +547,11 @@ static void solve_covariance(size_t parameters, square information, square covar
 /* ---- fit ---- */
 
 #define DRAWS          300u
-#define REPLICAS       99u /* with the measured data set they are 100 */
-#define DESIGN_WIDTH   1.3 /* spread of the next design, in standard errors of the estimate */
-/* the search ends when the estimate is within this distance (in w) of the middle of its design */
+#define REPLICAS       99u /* together with the measured data set there are 100 */
+/* Standard deviation of the next design, in standard errors of the estimate */
+#define DESIGN_WIDTH   1.3
+/* The search ends when the estimate is within this distance from the middle of its design, in units
+ * of w. */
 #define CONVERGED_STEP 1.2
 #define REFITS         640u /* approximate number of bootstrap refits */
 #define W_MAX          (1.2 * ENSEMBLE_REACH)
@@ -558,15 +560,16 @@ struct fitting {
     const struct fit_model *model;
     const double *measured;
     struct fit_options options;
-    struct ensemble_place place; /* of the next ensemble */
+    struct ensemble_place place; /* the region of the next ensemble */
     gsl_matrix *weight;          /* statistics x parameters: weights of the scores */
-    /* Cholesky factor of the statistics' correlation; `scale` holds their standard deviations */
+    /* Cholesky factor of the correlation of the statistics; `scale` has their standard
+     * deviations */
     gsl_matrix *metric;
     double *scale;
     struct fit_result *answer;
 };
 
-/* Sets `metric` and `scale`. A statistic that never changes gets an infinite scale, and so no
+/* Sets `metric` and `scale`. A statistic that never changes gets an infinite scale and therefore no
  * weight. */
 static enum mr_status set_metric(struct fitting *fitting, struct surface *surface,
                                  struct error *error)
@@ -593,8 +596,8 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
     return MR_OK;
 }
 
-/* Sets the weights of the scores: the slopes of the statistics, multiplied by the inverse of the
- * metric. */
+/* Sets the weights with which statistics are combined to scores: the slopes of the statistics times
+ * the inverse of the metric. */
 static void set_weight(struct fitting *fitting, const struct surface *surface)
 {
     size_t p = surface->statistics, q = surface->parameters;
@@ -619,8 +622,8 @@ static void set_score(const struct fitting *fitting, const double *statistic, do
     }
 }
 
-/* Sets the next design. It is centred at w, and its width is proportional to the estimate's
- * uncertainty. */
+/* Sets the region of the next ensemble. The region is centred at w, and its width is proportional
+ * to the uncertainty of the estimate. */
 static void move_place(struct fitting *fitting, const double *w,
                        double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
@@ -696,9 +699,9 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
     return error->status;
 }
 
-/* One round of the search for the place: estimate, new scores, new design. Scores that are chosen
- * and used with the same ensemble seem better than they are, the more so with more statistics. Only
- * the first round uses its own scores, because there are no earlier ones. */
+/* Does one round of the search: estimate, new scores, new region. Scores that are chosen with an
+ * ensemble and used with the same ensemble seem better than they are. Therefore every round except
+ * the first uses the scores of the previous round. */
 static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
@@ -721,8 +724,9 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
     return error->status;
 }
 
-/* Bootstrap: repeats the fit with each departure of the ensemble instead of the measured one, and
- * with drawn priors. Writes rows of parameters, refitted minus true, and returns their number. */
+/* Estimates the bias by bootstrap: repeats the fit with each departure of the ensemble instead of
+ * the measured departure, and with randomly drawn priors. Writes rows of parameters, refitted minus
+ * true. Returns the number of rows. */
 static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w,
                     double *error_z)
 {
@@ -790,7 +794,7 @@ static void set_expected(const struct surface *surface, const double *w, struct 
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
-/* Fits a data set and computes its residual. False: the fit does not converge. */
+/* Fits one data set and computes its residual. Returns false if the fit does not converge. */
 static bool leave_one_out(const struct fitting *fitting, const struct solve *fitted,
                           const struct surface *all, const double *statistic, double *residual)
 {
@@ -809,12 +813,12 @@ static bool leave_one_out(const struct fitting *fitting, const struct solve *fit
     return true;
 }
 
-/* Makes replicas. Their parameters are drawn from the posterior (normal in z, with the estimate and
- * its covariance), and everything else is drawn as in any ensemble. Each replica is then fitted
- * like the measured data set, so both lose the same part to the fit. If the model is right, the
- * measured data set is equivalent to a replica, and its rank is uniform for any function of the
- * rows. If the posterior includes values at which simulations fail, there are no replicas; this is
- * not an error. */
+/* Makes replicas: data sets that are simulated with the fitted model. Their parameters are drawn
+ * from the posterior (normal in z, with the estimate and its covariance); everything else is drawn
+ * as in any ensemble. Each replica is then fitted like the measured data set, so that the fit
+ * reduces the residuals of both equally. If the model is right, the measured data set is equivalent
+ * to a replica, and its rank among the replicas is uniform. If simulations fail at values that the
+ * posterior includes, there are no replicas; this is not an error. */
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {
@@ -840,7 +844,8 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
     ensemble_free(&ensemble);
 }
 
-/* Computes the results from the last ensemble. Its scores were chosen with earlier ensembles. */
+/* Computes the results from the last ensemble, with the scores that earlier ensembles
+ * determined. */
 static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
 {
     struct fit_result *answer = fitting->answer;

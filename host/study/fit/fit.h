@@ -2,15 +2,15 @@
  * data.
  *
  * The gaps and closing resistances of single joints are not known. Two landings with equal
- * parameters therefore differ by far more than the instruments' noise. A set of parameters predicts
- * a distribution of series, not one series, and samples 1 ms apart are not independent. The fit is
- * therefore based on an ensemble of simulated data sets, each with random joints, noise and
+ * parameters differ by far more than the instruments' noise. A set of parameters therefore predicts
+ * a distribution of data sets and not one data set. Samples 1 ms apart are not independent. The fit
+ * is therefore based on an ensemble of simulated data sets, each with random joints, noise and
  * calibration errors. The same statistics are computed from each of them and from the measured data
  * set.
  *
  * README.md describes the method step by step.
  *
- * Parameters here are z: deviations from the middle of their prior in units of its standard
+ * Parameters are stored as z: deviations from the middle of their prior in units of its standard
  * deviation; the priors are independent. Deterministic: the same seed gives the same answer for any
  * number of threads. */
 #ifndef MATRIG_HOST_STUDY_FIT_FIT_H
@@ -29,10 +29,10 @@
 #define FIT_ROUNDS_MAX     8u
 #define FIT_BATCH          8u
 
-/* The model to be fitted. simulate() writes rows of statistics for 1 to FIT_BATCH rows of z, and
- * flags the valid ones. All random values of a data set depend only on its `draw`, so equal calls
- * give equal results. It is called from several threads; the grouping of data sets into calls does
- * not depend on the number of threads. */
+/* The model that is fitted. simulate() computes the statistics of 1 to FIT_BATCH data sets, one row
+ * for each row of z, and marks the valid rows. All random values of a data set depend only on its
+ * `draw`, so equal calls give equal results. simulate() is called from several threads; which data
+ * sets share a call does not depend on the number of threads. */
 struct fit_model {
     size_t parameters, statistics;
     void (*simulate)(const void *context, size_t count, const double *z, const uint64_t *draw,
@@ -41,11 +41,11 @@ struct fit_model {
 };
 
 struct fit_options {
-    size_t draws;     /* draws per ensemble; 0: 300 */
+    size_t draws;     /* data sets per ensemble; 0: 300 */
     size_t replicas;  /* replicas of the data set, for checking the model; 0: 99 */
-    unsigned threads; /* 0: as many as there are processors */
+    unsigned threads; /* number of threads; 0: one per processor */
     uint64_t seed;
-    /* Called by one thread; NULL: not called. */
+    /* called from one thread only; NULL: no progress is reported */
     void (*progress)(void *context, unsigned round, size_t done, size_t of);
     void *progress_context;
 };
@@ -56,14 +56,14 @@ struct fit_result {
     double low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX]; /* 95 % interval of each parameter */
     /* bias of the estimate, from the bootstrap */
     double bias[FIT_PARAMETERS_MAX];
-    /* covariance of the estimate, priors included */
+    /* covariance of the estimate, with the priors */
     double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    /* information of the data, without priors */
+    /* information matrix of the data, without the priors */
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    unsigned rounds; /* number of ensembles */
+    unsigned rounds; /* number of ensembles that were simulated */
     size_t simulated, failed;
     bool not_converged; /* the estimate did not converge within the maximum number of rounds */
-    double *expected;   /* expected value of each statistic, at z */
+    double *expected;   /* expected value of each statistic at the estimate */
     double *scatter;    /* standard deviation of each statistic */
     /* 1 + replicas rows of statistics: residuals, in standard deviations, of the measured data set
      * and of the replicas. `replicas` is 0 if their simulations failed. */
@@ -79,10 +79,9 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
                        struct error *error);
 void fit_free(struct fit_result *answer);
 
-/* Ensemble: many simulated data sets with parameters spread about a point, on several threads. */
-
-/* A region of parameters: z = middle + spread w, with w uniform over +-ENSEMBLE_REACH in each
- * direction (standard deviation 1), or normal. */
+/* An ensemble is many simulated data sets with parameters spread about a point. Its parameters are
+ * z = middle + spread w, with w uniform over +-ENSEMBLE_REACH in each direction (standard deviation
+ * 1), or normal. */
 #define ENSEMBLE_REACH 1.7320508075688772
 struct ensemble_place {
     size_t parameters;
@@ -93,28 +92,30 @@ struct ensemble_place {
 
 struct ensemble {
     size_t draws, parameters, statistics;
-    double *w;         /* draws rows of parameters */
-    double *statistic; /* draws rows of statistics */
+    double *w;         /* `draws` rows of parameters */
+    double *statistic; /* `draws` rows of statistics */
     uint64_t *draw;    /* number of each draw; the same number gives the same joints */
     size_t failed;     /* number of draws that failed and have no rows */
 };
 
-/* Makes an ensemble. Its draws differ from those of any other `round`. MR_NUMERICS: more than a
- * tenth of the draws failed. Release with ensemble_free, also after an error. */
+/* Simulates an ensemble on several threads. Ensembles of different rounds have different draws.
+ * MR_NUMERICS: more than a tenth of the draws failed. Release with ensemble_free, also after an
+ * error. */
 enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
                                  const struct fit_options *options, unsigned round,
                                  struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
 
-/* Surface: statistics as second-degree polynomials of w, fitted to an ensemble, and the scatter
- * about them. */
+/* A surface describes the statistics as second-degree polynomials of w, fitted to an ensemble, and
+ * their scatter about the polynomials. */
 
 #define SURFACE_TERMS_MAX \
     (1 + FIT_PARAMETERS_MAX + FIT_PARAMETERS_MAX * (FIT_PARAMETERS_MAX + 1) / 2)
 
 struct surface {
     size_t parameters, statistics, terms, draws;
-    gsl_matrix *factor; /* terms x statistics: 1; w; products w_i w_k, i <= k */
+    /* terms x statistics: coefficients of 1, of w and of the products w_i w_k, i <= k */
+    gsl_matrix *factor;
     /* draws x statistics: residuals, each divided by sqrt(1 - its leverage), mean 0. */
     gsl_matrix *departure;
     /* statistics x statistics: covariance of a data set at given parameters */
@@ -128,33 +129,33 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
                             struct error *error);
 void surface_free(struct surface *surface);
 
-/* Expected statistics at w, and their derivatives (statistics rows of parameters; NULL: not
- * computed). */
+/* Computes the expected statistics at w, and their derivatives: one row of parameters per
+ * statistic. NULL: no derivatives. */
 void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
                       double *slope);
 
-/* Shrinks a covariance estimated from n data sets towards its diagonal, to the degree to which its
- * correlations are due to scatter (Ledoit and Wolf, J. Multivariate Analysis 88, 2004, on
- * standardised data; Schaefer and Strimmer, 2005, for this target). Returns the weight of the
- * diagonal. */
+/* Shrinks a covariance that is estimated from n data sets towards its diagonal. The weight of the
+ * diagonal depends on how far the correlations are mere scatter (Ledoit and Wolf, J. Multivariate
+ * Analysis 88, 2004, on standardised data; Schaefer and Strimmer, 2005, for this target). Returns
+ * this weight. */
 double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance);
 
-/* Copies an ensemble, with the statistics of each data set replaced by linear combinations: the
- * columns of `weight`. */
+/* Copies an ensemble and replaces the statistics of each data set by linear combinations. Each
+ * column of `weight` has the coefficients of one combination. */
 void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
                      struct ensemble *combined);
 
-/* Solve: the parameters at which a surface of scores and the priors are closest to the measured
- * values. Nonlinear least squares by GSL's multifit_nlinear (Levenberg-Marquardt, analytic
- * derivatives). */
+/* The solution: parameters at which the scores of a surface and the priors are closest to the
+ * measured values. Found by nonlinear least squares with GSL's multifit_nonlinear
+ * (Levenberg-Marquardt, analytic derivatives). */
 
-/* Limit of w beyond which the surface is continued linearly, because the polynomial is not valid
+/* Distance from w = 0 beyond which the surface is continued linearly. The polynomial is not valid
  * where nothing was simulated. */
 #define SOLVE_LINEAR_BEYOND (1.3 * ENSEMBLE_REACH)
 
 /* The minimised function of w is |root (surface(w) - score)|^2 + |z(w) - prior|^2. */
 struct solve {
-    const struct surface *surface; /* has as many statistics as parameters */
+    const struct surface *surface; /* a surface with one statistic per parameter */
     const struct ensemble_place *place;
     /* root' root = (covariance (1 + leverage))^-1 */
     double root[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
@@ -162,19 +163,21 @@ struct solve {
     double prior[FIT_PARAMETERS_MAX];
 };
 
-/* Prepares the minimisation for a surface: root at the middle, priors 0. Returns false if the
- * covariance is singular. */
+/* Prepares the minimisation for a surface: `root` is set for the middle of the region, and the
+ * priors are 0. Returns false if the covariance is singular. */
 bool solve_begin(struct solve *solve, const struct surface *surface,
                  const struct ensemble_place *place);
-/* Minimises the sum of squares. `w` is the start and receives the minimum. Returns the minimum sum
- * of squares; NaN: no convergence. */
+/* Minimises the sum of squares. Starts at `w`, and stores the minimum there. Returns the minimum
+ * sum of squares; NaN: no convergence. */
 double solve_least_squares(const struct solve *solve, double *w);
-/* residual: 2 q values; slope: 2 q rows of q, as passed to multifit_nlinear. For tests. */
+/* Computes the residuals (2 q values, for q parameters) and their slopes (2 q rows of q), as passed
+ * to multifit_nlinear. For tests. */
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope);
-/* Information of the data at w, without priors, in terms of z. */
+/* Computes the information matrix of the data at w in terms of z, without priors. */
 void solve_information(const struct solve *solve, const double *w,
                        double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]);
-/* Lower Cholesky factor. Returns false if the matrix is not positive definite. */
+/* Replaces a matrix by its lower Cholesky factor. Returns false if the matrix is not positive
+ * definite. */
 bool solve_cholesky(size_t n, double matrix[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX],
                     double factor[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]);
 

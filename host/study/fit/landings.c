@@ -22,7 +22,7 @@
 /* ---- chains in parallel ---- */
 
 #define SETTLE_S    1e-3
-#define STEP_MARGIN 0.98 /* step used / longest step; below 1: the chain checks it in float */
+#define STEP_MARGIN 0.98 /* step / longest stable step; below 1: the chain checks in float */
 
 bool parallel_can_run(const struct sim_scene *scene)
 {
@@ -98,7 +98,7 @@ static bool start_chains(struct simulation *p)
     return p->chains != NULL;
 }
 
-/* Returns the thrust of the path in a step, and sets *mat to the mat that carries most of it. */
+/* Returns the mean thrust in a step, and sets *mat to the mat that carries most of it. */
 static double advance_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
 {
     struct sim_touch touch[SIM_WHEEL_TOUCHES];
@@ -144,14 +144,14 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
             }
             away |= chains_settle(p->chains);
             over = sim_wheel_is_over(&p->wheel, SETTLE_S * (double)(block + 1)) &&
-                   chains_mats_awake(p->chains) == 0; /* nothing moves any more */
+                   chains_mats_awake(p->chains) == 0; /* no mat moves any more */
         }
         record_sample(p, row);
     }
     return away;
 }
 
-/* Simulates all lanes in parallel. sample_dt_s: whole milliseconds. False: invalid parameter. */
+/* Simulates all lanes. `sample_dt_s`: whole milliseconds. False: a parameter is invalid. */
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct parallel_lane lane[CHAINS_LANES])
 {
@@ -179,10 +179,10 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
 #define HALVINGS        40
-#define PAIRS_PER_JOINT 6 /* with this many draws, 0.5 % of the initial values' influence remains */
+#define PAIRS_PER_JOINT 6 /* draws; 0.5 % of the influence of the initial values then remains */
 
-/* Gaps are uniform from 0 to 2 m, and limited to the slack s. Returns m for a given mean gap: if 2
- * m > s, the mean is s - s^2/(4 m). INFINITY: all joints are hooked. */
+/* Upper limit m, from the mean gap. Gaps are uniform from 0 to 2 m, limited to the slack s; if 2 m
+ * > s, their mean is s - s^2/(4 m). INFINITY: all joints are hooked, open by their whole slack. */
 static double half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
@@ -197,8 +197,8 @@ static double draw_gap_ft(gsl_rng *random, double half_ft, double slack_ft)
     return slack_ft > 0.0 ? fmin(gap_ft, slack_ft) : gap_ft;
 }
 
-/* Scales gaps to a sum, each limited to the slack; the factor is found by bisection. If all gaps
- * are closed, or if the sum exceeds the total slack, all gaps become equal. */
+/* Scales gaps to a given sum. Each is limited to the slack, so the factor is found by bisection. If
+ * all gaps are closed, or if the sum exceeds the total slack, all gaps become equal. */
 static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack_ft)
 {
     double most_ft = slack_ft > 0.0 ? slack_ft : (double)INFINITY, low = 0.0, high = 1.0, sum = 0.0;
@@ -227,24 +227,24 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
         gap_ft[i] = fmin(high * fmax(gap_ft[i], 0.0), most_ft);
 }
 
-/* Redraws two gaps with the same sum. Each is uniform from 0 to `most_ft`, limited to the slack.
- * Either both are below the slack, uniformly over the values that the sum allows, or one is hooked
- * at the slack. The weight of a hooked gap is 1 - slack/most, that of other values 1/most. */
+/* Draws two gaps again and keeps their sum. Each is uniform from 0 to `most_ft`, limited to the
+ * slack. Either both are below the slack, with all possible values equally likely, or one joint is
+ * hooked. The weight of a hooked gap is 1 - slack/most, that of other values 1/most. */
 static void draw_pair(gsl_rng *random, double *one, double *other, double most_ft, double slack_ft)
 {
     double limit = slack_ft > 0.0 ? fmin(most_ft, slack_ft) : most_ft, sum = *one + *other;
     double low = fmax(0.0, sum - limit), high = fmin(sum, limit);
     if (!(high > low))
-        return; /* both hooked or both closed */
+        return; /* both joints are hooked, or both closed */
     double hooked = limit < most_ft && sum >= limit ? 2.0 * (most_ft - limit) : 0.0;
     double pick = gsl_rng_uniform(random) * (high - low + hooked);
     *one = pick < high - low ? low + pick : pick < high - low + 0.5 * hooked ? limit : sum - limit;
     *other = sum - *one;
 }
 
-/* Gibbs sampler over pairs: draws the gaps of a segment, which are uniform, with a given sum. The
- * sum can be too large for `mean_ft`, because the rest of the runway may have been pushed together.
- * The upper limit of the gaps is then twice the segment's own mean. */
+/* Draws the gaps of a segment, which are uniform, with a given sum, by a Gibbs sampler over pairs.
+ * The sum can be too large for `mean_ft`, because the rest of the runway may have been pushed
+ * together. The upper limit of the gaps is then twice the mean of this segment. */
 static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
                           double slack_ft)
 {
@@ -253,14 +253,14 @@ static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double 
         sum_ft += gap_ft[i];
     double most_ft = 2.0 * half_range_ft(fmax(mean_ft, sum_ft / (double)count), slack_ft);
     if (isinf(most_ft))
-        return; /* all hooked */
+        return; /* all joints are hooked */
     for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
         size_t i = gsl_rng_uniform_int(random, count), k = gsl_rng_uniform_int(random, count - 1);
         draw_pair(random, &gap_ft[i], &gap_ft[k < i ? k : k + 1], most_ft, slack_ft);
     }
 }
 
-/* Joints of a segment, from *first: those inside it or at its beginning, as in host/compare/. */
+/* Number of joints inside a segment or at its beginning, from *first, as in host/compare/. */
 static size_t segment_joints(const struct sim_scene *scene, size_t segment, size_t *first)
 {
     double from = (double)segment * (double)MR_SEGMENT_LENGTH_FT / scene->length_ft - 0.5;
@@ -280,18 +280,18 @@ static double segment_sum_in(const struct sim_scene *scene, size_t segment, cons
     return sum_in;
 }
 
-/* Inputs of the simulation of one data set. */
+/* Inputs of one simulated data set. */
 struct drawing {
     const struct fit_landings *list;
     gsl_rng *random;
     double value[FIT_KEYS];
-    double *gap_ft, *grit_lb; /* joints 0..mats */
+    double *gap_ft, *grit_lb; /* values of joints 0 to `mats` */
     struct sim_path_row *path;
     bool is_valid;
 };
 
-/* True sum / surveyed sum. One gauge is used for all surveys, so all have the same factor. 1
- * without a survey. */
+/* Factor between true and surveyed sums. The same gauge is used for all surveys, so all surveys
+ * have the same factor. 1 without a survey. */
 static double gage_factor(const struct drawing *drawing)
 {
     const struct fit_landings *list = drawing->list;
@@ -328,7 +328,7 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
     }
 }
 
-/* Draws gaps with the survey's mean, and computes the surveyed sums (NaN: not surveyed). */
+/* Draws gaps with the mean of the survey, and the sums of a survey (NaN: not surveyed). */
 static void draw_survey(const struct fit_landings *list, const struct fit_landing *landing,
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
@@ -345,19 +345,19 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
     }
 }
 
-#define ASINH_SCALE_IN 0.05 /* u0 in asinh(u/u0) */
+#define ASINH_SCALE_IN 0.05 /* u0 in the statistic u0 asinh(u/u0) */
 
-/* Statistic of a displacement. */
+/* Statistic of a displacement u: u0 asinh(u/u0). */
 static double asinh_of(double u_in)
 {
     return ASINH_SCALE_IN * asinh(u_in / ASINH_SCALE_IN);
 }
 
-/* Result of one landing of a data set. */
+/* Result of one simulated landing. */
 struct outcome {
     double *sample_u_ft; /* `samples` rows, SAMPLE_S apart, with one value per channel */
     size_t samples;
-    const double *gap_ft; /* joints 0..mats, at the end */
+    const double *gap_ft; /* gaps of joints 0 to `mats` at the end */
 };
 
 static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
@@ -391,14 +391,14 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     }
 }
 
-/* Thrust on the strip / thrust of the landing's path. */
+/* Draws the ratio of the thrust on the mat strip to the thrust of the landing's path. */
 static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
 {
     return drawing->value[FIT_SHARE] *
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
-/* Simulates one drawing with host/sim, for scenes that the parallel chains do not support. */
+/* Simulates one data set with host/sim, for scenes that the parallel chains do not support. */
 static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
                       const double *station_ft, double thrust, struct outcome *outcome)
 {
@@ -429,7 +429,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     return good;
 }
 
-/* Simulates `count` drawings in parallel. Unused lanes repeat the first drawing. */
+/* Simulates `count` data sets in parallel. Unused lanes repeat the first data set. */
 static bool run_parallel(struct drawing *drawing, size_t count, const struct fit_landing *landing,
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
@@ -567,7 +567,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
-/* Distances of a transducer ahead of the wheel, ft; each window is between two of them. */
+/* Distances of a transducer ahead of the wheel, ft; they are the limits of the windows. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
 #define EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
@@ -594,7 +594,7 @@ void fit_landings_free(struct fit_landings *list)
 
 /* ---- measurements ---- */
 
-/* Time at which the wheel reaches a station; INFINITY: never; 0: before the path begins. */
+/* Time at which the wheel reaches a station; INFINITY: never; 0: the path begins beyond it. */
 static double reach_s(const struct sim_scene *scene, double x_ft)
 {
     const struct sim_path_row *row = scene->path;
@@ -735,7 +735,7 @@ static void set_squared_distances(const struct fit_result *answer, size_t rows, 
     gsl_matrix_free(covariance);
 }
 
-/* Logarithm of the spread of the segments' sums. False: too few segments were surveyed. */
+/* Computes the logarithm of the spread of the sums. False: too few segments were surveyed. */
 static bool find_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
@@ -748,8 +748,8 @@ static bool find_spread(const double *sum_in, double *spread)
     return count > 4;
 }
 
-/* Compares the spread of the surveyed sums with that of gaps drawn as in the fit. Only before a
- * runway's first landing does a survey show how the gaps were laid. */
+/* Compares the spread of the surveyed sums with the spread of sums drawn as in the fit. Needs a
+ * survey before the runway's first landing: only such a survey shows how the gaps were laid. */
 static void add_survey(const struct fit_landings *list, uint64_t seed, size_t rows, double *square)
 {
     const struct fit_landing *first = &list->landing[0];
@@ -833,10 +833,10 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
     return MR_OK;
 }
 
-#define SURVEY_SPREAD 0.03 /* common relative error of all sums: gauge, joints assumed closed */
+#define SURVEY_SPREAD 0.03 /* relative error common to all sums: gauge, joints assumed closed */
 #define MANY_SAMPLES  1e9
 
-/* Relative error of a movement of 1 in that averaging over samples does not reduce. */
+/* Relative error of a movement, as far as averaging over samples does not reduce it. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
@@ -844,7 +844,7 @@ static double gain_error(const struct measured *measured, const struct measured_
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
-/* Copies the values of each channel from touchdown on. Returns the number of channels. */
+/* Copies the values of each channel after touchdown to `series`. Returns their number. */
 static size_t set_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
                          double *values)
 {
@@ -859,7 +859,7 @@ static size_t set_series(const struct measured *measured, struct fit_series seri
         double *row = values + count * measured->samples;
         for (size_t i = first; i < measured->samples; i++)
             row[i - first] = measured_value(channel, i);
-        /* the blocks of a CAN message share one mean, so their noise is not independent */
+        /* all blocks of a CAN message have the same mean, so their noise is not independent */
         double noise_in = channel->noise * sqrt((double)channel->stride);
         double baseline_in = noise_in / sqrt(fmax((double)channel->rest_samples, 1.0));
         series[count++] = (struct fit_series){
@@ -947,9 +947,9 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* force of the whole aircraft */
+        landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* now of the whole aircraft */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
-    /* the energy v0^2/2 is spread over the distance */
+    /* an error of the energy v0^2/2 is spread over the stopping distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
     landing->is_consecutive = list->count > 0 && is_next(store, &measured->landing,
                                                          list->landing[list->count - 1].run);

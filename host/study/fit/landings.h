@@ -3,20 +3,21 @@
  *
  * The simulation is the chain (host/sim/README.md, "Chain and landings") with the measured path of
  * the gear. Random values of each simulated data set:
- * - Joints: gaps are uniform over 0 to twice their mean, limited to the slack (such joints are
- * hooked). Gaps of a surveyed segment are scaled to its sum, which has the survey's error. A
- * landing that follows the one before keeps its gaps, scaled to the sums. Closing resistances are
- * uniform over 0 to twice their mean, and each joint has the same one in all landings.
+ * - Joints: gaps are uniform over 0 to twice their mean, limited to the slack. A joint that is open
+ * by its whole slack is called hooked. Gaps of a surveyed segment are scaled to its sum, which has
+ * the survey's error. A landing without changes since the previous landing keeps its gaps, scaled
+ * to the sums. Closing resistances are uniform over 0 to twice their mean, and each joint has the
+ * same one in all landings.
  * - Instruments: noise of each sample, error of the baseline, a gain error per transducer and
  * landing, the error of the thrust.
  *
  * Statistics, in inches: for each transducer the mean movement while the wheel was at certain
  * distances ahead of it or behind it (FIT_EDGES), and over the last 0.2 s; for each segment the sum
- * after the landing, if it was surveyed after, and also before or in a landing that follows. Of u
- * only u0 asinh(u/u0) is used, because the scatter of movements is proportional to their size. The
- * mean over a window is one number, however many samples it has, and its scatter is taken from the
- * ensemble: neighbouring samples are never treated as independent. A window with less than half of
- * its samples valid is left out. */
+ * after the landing, if the segment was surveyed after the landing, and also before it or in a
+ * later landing. Of u only u0 asinh(u/u0) is used, because the scatter of movements is proportional
+ * to their size. The mean over a window is one number, however many samples it has, and its scatter
+ * is taken from the ensemble: neighbouring samples are never treated as independent. A window with
+ * less than half of its samples valid is left out. */
 #ifndef MATRIG_HOST_STUDY_FIT_LANDINGS_H
 #define MATRIG_HOST_STUDY_FIT_LANDINGS_H
 
@@ -30,9 +31,9 @@
 
 enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KEYS };
 
-/* A parameter. Its logarithm has a normal prior about ln(value). */
+/* A parameter of the fit. Its logarithm has a normal prior about ln(value). */
 struct fit_parameter {
-    bool fitted; /* false: the value is not changed */
+    bool fitted; /* false: the parameter keeps its value */
     double value;
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
@@ -48,13 +49,15 @@ struct fit_series {
     double t0_s, dt_s;
     const double *value_in;
     size_t count;
-    double noise_in;    /* standard deviation of a sample's noise */
+    double noise_in;    /* standard deviation of the noise of one sample */
     double baseline_in; /* standard error of the baseline */
     double gain;        /* relative standard error of a movement */
 };
 
 struct fit_window {
-    size_t channel; /* SIZE_MAX: the statistic is the sum of segment `segment` after the landing */
+    /* index of the channel; SIZE_MAX: the statistic is the sum of segment `segment` after the
+     * landing */
+    size_t channel;
     size_t segment;
     double from_s, to_s;
     double samples; /* number of valid samples */
@@ -64,13 +67,14 @@ struct fit_window {
 
 struct fit_landing {
     int64_t run;
-    struct sim_scene scene; /* owned; the path's force is that of the whole aircraft: weight a/g */
-    double thrust_error;    /* relative standard error of the thrust */
-    bool is_consecutive; /* follows the previous landing of the list without changes in between */
-    /* surveyed sums before and after the landing; NaN: not surveyed */
+    /* owned by the list; the force of the path is that of the whole aircraft: weight a/g */
+    struct sim_scene scene;
+    double thrust_error; /* relative standard error of the thrust in the path */
+    bool is_consecutive; /* nothing changed on the runway since the previous landing of the list */
+    /* sums of the gaps surveyed before and after the landing; NaN: not surveyed */
     double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS];
     double survey_error_in,
-        after_error_in;        /* standard error of a sum; 0: the list's error applies */
+        after_error_in;        /* standard error of a sum; 0: survey_error_in of the list applies */
     bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
     /* number of segments in survey_in that were read at gage points after the previous landing;
      * only for output */
@@ -81,12 +85,12 @@ struct fit_landing {
     size_t channels;
     struct fit_window window[FIT_WINDOWS_MAX];
     size_t windows;
-    size_t first; /* index of its first statistic in the list */
+    size_t first; /* index of the landing's first statistic in the list */
 };
 
 struct fit_landings {
     struct fit_parameter parameter[FIT_KEYS];
-    double survey_error_in; /* standard error of a segment's sum, if the landing has none */
+    double survey_error_in; /* standard error of a surveyed sum, for landings without their own */
     struct fit_landing *landing;
     size_t count;
     double *measured; /* statistics of all landings */
@@ -95,7 +99,7 @@ struct fit_landings {
 
 /* Sets all values and spreads to their defaults, without landings. */
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene);
-/* Adds a landing whose scene, survey, errors and run are set; the list takes ownership of the
+/* Adds a landing whose scene, survey, errors and samples are set. The list takes ownership of the
  * scene. MR_TOO_FEW: no window has enough valid samples. */
 enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *landing,
                                 const struct fit_series *series, size_t count, struct error *error);
@@ -103,58 +107,57 @@ void fit_landings_free(struct fit_landings *list);
 
 /* Lists the fitted parameters in order. Returns their number. */
 size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT_KEYS]);
-/* Values of all parameters at z. */
+/* Computes the values of all parameters from z. */
 void fit_landings_values(const struct fit_landings *list, const double *z, double value[FIT_KEYS]);
 /* Returns the fit.h model of this list. The list must not change while the model is used. */
 struct fit_model fit_landings_model(const struct fit_landings *list);
-/* Sets the joints of a draw, as at the start of the first landing, in a scene with the same number
- * of mats. `share` receives the share of the thrust in that draw. */
+/* Sets the joints of a scene as one draw has them at the start of the first landing. The scene must
+ * have the same number of mats. `share` receives the share of the thrust in that draw. */
 void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                               struct sim_scene *scene, double *share);
 
-/* Parallel simulation of a scene's landing on eight runways (sim/models/chains), which differ in
- * joints, friction, stiffness and share of the thrust.
- *
- * It uses single precision and one pass, like the board's chain; the resulting error is far smaller
+/* Parallel simulation of the landing of a scene on eight runways (sim/models/chains), which differ
+ * in joints, friction, stiffness and share of the thrust. It uses single precision and no second
+ * pass that checks the error, like the predictor on the board; the resulting error is far smaller
  * than the scatter due to unknown joints. host/sim computes the same landing in double precision
  * with a check and takes ten times as long; tests/host/test_fit.c compares the two. */
 
 struct parallel_lane {
-    /* Joints 0 .. mats: openings before the landing, replaced by those after it; none is
-     * negative. */
+    /* openings of joints 0 to `mats` before the landing, replaced by the openings after it; none is
+     * negative */
     double *gap_ft;
     const double *grit_lb;
     double friction, kl_lb_ft;
-    double thrust_factor; /* factor on the scene's thrust */
-    double *sample_u_ft;  /* movements: samples rows of stations */
-    bool is_valid;        /* output: the chain has not diverged */
+    double thrust_factor; /* factor by which the thrust of the scene is multiplied */
+    double *sample_u_ft;  /* `samples` rows of movements, one column per station */
+    bool is_valid;        /* output: false if the simulation diverged */
 };
 
-/* Returns true if that chain supports the scene: only mats, slack, grit, dry friction under the
- * mats' own weight, fixed ends, and a path whose thrust jumps from mat to mat. */
+/* Returns true if the parallel simulation supports the scene: only mats, slack, grit, dry friction
+ * under the weight of the mats, fixed ends, and a path whose thrust jumps from mat to mat. */
 bool parallel_can_run(const struct sim_scene *scene);
 
 /* Misfit: a posterior predictive check that shows whether the fitted model can explain the data.
  *
- * The measured data set and its replicas are rows of residuals. The measure of a row is the square
+ * The measured data set and its replicas are rows of residuals. The misfit of a row is the square
  * of its Mahalanobis distance, by the covariance of all rows (shrunk as in Ledoit and Wolf, 2004).
  * If every segment was surveyed before the runway's first landing, the square of a second term is
- * added: the excess of the spread of these sums over that of equally laid gaps, in standard
+ * added: the excess of the spread of these sums over that of randomly laid gaps, in standard
  * deviations. If the model is right, the measured row is equivalent to the replicas. `p_value` is
- * the share of rows, including the measured one, whose measure is at least as large as the measured
- * row's. The check rejects a share MISFIT_LEVEL of right models. */
+ * the share of rows, including the measured one, whose misfit is at least as large as that of the
+ * measured row. The check rejects a right model with probability MISFIT_LEVEL. */
 
 #define MISFIT_LEVEL        0.05
-#define MISFIT_REPLICAS_MIN 39u /* minimum number of replicas for a decision */
+#define MISFIT_REPLICAS_MIN 39u /* smallest number of replicas for a decision */
 
 struct misfit {
-    bool is_checked;  /* there were enough replicas */
-    bool is_rejected; /* p_value <= MISFIT_LEVEL: the model cannot explain the data */
+    bool is_checked;  /* true: there were enough replicas for the check */
+    bool is_rejected; /* the model cannot explain the data: p_value <= MISFIT_LEVEL */
     double p_value;
     size_t replicas;
 };
 
-/* Checks a fit with its replicas. `seed`: for the random sums of a survey of equally laid gaps. */
+/* Checks a fit with its replicas. `seed` is for the random sums of a survey. */
 struct misfit misfit_check(const struct fit_landings *list, const struct fit_result *answer,
                            uint64_t seed);
 
@@ -167,23 +170,25 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_res
  * no transducer is valid. */
 enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *scene_path,
                                 struct fit_landings *list, struct error *error);
-/* Sets the mean gap from the survey; its remaining uncertainty is the survey's systematic error.
+/* Sets the mean gap from the surveys. Its uncertainty is then the systematic error of the survey.
  * Call after all landings are added. Returns the number of segments surveyed before the first
  * landing. */
 size_t fit_campaign_set_gap(struct fit_landings *list);
 
-/* Surveyed sums of the gaps of each segment before and after a landing. Readings at gage points
- * between two landings (`matrig survey`, with their error) are used first; for a segment without
- * such a reading, the value is that of the board when the landing was armed. */
+/* Surveyed sums of the gaps of each segment, before or after a landing. Readings at gage points
+ * between two landings (`matrig survey`, with their error) have priority. A segment without such a
+ * reading has the value that the board had when the landing was armed. */
 
 struct fit_survey {
-    double sum_in[MR_SEGMENTS]; /* sum of each segment; NaN: not surveyed */
-    double error_in; /* standard error of a sum of openings between gage points; 0: not read */
-    size_t segments, gages; /* number of known segments, and of those read at gage points */
+    double sum_in[MR_SEGMENTS]; /* sum of each segment, in; NaN: not surveyed */
+    /* standard error of a sum, in, between gage points; 0: no gage points were read */
+    double error_in;
+    /* number of segments with a sum, and number of those that were read at gage points */
+    size_t segments, gages;
 };
 
-/* Loads the survey before landing `run`, or after it and before the next landing is armed. `board`:
- * landing whose survey in the board is also used, or STORE_NONE. */
+/* Loads the survey before landing `run`, or with `after` the survey between this landing and the
+ * arming of the next. `board`: landing whose sums on the board are also used, or STORE_NONE. */
 enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
                                struct fit_survey *surveyed, struct error *error);
 
