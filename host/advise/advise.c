@@ -8,18 +8,21 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define SPEED_ERROR_FRACTION 0.01 /* standard error, as a fraction of the planned speed */
-#define TOUCHDOWN_ERROR_FT   0.5  /* standard error, ft */
-/* how far a planned value may lie outside the range of earlier landings, as a fraction of it */
+/* Standard error of the touchdown speed, as a fraction of the planned speed */
+#define SPEED_ERROR_FRACTION 0.01
+#define TOUCHDOWN_ERROR_FT   0.5 /* standard error of the touchdown station */
+/* A planned value may be outside the range of earlier landings by this fraction of the range. */
 #define OUTSIDE_FRACTION     0.15
 #define OUTSIDE_WIDENING     1.5
 #define EVEN_ROWS            (ADVISE_ROWS - 1u)
-#define HARDEST_PER_LEAST    2.2 /* the last row is at this multiple of the least braking */
-#define HARDEST_PER_PLAN     1.3 /* or at this one of the planned braking, whichever is harder */
+/* Deceleration of the last row: the harder of these multiples of the least and of the planned
+ * braking. */
+#define HARDEST_PER_LEAST    2.2
+#define HARDEST_PER_PLAN     1.3
 #define HARDEST_TEXT_SIZE    180
-#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed tried / planned speed */
-#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed tried / planned speed */
-/* resolution of the speed limit, as a fraction of the planned speed */
+#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed that is evaluated / planned speed */
+#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed that is evaluated / planned speed */
+/* Resolution of the speed limit, as a fraction of the planned speed. */
 #define SPEED_RESOLUTION     0.04
 
 const char *advise_verdict_text(enum advise_verdict verdict)
@@ -39,8 +42,8 @@ static const struct history_landing *find_last_measured(const struct history *hi
     return NULL;
 }
 
-/* Applies the repairs that were made after RUN `from` and before RUN `to`: draws their joints
- * again. */
+/* Applies the repairs that were made after RUN `from` and before RUN `to`: new joints are drawn for
+ * the repaired mats. */
 static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
 {
     const struct history *history = &advise->history;
@@ -131,7 +134,7 @@ static void set_plan_deviation(struct advise *advise)
     free(log_ratio);
 }
 
-/* Mean deceleration over the stopping distance: v^2 / 2 s. NaN: the gear does not stop. */
+/* Mean deceleration over the stopping distance s: v^2 / (2 s). NaN: the gear does not stop. */
 static double mean_deceleration_ft_s2(const struct advise_profile *profile, double speed_ft_s)
 {
     const double step_s = 1e-3;
@@ -188,8 +191,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 
 /* ---- rows ---- */
 
-/* Chooses the rows: even steps from the least braking that stops on the runway, rounded to a
- * tenth, plus the plan. */
+/* Chooses the decelerations of the rows: even steps from the least braking that stops on the runway
+ * (rounded to a tenth), and the planned deceleration. */
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
     double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
@@ -205,7 +208,8 @@ static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
     }
 }
 
-/* Share of members that roll off the runway at this braking, interpolated between rows. */
+/* Share of members in which the aircraft rolls off the runway at this braking, interpolated between
+ * rows. */
 static double interpolate_off_runway(const struct advise *advise, double mean_ft_s2)
 {
     const struct advise_row *row = advise->row;
@@ -218,8 +222,8 @@ static double interpolate_off_runway(const struct advise *advise, double mean_ft
            part * (row[i].off_runway_share - row[i - 1].off_runway_share);
 }
 
-/* Finds the hardest braking that the zone allows, then rejects it if the aircraft may roll off the
- * runway. */
+/* Finds the hardest braking at which a zone is unlikely enough. Rejects it if the aircraft may then
+ * roll off the runway. */
 static void find_max_braking(struct advise *advise)
 {
     struct advise_row row[ADVISE_ROWS];
@@ -240,8 +244,8 @@ static void find_max_braking(struct advise *advise)
     advise->stop_short_ft_s2 = advise_stop_short_ft_s2(row, rows, limit);
 }
 
-/* Bisects touchdown speed at the planned braking: downwards from the plan, or upwards if the
- * plan is below the limit. False: out of memory. */
+/* Finds the highest touchdown speed at the planned braking by bisection: below the planned speed,
+ * or above it if the plan is within the risk limit. Returns false if memory is insufficient. */
 static bool find_max_speed(struct advise *advise, struct advise_braking *braking,
                            struct advise_outcome *outcome)
 {
@@ -357,8 +361,8 @@ static void set_verdict(struct advise *advise, bool si)
                  100.0 * limit, hardest);
 }
 
-/* "with at most 6.9 ft/s2 (6.5 to 7.2)". An end of the interval that lies outside the rows is
- * omitted. */
+/* Writes a limit and its interval: "with at most 6.9 ft/s2 (6.5 to 7.2)". Omits an end of the
+ * interval that is outside the rows. */
 static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
                          char out[3 * UNIT_TEXT])
 {
@@ -380,7 +384,7 @@ static void format_bound(const struct advise_bound *reach, enum unit_kind unit, 
         snprintf(out, 3 * UNIT_TEXT, "with at most %s%s", at, interval);
 }
 
-/* Writes the recommendation for the operator, in one sentence. */
+/* Writes one sentence that recommends to the operator what to do. */
 static void set_action(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
@@ -487,7 +491,7 @@ struct store_advice advise_stored_row(const struct advise *advise, int64_t made_
 
 /* ---- answer ---- */
 
-/* "12 % (8 to 17)"; plain numbers in the JSON. */
+/* Adds a probability with its interval: "12 % (8 to 17)" in text, plain numbers in the JSON. */
 static void add_probability(struct answer *answer, const char *name, const char *label,
                             const struct advise_probability *probability)
 {
@@ -587,7 +591,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
     answer_close(answer);
 }
 
-/* Adds the reasons for a wider interval, one per line. */
+/* Adds a note for everything that makes the advice less certain. */
 static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
@@ -625,7 +629,7 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "speed or deceleration not given: the values of the last landing are used");
 }
 
-/* Adds the thrust and its ratio to the critical thrust, above which a bow wave rises
+/* Adds the thrust and its ratio to the critical thrust. Above the critical thrust a bow wave rises
  * (docs/explanation/bow-waves.md). */
 static void add_thrust(const struct advise *advise, struct answer *answer)
 {
@@ -652,7 +656,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     }
 }
 
-/* Adds the limits of the 95 % interval, only in the JSON. */
+/* Adds the limits of the 95 % interval to the JSON only. */
 static void add_interval(const char *name, enum unit_kind unit, const struct advise_bound *reach,
                          struct answer *answer)
 {

@@ -1,6 +1,6 @@
 /* The advice before a landing. An ensemble is updated from the campaign's landings (history.h,
- * members.h) and evaluated for the planned landing. The result is one word and one sentence, and is
- * about the mats only. host/board/ready.h decides go or no-go for the equipment. */
+ * members.h) and evaluated for the planned landing. The result is one word and one sentence. It is
+ * about the mats only; host/board/ready.h checks the equipment. */
 #ifndef MATRIG_HOST_ADVISE_ADVISE_H
 #define MATRIG_HOST_ADVISE_ADVISE_H
 
@@ -10,22 +10,23 @@
 #include "host/base/answer.h"
 #include "host/base/progress.h"
 
-/* Largest acceptable probability of a zone. A missed zone (the runway is relaid) costs four times
- * as much as a needlessly gentle landing (the landing is repeated), so the limit is 1 / (1 + 4). */
+/* Largest acceptable probability of a zone. A zone without a warning (the runway is relaid) costs
+ * four times as much as a needless gentle landing (the landing is repeated), so the limit is 1 / (1
+ * + 4). */
 #define ADVISE_RISK_LIMIT  0.2
 #define ADVISE_REASON_SIZE 340
 #define ADVISE_ACTION_SIZE 800
-#define ADVISE_SPEEDS_MAX  12u /* maximum number of touchdown speeds that are evaluated */
+#define ADVISE_SPEEDS_MAX  12u /* largest number of touchdown speeds that are evaluated */
 
 enum advise_verdict { ADVISE_CLEAR, ADVISE_CAUTION, ADVISE_AGAINST };
 const char *advise_verdict_text(enum advise_verdict verdict);
 
 struct advise_request {
-    /* NaN: the value of the previous landing (speed, deceleration) or of the configuration
-     * (touchdown) */
+    /* planned values; NaN: speed and deceleration of the previous landing, touchdown of the
+     * configuration */
     double speed_ft_s, deceleration_ft_s2, touchdown_ft;
     double thrust_share; /* share of the thrust that the mat strip carries; NaN: not measured */
-    struct advise_profile profile; /* deceleration over time, ft/s2; count 0: uniform */
+    struct advise_profile profile; /* planned deceleration over time, ft/s2; count 0: uniform */
     double risk_limit;
     int64_t members, seed;
     /* the advice is computed as if this RUN were the next landing; 0: after all landings */
@@ -37,15 +38,16 @@ struct advise {
     struct history history;
     struct advise_members members;
     struct advise_plan plan;
-    bool uses_previous;        /* speed or deceleration is taken from the previous landing */
+    bool uses_previous;        /* speed or deceleration is that of the previous landing */
     unsigned planned_landings; /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
     bool is_outside_range;
-    size_t repairs;          /* number of repairs that set joints back */
+    size_t repairs;          /* number of repairs for which new joints were drawn */
     size_t skipped_landings; /* number of landings from which the ensemble could not be updated */
     double least_braking_ft_s2; /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROWS];
-    size_t rows, plan_row;           /* rows are ascending; plan_row: index of the plan's row */
+    /* rows are in ascending order; plan_row is the index of the planned braking */
+    size_t rows, plan_row;
     struct advise_bound max_braking; /* hardest braking at the planned speed, ft/s2 */
     /* least deceleration at which the gear stops short of the closed mats; NaN: none */
     double stop_short_ft_s2;
@@ -57,20 +59,20 @@ struct advise {
 };
 
 /* Loads the previous landings and the plan, which is fast. Errors: those of history_load, or
- * MR_USAGE if the plan is incomplete or lies off the runway. Call advise_free in every case. */
+ * MR_USAGE if the plan is incomplete or not on the runway. Call advise_free in every case. */
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
                             struct advise *advise, struct error *error);
-/* Computes the advice, which takes seconds on all processors. `si`: the sentence is in SI units. */
+/* Computes the advice, which takes seconds on all processors. `si`: the sentence has SI units. */
 enum mr_status advise_compute(struct advise *advise, bool si, struct progress *progress,
                               struct error *error);
 void advise_free(struct advise *advise);
 
 void advise_to_answer(const struct advise *advise, struct answer *answer);
-/* Returns the advice as the campaign stores it. */
+/* Converts the advice to the row that the campaign stores. */
 struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us);
-/* Makes the chart and the plan that a board receives before a landing. `landings`: number of
- * landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.
- * MR_USAGE: the plan exceeds what a board accepts. */
+/* Makes the chart and the plan, which are loaded into a board before a landing. `landings`: number
+ * of landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.
+ * MR_USAGE: the plan exceeds the limits of a board. */
 enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
                                  struct mr_risk_plan *plan, struct error *error);
 

@@ -32,7 +32,8 @@ static void check_advice(struct store *store, int64_t armed_us, char out[ARMING_
     free(rows);
 }
 
-/* Sets *loaded_us to the time at which the newest survey was loaded into a board; 0: never. */
+/* Warns if the newest survey is unfinished, older than the last landing, or not loaded. Sets
+ * *loaded_us to the time at which it was loaded into a board; 0: never. */
 static void check_survey(struct store *store, int64_t armed_us, int64_t *loaded_us,
                          char out[ARMING_TEXT_SIZE])
 {

@@ -12,7 +12,8 @@
 #include "host/survey/survey.h"
 #include "host/base/xmalloc.h"
 
-#define MIN_SPEED_FT_S 1.0 /* at lower speeds braking and the end of the movement look alike */
+/* At lower speeds, braking cannot be distinguished from the last movement */
+#define MIN_SPEED_FT_S 1.0
 
 static void fill_nan(double sum_in[MR_SEGMENTS])
 {
@@ -39,8 +40,8 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
     return status;
 }
 
-/* Loads the openings that the board had before the landing. An opening that equals the previous
- * landing's to the last digit was not measured again. */
+/* Loads the openings that the board had before the landing. An opening that is exactly equal to
+ * that of the previous landing was not measured again and is ignored. */
 static enum mr_status load_survey(struct store *store, int64_t run, float last_in[MR_SEGMENTS],
                                   double sum_in[MR_SEGMENTS], struct error *error)
 {
@@ -57,7 +58,7 @@ static enum mr_status load_survey(struct store *store, int64_t run, float last_i
 
 /* ---- a landing ---- */
 
-/* Sets the braking over time, relative to its mean, from the final fit. */
+/* Sets the braking over time, relative to its mean, from the final fit of the landing. */
 static void set_profile(const struct measured *measured, struct history_landing *landing)
 {
     struct advise_profile *profile = &landing->profile;
@@ -135,7 +136,7 @@ static enum mr_status load_plan(struct store *store, int64_t after, struct histo
 
 /* ---- campaign ---- */
 
-/* Reads the runway from the newest landing with all parameters. */
+/* Reads the properties of the runway from the newest landing that has all parameters. */
 static enum mr_status load_runway(struct store *store, const struct store_landing *row,
                                   size_t count, struct history *history, struct error *error)
 {
@@ -161,8 +162,8 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
                      store_path(store));
 }
 
-/* Selects the landings from which the ensemble is updated: those before RUN `before` of the board
- * that landed last. */
+/* Selects the landings from which the ensemble is updated: landings before RUN `before`, of the
+ * board that landed last. */
 static enum mr_status select_landings(struct store *store, int64_t before,
                                       struct store_landing **rows, size_t *count,
                                       struct history *history, int64_t *end_us, struct error *error)

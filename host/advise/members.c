@@ -13,32 +13,38 @@
 #define ZONE_CHECK_S    0.05
 #define SETTLE_S        1e-3
 #define ONSET_S         0.06
-#define AFTER_STOP_S    0.1  /* simulated time after the gear stops, until the mats are at rest */
+#define AFTER_STOP_S    0.1  /* simulated time after the gear stops; the mats are then at rest */
 #define MAX_DURATION_S  60.0 /* longer than any landing */
 #define CLOSED_FT       (0.001f / 12.0f)
-#define ZONE_RUN_JOINTS 10  /* of this many consecutive joints of a zone, one may be open */
-#define LAID_GAP_MAX    1.2 /* gaps as laid: uniform up to this many slacks, then limited to 1 */
+#define ZONE_RUN_JOINTS 10 /* among this many consecutive joints of a zone, one may be open */
+/* The gaps as laid are uniform from 0 to this many slacks, then limited to one slack */
+#define LAID_GAP_MAX    1.2
 
-/* Prior distributions, as in host/landing_series: factors on the configured values. */
+/* Prior distributions, as in host/landing_series. The values are factors on the configured
+ * values. */
 static const struct {
-    double low, high;  /* bounds of the factor */
-    double min_spread; /* least standard deviation of the logarithm */
+    double low, high;  /* limits of the factor */
+    double min_spread; /* smallest standard deviation of the logarithm */
 } bounds[ADVISE_UNKNOWNS] = {
     [ADVISE_SHARE] = {0.5, 1.6, 0.05},     [ADVISE_FRICTION] = {0.5, 1.8, 0.04},
     [ADVISE_RESISTANCE] = {0.3, 2.5, 0.1}, [ADVISE_STIFFNESS] = {0.5, 1.6, 0.0},
     [ADVISE_DAMPING] = {0.3, 2.5, 0.0},
 };
 
-/* least standard error of a transducer at rest */
+/* Smallest standard error of the movement of a transducer at rest. */
 #define READING_ERROR_IN       0.003
-#define SHARE_ERROR_MEASURED   0.03 /* standard error of a measured share, and */
-#define SHARE_ERROR_UNMEASURED 0.18 /* of an unmeasured share: uniform from 0.7 to 1.3 */
-#define MODEL_ERROR_SHARE      0.15 /* share of a movement that the chain model does not explain */
+/* Standard error of the logarithm of a measured share of the thrust */
+#define SHARE_ERROR_MEASURED   0.03
+/* The same for a share that is not measured: uniform from 0.7 to 1.3 */
+#define SHARE_ERROR_UNMEASURED 0.18
+#define MODEL_ERROR_SHARE      0.15 /* error of the chain model, as a fraction of a movement */
 #define MODEL_ERROR_IN         0.01
-#define SUM_ERROR_SHARE        0.25 /* the same for the closing of ten joints */
+/* Error of the chain model, as a fraction of the closing of ten joints */
+#define SUM_ERROR_SHARE        0.25
 #define SUM_ERROR_IN           0.01
 #define SMOOTHER_PASSES        2
-#define KEPT_SPREAD            0.5  /* part of the lost spread that is restored after a landing */
+/* Fraction of the lost spread that is restored after a landing */
+#define KEPT_SPREAD            0.5
 #define TAPER_HALF_FT          12.0 /* a transducer updates joints up to twice this distance away */
 
 /* ---- drawing ---- */
@@ -60,7 +66,8 @@ static void draw_unknowns(struct advise_member *member, const struct advise_runw
 {
     double *u = member->unknown;
     u[ADVISE_SHARE] = log(0.7 + 0.6 * rng_uniform(rng));
-    if (runway->thrust_share > 0.0) /* scaled after the draw: later draws do not change */
+    /* scaled after the draw, so that the later draws do not change */
+    if (runway->thrust_share > 0.0)
         u[ADVISE_SHARE] *= SHARE_ERROR_MEASURED / SHARE_ERROR_UNMEASURED;
     u[ADVISE_FRICTION] = 0.1 * rng_normal(rng);
     u[ADVISE_RESISTANCE] = -0.6 + rng_uniform(rng);
@@ -134,8 +141,8 @@ void advise_redraw_joints(struct advise_members *members, unsigned first, unsign
     }
 }
 
-/* Changes ten openings so that they have a given sum: scales down either the openings or the
- * differences to the slack. */
+/* Changes ten openings so that they have a given sum. Scales the openings down, or else the
+ * differences between the openings and the slack. */
 static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
 {
     double most_ft = MR_MATS_PER_SEGMENT * slack_ft, had_ft = 0.0;
@@ -196,7 +203,7 @@ struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints,
     return best;
 }
 
-/* Gear of one lane. */
+/* The gear of one lane of a batch. */
 struct gear {
     double speed_ft_s, position_ft, thrust_lb_per_g;
 };
@@ -226,7 +233,7 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s)
            advise_braking_factor(braking->profile, t_s);
 }
 
-/* Eight members that are simulated together, and their landings. */
+/* Eight members that are simulated together, and the landing of each. */
 struct batch {
     const struct advise_members *members;
     struct advise_member *member;
@@ -257,7 +264,7 @@ static struct chains *start_batch(struct batch *b, float grit_lb[CHAINS_LANES][A
         gap[k] = b->member[k].gap_ft;
         grit[k] = grit_lb[k];
     }
-    /* SETTLE_S is a whole number of steps */
+    /* makes SETTLE_S a whole number of steps */
     b->step_s = SETTLE_S / ceil(SETTLE_S / (0.98 * (double)MR_CHAIN_STEP_MARGIN * limit_s));
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)b->step_s;
@@ -373,7 +380,7 @@ static bool simulate_batch(struct batch *b)
     return true;
 }
 
-/* The simulation of all members. */
+/* The simulation of a landing on all members. */
 struct simulation {
     struct advise_members *members;
     const struct advise_braking *braking;
@@ -411,15 +418,16 @@ bool advise_simulate(struct advise_members *members, const struct advise_braking
 /* Work space of one pass, for `n` valid readings. */
 struct update_work {
     size_t n;
-    size_t *reading;     /* [n] index of each reading */
-    double *deviation;   /* [members][n] prediction minus mean */
-    double *matrix;      /* [n][n], then its Cholesky factor */
-    double *innovations; /* [members][n], then multiplied by the inverse */
-    double *gain;        /* [n]: row of one state */
-    double *shift;       /* [members] */
+    size_t *reading;   /* [n]: indexes of the valid readings */
+    double *deviation; /* [members][n]: prediction minus mean of the predictions */
+    double *matrix;    /* [n][n]: covariance of the readings, then its Cholesky factor */
+    /* [members][n]: innovations, then multiplied by the inverse of the matrix */
+    double *innovations;
+    double *gain;  /* [n]: gain of the state that is being updated */
+    double *shift; /* [members]: change of the state */
 };
 
-/* Fills the matrix: covariance of the predictions plus variance of the errors. */
+/* Fills the matrix with the covariance of the predictions plus the variance of the errors. */
 static void fill_matrix(struct update_work *w, const struct smoother *s)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -472,8 +480,8 @@ static void solve_matrix(const struct update_work *w, double *b)
     }
 }
 
-/* Sets the innovations: perturbed readings minus predictions. The mean perturbation is subtracted,
- * as it would shift the whole ensemble at random. */
+/* Sets the innovations: perturbed readings minus predictions. The mean of the perturbations is
+ * subtracted, because it would shift the whole ensemble at random. */
 static void set_innovations(struct update_work *w, const struct smoother *s, struct rng *rng)
 {
     for (size_t i = 0; i < w->n; i++) {
@@ -491,9 +499,9 @@ static void set_innovations(struct update_work *w, const struct smoother *s, str
     }
 }
 
-/* Updates one state of all members. The row of the gain is the covariance with the readings times
- * the inverse matrix. The taper is applied to the gain: applied to the covariance, it would move
- * weight from near readings to far ones. */
+/* Updates one state of all members. The gain is the covariance of the state with the readings,
+ * times the inverse matrix. The taper is applied to the gain: applied to the covariance, it would
+ * move weight from near readings to far ones. */
 static void update_state(struct update_work *w, const struct smoother *s, size_t state)
 {
     double mean = 0.0;
@@ -595,7 +603,7 @@ static double taper_weight(const void *context, size_t state, size_t datum)
     if (state < ADVISE_UNKNOWNS)
         return 1.0;
     size_t joint = state - ADVISE_UNKNOWNS;
-    if (datum >= MR_TRANSDUCERS) /* the closing of ten joints affects only these joints */
+    if (datum >= MR_TRANSDUCERS) /* the closing of ten joints depends only on these joints */
         return joint / MR_MATS_PER_SEGMENT == datum - MR_TRANSDUCERS ? 1.0 : 0.0;
     return smoother_taper((double)joint * (double)runway->chain.mat_length_ft -
                               (double)runway->station_ft[datum],
@@ -660,8 +668,8 @@ static void set_readings(const struct advise_members *members,
             unsigned s = d - MR_TRANSDUCERS;
             double change =
                 fabs(observation->survey_before_in[s] - observation->survey_after_in[s]);
-            /* without a survey before the landing, the closing is unknown, but the remaining
-             * opening is known */
+            /* without a survey before the landing, the remaining opening is known but not the
+             * closing */
             l->reading[d] = isfinite(mean) ? observation->survey_after_in[s] : (double)NAN;
             l->reading_error[d] =
                 hypot(1.4142135623730951 * observation->survey_error_in,
@@ -793,7 +801,7 @@ void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, 
         mean += log_ratio[i] / n;
     for (size_t i = 0; i < count; i++)
         squares += (log_ratio[i] - mean) * (log_ratio[i] - mean);
-    /* with n = 0 this gives ADVISE_PLAN_SPREAD */
+    /* without landings (n = 0), the spread is then ADVISE_PLAN_SPREAD */
     double sum = ADVISE_PLAN_SPREAD * ADVISE_PLAN_SPREAD * (prior - 2.0) / (1.0 + 1.0 / prior) +
                  squares + prior * n / (prior + n) * mean * mean;
     *bias = n * mean / (prior + n);
@@ -823,9 +831,10 @@ double advise_log_odds(double share)
     return log(soft / (1.0 - soft));
 }
 
-/* The calibrated log odds are `times` times the log odds plus `more`. Both were fitted on series
- * 250 to 309 of make score-foresight, none of which is scored (tests/score/README.md, "Before
- * touchdown" and "Perturbed"). Without a survey, less is known than the members assume. */
+/* The calibrated log odds are linear in the log odds of the share, with the slope `times` and the
+ * intercept `more`. Both were fitted on series 250 to 309 of make score-foresight, none of which is
+ * scored (tests/score/README.md, "Before touchdown" and "Perturbed"). The slope is lower without a
+ * survey, because the members then differ too little. */
 double advise_calibrate(double share, bool surveyed)
 {
     double times = surveyed ? 0.64 : 0.53, more = surveyed ? 0.49 : -0.28;
@@ -896,13 +905,13 @@ double advise_least_braking_ft_s2(const struct advise_members *members,
 
 double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
-    size_t first = rows; /* first of the rows at the end that are all below the limit */
+    size_t first = rows; /* row from which on all rows are below the limit */
     while (first > 0 && row[first - 1].zone.p < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;
 }
 
-/* The probability of a zone and the limits of its interval, in decreasing order. */
+/* The probability of a zone and the limits of its interval, in descending order. */
 enum risk_bound { RISK_HIGH, RISK_MIDDLE, RISK_LOW, RISKS };
 
 static double row_risk(const struct advise_row *row, enum risk_bound of)
@@ -913,7 +922,7 @@ static double row_risk(const struct advise_row *row, enum risk_bound of)
     return fmax(zone, row->off_runway_share);
 }
 
-/* Returns the index of the first row at or above the limit; `rows`: none. */
+/* Returns the index of the first row at or above the limit, or `rows` if there is none. */
 static size_t find_first_above(const struct advise_row *row, size_t rows, double limit,
                                enum risk_bound of)
 {

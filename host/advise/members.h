@@ -1,8 +1,8 @@
 /* An ensemble of runways. Each member is a runway that is consistent with all readings. Unmeasured
  * properties of the mats are drawn for each member: the share of the thrust that the strip carries,
  * friction, resistance of closing joints, stiffness and damping of joints, and the opening and
- * resistance of each joint. A survey gives sums of ten openings. A measured landing updates the
- * other properties (see the smoother in this file). Eight members at a time are computed together
+ * resistance of each joint. A survey sets the sums of ten openings. A measured landing updates the
+ * other properties (see struct smoother). Eight members at a time are computed together
  * (host/sim/models/chains.h), on several threads. The result depends on the seed and the inputs,
  * not on the number of threads.
  *
@@ -20,26 +20,26 @@
 #include "common/matchain.h"
 #include "common/splitmix.h"
 
-/* minimum number of members; with fewer, probabilities are too rough to act on */
+/* Smallest number of members. With fewer members, probabilities are too inexact. */
 #define ADVISE_MEMBERS_MIN       64u
 #define ADVISE_MEMBERS_DEFAULT   256u
 #define ADVISE_MEMBERS_MAX       4096u
-/* least number of mats in a zone; the board's warning uses the same number,
- * MR_PREDICTOR_WARNING_MATS */
+/* Smallest number of mats in a zone. The board's warning uses the same number,
+ * MR_PREDICTOR_WARNING_MATS. */
 #define ADVISE_ZONE_MATS         50u
-/* the wheel has reached a zone if it is this near to the zone's start */
+/* The wheel has reached a zone if its distance from the start of the zone is at most this. */
 #define ADVISE_ZONE_TOLERANCE_FT 2.0
 #define ADVISE_SLOW_FT_S         2.0 /* a slower wheel does not push mats together */
 #define ADVISE_PROFILE_MAX       24u
 #define ADVISE_JOINTS            (MR_CHAIN_MATS + 1u)
 #define ADVISE_G_FT_S2           32.174
 
-/* Random number generator. The same seed and stream give the same numbers on every computer. */
+/* A random number generator. The same seed and stream give the same numbers on every computer. */
 struct rng {
     uint64_t state;
 };
 
-/* Different streams of a seed are independent. */
+/* Starts a stream of random numbers. Different streams of a seed are independent. */
 static inline struct rng rng_init(uint64_t seed, uint64_t stream)
 {
     struct rng rng = {seed};
@@ -48,22 +48,23 @@ static inline struct rng rng_init(uint64_t seed, uint64_t stream)
     return rng;
 }
 
-/* Uniform in [0, 1). */
+/* Uniform number in [0, 1). */
 static inline double rng_uniform(struct rng *rng)
 {
     return mr_splitmix64_uniform(&rng->state);
 }
 
-/* Standard normal (Box and Muller). */
+/* Standard normal number (Box and Muller). */
 static inline double rng_normal(struct rng *rng)
 {
     double u = 1.0 - rng_uniform(rng);
     return sqrt(-2.0 * log(u)) * cos(6.283185307179586 * rng_uniform(rng));
 }
 
-/* Unknowns are stored as logarithms, because all are positive. */
+/* Properties that are drawn for each member. They are stored as logarithms, because all are
+ * positive. */
 enum advise_parameter {
-    ADVISE_SHARE, /* share of the weight per axle that the strip carries */
+    ADVISE_SHARE, /* share of the thrust that the mat strip carries */
     ADVISE_FRICTION,
     ADVISE_RESISTANCE, /* mean resistance of closing joints, lb */
     ADVISE_STIFFNESS,  /* joint stiffness KL, lb/ft */
@@ -71,15 +72,15 @@ enum advise_parameter {
     ADVISE_UNKNOWNS
 };
 
-/* Properties of the runway that are not drawn: they are the same for all members. */
+/* Properties of the runway that are the same for all members. */
 struct advise_runway {
-    struct mr_chain_params chain; /* friction_lb as configured; step_s is not used */
-    double grit_lb;               /* mean closing resistance of the joints, as configured */
-    double thrust_lb_per_g;       /* thrust of the lead axle on the strip */
-    /* share of the thrust that the strip carries, measured within 3 %; 0: not measured */
+    struct mr_chain_params chain; /* friction_lb is the configured value; step_s is not used */
+    double grit_lb;               /* configured mean closing resistance of the joints */
+    double thrust_lb_per_g;       /* thrust of the lead axle on the strip, per g of deceleration */
+    /* share of the thrust that the strip carries, measured to within 3 %; 0: not measured */
     double thrust_share;
     double bump_ft;                   /* irregularity of the ground; 0: unknown */
-    float station_ft[MR_TRANSDUCERS]; /* NaN: no transducer is fitted */
+    float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: none is fitted */
 };
 
 struct advise_member {
@@ -94,12 +95,12 @@ struct advise_members {
     size_t count; /* number of members, a multiple of 8 */
     unsigned threads;
     unsigned updates; /* number of landings from which the ensemble was updated */
-    bool is_surveyed; /* at least one segment (ten joints) was surveyed since the mats were laid */
+    bool is_surveyed; /* at least one segment of ten joints was surveyed since the mats were laid */
     struct rng rng;
 };
 
-/* Braking over time, relative to its mean. Points are joined by straight lines; braking is constant
- * before the first and after the last point. count 0: uniform braking. */
+/* Braking over time, relative to its mean: straight lines between points. Braking is constant
+ * before the first point and after the last. count 0: uniform braking. */
 struct advise_profile {
     size_t count;
     double t_s[ADVISE_PROFILE_MAX], factor[ADVISE_PROFILE_MAX];
@@ -107,117 +108,122 @@ struct advise_profile {
 
 double advise_braking_factor(const struct advise_profile *profile, double t_s);
 
-/* Speed, touchdown and braking of one member's landing. Braking begins with an onset of 60 ms. */
+/* Speed, touchdown and braking of the landing of one member. Braking increases from 0 within 60
+ * ms. */
 struct advise_braking {
     double speed_ft_s, touchdown_ft;
-    double mean_ft_s2;                    /* the profile's factor applies to it */
+    double mean_ft_s2; /* mean deceleration, by which the factors of the profile are multiplied */
     const struct advise_profile *profile; /* NULL: uniform braking */
 };
 
 double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
-/* Outcome of a simulated landing. */
+/* Outcome of the simulated landing of one member. */
 struct advise_outcome {
-    float zone_ft; /* wheel station at which it first reaches a zone of 50 mats; NaN: never */
-    float stop_ft; /* stop station of the wheel; beyond the runway: it rolls off */
-    uint16_t longest_mats;             /* longest zone that the wheel reached */
-    bool diverged;                     /* the other fields are not valid */
+    float zone_ft; /* station at which the wheel first reaches a zone of 50 mats; NaN: never */
+    /* station at which the wheel stops; beyond the runway if the aircraft rolls off */
+    float stop_ft;
+    uint16_t longest_mats; /* mats of the longest zone that the wheel reached */
+    bool diverged;         /* the simulation diverged, so the other fields are not valid */
     float movement_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
-    float segment_sum_in[MR_SEGMENTS]; /* sums of openings at the end */
+    float segment_sum_in[MR_SEGMENTS]; /* sums of the openings of each segment at the end */
 };
 
-/* Draws `count` members, rounded up to a multiple of eight, for a runway without readings.
- * MR_USAGE: the runway's parameters are invalid. Call advise_members_free in every case. */
+/* Draws the properties of `count` members, rounded up to a multiple of eight, before any reading is
+ * applied. MR_USAGE: the parameters of the runway are invalid. Call advise_members_free in every
+ * case. */
 enum mr_status advise_members_draw(struct advise_members *members,
                                    const struct advise_runway *runway, size_t count, uint64_t seed);
 void advise_members_free(struct advise_members *members);
 
-/* Draws all openings again, because the mats were laid anew. The other unknowns keep their updated
+/* Draws all openings again, because the mats were relaid. The other properties keep their updated
  * values. */
 void advise_relay_mats(struct advise_members *members);
-/* Draws the openings and closing resistances of the joints `first` to `last` (from 0) again,
+/* Draws openings and closing resistances of joints `first` to `last` (counted from 0) again,
  * because their mats were replaced or relaid. */
 void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
 void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],
                          double error_in);
-/* Simulates a landing on each member. `keeps`: the members' openings are set to those at the end of
+/* Simulates a landing on each member. With `keeps`, each member then has the openings of the end of
  * the landing. Returns false if memory is insufficient. */
 bool advise_simulate(struct advise_members *members, const struct advise_braking *braking,
                      bool keeps, struct advise_outcome *outcome);
 
-/* A measured landing. */
+/* What was measured in a landing. */
 struct advise_observation {
     struct advise_braking braking;
     double movement_in[MR_TRANSDUCERS], movement_error_in; /* movement at the end; NaN: not read */
-    double survey_before_in[MR_SEGMENTS]; /* surveyed before the landing; NaN: not read */
-    double survey_after_in[MR_SEGMENTS];  /* surveyed after the landing; NaN: not read */
+    double survey_before_in[MR_SEGMENTS]; /* sums surveyed before the landing; NaN: not read */
+    double survey_after_in[MR_SEGMENTS];  /* sums surveyed after the landing; NaN: not read */
     double survey_error_in;
 };
-/* Updates the ensemble from a landing: applies the survey before it, applies its readings in two
- * passes of the smoother, and then simulates the landing. Returns false if a chain diverged. */
+/* Updates the ensemble from a landing: applies the survey before the landing, applies the readings
+ * in two passes of the smoother, and then simulates the landing. Returns false if a simulation
+ * diverged. */
 bool advise_update(struct advise_members *members, const struct advise_observation *observation);
 
-/* Widens the spread of the updated unknowns about their means by the factor `times` above 1, for a
- * landing unlike the previous ones. */
+/* Increases the spread of the updated properties about their means by the factor `times`, which is
+ * above 1, for a landing unlike the previous ones. */
 void advise_widen_spread(struct advise_members *members, double times);
 
-/* Longest zone ahead of the wheel. A zone begins and ends with a closed joint (open by less than
- * 0.001 in), and any ten consecutive joints in it contain at most one open joint. Joints are
+/* The longest compression zone ahead of the wheel. A zone begins and ends with a closed joint (open
+ * by less than 0.001 in). Among any ten consecutive joints in it, at most one is open. Joints are
  * counted from 0. 0 mats: there is no zone. */
 struct advise_zone {
     unsigned first, mats;
 };
 struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from);
 
-/* Geometric mean and relative spread of an unknown over the members. */
+/* Computes the geometric mean and the relative spread of a property over the members. */
 void advise_parameter_moments(const struct advise_members *members, enum advise_parameter unknown,
                               double *mean, double *spread);
 
 /* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation between
- * unknowns and predicted readings among the members (Evensen 1994; several passes with larger
- * errors: ES-MDA, Emerick and Reynolds 2013; gain reduced with distance: Chen and Oliver 2017;
- * spread restored: Whitaker and Hamill 2012). For a linear model with Gaussian unknowns and many
+ * unknowns and predicted readings among the members (Evensen 1994). Several passes with larger
+ * errors: ES-MDA, Emerick and Reynolds 2013. Gain reduced with distance: Chen and Oliver 2017.
+ * Spread restored: Whitaker and Hamill 2012. For a linear model with Gaussian unknowns and many
  * members it approaches the Kalman filter (tests/host/test_advise.c). Pure functions, except for
  * memory and random numbers. */
 
-/* Unknowns and readings may have any units; the error of a reading has the unit of the reading. */
+/* Inputs of a smoother pass. Unknowns and readings may have any units. The error of a reading has
+ * the unit of the reading. */
 struct smoother {
     size_t members, states, readings;
-    double *state; /* [members][states]: unknowns of each member; smoother_update changes them */
+    double *state; /* [members][states]: unknowns of each member, which smoother_update changes */
     const double *predicted; /* [members][data]: readings as predicted by each member */
     const double *reading;   /* [data]: the readings; NaN: not read */
     const double
-        *reading_error; /* [data]: standard errors, which include the model's error; above 0 */
-    /* Factor on the variance of the errors. n passes with the factor n are equivalent to one pass
-     * with the factor 1. */
+        *reading_error; /* [data]: standard errors, including the error of the model; above 0 */
+    /* Factor by which the variance of the errors is multiplied. n passes with the factor n are
+     * equivalent to one pass with the factor 1. */
     double error_factor;
-    /* Returns the weight of a reading for a state, 0..1, which suppresses spurious correlations.
-     * NULL: 1. */
+    /* Returns the weight, 0 to 1, with which a reading updates a state. A low weight suppresses
+     * spurious correlations. NULL: all weights are 1. */
     double (*taper_weight)(const void *context, size_t state, size_t datum);
     const void *context;
 };
 
-/* Runs one pass. Readings are perturbed for each member; the mean of the perturbations is 0.
- * Without a reading nothing changes. */
+/* Runs one pass. The readings are perturbed for each member, with a mean perturbation of 0. Without
+ * a reading, nothing changes. */
 void smoother_update(const struct smoother *smoother, struct rng *rng);
 
 /* Computes mean and standard deviation of column `column` of [members][states]. */
 void smoother_moments(const double *state, size_t members, size_t states, size_t column,
                       double *mean, double *deviation);
-/* Restores part of the spread of a column: the share `kept` of the decrease of its standard
- * deviation from `was`. The result is at least `least`. */
+/* Restores the share `kept` of the spread that a column has lost; its standard deviation was `was`.
+ * The restored standard deviation is at least `least`. */
 void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
                              double was, double kept, double least);
 
-/* Smooth weight that falls from 1 at distance 0 to 0 at twice `half` (Gaspari and Cohn 1999,
- * equation 4.10). */
+/* A weight that falls smoothly from 1 at distance 0 to 0 at distance 2 `half` (Gaspari and Cohn
+ * 1999, equation 4.10). */
 double smoother_taper(double distance, double half);
 
 /* Prediction of an ensemble for a planned landing: the probability that the wheel reaches a zone of
- * 50 mats, and the station of that zone, as functions of deceleration; also the hardest braking at
- * which the probability stays below a limit.
+ * 50 mats, and the station of that zone, as functions of deceleration. From these follows the
+ * hardest braking at which the probability stays below a limit.
  *
  * Probabilities are shares of the members, calibrated on series that are not scored
  * (advise_calibrate). Their 95 % intervals (Wilson 1927) cover only the finite number of members,
@@ -226,15 +232,16 @@ double smoother_taper(double distance, double half);
 
 #define ADVISE_RUNWAY_PARTS 6u /* number of equal parts of the runway */
 #define ADVISE_ROWS         9u
-/* relative spread of mean decelerations about the plan, before any landing */
+/* Relative standard deviation of a measured mean deceleration about the plan, if no earlier landing
+ * is known. */
 #define ADVISE_PLAN_SPREAD  0.10
 
 struct advise_plan {
-    double speed_ft_s, speed_spread; /* spreads are relative standard deviations */
-    /* bias: actual braking is exp(bias) times the planned braking */
+    double speed_ft_s, speed_spread; /* touchdown speed; spreads are relative standard deviations */
+    /* planned mean deceleration; the actual mean is exp(bias) times the planned one */
     double mean_ft_s2, spread, bias;
     double touchdown_ft, touchdown_spread_ft;
-    struct advise_profile profile; /* count 0: uniform */
+    struct advise_profile profile; /* deceleration over time; count 0: uniform */
     uint64_t seed;
 };
 
@@ -243,62 +250,69 @@ struct advise_probability {
 };
 
 struct advise_row {
-    double speed_ft_s, mean_ft_s2; /* planned values */
-    double zone_share;             /* share of the members that reach a zone, not calibrated */
+    double speed_ft_s, mean_ft_s2; /* planned touchdown speed and mean deceleration */
+    double zone_share; /* share of the members in which the wheel reaches a zone, not calibrated */
     struct advise_probability zone;
-    /* probability that a zone is reached before the end of each part */
+    /* probability that the wheel reaches a zone before the end of each part of the runway */
     struct advise_probability by_station[ADVISE_RUNWAY_PARTS];
-    double off_runway_share; /* share of the members that roll off */
-    /* median station at which members reach a zone; NaN: no member reaches one */
+    double off_runway_share; /* share of the members in which the aircraft rolls off the runway */
+    /* median of the stations at which zones are reached; NaN: no member reaches a zone */
     double median_zone_ft;
 };
 
-/* Deviation of braking from plan: `count` natural logarithms of (measured / planned). Returns the
- * predictive mean and standard deviation of the next one. The prior is normal-inverse-gamma:
- * without landings it gives 0 +- ADVISE_PLAN_SPREAD, and it counts as four landings. */
+/* Predicts the deviation of braking from the plan. `log_ratio` has `count` natural logarithms of
+ * (measured / planned). Returns the predictive mean and standard deviation of the next logarithm.
+ * The prior is normal-inverse-gamma: without landings it gives 0 +- ADVISE_PLAN_SPREAD, and it
+ * counts as four landings. */
 void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, double *spread);
 
-/* Draws the landing of each member for a planned mean deceleration of `mean_ft_s2`. */
+/* Draws speed, touchdown and braking of the landing of each member, for a planned mean deceleration
+ * of `mean_ft_s2`. */
 void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
                          double mean_ft_s2, struct advise_braking *braking);
 
-/* Computes one row. `braking` and `outcome` have room for all members and receive the simulated
- * landings. Returns false if the chains cannot be simulated. */
+/* Simulates one planned landing on all members and computes its row. `braking` and `outcome` have
+ * room for all members and receive their landings. Returns false if the landings cannot be
+ * simulated. */
 bool advise_compute_row(struct advise_members *members, const struct advise_plan *plan,
                         double mean_ft_s2, struct advise_braking *braking,
                         struct advise_outcome *outcome, struct advise_row *row);
 
-/* Probability from `events` in `count` members: share and Wilson's interval, all calibrated. */
+/* Probability of an event that occurs in `events` of `count` members, and its interval (Wilson).
+ * All values are calibrated. */
 struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed);
-/* Calibrated probability for a share of the members. The share is never taken as 0 or 1: its log
- * odds (advise_log_odds) are corrected by a fit to series that are not scored. */
+/* Converts a share of the members to a calibrated probability. The calibration corrects the log
+ * odds (advise_log_odds), by a fit to series that are not scored. Shares of 0 and 1 do not give
+ * probabilities of 0 and 1. */
 double advise_calibrate(double share, bool surveyed);
-/* Log odds of a share; the share is limited to half a member of 64 from 0 and 1. */
+/* Log odds of a share. The share is limited to at least half a member of 64, and at most 1 minus
+ * that. */
 double advise_log_odds(double share);
 
-/* Mean deceleration that stops the gear at the end of the runway. */
+/* The mean deceleration that stops the gear at the end of the runway. */
 double advise_least_braking_ft_s2(const struct advise_members *members,
                                   const struct advise_plan *plan);
 
-/* Where mats far from touchdown are closed from the start, harder braking stops the gear short of
- * them. Returns the lowest braking of the rows (ascending) above which the probability of a zone
- * stays below `limit`. NaN: there is none, or all rows are below the limit. */
+/* If mats far from touchdown are closed from the start, harder braking stops the gear short of
+ * them. Finds the lowest braking of the rows (in ascending order) above which the probability of a
+ * zone stays below `limit`. Returns NaN if there is none, or if all rows are below the limit. */
 double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
-/* Largest value up to which both the probability of a zone and the share that rolls off stay below
- * a limit. Its 95 % interval covers only the finite number of members. */
+/* The largest value up to which both the probability of a zone and the share of members that roll
+ * off stay below a limit. Its 95 % interval covers only the error due to the finite number of
+ * members. */
 struct advise_bound {
     double value;      /* largest value; NaN: the first row is not below the limit */
     double low, high;  /* 95 % interval; NaN: open on that side */
-    bool is_unbounded; /* all rows are below the limit: `at` is the last row's */
+    bool is_unbounded; /* all rows are below the limit; `value` is that of the last row */
 };
-/* `x`: ascending values of the quantity that varies between rows, such as the touchdown speed. The
- * bound is interpolated linearly between rows. */
+/* Finds the limit by linear interpolation between rows. `x`: ascending values of the quantity that
+ * varies between rows, such as the touchdown speed. */
 struct advise_bound advise_find_bound(const double *x, const struct advise_row *row, size_t rows,
                                       double limit);
-/* Finds the first pair of adjacent rows that are further apart than `width` and enclose the limit
- * or an end of its interval. Returns the index of the first of them; `rows`: there is no such
- * pair. */
+/* Finds the first pair of adjacent rows that are further apart than `width` and between which the
+ * limit or an end of its interval is. Returns the index of the first row of the pair, or `rows` if
+ * there is none. */
 size_t advise_find_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
                        double width);
 
