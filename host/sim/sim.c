@@ -54,7 +54,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
     return MR_OK;
 }
 
-/* Writes the reason of a failed run, with mat and time, and a remedy. */
+/* Writes why a run failed, with mat and time, and what to do. */
 static void format_reason(const struct sim_result *result, const struct sim_scene *scene, char *why,
                           size_t size)
 {
@@ -121,8 +121,8 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
     }
 }
 
-/* Converts times from the engines' clock, which begins at the start of the run, to the scene's
- * clock. */
+/* Converts the times of a result, which the engines count from the start of the run, to times in
+ * the scene. */
 static void to_scene_times(struct sim_result *result)
 {
     result->t_s += result->start_s;
@@ -131,7 +131,8 @@ static void to_scene_times(struct sim_result *result)
         result->outputs[k].t_s += result->start_s;
 }
 
-/* If a run was stopped during its check, it has a result but no error estimate. */
+/* Sets status and error of a finished run. A run that was stopped during its check has a result
+ * without error estimate. */
 static enum mr_status finish_result(struct sim_result *result, const struct sim_scene *scene,
                                     const struct deadline *deadline, struct error *error)
 {
@@ -198,7 +199,8 @@ static json_t *flagged_json(const double *flags, const double *names, size_t cou
     return list;
 }
 
-/* Adds one group of bands. Its part of the arrays begins at `segment` and `connection`. */
+/* Adds one group of bands to the answer. Its values begin at `segment` and `connection` in the
+ * arrays. */
 static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
                       size_t connection, size_t count)
 {
@@ -285,9 +287,9 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
     }
 }
 
-/* Adds "mods". The JSON has the state as scene keys (band_T0, band_slipped, band_pulled,
- * cleat_left, torn) and the extremes of each part; printed output has the extremes over all parts.
- * `state` NULL: there are no modifications, and nothing is added. */
+/* Adds the modifications to the answer, under the name "mods". The JSON has the state as scene keys
+ * (band_T0, band_slipped, band_pulled, cleat_left, torn) and the extremes of each part. Text has
+ * the extremes over all parts. `state` NULL: there are no modifications, and nothing is added. */
 static void add_mods(struct answer *answer, const struct sim_scene *scene,
                      const struct mods_state *s)
 {
@@ -351,7 +353,8 @@ static json_t *outputs_json(const struct sim_scene *scene, const struct sim_resu
     return outputs;
 }
 
-/* Only every n-th mat of a long runway is printed. */
+/* Adds the displacements at the output times. If the runway is long, text shows only every n-th
+ * mat. */
 static void add_outputs(struct answer *answer, const struct sim_scene *scene,
                         const struct sim_result *result)
 {
@@ -375,7 +378,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
     }
 }
 
-/* Returns the estimate; NaN (null in JSON) for a failed run. */
+/* Returns the error estimate, or NaN (null in JSON) for a failed run. */
 static double estimate_or_nan(const struct sim_result *result, double error)
 {
     return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
@@ -384,8 +387,8 @@ static double estimate_or_nan(const struct sim_result *result, double error)
              : (double)NAN;
 }
 
-/* Adds the extremes. A failed run has none. An interrupted run can only report that there already
- * is a wave. */
+/* Adds the extremes to the answer. A failed run has none. For an interrupted run, only an existing
+ * wave can be reported. */
 static void add_extremes(struct answer *answer, const struct sim_scene *scene,
                          const struct sim_result *result)
 {

@@ -1,4 +1,4 @@
-/* Running a scene, and the answer made from its result. */
+/* Runs a scene, and makes an answer from the result. */
 #ifndef MATRIG_HOST_SIM_SIM_H
 #define MATRIG_HOST_SIM_SIM_H
 
@@ -6,8 +6,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Returns true for a solver that matrig-study has and this program lacks: cvode in matrig, which is
- * not linked with SUNDIALS. */
+/* True for a solver that this program lacks but matrig-study has: cvode, because matrig is not
+ * linked with SUNDIALS. */
 bool sim_solver_is_left_out(const char *solver);
 
 /* Runs a scene. MR_OK: the result is SIM_OK. MR_NUMERICS: the run was refused for numerical
@@ -19,17 +19,17 @@ bool sim_solver_is_left_out(const char *solver);
 enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *options,
                        struct sim_result *result, struct error *error);
 
-/* A sim_options.may_continue function for a struct progress (host/base/progress.h); it never stops
- * the run. */
+/* A function for sim_options.may_continue that reports progress to a struct progress
+ * (host/base/progress.h). It never stops the run. */
 bool sim_progress(void *progress, int pass_from_1, double part);
 
-/* The mats that a scene selects for output (u_mats; default: all): their number, and the number of
- * the i-th mat. */
+/* Number of mats that a scene selects for output (u_mats; all by default), and the number of the
+ * i-th of these mats. */
 size_t sim_shown_count(const struct sim_scene *scene);
 int sim_shown_mat(const struct sim_scene *scene, size_t i);
 
-/* Makes a new answer from a result with any status; the caller frees it. In the JSON, lengths are
- * in ft, times in s and forces in lb, even with `si`. */
+/* Makes an answer from a result with any status; the caller frees it. In the JSON, lengths are in
+ * ft, times in s and forces in lb, even with `si`. */
 struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_result *result,
                              bool si);
 

@@ -11,36 +11,39 @@
 #include "host/sim/sim.h"
 #include "host/sim/solvers/pass.h"
 
-#define TARGET_FT           1e-10 /* references that agree within this are accurate enough */
-/* largest tolerance of the reference, far below those of the study: at one tolerance two errors can
- * agree by chance */
+/* The reference is accurate enough if its two methods agree within this, ft */
+#define TARGET_FT           1e-10
+/* The reference uses this tolerance or a smaller one. The runs of the study use far larger
+ * tolerances: with equal tolerances, two errors can agree by chance. */
 #define TARGET_RTOL         1e-12
 #define LOOSEST_EXPONENT    3
 #define TIGHTEST_EXPONENT   9
-#define REPEAT_MS           25.0 /* shorter runs are repeated to measure their time */
+#define REPEAT_MS           25.0 /* ms; shorter runs are repeated to measure their time */
 #define REPEATS             5
-/* steps times mats above which the reference is not tightened further */
+/* Steps times mats of a reference run. A larger run is not repeated at a smaller tolerance. */
 #define REFERENCE_MAT_STEPS 2e7
-#define TABLE_MAT_STEPS     6e7   /* limits of a run in the table: steps times mats */
-#define TABLE_STEPS         30000 /* steps of any run */
-#define TABLE_STEPS_PER_MAT 700   /* additional steps per mat */
-#define EXPLICIT_REACH      6.0 /* longest step of `event` times the fastest rate, approximately */
-/* end of the classical method's stability region on the negative real axis */
+#define TABLE_MAT_STEPS     6e7   /* limit of a run in the table, steps times mats */
+#define TABLE_STEPS         30000 /* limit of every run, steps */
+#define TABLE_STEPS_PER_MAT 700   /* additional steps for each mat */
+/* Largest stable step of `event` / shortest time constant, approximately */
+#define EXPLICIT_REACH      6.0
+/* End of the stability region of the classical method on the negative real axis. */
 #define RK4_REAL            2.785
 #define RUNGS               24 /* number of fixed steps below the limit */
-/* the first of them are a fifth of an octave apart, to show which are accurate by chance; the
- * others half an octave */
+/* The first steps are a fifth of an octave apart, to show which runs are accurate by chance. The
+ * others are half an octave apart. */
 #define CLOSE_RUNGS         15
-#define FIRST_STEP_FRACTION 0.97 /* first step, times the limit */
+#define FIRST_STEP_FRACTION 0.97 /* first step / stability limit */
 #define MIN_STEPS           20.0
-#define MAT_STEPS           6e7              /* limit of a run of rk4: steps times mats */
-static const double beyond[] = {1.12, 1.05}; /* steps above the limit, divided by the limit */
+#define MAT_STEPS           6e7              /* limit of a run of rk4, steps times mats */
+static const double beyond[] = {1.12, 1.05}; /* steps beyond the stability limit / limit */
 
-/* Slopes are fitted to errors in this range: above MIN_PER_AGREEMENT times the difference of the
- * references, below MAX_PER_PEAK of the peak. The range must span at least MIN_RANGE. */
+/* Slopes are fitted to errors above MIN_PER_AGREEMENT times the difference of the references and
+ * below MAX_PER_PEAK times the peak. The largest error must be at least MIN_RANGE times the
+ * smallest. */
 #define MIN_PER_AGREEMENT 10.0
 #define MAX_PER_PEAK      0.1
-/* possible sum of rounding errors over 1e5 steps / largest value */
+/* possible sum of rounding errors over 1e5 steps, as a fraction of the largest value */
 #define ROUND_OFF         3e-12
 #define MIN_RANGE         3.0
 
@@ -52,7 +55,7 @@ struct reference {
     double rtol;
     double u_ft, lift_ft; /* differences of the two methods */
     double max_lift_ft;
-    struct sim_record record; /* record of the first method */
+    struct sim_record record; /* samples of the run of the first method */
 };
 
 static __attribute__((format(printf, 2, 3))) void add_note(struct error_study *study,
@@ -69,7 +72,8 @@ static __attribute__((format(printf, 2, 3))) void add_note(struct error_study *s
     }
 }
 
-/* Adds a run, which counts as failed until it is filled in. NULL: the table is full. */
+/* Adds a run and returns it. The run counts as failed until its results are set. NULL: the table is
+ * full. */
 static struct error_run *add_run(struct error_study *study)
 {
     if (study->run_count == ERROR_RUNS_MAX)
@@ -161,12 +165,12 @@ static enum mr_status measure(struct error_study *study, const struct reference 
 static uint64_t reference_steps(const struct sim_scene *scene)
 {
     if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
-        return 50000; /* it chatters: no method can finish */
+        return 50000; /* the state chatters, so no method can finish */
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
 
-/* Tightens the tolerances of two methods until the methods agree; `reference` keeps the best pair
- * of runs. If no pair completes, *failed_name is the method that failed. */
+/* Reduces the tolerances of two methods until the methods agree. `reference` keeps the best pair of
+ * runs. If no pair completes, *failed_name is the name of the method that failed. */
 static enum mr_status find_reference(struct reference *reference,
                                      const struct stepper_kind *const pair[2],
                                      const struct sim_scene *scene, struct pass_outcome *failed,
@@ -195,7 +199,7 @@ static enum mr_status find_reference(struct reference *reference,
         double lift = lift_difference_ft(&both[1], &both[0].record, both[0].max_lift_ft);
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
-        /* keep the tighter pair, unless its disagreement is much larger */
+        /* keep the runs with the smaller tolerance, unless they differ much more */
         if (!reference->found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
@@ -284,7 +288,7 @@ static double octaves(int rung)
     return rung < CLOSE_RUNGS ? 0.2 * rung : 0.2 * CLOSE_RUNGS + 0.5 * (rung - CLOSE_RUNGS);
 }
 
-/* Runs of rk4 over fixed steps. */
+/* Adds runs of rk4 with fixed steps. */
 static enum mr_status run_steps(struct error_study *study, const struct reference *reference,
                                 const struct sim_scene *scene, struct error *error)
 {
@@ -317,11 +321,14 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 /* ---- the chain ---- */
 
 #define CHAIN_TIMES           64
-#define CHAIN_TOLERANCE_RATIO 10.0 /* small errors grow over thousands of switches */
-#define CHAIN_RUNS            10   /* number of runs of event, a decade apart in tolerance */
-#define CHAIN_RUNGS           16   /* number of runs of staggered, half an octave apart in step */
+/* Error / tolerance; small errors grow over thousands of switches */
+#define CHAIN_TOLERANCE_RATIO 10.0
+/* Number of runs of event; each has a tenth of the previous tolerance */
+#define CHAIN_RUNS            10
+/* Number of runs of staggered; the steps are half an octave apart */
+#define CHAIN_RUNGS           16
 
-/* Runs once and stores u at equally spaced times in u_ft. Returns the longest stable step. */
+/* Does one run and stores u at equally spaced times in u_ft. Returns the longest stable step. */
 static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
                              const struct sim_options *options, double *u_ft, struct error *error)
 {
@@ -339,7 +346,8 @@ static double run_chain_pass(struct error_run *run, const struct sim_scene *scen
     run->mat = result.mat;
     run->t_s = result.t_s;
     if (status == MR_NUMERICS)
-        error->status = MR_OK; /* the failure is a row of the table */
+        /* a failed run is a row of the table and not an error of the study */
+        error->status = MR_OK;
     for (size_t k = 0; status == MR_OK && k < CHAIN_TIMES; k++)
         memcpy(u_ft + k * row, result.outputs[k].u_ft, row * sizeof *u_ft);
     double limit_s = result.dt_limit_s;
@@ -356,8 +364,8 @@ static double chain_difference_ft(const struct sim_scene *scene, const double *a
     return most;
 }
 
-/* Compares the chain's two solvers with `event` at the tightest tolerance, which a second run of
- * `event` confirms. tests/stability has an independent method. */
+/* Compares the two solvers of the chain with a run of `event` at the smallest tolerance. A second
+ * run of `event` confirms this reference. tests/stability compares with an independent method. */
 static enum mr_status run_chain_study(struct error_study *study, const struct sim_scene *whole,
                                       struct error *error)
 {
@@ -393,7 +401,8 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
                                        .single = true,
                                        .dt_s = study->dt_limit_s * FIRST_STEP_FRACTION *
                                                pow(2.0, -0.5 * (i - CHAIN_RUNS))};
-        struct error_run *row = add_run(study); /* the room was checked above */
+        /* cannot fail: the size of the table was checked above */
+        struct error_run *row = add_run(study);
         run_chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_difference_ft(scene, u, reference) : (double)NAN;
         for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {

@@ -1,5 +1,5 @@
-/* Error study: the error and the cost of each solver for a scene, relative to a reference on which
- * two different methods agree.
+/* Error study: the error and the cost of each solver for a scene, relative to a reference, which is
+ * a solution on which two different methods agree.
  *
  * Every run is a single pass, without the second pass that checks an answer (planar.h), at
  * tolerances a decade apart or at steps a factor sqrt 2 apart. Errors are the largest differences
@@ -24,9 +24,10 @@
 #define ERROR_RUNS_MAX      96
 #define ERROR_ORDERS_MAX    16
 #define ERROR_NOTES_MAX     8
-#define ERROR_LIMIT_U_FT    1e-6 /* larger disagreement about u: no reference */
-#define ERROR_LIMIT_LIFT_FT 1e-5 /* larger disagreement about lift: no reference */
-/* Errors below this multiple of the disagreement cannot be separated from it. */
+#define ERROR_LIMIT_U_FT    1e-6 /* ft; there is no reference if its runs differ more in u */
+#define ERROR_LIMIT_LIFT_FT 1e-5 /* ft; there is no reference if its runs differ more in lift */
+/* Errors below this multiple of the difference between the reference runs cannot be distinguished
+ * from the difference. */
 #define ERROR_FLOOR         2.0
 
 struct error_run {
@@ -36,51 +37,54 @@ struct error_run {
     uint64_t steps, evaluations;
     double ms;
     enum sim_status status;
-    int mat; /* mat and time of a failure, if not SIM_OK */
+    int mat; /* mat and time of the failure, if the run failed */
     double t_s;
     double u_ft, lift_ft; /* errors of u and lift; NaN unless SIM_OK */
     double max_lift_ft;   /* largest lift in the run; NaN unless SIM_OK */
-    bool is_unstable;     /* fixed step beyond the stability limit: sim_run would have refused it */
+    /* the fixed step is beyond the stability limit; sim_run would refuse the run */
+    bool is_unstable;
 };
 
-/* Least-squares slope of log error over log step or log tolerance. It uses the runs within the
- * stability limit whose error is between ten times the reference's disagreement (or the possible
- * sum of rounding errors, if larger) and a tenth of the largest value. */
+/* Slope of a straight line through log error over log step or log tolerance, by least squares. Only
+ * runs within the stability limit are used whose error is between ten times the difference of the
+ * reference runs (or the possible sum of rounding errors, if larger) and a tenth of the largest
+ * value. */
 struct error_slope {
     double slope;
-    double scatter;  /* rms deviation from the line, in decades */
-    double from, to; /* range of the fit */
-    /* 0: no slope, because there are fewer than 3 points or their range is less than a factor of
-     * 3 */
+    double scatter;  /* rms deviation from the line, decades */
+    double from, to; /* smallest and largest step or tolerance of the fit */
+    /* number of points; 0: no slope, because there are fewer than 3 points or their range is less
+     * than a factor of 3 */
     int points;
 };
-#define ERROR_SCATTER_MAX 0.6 /* scatter, in decades, above which a slope has no meaning */
+#define ERROR_SCATTER_MAX 0.6 /* decades; a slope with more scatter is not meaningful */
 
 struct error_order {
     const char *solver;
-    bool of_step; /* error ~ dt^slope; false: error ~ rtol^slope */
+    bool of_step; /* true: error ~ dt^slope; false: error ~ rtol^slope */
     struct error_slope u, lift;
 };
 
 typedef void error_study_progress(void *ctx, size_t runs_begun);
 
 struct error_study {
-    char method[240]; /* description of the reference */
+    char method[240]; /* description of the reference, as text */
     double disagreement_u_ft, agreement_lift_ft;
-    double peak_u_ft, max_lift_ft; /* peaks of the reference */
+    double peak_u_ft, max_lift_ft; /* largest values of the reference */
     double end_s;
-    bool has_lift;     /* the scene has lift; false: model chain, lift errors are NaN */
+    bool has_lift;     /* false: model chain, in which nothing lifts; errors of lift are NaN */
     double dt_limit_s; /* stability limit of the solver with a fixed step */
-    struct error_run runs[ERROR_RUNS_MAX]; /* runs by solver, coarse to fine */
+    struct error_run runs[ERROR_RUNS_MAX]; /* runs by solver, from coarse to fine */
     size_t run_count;
     struct error_order orders[ERROR_ORDERS_MAX];
     size_t order_count;
     char notes[ERROR_NOTES_MAX][160]; /* an empty text ends the list */
-    error_study_progress *progress;   /* argument of error_study_run */
+    /* progress function of the caller, as passed to error_study_run */
+    error_study_progress *progress;
     void *progress_ctx;
 };
 
-/* Lift errors for which the cheapest solver is determined, ft. */
+/* Levels of lift error, ft. The cheapest solver is determined for each. */
 extern const double error_levels_ft[];
 extern const size_t error_level_count;
 
@@ -91,20 +95,21 @@ extern const size_t error_level_count;
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
                                error_study_progress *told, void *told_ctx, struct error *error);
 
-/* Error of lift (chain: of u) that is attributed to run i. For a fixed step it is the largest error
- * of the run and its two neighbours, because a single error can be small by chance. NaN: failed,
- * beyond the limit, or without a neighbour. */
+/* Error of lift (model chain: of u) of run i. For a fixed step, returns the largest error of the
+ * run and its two neighbours, because a single error can be small by chance. NaN: the run failed,
+ * is beyond the stability limit, or has no neighbour. */
 double error_study_attributed_ft(const struct error_study *study, size_t i);
 
-/* Finds the cheapest run of `solver` (NULL: of any solver) whose attributed error is at most
- * level_ft. NULL: there is none, or the level is below the resolution of the reference. */
+/* Finds the cheapest run of `solver` (NULL: of any solver) whose error (error_study_attributed_ft)
+ * is at most level_ft. NULL: there is none, or the level is below the resolution of the
+ * reference. */
 const struct error_run *error_study_find_cheapest(const struct error_study *study,
                                                   const char *solver, double level_ft);
 
-/* Lists the names of the solvers in the study, in order. Returns their number, at most `room`. */
+/* Writes the names of the solvers in the study, in order. Returns their number, at most `room`. */
 size_t error_study_solvers(const struct error_study *study, const char **names, size_t room);
 
-/* Fits study->orders, one per solver; error_study_run calls it. */
+/* Fits study->orders, one slope per solver. Called by error_study_run. */
 void error_study_fit_slopes(struct error_study *study);
 
 #endif

@@ -1,8 +1,7 @@
 /* Element: a force on single mats along the runway that depends on the motion of the mat. Each
- * element has one file and one row in the table below. The row is all that is needed: the scene
- * reads the element's key, every engine adds its force, and step limits, the window of integrated
- * mats and the Jacobians include it. Elements that a scene does not have cost one test per
- * evaluation of all mats.
+ * element has one file and one row in the table below. An element needs no other code: through the
+ * table, the scene reads its key, and every engine uses its force and derivatives. Elements that a
+ * scene does not have cost one test per evaluation of all mats.
  *
  * Laws that every scene needs (law.h) and the modifications with their memory (mods.h) are not in
  * the table: they are inlined, or called, in the loops of the engines. law.h describes what all
@@ -23,8 +22,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* The elements, one row each. A row gives the element its index in a scene
- * (sim_scene.element[ELEMENT_name]), its key in scene files, and its part in every engine. */
+/* The elements, one row each. The row of an element defines its index in a scene
+ * (sim_scene.element[ELEMENT_name]), its key in scene files, and its functions. */
 #define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
 #define ELEMENT_PLACE(name) ELEMENT_##name,
@@ -34,24 +33,25 @@ _Static_assert(ELEMENTS <= SIM_ELEMENTS_MAX, "a scene has room for every element
 /* The state of a mat on which an element's force depends. */
 struct element_mat {
     double v_ft_s;
-    bool grounded; /* the soil acts on one of its ends; always true in model chain */
+    bool grounded; /* the soil acts on one end of the mat or both; always true in model chain */
 };
 
-/* Functions of an element. `value` is its parameter, above 0. */
+/* Functions of an element. `value` is the parameter of the element and is above 0. */
 struct element {
     /* key of the element; its field is ELEMENT_FIELD(name), and the default 0 means absent */
     struct sim_key key;
-    double (*force_lb)(double value, struct element_mat mat); /* positive downfield */
+    /* force on the mat, positive downfield */
+    double (*force_lb)(double value, struct element_mat mat);
     /* Derivative of the force with respect to the mat's speed, for the Jacobian; never above 0. */
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
     /* Largest magnitude of the slope in any state. Divided by the mass it is a bound of the decay
      * rate. */
     double (*steepest_lb_s_ft)(double value);
-    /* Largest push on a mat at rest, which reduces the margin of the friction that holds the mat.
-     * 0: mats at rest need not be integrated. */
+    /* Largest force on a mat at rest, by which the element reduces the margin of friction. 0: mats
+     * at rest need not be integrated. */
     double (*push_at_rest_lb)(double value);
-    void (*describe)(double value,
-                     struct sim_result *result); /* adds a description to the result */
+    /* Adds a description of the element to the result. */
+    void (*describe)(double value, struct sim_result *result);
     /* The element has a memory, which a separate file updates in each step (gear.h). It is not part
      * of a set and has none of the four functions above. Engines that choose their steps refuse
      * it. */
@@ -60,27 +60,27 @@ struct element {
 
 #define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))
 
-/* The elements of a scene without memory. */
+/* The elements of a scene, except those with a memory. */
 struct element_set {
-    int count; /* 0: none; the other fields are not used */
+    int count; /* number of elements; if it is 0, the other fields are not used */
     const struct element *at[SIM_ELEMENTS_MAX];
     double value[SIM_ELEMENTS_MAX];
 };
 
 struct element_set element_set_of(const struct sim_scene *scene);
-/* Sums over the elements of a set. */
+/* Sum of the forces of all elements of a set. */
 double element_force_lb(const struct element_set *set, struct element_mat mat);
 double element_slope_lb_s_ft(const struct element_set *set, struct element_mat mat);
 struct law_bound element_bound(const struct element_set *set, double mass_slug);
 /* Returns true if mats at rest stay at rest with this set. */
 bool element_can_rest(const struct element_set *set);
-/* Describes all elements of a scene. */
+/* Adds descriptions of all elements of a scene to the result. */
 void element_describe(const struct sim_scene *scene, struct sim_result *result);
 
-/* A step of h_s under forces x that are otherwise constant. The speed v is first multiplied by
- * f (speed_factor), then x + push_lb acts for the time T (equivalent_s): f v + T/m (x + push_lb),
- * with f = exp(-k), T = h (1 - exp(-k))/k, k = -slope h/m. With this transformation dry friction is
- * exact too. The time until a mat stops and the time after the stop are transformed alike. */
+/* The factors of a step of h_s in which all other forces x are constant. The speed v is first
+ * multiplied by f (speed_factor), then x + push_lb acts for the time T (equivalent_s): f v + T/m (x
+ * + push_lb), with f = exp(-k), T = h (1 - exp(-k))/k, k = -slope h/m. The same factors apply to
+ * the time until a mat stops and to the time after it, so dry friction remains exact. */
 struct element_step {
     double speed_factor, equivalent_s, push_lb;
 };

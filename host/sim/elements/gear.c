@@ -84,8 +84,8 @@ void gear_press_mat(struct gear *gear, int mat, double touching)
     gear->touching[mat] = touching;
 }
 
-/* Spreads the thrust of one axle, given in `parts`, over a foot whose middle is at x_ft. Returns
- * the number of mats that it touches. */
+/* Distributes the thrust of one axle, given in `parts`, over the axle's contact length
+ * (gear_foot_ft), whose middle is at x_ft. Returns the number of mats that it touches. */
 static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
 {
     double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
@@ -102,7 +102,7 @@ static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *t
     return count;
 }
 
-/* Computes the parts of one line: those of one axle, times the number of axles. */
+/* Computes the action of one axle line on the mats: that of one axle, times the number of axles. */
 static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];
@@ -119,7 +119,7 @@ static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct 
     return parts;
 }
 
-/* A mat under the gear: how many axles touch it, and the sum of their shares. */
+/* A mat under the gear: number of axles that touch it, and the sum of their load shares. */
 struct pressed {
     int mat;
     double share, touching;
@@ -182,8 +182,8 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     return count;
 }
 
-/* One linear piece of the ground's law, q = at + slope v: speed at the end of a step, and q
- * there. */
+/* Speed at the end of a step and ground force q there, for one linear piece of the ground's law, q
+ * = at + slope v. */
 struct piece {
     double v_ft_s, q_lb;
 };
@@ -203,10 +203,10 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     double per_lb = as_if_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
     double load = k * gear->drift_s, q = gear->ground_force_lb[mat];
-    double free_ft_s = v_ft_s + per_lb * x_lb; /* without the ground */
+    double free_ft_s = v_ft_s + per_lb * x_lb; /* speed without the ground */
     if (fabs(q) > limit_lb)
         q = copysign(limit_lb, q);
-    /* q(v) is piecewise linear; the speed at the present q selects the piece */
+    /* q(v) is piecewise linear; the sign of the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
     struct piece end = step_piece(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
     if (!loads && end.q_lb * q < 0.0) /* q passes through 0 and loads in the other direction */
@@ -217,8 +217,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
     return end.v_ft_s;
 }
 
-/* The ground under the gear as an element of the table: its key and its use by the engines. Its law
- * is in gear.h. */
+/* Describes the element for the table: the ground under the gear. Its law is in gear.h. */
 
 static void describe(double k, struct sim_result *result)
 {

@@ -1,11 +1,11 @@
 /* Gear: the weight of an aircraft on ground that is elastic along the runway. README.md, "Gear on
  * elastic ground".
  *
- * An axle loads a foot of length gear_foot_ft uniformly; its middle follows the path. `share` is
- * the sum, over the axles, of the part of each axle's load on this mat. `touching` is the number of
- * axles with any load on the mat, because a mat is a plate that engages all of its ground. Without
- * a foot, both are the share of the step during which the axle is on the mat. Axle lines are
- * gear_lines_ft behind the lead axle, with gear_axles axles each.
+ * An axle loads a length of gear_foot_ft (the foot) uniformly; the middle of this length follows
+ * the path. `share` is the sum, over the axles, of the part of each axle's load on this mat.
+ * `touching` is the number of axles with any load on the mat, because a mat is a plate that engages
+ * all of its ground. Without a foot, both are the share of the step during which the axle is on the
+ * mat. Axle lines are gear_lines_ft behind the lead axle, with gear_axles axles each.
  *
  * Steps are implicit in the ground only (backward Euler, with the return to the limit solved
  * exactly): no stiffness limits the step, and an infinite stiffness is Coulomb sticking. Fixed
@@ -22,13 +22,13 @@ struct gear {
     double mass_slug;
     double drift_s; /* time for which the mats move at the speeds after a kick */
     int lines;
-    struct sim_wheel line[SIM_GEAR_LINES_MAX]; /* line[0] is the lead axle */
+    struct sim_wheel line[SIM_GEAR_LINES_MAX]; /* line[0] is the line of the lead axle */
     double axles[SIM_GEAR_LINES_MAX];
     struct sim_path_row *rows; /* path rows of all lines, one line after the other */
     size_t row_count;
-    double *share, *touching;                /* per mat, in this step; [0] and [N + 1] are 0 */
-    double *ground_force_lb;                 /* per mat: ground force q */
-    int loaded[SIM_TOUCH_MAX], loaded_count; /* mats with a share, each listed once */
+    double *share, *touching;                /* of each mat in this step; [0] and [N + 1] are 0 */
+    double *ground_force_lb;                 /* ground force q on each mat */
+    int loaded[SIM_TOUCH_MAX], loaded_count; /* mats with a load share, each listed once */
     int lead_mat;                            /* mat under the lead axle; 0: none */
     double *storage;
 };
@@ -43,16 +43,17 @@ void gear_free(struct gear *gear);
 /* Returns to t = 0, for a run in which mats move for drift_s after each kick. */
 void gear_start(struct gear *gear, double drift_s);
 
-/* Like sim_wheel_span, for all lines, beginning with the parts of the lead axle. Also sets the
- * shares of the mats. */
+/* Computes the action of all lines on the mats, as sim_wheel_span does for one wheel. The lead axle
+ * comes first. Also sets `share` and `touching` of the mats. */
 int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch);
 
 /* Sets the number of axles that touch the mat; gear_span calls it. An axle that leaves the mat
  * removes its part of q; an arriving axle adds none. */
 void gear_press_mat(struct gear *gear, int mat, double touching);
 
-/* Speed of a loaded mat after a kick: from v under the force x for as_if_s (element_step).
- * `limit_lb` is the largest force that the ground can hold. Updates q. */
+/* Returns the speed of a loaded mat after a kick that lasts as_if_s (element_step). The mat has the
+ * speed v before it, and x is the sum of all other forces. `limit_lb` is the largest force that the
+ * ground can exert. Updates q. */
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
                        double as_if_s);
 

@@ -1,6 +1,7 @@
-/* Lanes: numbers in a vector, processed together. Floats use 32 bytes. If LANES_DOUBLE is defined,
- * lanes are doubles, in 64 bytes with AVX-512, 32 with AVX2, otherwise 16: the compiler splits
- * vectors wider than the processor's into single numbers. With AVX-512 a mask has a bit a lane. */
+/* Lanes: the numbers of a vector, which are processed together. A vector of floats has 32 bytes. If
+ * LANES_DOUBLE is defined, lanes are doubles, and a vector has 64 bytes with AVX-512, 32 with AVX2,
+ * otherwise 16. Wider vectors would be slow, because the compiler splits vectors wider than the
+ * processor's into single numbers. With AVX-512 a mask has one bit per lane. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LANES_H
 #define MATRIG_HOST_SIM_ELEMENTS_LANES_H
 
@@ -21,7 +22,8 @@ typedef int32_t lane_bits;
 #define LANES_BUILTIN(name)                __builtin_ia32_##name##ps256
 #define LANES_MM(name)                     _mm256_##name##_ps
 #define LANES_MM_COMPARE                   _mm256_cmp_ps_mask
-#define LAW_NEEDS_REMAINDER(stops, pushes) LANES(any)((stops) & (pushes)) /* `left` is not used */
+/* This form of the law does not use `left` */
+#define LAW_NEEDS_REMAINDER(stops, pushes) LANES(any)((stops) & (pushes))
 #endif
 #define LANES_COUNT (sizeof(lanes) / sizeof(lane_real))
 typedef lane_real lanes __attribute__((vector_size(32)));
@@ -32,7 +34,7 @@ typedef lane_bits narrow_words __attribute__((vector_size(16)));
 typedef narrow_words narrow_masks;
 typedef lane_real wide_lanes __attribute__((vector_size(64)));
 typedef lane_bits wide_words __attribute__((vector_size(64)));
-typedef uint8_t bit_masks; /* AVX-512 has one bit per lane instead */
+typedef uint8_t bit_masks; /* with AVX-512, a comparison gives one bit per lane */
 #define LANES_INLINE static inline __attribute__((always_inline))
 #if defined __x86_64__ && !defined __clang__
 #include <immintrin.h>
@@ -61,7 +63,7 @@ typedef uint8_t bit_masks; /* AVX-512 has one bit per lane instead */
 #define LAW_MAX(a, b)             LANES(greater)(a, b)
 #define LAW_SIGN                  ((words)(-LAW_VALUE(0)))
 #define LAW_ABS(x)                ((lanes)(~LAW_SIGN & (words)(x)))
-/* The magnitude `size` must not be negative. */
+/* `size` must not be negative. */
 #define LAW_COPYSIGN(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
 #define LAW(name)                 LANES(name)
 

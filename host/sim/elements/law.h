@@ -1,10 +1,10 @@
 /* Law: the force of an element, written so that every engine can use it in its loops.
  *
- * Each law has four parts, which the engines use from here: the force; its slopes (Jacobian); a
- * bound of the rate that the law adds, for the longest stable step; and a margin, the distance of a
- * mode of the law, or of a mat at rest, from a change. A part of the scene with a positive margin
- * need not be integrated. Functions are inlined into loops over mats, and code that constant
- * arguments exclude is removed by the compiler. Units are ft, lb, s, slug and rad. */
+ * Each law has four parts: the force; its derivatives (Jacobian); a bound of the rate that the law
+ * adds, for the longest stable step; and a margin, the distance from a change of mode or from the
+ * start of a mat's motion. A part of the scene with a positive margin need not be integrated.
+ * Functions are inlined into loops over mats, and code that constant arguments exclude is removed
+ * by the compiler. Units are ft, lb, s, slug and rad. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_LAW_H
 #define MATRIG_HOST_SIM_ELEMENTS_LAW_H
 
@@ -13,7 +13,8 @@
 
 #include "host/sim/scene/scene.h"
 
-/* Defines struct law_joint, law_joint_pull, law_mat_slip, ... for doubles. */
+/* Names such as struct law_joint and law_mat_slip, for doubles. Engines with floats define other
+ * names. */
 #define LAW(name)                law_##name
 #define LAW_REAL                 double
 #define LAW_ABS(x)               fabs(x)
@@ -24,20 +25,20 @@
 
 /* Attribute of a function that is compiled for two kinds of processors. The results are identical
  * bit for bit. */
-/* clang 14 gives clones a name that no caller links to */
+/* clang 14 gives a clone a name that no caller refers to */
 #if defined __x86_64__ && !defined __clang__
 #define VECTOR __attribute__((target_clones("avx2", "default")))
 #else
 #define VECTOR
 #endif
 
-/* Largest rates that a law adds to a mat: `rate2` from restoring forces, 1/s2; `damping` from
- * damping forces, 1/s. Bounds of several laws add up. */
+/* Bounds of the rates that a law adds to a mat: `rate2` by restoring forces, 1/s2; `damping` by
+ * damping forces, 1/s. Bounds of several laws are added. */
 struct law_bound {
     double rate2, damping;
 };
 
-/* fmin and fmax are function calls, because they must handle NaN. */
+/* Faster than fmin and fmax, which are function calls because they must handle NaN. */
 LAW_INLINE double law_min(double a, double b)
 {
     return a < b ? a : b;
@@ -57,10 +58,12 @@ LAW_INLINE double law_max(double a, double b)
  * and landing.h. Located (joint_mode_force_lb): the case is a mode, which is valid while
  * joint_margin_ft is not negative; for the planar models. */
 
-/* The simplest law that covers all joints of a scene. */
+/* The joint laws, from the simplest to the most general. A scene uses the simplest law that covers
+ * all its joints. */
 enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 
-/* Grit of one joint, grit/KL, and reach. */
+/* Grit between the plates of one joint: its force, its compression grit/KL at which it yields, and
+ * its reach. */
 struct joint_grit {
     double resistance_lb, give_ft, reach_ft;
 };
@@ -80,13 +83,13 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
     return law_joint_pull(joint, grit.resistance_lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
 }
 
-/* Depth that grit initially reaches in a joint opened by g. */
+/* Depth to which the grit initially extends in a joint with opening g. */
 LAW_INLINE double joint_first_reach_ft(double g_ft, double slack_ft)
 {
     return fmin(fmax(g_ft, 0.0), slack_ft);
 }
 
-/* Stretch (or compression) of the spring, for its energy. */
+/* Stretch (negative: compression) of the spring in a joint, for its elastic energy. */
 LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack_ft,
                                    double reach_ft)
 {
@@ -97,13 +100,14 @@ LAW_INLINE double joint_stretch_ft(enum joint_law law, double g_ft, double slack
     return law_min(g_ft - (law == JOINT_GRIT ? reach_ft : 0.0), 0.0);
 }
 
-/* Mode at opening g: -1 pressed, 0 open, 1 hooked. */
+/* Mode of a joint with opening g: -1 pressed, 0 open, 1 hooked. */
 LAW_INLINE signed char joint_mode(double g_ft, double slack_ft)
 {
     return g_ft < 0.0 ? -1 : g_ft > slack_ft ? 1 : 0;
 }
 
-/* True if the joint transmits force in its mode: its slopes are then KL and CL, otherwise 0. */
+/* True if a joint in this mode transmits force. The slopes of the force are then KL and CL,
+ * otherwise 0. */
 LAW_INLINE bool joint_transmits(bool slack, int mode)
 {
     return !slack || mode != 0;
@@ -121,7 +125,8 @@ LAW_INLINE double joint_mode_force_lb(const struct law_joint *joint, bool slack,
     return joint->kl_lb_ft * g_ft + joint->cl_lb_s_ft * rate_ft_s;
 }
 
-/* Distance of a mode from its end; a joint keeps its mode until `edge` beyond it. */
+/* Distance of a joint from the end of its mode. A joint keeps its mode until `edge_ft` beyond the
+ * end. */
 LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double edge_ft)
 {
     if (mode < 0)
@@ -129,7 +134,7 @@ LAW_INLINE double joint_margin_ft(int mode, double g_ft, double slack_ft, double
     return edge_ft + (mode > 0 ? g_ft - slack_ft : fmin(g_ft, slack_ft - g_ft));
 }
 
-/* Bound for a mat among equal ones. `joined`: number of spring ends at the mat and its neighbours,
+/* Bound for a mat among equal mats. `joined`: number of spring ends at the mat and its neighbours,
  * 4 in a chain, fewer for a single mat. */
 LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double joined,
                                         double mass_slug)
@@ -138,15 +143,16 @@ LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double jo
                               joined * joint->cl_lb_s_ft / mass_slug};
 }
 
-/* Extension of a joint's spring; negative: compression. */
+/* Extension of the spring of a joint without grit; negative: compression. */
 LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
 {
     return g_ft < 0.0 ? g_ft : law_max(0.0, g_ft - slack_ft);
 }
 
-/* Rate of a joint's damper over a step. Only the part of the last step in which the joint was
- * closed counts. Otherwise the damper would act for all or none of a step in which the joint closes
- * or opens, and the error of its impulse would not decrease with the step. */
+/* Relative speed for a joint's damper, averaged over a step. Only the part of the last step in
+ * which the joint was closed counts. Otherwise the damper would act for all or none of a step in
+ * which the joint closes or opens, and the error of its impulse would not decrease with the
+ * step. */
 LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
                                        double step_s)
 {
@@ -161,13 +167,13 @@ LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double sla
  * moment". No moment up to TAD; beyond it, `deadband` KT (d - TAD sgn d) + CT d', `switched` KT d +
  * CT d'. */
 
-/* Mode at turn d: the sign of d if it is beyond TAD; 0: within TAD. */
+/* Mode of a hinge that is turned by d: the sign of d if |d| is above TAD, otherwise 0. */
 LAW_INLINE signed char hinge_side(double turn_rad, double tad_rad)
 {
     return turn_rad > tad_rad ? 1 : turn_rad < -tad_rad ? -1 : 0;
 }
 
-/* The turn d beyond the free range. */
+/* The turn that causes a moment: d, or the part of d beyond the free rotation TAD. */
 LAW_INLINE double hinge_effective_turn_rad(bool jumps, int side, double turn_rad, double tad_rad)
 {
     if (!jumps)
@@ -175,7 +181,7 @@ LAW_INLINE double hinge_effective_turn_rad(bool jumps, int side, double turn_rad
     return turn_rad;
 }
 
-/* Moment; its slopes are KT and CT while the hinge is engaged. */
+/* Moment of an engaged hinge; its slopes are KT and CT. */
 LAW_INLINE double hinge_moment_lb_ft(double kt, double ct, double wound_rad, double rate_rad_s)
 {
     return kt * wound_rad + ct * rate_rad_s;
@@ -195,14 +201,15 @@ LAW_INLINE double hinge_margin_rad(int side, double turn_rad, double tad_rad)
  * the linearised model (model_fastest_rate), because the mass that a foot moves depends on the
  * neighbouring mats. */
 
-#define SOIL_TOUCH_FT 1e-9 /* flat mats are at 0 up to rounding: a smaller lift is ignored */
+/* Ft; flat mats are at 0 except for rounding, so a smaller lift is ignored */
+#define SOIL_TOUCH_FT 1e-9
 
 LAW_INLINE double soil_lb(double kv, double cv, double y_ft, double rate_ft_s)
 {
     return kv * y_ft + cv * rate_ft_s;
 }
 
-/* Positive if the soil acts. */
+/* Depth of a foot; positive if the soil acts on it. */
 LAW_INLINE double soil_contact_depth_ft(bool pushes_only, double kv, double cv, double y_ft,
                                         double rate_ft_s)
 {
@@ -218,15 +225,15 @@ LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
 
 /* ---- friction ---- */
 
-/* Friction: Coulomb friction of a mat on the ground, limit C = f N. README.md, "Friction". It acts
- * along the runway, without moment.
+/* Friction: Coulomb friction of a mat on the ground, with the limit C = f N. README.md, "Friction".
+ * It acts along the runway and causes no moment.
  *
  * In continuous time (friction_force_lb) a mat slides in one direction or sticks. In a step of
- * constant force the law `stick` is exact (friction_speed_ft_s). Additional hold, such as that of a
- * cleat, is added to C. */
+ * constant force the law `stick` is exact (friction_speed_ft_s). The hold of a cleat is added to C.
+ */
 
-/* Share of C that opposes a speed. `slide`: direction of sliding, for law stick; `smooth`: tanh of
- * speed over veps, for law tanh. */
+/* Friction force divided by C, positive against a positive speed. `slide`: direction of sliding,
+ * for law stick. `smooth`: tanh of speed over veps, for law tanh. */
 LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide, double smooth)
 {
     switch (law) {
@@ -238,7 +245,7 @@ LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide
     return 0.0;
 }
 
-/* Friction force, to be subtracted from the push on a moving mat. */
+/* Friction force on a moving mat, to be subtracted from the other forces. */
 LAW_INLINE double friction_force_lb(enum sim_friction law, double c_lb, double v_ft_s, int slide,
                                     double smooth)
 {
@@ -251,20 +258,20 @@ LAW_INLINE double friction_force_lb(enum sim_friction law, double c_lb, double v
     return 0.0;
 }
 
-/* Slope of the friction force by speed. */
+/* Derivative of the friction force with respect to the speed. */
 LAW_INLINE double friction_slope_lb_s_ft(enum sim_friction law, double c_lb, double share,
                                          double veps_ft_s)
 {
     return law == SIM_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
 }
 
-/* Additional push that a mat at rest can take before it slides. */
+/* Force that can be added to a mat at rest before it slides. */
 LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
 {
     return c_lb - fabs(push_lb);
 }
 
-/* Steepest slope: that of tanh; stick and sign have no slope. */
+/* Bound from the largest slope: that of tanh. The laws stick and sign have no slope. */
 LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
                                            double veps_ft_s)
 {

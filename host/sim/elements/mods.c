@@ -8,7 +8,7 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/scene/result.h"
 
-/* The ground, mats 0 and N+1, does not move. */
+/* Displacement of a mat. The ground, mats 0 and N+1, does not move. */
 static double view_u_ft(const struct mods_view *view, int mats, int mat)
 {
     return mat < 1 || mat > mats ? 0.0 : view->u_ft[mat * view->stride + view->offset];
@@ -19,7 +19,7 @@ static double view_v_ft_s(const struct mods_view *view, int mats, int mat)
     return mat < 1 || mat > mats ? 0.0 : view->v_ft_s[mat * view->stride + view->offset];
 }
 
-/* Tension of a segment; 0 if it is slack. */
+/* Tension of a segment, which cannot be negative: 0 if the segment is slack. */
 static double clip_tension_lb(double raw_lb)
 {
     return raw_lb > 0.0 ? raw_lb : 0.0;
@@ -29,8 +29,8 @@ static double clip_tension_lb(double raw_lb)
 
 /* --- restraints --- */
 
-/* Load of an elastic-plastic element stretched by `stretch`; `*zero` is its unloaded stretch, which
- * yielding moves. */
+/* Force of an elastic-plastic element with stretch `stretch`. `*zero` is the stretch without force,
+ * which changes when the element yields. */
 static double elastic_plastic_force(double stiffness, double cap, double stretch, double *zero)
 {
     double load = stiffness * (stretch - *zero);
@@ -41,8 +41,9 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
     return load;
 }
 
-/* Properties of the kinds of restraints. `pulls_out`: beyond the grip, zero follows x. `ends`:
- * number of spring ends at a mat: a spring to the ground, or to two neighbours. */
+/* Properties of each kind of restraint. `pulls_out`: a restraint whose force exceeds its grip is
+ * pulled out, and its zero follows x. `ends`: number of spring ends at the mat and its
+ * neighbours. */
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
     double ends;
@@ -95,7 +96,8 @@ static double restraints_energy_lb_ft(const struct restraints *r)
     return energy;
 }
 
-/* Row sums of stiffness and damping that a kind adds to a mat, for the longest stable step. */
+/* Sum of stiffness, and of damping, that restraints of all kinds add to a row of the matrix of a
+ * mat. For the longest stable step. */
 static double row_stiffness_lb_ft(const struct restraints *r)
 {
     return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->k_lb_ft : 0.0;
@@ -106,13 +108,14 @@ static double row_damping_lb_s_ft(const struct restraints *r)
     return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->c_lb_s_ft : 0.0;
 }
 
-/* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band. */
-
-/* largest number of passes over all connections of a group until nothing slips */
+/* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band.
+ * SWEEPS_MAX is the largest number of passes over all connections of a group until nothing
+ * slips. */
 #define SWEEPS_MAX   200
-#define SETTLED_SLIP 1e-12 /* slip over a mat's length that counts as none */
+#define SETTLED_SLIP 1e-12 /* slip / mat length that counts as no slip */
 
-/* Lists the mats with rivets or anchors in order. Each has one brace: the sum of the forces. */
+/* Lists the mats with rivets or anchors in order. Such a mat has one brace: the sum of its
+ * forces. */
 static void find_braces(struct mods *m)
 {
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
@@ -175,18 +178,18 @@ static double grip_lb(const struct mods_bands *b, int connection)
     return b->pulled_out[connection] != 0.0 ? 0.0 : b->scene->grip_lb;
 }
 
-/* Length, ft, that slides from segment `from` to segment `to` until their tensions differ by the
- * grip. A slack segment first takes up length without tension. */
+/* Length of band, ft, that slides from segment `from` to segment `to` until their tensions differ
+ * by the grip. A slack segment first becomes straight without tension. */
 static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 {
     double t_from = b->lb[from], t_to = b->lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
-    double to_limit_ft = (t_from - grip) / k_from; /* valid if the other segment stays slack */
+    double to_limit_ft = (t_from - grip) / k_from; /* valid if the segment `to` remains slack */
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
                                             : (t_from - t_to - grip) / (k_from + k_to);
 }
 
-/* Slides the band through one connection. Returns the slip. */
+/* Slides the band through one connection until it holds. Returns the slip. */
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
@@ -203,8 +206,8 @@ static double slide_connection(struct mods_bands *b, int c)
     return s;
 }
 
-/* Slides the bands of a group. Slip at one connection loads the next, so the passes alternate in
- * direction until nothing slips. */
+/* Slides the bands of a group. Slip at one connection changes the tension at the next, so passes
+ * over all connections alternate in direction until nothing slips. */
 static void slide_connections(const struct mods *m, struct mods_bands *b)
 {
     for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
@@ -234,7 +237,7 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
     }
 }
 
-/* Records the extremes, and adds the group's forces on its mats. */
+/* Updates the smallest and largest tensions, and adds the forces of the group to its mats. */
 static void update_extremes(struct mods *m, const struct mods_bands *b)
 {
     for (int i = 0; i < b->segments; i++) {
@@ -249,8 +252,8 @@ static void update_extremes(struct mods *m, const struct mods_bands *b)
     }
 }
 
-/* A segment ends at the middles of its mats. The outer segments end at the anchor springs, at the
- * ends of the runway. */
+/* Sets a group to the start of the scene. A segment ends at the middles of its mats. The outer
+ * segments end at the anchor springs, at the ends of the runway. */
 static void reset_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
@@ -280,8 +283,8 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
     }
 }
 
-/* Updates the bands from the mats' positions. Without a view, resets them to the start of the
- * scene. */
+/* Updates the bands from the positions of the mats. If `view` is NULL, resets them to the start of
+ * the scene. */
 void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
                      int count)
 {
@@ -391,7 +394,8 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 double mods_difference_lb(const struct mods_state *a, const struct mods_state *b)
 {
     double most = 0.0;
-    for (size_t i = 0; i < 3 * a->segments; i++) /* the first three arrays: tension, least, most */
+    /* the first three arrays: tension, smallest and largest tension */
+    for (size_t i = 0; i < 3 * a->segments; i++)
         most = fmax(most, fabs(a->values[i] - b->values[i]));
     return most;
 }
@@ -478,7 +482,7 @@ static int count_lines_across(const struct sim_mods *s, int joint)
     return lines;
 }
 
-/* Rotation of a joint between mats as they were laid on the ground. */
+/* Rotation of a joint between its mats as they lie on uneven ground. */
 static double laid_turn_rad(const struct sim_scene *scene, int joint)
 {
     const double *ground_ft = scene->ground_ft.values;
@@ -551,7 +555,8 @@ double mods_cleat_lb(const struct mods *m, int mat)
     return cleat < 0 ? 0.0 : m->scene->mods.cleat_hold_lb * m->state->cleat_left[cleat];
 }
 
-/* Wears the cleats of moving mats: the soil behind a cleat yields, and the cleat bends. */
+/* Wears the cleats of moving mats. The soil behind a cleat yields and the cleat bends, so the hold
+ * decreases. */
 void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
@@ -691,8 +696,8 @@ void mods_describe(const struct mods *m, struct sim_result *result)
 /* Forces where mats rise: bands over a wave, bent stiffeners, cleats that leave the ground.
  * MODIFICATIONS.md. */
 
-/* Here mats and nodes count from 0, as in the planar model, and Y points down. A mat outside the
- * heaving part lies on the ground. */
+/* In the functions below, mats and nodes count from 0, as in the planar model, and Y points down. A
+ * mat outside the heaving part is on the ground. */
 static double node_slope(const struct mods_heave *h, int n)
 {
     if (n < 0 || n >= h->mats)
@@ -708,16 +713,16 @@ static double group_tension_lb(const struct mods_bands *b, int segment)
     return b->scene->count * clip_tension_lb(b->lb[segment]);
 }
 
-/* Segment that passes over node j, which is between mats j and j + 1 (mats counted from 1). */
+/* Finds the segment that spans node j, which is between mats j and j + 1 (mats counted from 1). */
 static int find_segment_over(const struct mods_bands *b, int j)
 {
     int first = b->mat[0], every = b->scene->every;
-    int before = j < first ? 0 : (j - first) / every + 1; /* rivets in mats 1..j */
+    int before = j < first ? 0 : (j - first) / every + 1; /* number of rivets in mats 1 to j */
     return before < b->segments ? before : b->segments - 1;
 }
 
-/* Forces of a band that follows the mats. It presses on every crest with T times the angle there: 2
- * T h/L on a vee. */
+/* Adds the forces of a band that follows the mats. At a crest it presses down with T times the
+ * change of angle: 2 T h/L for a wave of two mats. */
 static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
@@ -735,7 +740,8 @@ static double node_height_ft(const struct mods_heave *h, int node)
     return ground_ft - h->rest_ft[node];
 }
 
-/* Height of the band at a node, or at the middle of a riveted mat. `at`: mats from the left end. */
+/* Height of the band at a node, or at the middle of a riveted mat. `at`: position in mats from the
+ * left end. */
 static double height_ft(const struct mods_heave *h, double at)
 {
     int node = (int)floor(at);
@@ -758,8 +764,8 @@ static double slope_between(const struct mods_heave *h, double from, double to)
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
-/* Forces of a band that is free between its rivets. It follows the shortest line over the nodes
- * between them. */
+/* Adds the forces of a band that is free between its rivets. The band follows the shortest line
+ * over the nodes between them. */
 static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
                        int segment)
 {
@@ -786,7 +792,8 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
     }
 }
 
-/* Tie-downs hold the middles of their mats; the rates follow the heights in the state. */
+/* Adds the forces of tie-downs, which act on the middles of their mats. Their rates are computed
+ * from the heights in the state. */
 static void apply_tie_downs(struct restraints *r, const struct mods_heave *h)
 {
     const double *v = h->z + 2 * h->mats + 1;
@@ -840,9 +847,9 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
            row_stiffness_lb_ft(&m->restraint[SIM_TIES]) / lightest;
 }
 
-/* Share of a cleat's hold that remains after the wheel presses it back when a part `out` of its
- * depth was out of the soil. The tip stays in place in the soil, so the cleat turns at its root:
- * cos turn = 1 - out. A part of the turn springs back. */
+/* Returns the share of a cleat's hold that remains after the wheel presses it back into the soil. A
+ * part `out` of its depth was out of the soil. The tip stays in place in the soil, so the cleat
+ * turns at its root: cos turn = 1 - out. A part of the turn springs back. */
 static double remaining_share(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
@@ -866,7 +873,7 @@ double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, doub
                                 : whole_lb * in * in;
 }
 
-/* The wheel presses a raised cleat back onto the soil, and the part outside the soil bends. */
+/* Presses raised cleats under the wheel back into the soil. The part outside the soil bends. */
 void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -879,9 +886,7 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
     }
 }
 
-/* State of the modifications after a landing, as the next landing's scene. */
-
-/* Sets the list to the numbers whose flag is set. */
+/* Copies the numbers whose flag is set to the list. */
 static void set_flagged(struct sim_list *list, const double *flags, const double *numbers,
                         size_t count)
 {

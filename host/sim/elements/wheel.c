@@ -6,9 +6,8 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/law.h"
 
-#define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
-/* distance from a mat's edge, in mats, below which EDGE_TOLERANCE and rounding can have an
- * effect */
+#define EDGE_TOLERANCE  1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
+/* mats; further than this from a mat's edge, neither EDGE_TOLERANCE nor rounding has an effect */
 #define INNER_TOLERANCE 1e-10
 
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
@@ -30,7 +29,8 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->from_s = wheel->rows[0].t_s;
 }
 
-/* Returns the row c whose interval c..c+1 contains t. The cursor only moves forwards. */
+/* Finds the row c of the path whose interval c..c+1 contains t. Each search starts at the last row
+ * found. */
 static size_t find_row(struct sim_wheel *wheel, double t_s)
 {
     while (wheel->cursor + 2 < wheel->count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
@@ -46,7 +46,7 @@ static double interpolate_path(const struct sim_path_row *row, double t_s, doubl
     return from + (to - from) * ((t_s - row[0].t_s) / length_s);
 }
 
-/* Mean force over t0..t1, never outside the range of the force. The mean of a constant thrust is
+/* Mean force over t0..t1, limited to the range of the force. The mean of a constant thrust is then
  * exact, so a thrust at the limit of friction stays at the limit. */
 static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s, double t1_s)
 {
@@ -59,13 +59,13 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
     if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->count - 1].t_s)
-        low_lb = high_lb = 0.0; /* no force during a part of the time */
+        low_lb = high_lb = 0.0; /* there is no force during a part of the time */
     for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_max(t0_s, row[0].t_s);
         double to_s = law_min(stop_s, row[1].t_s);
         if (to_s > from_s) {
-            double middle_s = 0.5 * (from_s + to_s); /* mean of a straight line */
+            double middle_s = 0.5 * (from_s + to_s); /* mean of a linear force */
             double force_lb = interpolate_path(row, middle_s, row[0].force_lb, row[1].force_lb);
             sum += (to_s - from_s) * force_lb;
             low_lb = law_min(low_lb, force_lb);
@@ -101,8 +101,8 @@ static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int
     return count + 1;
 }
 
-/* Computes the usual span quickly: it continues the last span, on one row and on the same mat.
- * False: the span is different. */
+/* Computes the most common span quickly: it follows the previous span, on the same row of the path
+ * and the same mat. Returns false for any other span. */
 static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
@@ -135,7 +135,7 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
     const struct sim_path_row *last = &wheel->rows[find_row(wheel, t1_s)];
     double x1_ft = interpolate_path(last, t1_s, last[0].x_ft, last[1].x_ft);
-    wheel->at_s = t1_s; /* start of the next span */
+    wheel->at_s = t1_s; /* the next span starts here */
     wheel->at_ft = x1_ft;
 
     double low_ft = law_min(x0_ft, x1_ft);
@@ -183,7 +183,7 @@ double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
         const struct sim_path_row *row = &wheel->rows[i];
         double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (stopping_distance_ft > 0.0)
-            /* a jump in position: division by 0 gives INFINITY */
+            /* the position jumps if the times are equal: dividing by 0 gives INFINITY */
             fastest = law_max(fastest, stopping_distance_ft / (row[1].t_s - row[0].t_s));
     }
     return fastest;
@@ -213,8 +213,8 @@ static enum mr_status append_span(struct span_list *list, const struct span *spa
     return MR_OK;
 }
 
-/* The next x after `x_ft` (in the direction of motion) where the mat changes. `shift` 0.5: where
- * the half of a mat changes. */
+/* Finds the next x after `x_ft` (in the direction of motion) where the wheel reaches another mat.
+ * With `shift` 0.5: where it passes the middle of a mat. */
 static double next_edge(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
@@ -222,8 +222,8 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
     return (edge + shift) * length_ft;
 }
 
-/* Adds one stretch of constant speed and linear force, divided where the wheel moves to another
- * mat. */
+/* Adds a part of the path with constant speed and linear force. Divides it where the wheel moves to
+ * another mat. */
 static enum mr_status add_stretch(struct span_list *list, const struct sim_scene *scene,
                                   struct span whole, bool airborne, struct error *error)
 {
@@ -239,7 +239,7 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
             if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE_TOLERANCE))
-                edge = (double)INFINITY; /* behind the runway */
+                edge = (double)INFINITY; /* no edge: the wheel is beyond the runway */
             if (speed < 0.0 && whole.x0_ft <= 0.0)
                 edge = -(double)INFINITY;
             double t = whole.t0_s + (edge - whole.x0_ft) / speed;
@@ -265,7 +265,7 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
     return error->status;
 }
 
-/* Adds a stretch, divided where the thrust stops. */
+/* Adds a part of the path. Divides it where the thrust stops. */
 static enum mr_status add_stretch_to_stop(struct span_list *list, const struct sim_scene *scene,
                                           struct span whole, bool airborne, struct error *error)
 {

@@ -4,8 +4,8 @@
  * Thrust is averaged exactly over the span (the rows are linear in time), so an impulse does not
  * depend on the position of the steps. If the wheel moves from one mat to the next within the span,
  * the span is divided between the mats by time, at the span's constant speed. Before the first row
- * the aircraft is in the air, without thrust and load. After the last row it is at rest, with load
- * and without thrust. Off the runway it has neither thrust nor load.
+ * the aircraft is in the air and causes neither thrust nor load. After the last row it is at rest
+ * and causes load but no thrust. Off the runway it causes neither.
  *
  * Successive spans must not go back in time, because a cursor moves along the rows. sim_wheel_start
  * resets it. Units are ft, s and lb. */
@@ -14,39 +14,41 @@
 
 #include "host/sim/scene/scene.h"
 
-#define SIM_WHEEL_TOUCHES 6 /* maximum number of parts of one axle line */
-/* maximum number of parts of a gear */
+#define SIM_WHEEL_TOUCHES 6 /* largest number of mats that one axle line loads in a span */
+/* Largest number of entries for a whole gear. */
 #define SIM_TOUCH_MAX     (SIM_WHEEL_TOUCHES * SIM_GEAR_LINES_MAX)
 
-/* The action on one mat. If a mat has several entries, they are added. */
+/* The action of the aircraft on one mat. If a mat has several entries, they are added. */
 struct sim_touch {
     int mat;
     double thrust_lb;
-    double load_share; /* share of the wheel load, 0..1; with axle lines, in loads of one axle */
+    double load_share; /* share of the wheel load, 0 to 1; with axle lines, in loads of one axle */
 };
 struct sim_wheel {
-    const struct sim_path_row *rows; /* rows of the scene, or `straight` */
+    const struct sim_path_row *rows; /* rows of the path in the scene, or `straight` */
     size_t count;
     size_t cursor;
     double length_ft;
     int mats;
     double force_stop_s;
     enum sim_thrust thrust;
-    double at_s; /* end of the last span, and wheel position at that time */
+    double at_s; /* end of the last span, and the position of the wheel at that time */
     double at_ft;
-    int mat; /* mat found last, valid while the wheel is strictly between from_ft and to_ft */
+    /* mat found last; the wheel is still on it while it is strictly between from_ft and to_ft */
+    int mat;
     double from_ft;
     double to_ft;
-    struct sim_path_row straight[2]; /* Vac, s0 and F as a path */
+    struct sim_path_row straight[2]; /* the keys Vac, s0 and F of the scene, as a path */
     double from_s;                   /* the aircraft is in the air until this time */
 };
 
-/* Starts a wheel. Neither the scene nor the wheel may move in memory while the wheel is used (it
- * contains pointers to itself). */
+/* Starts a wheel at the beginning of its path. Neither the scene nor the wheel may move in memory
+ * while the wheel is used, because it contains pointers to itself. */
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 
-/* Computes the parts over t0..t1 (t0 < t1). Returns their number, at most SIM_WHEEL_TOUCHES. The
- * aircraft must travel less than one mat in that time. */
+/* Computes the action of the wheel on the mats over t0..t1 (t0 < t1). Returns the number of entries
+ * in `touch`, at most SIM_WHEEL_TOUCHES. The aircraft must travel less than one mat in that
+ * time. */
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch);
 
 /* Returns true if t_s is after the last row of the path, so that nothing changes any more. */
@@ -66,9 +68,10 @@ int sim_wheel_first_mat(const struct sim_wheel *wheel);
 struct span {
     double t0_s, t1_s;
     double x0_ft, speed_ft_s;
-    double force_lb, force_rate; /* thrust at t0, and its rate of change per s */
-    int mat;                     /* mat that takes the thrust (jump) and carries the wheel */
-    /* Thrust `linear`: the first of the two mats (-1: all thrust on mat 0); otherwise -2. */
+    double force_lb, force_rate; /* thrust at t0, lb, and its rate of change, lb/s */
+    int mat; /* mat under the wheel; with thrust `jump` it has all of the thrust */
+    /* Thrust `linear`: first of the two mats that share the thrust (-1: mat 0 has all of it).
+     * Thrust `jump`: -2. */
     int share;
 };
 
@@ -77,12 +80,13 @@ struct span_list {
     size_t count;
 };
 
-/* MR_FULL: memory is short. MR_USAGE: the aircraft crosses more than 1e6 joints. */
+/* Makes the list of spans of a scene. MR_FULL: not enough memory. MR_USAGE: the aircraft crosses
+ * more than 1e6 joints. */
 enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene,
                               struct error *error);
 void span_list_free(struct span_list *list);
 
-/* Thrust on a mat at t, and its rate of change. */
+/* Thrust on a mat at time t, and its rate of change. */
 static inline double span_thrust_lb(const struct span *span, double length_ft, double t_s, int mat,
                                     double *rate)
 {

@@ -9,13 +9,13 @@
 
 struct chains {
     unsigned mats, bays;
-    unsigned low, high; /* range of bays awake in any lane; low > high: none */
+    unsigned low, high; /* range of bays that are awake in any lane; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
-    words awake[MR_CHAIN_BAYS + 2u]; /* per lane: -1 awake, 0 asleep */
+    words awake[MR_CHAIN_BAYS + 2u]; /* for each bay and lane: -1 awake, 0 asleep */
     lanes u_ft[MR_CHAIN_INDICES], v_ft_s[MR_CHAIN_INDICES];
     lanes gap_ft[MR_CHAIN_INDICES], reach_ft[MR_CHAIN_INDICES];
     lanes grit_lb[MR_CHAIN_INDICES];
-    /* grit over stiffness: compression of the grit before it yields */
+    /* compression of the grit before it yields: grit force over stiffness */
     lanes give_ft[MR_CHAIN_INDICES];
     lanes push_lb[MR_CHAIN_INDICES]; /* thrust of the wheel during a step */
     words diverged;

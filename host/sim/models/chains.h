@@ -4,7 +4,7 @@
  * order are the same in each lane, and a lane whose bay sleeps is not changed. Only number and
  * length of the mats and the step are common to the eight.
  *
- * Units are feet, pounds and seconds. One owner: chains_new allocates, chains_free releases. */
+ * Units are feet, pounds and seconds. chains_new allocates, chains_free releases. */
 #ifndef MATRIG_HOST_SIM_MODELS_CHAINS_H
 #define MATRIG_HOST_SIM_MODELS_CHAINS_H
 
@@ -30,10 +30,11 @@ void chains_step(struct chains *chains, const unsigned mat[CHAINS_LANES],
  * have diverged. */
 unsigned chains_settle(struct chains *chains);
 
-/* Joints are 1..mats+1, mats 1..mats. */
+/* Opening of a joint, 1 to mats + 1. */
 float chains_opening_ft(const struct chains *chains, unsigned lane, unsigned joint);
 float chains_displacement_ft(const struct chains *chains, unsigned lane, unsigned mat);
-/* Number of mats in bays that are awake in any lane, times eight: the cost of a step. */
+/* Number of mats in bays that are awake in any lane, times eight lanes: proportional to the time of
+ * a step. */
 unsigned chains_mats_awake(const struct chains *chains);
 
 #endif

@@ -1,4 +1,4 @@
-/* The step of chains.c, for one kind of processor (lanes_each.h). */
+/* The step of chains.c, compiled for each kind of processor (lanes_each.h). */
 #include "host/sim/elements/lanes_kernel.h"
 
 LANES_INLINE unsigned LANES(first_of)(unsigned bay)
@@ -25,7 +25,7 @@ LANES_INLINE lanes LANES(opening)(const struct chains *c, unsigned j)
     return c->gap_ft[j] + (c->u_ft[j] - c->u_ft[j - 1u]);
 }
 
-/* Tension of joint j; updates its reach in the lanes of the mask. */
+/* Tension of joint j. Updates the reach of its grit in the lanes of the mask. */
 LANES_INLINE lanes LANES(pull)(struct chains *c, unsigned j, lanes g_ft, lanes rate_ft_s,
                                masks mask)
 {
@@ -36,7 +36,8 @@ LANES_INLINE lanes LANES(pull)(struct chains *c, unsigned j, lanes g_ft, lanes r
     return pull.lb;
 }
 
-/* Tension of the bay's first joint, in lanes where the bay to its left did not compute it. */
+/* Tension of the first joint of a bay, in lanes where the bay to its left is asleep and did not
+ * compute it. */
 LANES_INLINE lanes LANES(first_pull)(struct chains *c, unsigned j, masks mask)
 {
     return LANES(pull)(c, j, LANES(opening)(c, j), c->v_ft_s[j] - c->v_ft_s[j - 1u], mask);
@@ -68,7 +69,7 @@ LANES_INLINE void LANES(stretch_to)(struct chains *c, unsigned bay)
     c->high = bay > c->high ? bay : c->high;
 }
 
-/* Applies the thrusts and wakes the bays of the wheels. */
+/* Applies the thrusts and wakes the bays under the wheels. */
 LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const float *thrust_lb,
                                bool on)
 {
@@ -92,7 +93,7 @@ LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, words set)
     LANES(stretch_to)(c, bay);
 }
 
-/* Wakes, in each lane, the bays next to a bay whose outermost mat moves. */
+/* Wakes, in each lane, the neighbours of a bay whose outermost mat moves. */
 LANES_INLINE void LANES(wake_beside)(struct chains *c)
 {
     const lanes none = {0};

@@ -11,15 +11,15 @@
 #define LOG2_E   1.44269504088896340736
 #define LN2_HIGH 6.93147180369123816490e-01
 #define LN2_LOW  1.90821492927058770002e-10
-/* 1.5 * 2^52: adding it leaves the nearest integer in the last bits */
+/* 1.5 * 2^52; adding it rounds a number to the nearest integer, in the lowest bits */
 #define ROUND    6755399441055744.0
 #define COUNT    4
 
 typedef double four __attribute__((vector_size(8 * COUNT)));
 typedef int64_t four_bits __attribute__((vector_size(8 * COUNT)));
 
-/* tanh x = 1 - 2/(e^2x + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2; the remainder of the
- * Taylor series is below 1e-17. */
+/* tanh x = 1 - 2/(e^(2x) + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2. The Taylor series of
+ * e^r is truncated where the remainder is below 1e-17. */
 static inline __attribute__((always_inline)) four tanh_of(four x)
 {
     const four_bits sign = (four_bits)(four){-0.0, -0.0, -0.0, -0.0};
@@ -54,7 +54,8 @@ VECTOR void vector_tanh(const double *restrict from, double scale, double *restr
 /* ---- report model: from one end of the window to the other. Each mat's angular acceleration is
  * local; the acceleration of the node heights is a running sum ---- */
 
-/* A flat mat with joints at rest and both feet in the same mode stays flat. */
+/* True if a flat mat stays flat: its joints transmit no moment, and the soil acts in the same way
+ * on both ends. */
 KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
@@ -76,7 +77,8 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
     double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
-    double height = 0.0, up = 0.0; /* up: share of the time that the held node is off the ground */
+    /* up: share of the time in which the held node is off the ground */
+    double height = 0.0, up = 0.0;
 
     for (int n = first; n <= last; n++) {
         struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length)
@@ -90,7 +92,7 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
             push += thrust.b_lb;
         accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.law) * inverse_mass;
 
-        if (is_staying_flat(m, n, &mat)) { /* no moment, so soil_l equals soil_r */
+        if (is_staying_flat(m, n, &mat)) { /* there is no moment, so soil_l equals soil_r */
             if (n == first)
                 accel[2 * n] = height = (m->q1_lb - 2.0 * soil_l) * inverse_mass;
             accel[2 * n + 2] = height;
@@ -105,9 +107,10 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
             lift += up * (m->held_lift[1] - m->lift[n]);
         double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
                          h * mat.s * (tension_l + tension_r);
-        double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w; /* (sin theta)'' */
+        /* second derivative of sin theta */
+        double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w;
         double middle = (m->q1_lb - soil_l - soil_r) *
-                        inverse_mass; /* of mat 1's centre, for n = 0 */
+                        inverse_mass; /* n = 0: acceleration of the centre of mat 1 */
         if (n == m->held_node - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
             double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *
@@ -149,8 +152,8 @@ KERNEL_INLINE struct kernel_mat moving_mat(const struct model *m, const double *
                                      : kernel_mat(p, v, n, inverse_length);
 }
 
-/* A mat outside the window is on the ground and has the tilt of the ground. If tensions are given,
- * only its slope is used. */
+/* Kinematics of a mat outside the window: on the ground, with the tilt of the ground. If tensions
+ * are given, only the angle is used. */
 KERNEL_INLINE struct kernel_mat resting_mat(const struct model *m, int n, double inverse_length,
                                             const struct kernel_parts parts)
 {
@@ -194,8 +197,10 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     double soil_l = soil(m, p, v, first, parts);
     if (parts.braced)
         moment_l += m->brace_lb_ft[first];
-    double *upper = m->mass_upper;      /* of the factored mass matrix; one value per mat */
-    double force = 0.0, diagonal = 0.0; /* of the left node, from the mats to the left */
+    /* upper diagonal of the factored mass matrix; one value per mat */
+    double *upper = m->mass_upper;
+    /* force on the left node, and its diagonal element, from the mats to the left */
+    double force = 0.0, diagonal = 0.0;
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
@@ -229,13 +234,13 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv_at[n + 1] : 0.0;
         double down = 0.5 * weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
-        /* eliminate the left node: all its terms are complete */
+        /* Eliminates the left node, whose terms are now complete. */
         double pivot = diagonal + quarter + a + damp_l - off_before * upper_before;
         double solved = (force - g + down - soil_l - off_before * solved_before) / pivot;
         off_before = quarter - a;
         upper_before = off_before / pivot;
         if (n == first && first > 0)
-            solved = upper_before = 0.0; /* the window's outermost nodes are held */
+            solved = upper_before = 0.0; /* the outermost nodes of the window do not move */
         solved_before = solved;
         upper[n] = upper_before;
         accel[2 * n] = solved;
@@ -276,14 +281,14 @@ void consistent_heave(const struct model *m, double step_s, const double *z, dou
  * ---- */
 
 /* A quantity of joint j, and its derivatives with respect to Y_{j-1}, u_{j-1}, Y_j, u_j, Y_{j+1}
- * and their rates. */
+ * and to their rates. */
 struct joint_slope {
     double value;
     double p[5], v[5];
 };
 
-/* Derivatives of a mat's quantities with respect to its height difference dY. The derivative of sin
- * theta is 1/L. */
+/* Derivatives of quantities of a mat with respect to its height difference dY. The derivative of
+ * sin theta is 1/L. */
 struct mat_slope {
     double turn_y; /* d theta/d dY, and d theta'/d dY' */
     double rate_y; /* d theta'/d dY */
@@ -350,8 +355,8 @@ static void put_value(const struct rows *r, double *band, int row, int column, d
         band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
 }
 
-/* Adds `scale` times a gradient with respect to Y_{n-1}..Y_{n+2} (7 values from column 2n-2) to a
- * row. */
+/* Adds a gradient with respect to Y_{n-1}..Y_{n+2}, multiplied by `scale`, to a row of the matrix
+ * (7 values from column 2n-2). */
 static void put_mat(const struct rows *r, int row, int n, double scale, const double *p,
                     const double *v)
 {
@@ -405,7 +410,7 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     }
 }
 
-/* Moment of the joints on mat n, and its gradient with respect to Y_{n-1}..Y_{n+2}. */
+/* Moment of both joints on mat n, and its gradient with respect to Y_{n-1}..Y_{n+2}. */
 static double turning_of(const struct model *m, const struct kernel_mat *mat,
                          const struct joint_slope *tl, const struct joint_slope *tr,
                          const struct joint_slope *ml, const struct joint_slope *mr, double *p,
@@ -430,7 +435,7 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     const struct model *m = r->m;
     const double *zp = z, *zv = z + m->size;
     double h = m->half_ft, length = m->length_ft;
-    double lean = -mat->s / mat->c / length; /* derivative of cos theta by dY */
+    double lean = -mat->s / mat->c / length; /* derivative of cos theta with respect to dY */
     double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) +
                   m->lift[n] * m->shear_lb;
     struct mat_slope slope = slope_of(m, mat);
@@ -455,7 +460,8 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
     int row = 2 * n + 2;
     put_value(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held_node >= 0 && m->held_node <= 1) {
-        /* acceleration 0; the other end of mat 1 has twice the acceleration of its middle */
+        /* in this row, the acceleration of the held node is 0; the other end of mat 1 has twice the
+         * acceleration of its middle */
         int other = m->held_node == 0 ? row : row - 2;
         put_value(r, r->mass, 0, 0, 1.0);
         put_soil(r, other, 0, -2.0 / m->mass_slug);
@@ -463,7 +469,7 @@ static void report_rows(const struct rows *r, const double *z, int n, const stru
         return;
     }
     if (n == m->held_node - 1)
-        return; /* the held node: acceleration 0 */
+        return; /* the acceleration of the held node is 0 */
     put_value(r, r->mass, row, row - 2, -1.0);
     put_mat(r, row, n, length, p, v);
     if (n == m->first) {
@@ -490,8 +496,8 @@ static void consistent_rows(const struct rows *r, const double *accel, int n,
         p[k] *= slope.turn_y;
         v[k] *= slope.turn_y;
     }
-    /* derivative of 1/(L cos) by dY: turn_y s/(c^2 L); the derivative of s w^2/c^2 has three
-     * parts */
+    /* derivative of 1/(L cos theta) with respect to dY: turn_y s/(c^2 L); the derivative of s
+     * w^2/c^2 has three terms */
     add_difference(p, 2, 4,
                    turning * slope.turn_y * mat->s / c2 / length - 2.0 * spin * slope.rate_y -
                        m->inertia * mat->w * mat->w / (length * c2) *
@@ -578,7 +584,7 @@ bool banded_factor(int size, double *a, int *pivot)
 {
     for (int i = 0; i < size; i++) {
         int below = i + MODEL_BAND < size ? MODEL_BAND : size - 1 - i;
-        double *row = a + (size_t)i * BAND_WIDTH + MODEL_BAND; /* row[0] is the diagonal */
+        double *row = a + (size_t)i * BAND_WIDTH + MODEL_BAND; /* row[0] is the diagonal element */
         int best = 0;
         double most = fabs(row[0]);
         for (int r = 1; r <= below; r++) {

@@ -1,6 +1,6 @@
 /* Kernel: the common parts of the right-hand sides of both models: kinematics, and the laws of
- * elements/ in the models' modes. They are inlined, so that parts which a scene does not need are
- * removed at compile time. PLANAR.md, "Common pieces". Private to this folder and
+ * elements/ in the present modes. They are inlined, so that the compiler removes the parts that a
+ * scene does not need. PLANAR.md, "Common pieces". Private to this folder and
  * solvers/planar_engine.c. */
 #ifndef MATRIG_HOST_SIM_MODELS_KERNEL_H
 #define MATRIG_HOST_SIM_MODELS_KERNEL_H
@@ -11,29 +11,31 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/models/model.h"
 
-/* to[i] = tanh(scale * from[2 i]), i = 0..count-1, to 4e-16 absolute. */
+/* Computes to[i] = tanh(scale * from[2 i]) for i = 0..count-1, with an absolute error below
+ * 4e-16. */
 void vector_tanh(const double *from, double scale, double *to, int count);
 
 #define KERNEL_INLINE static inline __attribute__((always_inline))
 
-/* The parts of a kernel instance; constants wherever the kernel is inlined. */
+/* The parts of a kernel instance. They are constants wherever the kernel is inlined. */
 struct kernel_parts {
     bool full;
     bool slack;
-    bool given;  /* tensions are given; soil damping is implicit in the step */
-    bool braced; /* as `given`, and modifications also act on nodes and joints */
+    /* the tensions of the joints are given; damping of the soil is implicit in the step */
+    bool given;
+    bool braced; /* `given`, and in addition modifications act on nodes and joints */
     enum sim_friction law;
-    double step_s; /* step for `given`; not a compile-time constant */
+    double step_s; /* length of the step if `given`; not a compile-time constant */
 };
 
-/* Angle and motion of a mat; the ground, and a mat at rest outside the window, are flat. */
+/* Angle of a mat and its rate. The ground, and a mat at rest outside the window, are flat. */
 struct kernel_mat {
-    double s, c; /* sin, cos theta */
+    double s, c; /* sine and cosine of theta */
     double w;    /* theta' */
     double u, v;
 };
 
-/* The thrust on at most two mats at a time. */
+/* The thrust, which acts on at most two mats at a time. */
 struct kernel_thrust {
     int mat_a, mat_b;
     double a_lb, b_lb;
@@ -62,13 +64,14 @@ KERNEL_INLINE struct kernel_mat kernel_mat(const double *p, const double *v, int
     struct kernel_mat mat = {0.0, 1.0, dv * inverse_length, p[2 * n + 1], v[2 * n + 1]};
     if (dy != 0.0) {
         mat.s = dy * inverse_length;
-        mat.c = sqrt(1.0 - mat.s * mat.s); /* NaN beyond 90 degrees: the step is refused */
+        /* NaN for an angle above 90 degrees; the step is then refused */
+        mat.c = sqrt(1.0 - mat.s * mat.s);
         mat.w /= mat.c;
     }
     return mat;
 }
 
-/* Like kernel_mat, on uneven ground. */
+/* Kinematics of a mat on uneven ground, as kernel_mat. */
 KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const double *p,
                                                   const double *v, int n, double inverse_length)
 {
@@ -80,7 +83,7 @@ KERNEL_INLINE struct kernel_mat kernel_tilted_mat(const struct model *m, const d
     return mat;
 }
 
-/* A mat outside the window, or the ground: flat, at rest. */
+/* Kinematics of the ground, and of a mat outside the window: flat and at rest. */
 KERNEL_INLINE struct kernel_mat kernel_outside(const struct model *m, int n)
 {
     return (struct kernel_mat){0.0, 1.0, 0.0, n < 0 || n >= m->mats ? 0.0 : m->rest_u_ft[n], 0.0};
@@ -97,7 +100,7 @@ KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct ke
     return g;
 }
 
-/* Tension in joint j between mats l and r. */
+/* Tension in joint j, between mats l and r. */
 KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struct kernel_mat *l,
                                        const struct kernel_mat *r, bool full, bool slack)
 {
@@ -117,7 +120,7 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
            (l->s != 0.0 ? elementary_asin(l->s) : 0.0);
 }
 
-/* Moment in joint j; the caller has checked that it is engaged. */
+/* Moment in joint j, which must be engaged. */
 KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
                                       const struct kernel_mat *r, double kt)
 {
@@ -138,7 +141,7 @@ KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, cons
     return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
 }
 
-/* Like kernel_soil_lb, with the soil of this node. */
+/* Force of the soil at a node with its own soil properties, as kernel_soil_lb. */
 KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, const double *v,
                                        int node)
 {
@@ -161,7 +164,7 @@ KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum s
                     m->last - m->first + 1);
 }
 
-/* m u'' under the push x. */
+/* Force m u'' on a mat: the push x minus friction. */
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
                                      double soil_l, double soil_r, enum sim_friction law)
 {
@@ -174,7 +177,7 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
                                  law == SIM_TANH ? m->tanh[n] : 0.0);
 }
 
-/* Calls `kernel` with the constants of this scene. */
+/* Calls `kernel` with compile-time constants that describe this scene. */
 /* clang-format off */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
@@ -201,9 +204,9 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
     }
 /* clang-format on */
 
-/* Change of the nodes' rates over a step of step_s, divided by step_s, with joint tensions
- * model->given_lb and the soil's dampers taken at the end of the step. Entries for the mats are not
- * valid. */
+/* Computes the change of the rates of the nodes over a step of step_s, divided by step_s. The joint
+ * tensions are model->given_lb, and the dampers of the soil act with the rates at the end of the
+ * step. Entries for the mats are not valid. */
 void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
 
 #endif

@@ -82,8 +82,8 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
     return MR_OK;
 }
 
-/* Number of mats that a load reaches at once through the mass matrix. Its effect falls by a ratio r
- * per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|), with D on the diagonal of the matrix and B beside it.
+/* Number of mats on which a load acts at once through the mass matrix. Its effect falls by a ratio
+ * r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|), with D on the diagonal of the matrix and B beside it.
  * 12 mats for mats as in the report; many if I is far above m L^2/4. */
 static int tail_mats(const struct model *m)
 {
@@ -204,7 +204,8 @@ struct element_mat model_element_mat(const struct model *m, const double *z, int
     return (struct element_mat){z[m->size + 2 * n + 1], m->contact[n] || m->contact[n + 1]};
 }
 
-/* Along the runway the mass matrices of both models are diagonal, so each mat is separate. */
+/* Adds the forces of the elements. The mass matrices of both models are diagonal along the runway,
+ * so each mat is computed separately. */
 static __attribute__((noinline)) void add_elements(const struct model *m, const double *z,
                                                    double *accel)
 {
@@ -253,7 +254,8 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
 }
 
 #define POWER_ITERATIONS 300
-#define RATE_MATS        64 /* the first mats are enough: all have the same parameters */
+/* Number of mats that are enough, because all mats have the same parameters */
+#define RATE_MATS        64
 
 double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
 {
@@ -261,7 +263,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
     double *work = xcalloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
     int *pivot = xcalloc(size, sizeof *pivot);
-    signed char *kept = xmalloc(2 * ((size_t)mats + 1)); /* contact and torsion */
+    signed char *kept = xmalloc(2 * ((size_t)mats + 1)); /* saved modes of contact and torsion */
     double rate = 0.0;
     double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
     double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;
@@ -284,7 +286,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
         memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */
     }
     if (law == SIM_STICK || law == SIM_SIGN)
-        m->law = SIM_NONE; /* all sliding: the limits are constants */
+        m->law = SIM_NONE; /* all mats slide: their friction is constant */
     model_rates(m, m->span.t0_s, z, accel);
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
@@ -299,11 +301,12 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
     banded_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (banded_factor((int)size, lu, pivot)) {
         double growth = 0.0;
-        for (size_t i = 0; i < 2 * size; i++) /* any start vector with a part in every direction */
+        /* the start vector must have a component in every direction */
+        for (size_t i = 0; i < 2 * size; i++)
             x[i] = 1.0 + 0.5 * (double)((i * 7919) % 101) / 101.0 - (double)(i % 2);
         for (int k = 0; k < POWER_ITERATIONS; k++) {
             double norm = 0.0;
-            /* scale the heights so that both halves have equal weight */
+            /* scale the heights so that both halves of the vector have equal weight */
             banded_multiply((int)size, by_p, x, y + size);
             banded_multiply((int)size, by_v, x + size, y);
             for (size_t i = 0; i < size; i++)
@@ -326,7 +329,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
                      : 0.0;
         }
     }
-    if (m->elements.count > 0) /* of any state, not only this one */
+    if (m->elements.count > 0) /* bound for any state, not only for this one */
         rate = fmax(rate, element_bound(&m->elements, m->mass_slug).damping);
     m->elements.count = elements;
     free(work);
@@ -360,18 +363,18 @@ void model_describe(const struct model *m, struct sim_result *result)
 
 /* The window: the range of mats that are integrated. PLANAR.md, "Active window".
  *
- * A mat outside is flat and at rest, and its displacement is constant. Omitting it is exact where
- * the laws keep it so: exact sticking holds a mat until the push exceeds its limit, and the
- * report's equations give a flat mat no moment until the free rotation of a joint is exceeded or
- * the lift shear acts on it. At that moment the window grows. With other laws the motion has a tail
- * ahead of the wave that falls faster than exponentially. The window then grows while any of its
- * GUARD_MATS outermost mats moves by more than REST_TOLERANCE. */
+ * A mat outside the window is flat and at rest, and its displacement is constant. Omitting it is
+ * exact if the laws keep it at rest: exact sticking holds a mat until the push exceeds its limit,
+ * and the report's equations give a flat mat no moment until the free rotation of a joint is
+ * exceeded or the lift shear acts on it. At that moment the window grows. With other laws the
+ * motion has a tail ahead of the wave that falls faster than exponentially. The window then grows
+ * while any of its GUARD_MATS outermost mats moves by more than REST_TOLERANCE. */
 
 #define GUARD_MATS      4
-#define CHUNK_MATS      8     /* least number of mats by which the window grows */
-#define REST_TOLERANCE  1e-13 /* times L for heights, times sqrt(g L) for speeds */
-#define SHRINK_STEPS    16    /* steps between attempts to shrink the window */
-/* least number of mats that leave the window at once: fewer do not justify a restart */
+#define CHUNK_MATS      8     /* smallest number of mats by which the window grows */
+#define REST_TOLERANCE  1e-13 /* multiplied by L for heights, by sqrt(g L) for speeds */
+#define SHRINK_STEPS    16    /* number of steps between attempts to shrink the window */
+/* Smallest number of mats by which the window shrinks. A restart is not worthwhile for fewer. */
 #define MIN_SHRINK_MATS 4
 
 static bool is_push_exact(const struct model *m)
@@ -379,7 +382,7 @@ static bool is_push_exact(const struct model *m)
     return m->law == SIM_STICK && (m->elements.count == 0 || element_can_rest(&m->elements));
 }
 
-/* Returns true if flat mats stay flat until a switch, as in the report model. */
+/* True if flat mats stay flat until a switch, as in the report model. */
 static bool is_shape_exact(const struct model *m)
 {
     return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
@@ -402,7 +405,7 @@ static double quiet_ft_s(const struct model *m)
     return REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
-/* Returns true if a mat has the shape of a mat outside the window. */
+/* True if a mat is as flat as a mat outside the window. */
 static bool is_flat(const struct model *m, const double *z, int n)
 {
     const double *v = z + m->size;
@@ -422,7 +425,8 @@ static bool is_at_rest(const struct model *m, const double *z, int n)
     return is_push_exact(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
 }
 
-/* Range of mats that the aircraft touches in this span. False: none. */
+/* Finds the range of mats that the aircraft touches in this span. Returns false if there are
+ * none. */
 static bool find_touched(const struct model *m, int *low, int *high)
 {
     const struct span *span = &m->span;
@@ -503,7 +507,7 @@ static void narrow_window(struct model *m, double *z, int first, int last)
     }
 }
 
-/* Finds the required range of the window from the motion at its edges. */
+/* Finds the range that the window must have, from the motion at its edges. */
 static void find_wanted_window(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
@@ -517,7 +521,7 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
         if (m->slide[m->first - 1] != 0 || (is_shape_exact(m) && m->torsion[m->first] != 0))
             *first = m->first - 1 < *first ? m->first - 1 : *first;
         if (!m->consistent && !m->contact[m->first])
-            *first = 0; /* the apex may be at any node below m->first */
+            *first = 0; /* the apex can be any node up to m->first */
     }
     if (m->last < m->mats - 1) {
         if (m->slide[m->last + 1] != 0 || (is_shape_exact(m) && m->torsion[m->last + 1] != 0))
@@ -541,7 +545,7 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     }
 }
 
-/* Number of mats at an end that can leave the window: those at rest, minus a margin. */
+/* Number of mats that can leave the window at one end: mats at rest, minus a margin. */
 static int count_idle_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;

@@ -43,7 +43,7 @@ enum model_switch_kind {
 
 struct model_switch {
     enum model_switch_kind kind;
-    int index; /* node, joint or mat; for MODEL_APEX the new apex */
+    int index; /* number of a node, joint or mat; for MODEL_APEX the new apex */
 };
 
 struct model {
@@ -54,25 +54,26 @@ struct model {
     double length_ft, half_ft, mass_slug, inertia, weight_lb, wheel_load_lb;
     double kv, cv, kl, cl, kt, ct, tad_rad, slack_ft;
     double friction, weight_friction_lb, veps_ft_s, shear_lb, q1_lb;
-    bool full;  /* the scene's profile is full */
-    bool jumps; /* the scene's torsion is `switched` */
+    bool full;  /* true: the key profile of the scene is full */
+    bool jumps; /* true: the key torsion of the scene is `switched` */
     bool soil_normal;
     bool left_free, right_free;
-    bool left_turns, right_turns; /* no moment at that end */
-    enum sim_friction law;        /* SIM_NONE if f = 0 */
-    enum sim_lift_shear shear;    /* SIM_NO_SHEAR if V = 0 or the model has none */
+    /* false: the joint at that end of the runway transmits no moment */
+    bool left_turns, right_turns;
+    enum sim_friction law;     /* friction law; SIM_NONE if f = 0 */
+    enum sim_lift_shear shear; /* lift shear; SIM_NO_SHEAR if V = 0 or the model has none */
     struct element_set elements;
     struct span_list spans;
     struct span span; /* present span */
 
     /* Modes. */
-    signed char *contact; /* per node: true if the soil acts on it */
-    signed char *torsion; /* per joint: -1, 0 (free), 1 */
-    signed char *joint;   /* per joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
-    signed char *slide;   /* per mat: -1, 0 (stuck), 1; law stick only */
-    signed char *lift;    /* per mat: sign of the lift shear in its present mode */
+    signed char *contact; /* for each node: true if the soil acts on it */
+    signed char *torsion; /* for each joint: -1, 0 (free), 1 */
+    signed char *joint;   /* for each joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
+    signed char *slide;   /* for each mat: -1, 0 (stuck), 1; law stick only */
+    signed char *lift;    /* for each mat: sign of its lift shear */
     int lifted_nodes;     /* number of nodes out of contact */
-    int apex;             /* node; valid only while lifted > 0 */
+    int apex;             /* number of the highest node; valid while lifted_nodes > 0 */
 
     /* Node that is held at the edge of contact (report model); -1: none. The lift shear of a mat
      * acts only while its right end is off the ground, and may press the end down again at once.
@@ -82,39 +83,42 @@ struct model {
      * lift that they have while it is off the ground. */
     int held_node;
     signed char held_lift
-        [2]; /* lift of the mats on both sides of the held node while it is off the ground */
+        [2]; /* lifts of the mats on both sides of the held node while it is off the ground */
 
     /* The window: the mats that are integrated. The other mats are flat, at rest, and have constant
      * displacements (model.c). */
-    bool prunes; /* mats may be left out; set before model_start */
+    bool prunes; /* true: mats may be left out; set before model_start */
     int first, last;
-    double *rest_u_ft; /* per mat: displacement of the mats outside the window */
-    double rest_y_ft;  /* height of a settled node */
+    double *rest_u_ft; /* for each mat outside the window: its displacement */
+    double rest_y_ft;  /* height of a node at rest under the weight of its mats */
     /* Consistent model: number of mats over which the effect of a sudden load on the heights falls
-     * by MODEL_TAIL. */
+     * by the factor MODEL_TAIL. */
     int tail;
     int quiet_steps;
     double *storage;
-    double *scratch;    /* `size` values */
-    double *mass_upper; /* consistent model: work space of the tridiagonal solution */
-    double *tanh;       /* per mat: tanh of its speed over veps */
+    double *scratch;    /* `size` values, for temporary use */
+    double *mass_upper; /* consistent model: upper diagonal of the factored mass matrix */
+    double *tanh;       /* for each mat: tanh of its speed over veps */
     /* The next fields are set by an engine with fixed steps that computes the joints' tensions and
      * uses the model only for the vertical motion (consistent_heave; solvers/planar_engine.c).
      * Heights in z are then above the ground under each node, and a mat at rest is turned by its
      * tilt: the height of the ground under its left end minus that under its right end. */
-    const double *tilt_ft; /* per mat: tilt; NULL: level ground */
+    const double *tilt_ft; /* for each mat: tilt; NULL: level ground */
     double tilt_most_ft;
-    /* Per mat: tilt at rest, with the settlement of soft nodes; NULL: level. */
+    /* For each mat: tilt at rest, including the settlement of soft nodes. NULL: level. */
     const double *rest_tilt_ft;
-    /* Soil per node, hinge per joint, mass over mass_slug per mat; NULL: equal. */
+    /* Soil of each node, hinge of each joint, and mass of each mat / mass_slug. NULL: equal
+     * everywhere. */
     const double *kv_at, *cv_at, *kt_at, *mass_ratio;
-    const double *given_lb;               /* per joint: tension */
-    const double *brace_lb, *brace_lb_ft; /* per node and per joint; NULL: none */
+    const double *given_lb; /* tension of each joint */
+    /* force of the modifications on each node and moment on each joint; NULL: none */
+    const double *brace_lb, *brace_lb_ft;
     uint64_t evaluations;
 };
 
-/* MR_USAGE: the scene needs a feature that this model does not have. Grit is a law with memory, for
- * fixed steps only; `grit` states that the model will be used with fixed steps. */
+/* Makes the model of a scene. MR_USAGE: the scene needs a feature that this model does not have.
+ * `grit`: the model will be used with fixed steps, so the scene may have grit. (The law of the grit
+ * has a memory, which only fixed steps support.) */
 enum mr_status model_make(struct model *model, const struct sim_scene *scene, bool grit,
                           struct error *error);
 void model_free(struct model *model);
@@ -122,15 +126,15 @@ void model_free(struct model *model);
 /* Sets state and modes to t = 0. */
 void model_start(struct model *model, double *z);
 
-/* Makes `at` the present span of the aircraft (wheel.h) and sets the modes that depend on it. */
+/* Enters the span `at` of the aircraft's motion (wheel.h), and sets the modes that depend on it. */
 void model_enter_span(struct model *model, size_t at, double *z);
 
-/* Chooses the first window; called by model_start. */
+/* Chooses the first window. Called by model_start. */
 void model_prune(struct model *model, double t_s, const double *z);
 
 /* Call after a step or an event: adds mats that begin to move to the window, and removes mats that
- * have come to rest. Returns true if the window has changed: the history that a stepper has stored
- * is then not valid. */
+ * have come to rest. Returns true if the window has changed; the stored history of a stepper is
+ * then not valid. */
 bool model_update_window(struct model *model, double *z);
 
 /* Writes the mats outside the window into z, for callers that use all mats. */
@@ -149,32 +153,32 @@ void model_linearise(struct model *model, double t_s, const double *z, const dou
 /* State of mat n (from 0) for the elements. */
 struct element_mat model_element_mat(const struct model *model, const double *z, int mat);
 
-/* Horizontal force X_n and friction limit C_n of mat n (from 0). */
+/* Horizontal force X_n and friction limit C_n on mat n (from 0). */
 double model_push_lb(const struct model *model, double t_s, const double *z, int mat);
 double model_limit_lb(const struct model *model, const double *z, int mat);
 
-/* Present margin of one switch; negative if its mode no longer fits the state. */
+/* Present margin of one switch. It is negative if the mode no longer fits the state. */
 double model_margin(const struct model *model, double t_s, const double *z, struct model_switch s);
 
 /* Lists the switches with a negative margin, at most `room`. Returns their total number. */
 int model_find_violations(const struct model *model, double t_s, const double *z,
                           struct model_switch *found, int room);
 
-/* Returns true if a mode may change and change back within a step, so that its ends do not show it.
- * The check uses the states and their rates (v, p'') at both ends. False: no margin can reach zero,
- * according to cubics with a safety factor of two. */
+/* Returns true if a mode can change and change back within a step, which the ends of the step do
+ * not show. The check uses the states and their rates (v, p'') at both ends. Returns false if no
+ * margin can reach zero, according to cubics with a safety factor of two. */
 bool model_can_switch(const struct model *model, double t0_s, const double *z0, const double *rate0,
                       double t1_s, const double *z1, const double *rate1);
 
-/* Index range of p on which margins of this switch depend. */
+/* Index range in p of the coordinates on which the margin of a switch depends. */
 void model_switch_range(const struct model *model, struct model_switch s, int *low, int *high);
 
-/* Changes the mode, then updates everything that depends on it. The speed of a mat that stops
- * becomes exactly 0. */
+/* Changes the mode of a switch, and updates everything that depends on it. The speed of a mat that
+ * stops becomes exactly 0. */
 void model_apply_switch(struct model *model, double t_s, double *z, struct model_switch s);
 
-/* Tests mats at rest for sticking again, and updates lift shear and counts. Call after changes of
- * modes. */
+/* Call after changes of modes. Tests mats at rest for sticking again, and updates the lift shear
+ * and the counts. */
 void model_settle(struct model *model, double t_s, const double *z);
 
 /* Sets every mode except stick-slip from the state. */
@@ -197,13 +201,13 @@ double model_fastest_rate(struct model *model, const double *z, enum model_steps
 
 void model_describe(const struct model *model, struct sim_result *result);
 
-/* Solution of linear systems with the banded matrices of a model, half-bandwidth MODEL_BAND: with
- * pivoting, O(n). */
+/* Solution of linear systems with the banded matrices of a model, half-bandwidth MODEL_BAND, by
+ * elimination with pivoting, in O(n). */
 
-#define BAND_WIDTH (3 * MODEL_BAND + 1) /* includes room for pivoting */
+#define BAND_WIDTH (3 * MODEL_BAND + 1) /* row length; includes the elements that pivoting adds */
 
-/* a = x mass + y by_p + z by_v, with rows in the layout of banded_factor: entry (i, k) is at [i
- * BAND_WIDTH + k - i + MODEL_BAND]. */
+/* Computes a = x mass + y by_p + z by_v, with rows in the layout of banded_factor: entry (i, k) is
+ * at [i BAND_WIDTH + k - i + MODEL_BAND]. */
 void banded_load(int size, double x, const double *mass, double y, const double *by_p, double z,
                  const double *by_v, double *a);
 
@@ -211,10 +215,10 @@ void banded_load(int size, double x, const double *mass, double y, const double 
 bool banded_factor(int size, double *a, int *pivot);
 void banded_solve(int size, const double *a, const int *pivot, double *x);
 
-/* y = rows (from model_linearise) times x. */
+/* Computes y = rows times x; `rows` as written by model_linearise. */
 void banded_multiply(int size, const double *rows, const double *x, double *y);
 
-/* The right-hand sides of both models. */
+/* Right-hand sides of the report model and of the consistent model. */
 void report_rates(const struct model *model, double t_s, const double *z, double *accel);
 void consistent_rates(const struct model *model, double t_s, const double *z, double *accel);
 

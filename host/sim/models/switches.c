@@ -3,9 +3,9 @@
 
 #include "host/sim/models/kernel.h"
 
-#define HOLD_PART  1.25e-7 /* times sqrt(g L): slower bounces are ignored */
-/* distance beyond its edge, in mats, up to which a joint keeps its mode, because a wave's tail
- * opens joints by 1e-30 ft */
+#define HOLD_PART  1.25e-7 /* speed of a bounce / sqrt(g L); slower bounces are ignored */
+/* Mats; a joint keeps its mode up to this distance beyond its edge. The motion far from a wave
+ * opens joints by 1e-30 ft, which must not switch them. */
 #define SLACK_EDGE 1e-12
 
 static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
@@ -41,14 +41,14 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
 
-/* Returns true if a mat has no friction because it is in the air and its normal force is that of
- * the soil. It neither stops nor sticks. */
+/* True if a mat has no friction because it is in the air and its normal force is that of the soil.
+ * Such a mat neither stops nor sticks. */
 static inline bool is_afloat(const struct model *m, int mat)
 {
     return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
 }
 
-/* Positive where the soil acts. In the consistent model the soil does not pull. */
+/* Positive where the soil acts on a node. In the consistent model the soil does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
     return soil_contact_depth_ft(m->consistent, m->kv_at ? m->kv_at[node] : m->kv,
@@ -69,8 +69,9 @@ static bool has_torsion(const struct model *m, int j)
     return m->kt > 0.0 || m->ct > 0.0;
 }
 
-/* Acceleration of a node at the edge of contact: `off` with the lift shears of contact, `on` with
- * those of a raised node. The model is restored afterwards; scalars change in a copy only. */
+/* Acceleration of a node at the edge of contact: `off` with the lift shears of a node in contact,
+ * `on` with those of a raised node. The model is not changed; fields that must change are changed
+ * in a copy. */
 static void held_accel(const struct model *m, double t_s, const double *z, int node, double *off,
                        double *on)
 {
@@ -163,7 +164,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     if (lowest != m->apex && watch_apex)
         add_violation(&found, MODEL_APEX, lowest);
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
-        /* while |a| + |b| is below sin TAD, |asin a - asin b| is certainly below TAD */
+        /* |asin a - asin b| is certainly below TAD while |a| + |b| is below sin TAD */
         double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
                          2.0 * m->tilt_most_ft;
         double left_ft = 0.0;
@@ -205,7 +206,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     return found.count;
 }
 
-/* Lift shear of mat n; `left`, `right`: that end is raised. */
+/* Lift shear of mat n. `left`, `right`: the left or right end is raised. */
 static signed char lift_mode(const struct model *m, int n, bool left, bool right)
 {
     /* second mat behind the apex node: its left end is the next node */
@@ -277,8 +278,8 @@ void model_settle(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* Holds a node at the edge of contact if it has almost stopped and is driven back to the edge from
- * both sides. */
+/* Holds a node at the edge of contact if it has almost stopped and forces drive it back to the edge
+ * from both sides. */
 static void try_hold(struct model *m, double t_s, double *z, int node)
 {
     double off, on, speed = z[m->size + 2 * node], edge_ft = z[2 * node];
@@ -293,12 +294,12 @@ static void try_hold(struct model *m, double t_s, double *z, int node)
     m->held_node = -1;
     if (off < 0.0 && on > 0.0) {
         m->held_node = node;
-        /* the following nodes move along, so mats keep their angles */
+        /* the following nodes move by the same height, so that their mats keep their angles */
         for (int j = node; j <= m->last + 1; j++) {
             z[m->size + 2 * j] -= speed;
             if (fabs(z[2 * j] - edge_ft) > 1e-3 * SOIL_TOUCH_FT)
                 continue;
-            /* flat mats: well within contact, so that rounding does not lift them */
+            /* well within contact, so that rounding does not lift flat mats */
             z[2 * j] = -0.5 * SOIL_TOUCH_FT;
             if (fabs(z[m->size + 2 * j]) < fabs(speed))
                 z[m->size + 2 * j] = 0.0;
@@ -323,7 +324,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
         held_accel(m, t_s, z, s.index, &off, &on);
         m->held_node = -1;
         m->contact[s.index] = (signed char)(on < 0.0 ? 0 : 1);
-        if (on < 0.0) /* from below the edge, contact would first push it up */
+        if (on < 0.0) /* below the edge, contact would push the node up at first */
             z[2 * s.index] = -SOIL_TOUCH_FT;
         break;
     }
@@ -347,8 +348,8 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     }
 }
 
-/* Updates the slide of mats in the air, which reverse without a stop. Otherwise such a mat would,
- * when it lands, count as a mat that has just stopped. */
+/* Updates the direction of sliding of mats in the air, which reverse without a stop. Otherwise such
+ * a mat would count as stopped when it lands. */
 static void update_afloat_slides(struct model *m, const double *z)
 {
     for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
@@ -394,7 +395,7 @@ void model_sample(struct model *m, double t_s, const double *z)
     settle_slide(m, t_s, z);
 }
 
-/* Limit on how far a quantity can leave the range of its values at both ends of a step: twice the
+/* Largest distance of a quantity from the range of its values at both ends of a step: twice the
  * excess of the cubic through values and slopes. (A slope that differs from the mean by 1 raises
  * the cubic by 4/27 of the step.) */
 static inline double max_deviation(double h, double from, double to, double rate_from,
@@ -405,7 +406,7 @@ static inline double max_deviation(double h, double from, double to, double rate
 }
 
 struct step_ends {
-    const double *z0, *z1, *r0, *r1; /* states and their rates */
+    const double *z0, *z1, *r0, *r1; /* states at both ends of the step, and their rates */
     double t0_s, t1_s, h_s;
 };
 
@@ -481,7 +482,7 @@ static bool can_slack_change(const struct model *m, const struct step_ends *s, i
     return m->joint[joint] < 0 ? opens : m->joint[joint] > 0 ? closes : opens || closes;
 }
 
-/* Rate of a joint's tension, without the effect of tilting. */
+/* Rate of change of a joint's tension, without the effect of tilting. */
 static double tension_rate(const struct model *m, const double *z, const double *rate, int joint)
 {
     int l = m->size + 2 * joint - 1, r = m->size + 2 * joint + 1;
@@ -501,7 +502,7 @@ static bool can_slip_change(const struct model *m, const struct step_ends *s, in
         return can_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
                         0.0);
     if (m->soil_normal)
-        return true; /* the limit of friction changes too */
+        return true; /* the limit of friction is not constant either */
     double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
     double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
     double rate_to = tension_rate(m, s->z1, s->r1, mat + 1) - tension_rate(m, s->z1, s->r1, mat);

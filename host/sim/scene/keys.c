@@ -1,4 +1,4 @@
-/* Lists the keys of a scene as text and as JSON. */
+/* Writes the keys of a scene as text and as JSON. */
 #include <jansson.h>
 #include <math.h>
 #include <string.h>

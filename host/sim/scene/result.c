@@ -32,7 +32,8 @@ int sim_time_digits(double start_s, int digits)
 void sim_result_add_left_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
-        if (result->left_out[i] == what) /* an earlier solver of the same scene has added it */
+        /* another solver, which ran this scene before, has added it */
+        if (result->left_out[i] == what)
             return;
         if (!result->left_out[i]) {
             result->left_out[i] = what;
@@ -200,7 +201,7 @@ void sim_record_to_result(struct sim_record *record, struct sim_result *result)
         outputs += record->snapshots[i].output >= 0;
     result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
     result->output_count = outputs;
-    /* an interrupted run has its outputs in order of time */
+    /* outputs of an interrupted run are complete up to a time */
     bool complete = record->next_snapshot == record->snapshot_count;
     size_t delivered = 0;
     for (size_t i = 0; i < record->next_snapshot; i++) {

@@ -16,39 +16,40 @@
 
 #include "host/sim/scene/scene.h"
 
-/* Options of a run. All zero: every choice is automatic. */
+/* Options of a run. If all are zero, every choice is automatic. */
 struct sim_options {
     /* NULL or "auto": chosen automatically, with the reason in the result. Chain: "event",
      * "staggered"; planar models: the names in stepper.h. */
     const char *solver;
-    /* Fixed step. 0: half the stability limit, halved if the check (chain.h) requires it. */
+    /* Fixed step. 0: half of the stability limit, and half of that if the check (chain.h) requires
+     * it. */
     double dt_s;
-    /* Planar models: tolerance of the step control. Chain: permitted error estimate as a share of
-     * the largest |u|; the step is halved until it is met. */
+    /* Planar models: tolerance of the step control. Chain: permitted error estimate as a fraction
+     * of the largest |u|. The step is halved until the estimate is below it. */
     double rtol;
-    bool no_prune; /* integrate every mat all the time */
-    /* Solver staggered: one pass, without error estimate (0) and without checks except that of
-     * stability. For ensembles whose spread is far larger than the error of a pass; the step is dt,
-     * or half the stability limit. Solver event of the chain: one pass at tolerance rtol. */
+    bool no_prune; /* true: all mats are integrated all the time */
+    /* Solver staggered: one pass with dt or half the stability limit, without an error estimate
+     * (0). Only stability is checked. For ensembles whose spread is far larger than the error of a
+     * pass. Solver event of the chain: one pass at tolerance rtol. */
     bool single;
-    /* Solver staggered: runs its first two passes on two threads, for a caller without other work.
-     * The result is identical bit for bit. */
+    /* Solver staggered: run the first two passes on two threads, for a caller that has no other
+     * work for the second thread. The result is identical bit for bit. */
     bool in_parallel;
-    /* Landings with heights: record where the wheel meets nodes that have risen by this height; 0:
+    /* Landings with heights: record where the wheel meets nodes that have risen by this height. 0:
      * do not record. */
     double overrun_ft;
-    /* Called at intervals with the completed share of the pass, 0 to 1. Returning false stops the
-     * run: SIM_INTERRUPTED. NULL: not called. */
+    /* Called from time to time with the completed fraction of the pass, 0 to 1. If it returns
+     * false, the run stops: SIM_INTERRUPTED. NULL: not called. */
     bool (*may_continue)(void *ctx, int pass_from_1, double part);
     void *may_continue_ctx;
-    /* Time limit by the clock, after which the run is stopped: SIM_INTERRUPTED. 0: no limit.
-     * Solvers that auto tries after the first one have a separate limit (planar.h). */
+    /* Wall-clock time after which the run is stopped: SIM_INTERRUPTED. 0: no limit. Solvers that
+     * auto tries after the first one have a separate limit (planar.h). */
     double time_limit_s;
-    /* seconds, never decreasing; NULL: the clock of host/base/monotonic_clock.h */
+    /* returns seconds that never decrease; NULL: the clock of host/base/monotonic_clock.h */
     double (*clock_s)(void *ctx);
     void *clock_ctx;
-    double sample_dt_s; /* time between samples; 0: no samples */
-    /* Stations to sample: the mat that begins at the station or covers it. */
+    double sample_dt_s; /* interval between samples; 0: no samples */
+    /* Stations at which u is sampled, each on the mat that begins there or covers it. */
     const double *station_ft;
     size_t station_count;
 };
@@ -77,82 +78,90 @@ struct sim_output {
 struct sim_result {
     enum sim_status status;
     int mat;            /* mat at which the run failed, if not SIM_OK */
-    double t_s;         /* time of the failure */
-    const char *reason; /* reason if a stepper made no progress, static text; otherwise NULL */
-    int passes;         /* number of passes begun, for may_continue */
-    const char *solver; /* static text */
+    double t_s;         /* time of the failure, if the run failed */
+    const char *reason; /* why a stepper made no progress, static text; otherwise NULL */
+    int passes;         /* number of passes that were begun, as for may_continue */
+    const char *solver; /* name of the solver, static text */
     int mats;
-    /* start of the run (sim_scene_start_s); all times of the result are on the scene's clock */
+    /* start of the run (sim_scene_start_s), as a time in the scene; all times of the result are
+     * times in the scene */
     double start_s;
     double t_end_s;
-    double run_ms;        /* duration of all passes, wall clock */
-    double pass_ms;       /* duration of the pass that gave the numbers */
+    double run_ms;        /* wall-clock duration of all passes */
+    double pass_ms;       /* duration of the pass whose numbers are the result */
     double dt_s;          /* time step of that pass */
-    double dt_limit_s;    /* a larger step is unstable */
-    double checked_dt_s;  /* step of the check pass */
+    double dt_limit_s;    /* stability limit of the time step */
+    double checked_dt_s;  /* time step of the pass that checked the result */
     uint64_t evaluations; /* number of force evaluations in all passes */
-    uint64_t steps;       /* number of steps in the pass that gave the numbers */
+    uint64_t steps;       /* number of steps in the pass whose numbers are the result */
     uint64_t rejected;    /* number of steps in all other passes */
-    uint64_t events;      /* number of mats brought to rest within a step, in that pass */
-    /* error estimate: largest over all mats at 64 equally spaced times, t_out and samples */
+    /* number of times that a mat came to rest within a step, in the pass whose numbers are the
+     * result */
+    uint64_t events;
+    /* error estimate: largest error of u over all mats at 64 equally spaced times, t_out and
+     * samples */
     double error_u_ft;
     double error_lift_ft;
-    /* SIM_UNPREDICTABLE: number of diverging runs, whose differences are the estimates, and number
-     * of those with a bow wave. */
+    /* If SIM_UNPREDICTABLE: number of runs that diverge, and number of those with a bow wave. The
+     * differences of the runs are the error estimates. */
     int divergence_runs, divergence_waves;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
-    double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all are at rest */
+    double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all mats are at rest */
     double max_lift_ft;
     bool bow_wave;
     /* Solver staggered and the chain's event, over the whole run; joints 1..N+1, [0] unused. NULL
      * for other solvers. */
-    double *push_lb; /* largest compression of each joint */
-    double *pull_lb; /* largest tension of each joint */
-    double *rise_ft; /* planar: largest lift of each node off its ground */
-    /* Planar: largest turn of a joint upward (^) and downward (v); both positive. */
+    double *push_lb; /* largest compression of each joint in the run */
+    double *pull_lb; /* largest tension of each joint in the run */
+    double *rise_ft; /* planar models: largest lift of each node from its ground */
+    /* Planar models: largest turn of a joint upward (^) and downward (v). Both are positive. */
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order. Between two entries
-     * the wheel was on mats lower than half of overrun_ft. */
+    /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order of time. Between two
+     * entries the wheel was on mats lower than half of overrun_ft. */
     int overrun[SIM_OVERRUNS_MAX];
     int overruns; /* number of entries in `overrun` */
-    /* Node that first rose by overrun_ft, and the mat under the wheel at that time (0: none). */
+    /* First node that rose by overrun_ft, and the mat under the wheel at that time (0: none). */
     int first_crest, first_crest_wheel;
 
     struct sim_output *outputs;
     size_t output_count;
     double *u_ft; /* movement at the end: mats + 1 values, by mat */
-    /* At the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: compressed. */
+    /* Opening of each joint at the end: mats + 2 values, by joint 1..N+1; [0] unused. Negative: the
+     * joint is compressed. */
     double *gap_ft;
 
     /* final state of the modifications (mods.h); NULL without modifications */
     struct mods_state *mods;
 
-    size_t sample_count;  /* rows, at start_s + k * sample_dt_s, k = 0, 1, ... */
-    size_t station_count; /* columns */
+    size_t sample_count;  /* number of rows of samples; row k is at start_s + k * sample_dt_s */
+    size_t station_count; /* number of columns of samples */
     double sample_dt_s;
     double *sample_u_ft; /* sample_u_ft[k * station_count + s] */
-    double *sample_y_ft; /* same index: height of the mat's left end, up; NULL in model chain */
+    /* same index: height of the left end of the mat, positive up; NULL in model chain */
+    double *sample_y_ft;
 
-    int mats_max;                           /* largest number of mats integrated at the same time */
-    double mats_mean;                       /* mean over time */
-    const char *left_out[SIM_LEFT_OUT_MAX]; /* static texts; NULL ends the list */
-    char notes[SIM_NOTES_MAX][160];         /* an empty text ends the list */
+    int mats_max;     /* largest number of mats that were integrated at the same time */
+    double mats_mean; /* mean over time of the number of integrated mats */
+    /* features that the model omits, static texts; NULL ends the list */
+    const char *left_out[SIM_LEFT_OUT_MAX];
+    char notes[SIM_NOTES_MAX][160]; /* an empty text ends the list */
 };
 
-/* "ok", "unstable", "folded", "step_underflow", "interrupted", "unpredictable". */
+/* Name of a status: "ok", "unstable", "folded", "step_underflow", "interrupted",
+ * "unpredictable". */
 const char *sim_status_name(enum sim_status status);
 
-/* Records the end of a run that did not complete, with mat and time. */
+/* Sets the status of a run that did not complete, and the mat and time of the failure. */
 void sim_result_set_status(struct sim_result *result, enum sim_status status, int mat, double t_s);
 
-/* Significant digits for a time on a clock that starts at start_s: `digits` plus the number of
- * digits of start_s before its decimal point, at most 15. */
+/* Number of significant digits for a time of a run that starts at start_s: `digits` plus the number
+ * of digits of start_s before its decimal point, at most 15. */
 int sim_time_digits(double start_s, int digits);
 
-/* These functions add an entry to a list unless the list has it. The lists have room for all
- * entries that the code can make. */
+/* These functions add a text to a list unless the list already has it. The lists have room for all
+ * texts that the code can add. */
 void sim_result_add_left_out(struct sim_result *result, const char *what);
 void sim_result_add_note(struct sim_result *result, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
@@ -162,12 +171,12 @@ void sim_result_free(struct sim_result *result);
 /* Record: the output of one pass of a solver: u of every mat at set times, and samples at stations.
  *
  * The set times are 64 equally spaced times up to the end (for comparing passes) and the scene's
- * t_out. The solver reports the end of each step; between, u is interpolated linearly, as in the
- * motion of a fixed step. Units are ft and s. */
+ * t_out. The solver reports the end of each step; between the ends, u is interpolated linearly, as
+ * in the motion of a fixed step. Units are ft and s. */
 struct sim_snapshot {
     double t_s;
-    int output;   /* index in the scene's t_out, or -1 */
-    double *u_ft; /* movements: mats + 1 values by mat */
+    int output;   /* index in the scene's t_out; -1: one of the 64 times */
+    double *u_ft; /* displacements: mats + 1 values by mat */
     double lift_ft;
     int lift_node;
 };
@@ -175,33 +184,34 @@ struct sim_snapshot {
 struct sim_record {
     int mats;
     double end_s;
-    struct sim_snapshot *snapshots; /* snapshots in order of time */
+    struct sim_snapshot *snapshots; /* snapshots in ascending order of time */
     size_t snapshot_count;
     double *storage;
     int *station_mat;
     size_t station_count;
     double *sample_u_ft;
-    double *sample_y_ft; /* heights of the samples; NULL in model chain */
+    double *sample_y_ft; /* height at each sample; NULL in model chain */
     size_t sample_count;
     double sample_dt_s;
     size_t next_snapshot;
     size_t next_sample;
-    double next_s; /* next time to be recorded; INFINITY: none */
-    /* By mat: height of its left end, up; set by the solver of a planar model, like the lift. */
+    double next_s; /* next time that must be recorded; INFINITY: none */
+    /* For each mat: height of its left end, positive up. Set by the solver of a planar model. */
     const double *height_ft;
-    double lift_ft; /* set by the solver before it calls sim_record_add; default: 0 and node 1 */
+    /* set by the solver of a planar model before it calls sim_record_add; otherwise 0 and node 1 */
+    double lift_ft;
     int lift_node;
 };
 
 void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
                      const struct sim_options *options);
 
-/* Records all times up to t_s, at which the mats have displacements u and had speeds v. Most calls
- * can be avoided by testing next_s. */
+/* Records all times up to t_s, at which the mats have displacements u and speeds v. A call is
+ * necessary only if t_s has reached next_s. */
 void sim_record_add(struct sim_record *record, double t_s, const double *u_ft,
                     const double *v_ft_s);
 
-/* Largest difference between two complete records of the same scene, with mat and time. */
+/* Largest difference in u between two complete records of the same scene, with its mat and time. */
 struct sim_difference {
     double u_ft;
     int mat;
@@ -209,15 +219,15 @@ struct sim_difference {
 };
 struct sim_difference sim_record_difference(const struct sim_record *a, const struct sim_record *b);
 
-/* Largest difference of the lift between two complete records of the same scene. */
+/* Largest difference in lift between two complete records of the same scene. */
 double sim_record_lift_difference(const struct sim_record *a, const struct sim_record *b);
 
-/* Largest |u| of a complete record, with mat and time. */
+/* Largest |u| of a complete record, with its mat and time. */
 struct sim_difference sim_record_peak(const struct sim_record *record);
 
-/* Moves outputs and samples to a result, which then owns them. */
+/* Moves outputs and samples from a record to a result, which then owns them. */
 void sim_record_to_result(struct sim_record *record, struct sim_result *result);
-/* Like sim_record_to_result, for a chain. Also sets the peak, and copies the lists by mat and
+/* As sim_record_to_result, for the chain. Also sets the peak, and copies the lists by mat and by
  * joint; gap_ft is 0. */
 void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
                                 const double *push_lb, const double *pull_lb,

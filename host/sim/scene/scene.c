@@ -48,7 +48,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         name, kind, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
     }
 
-/* A number, or values along the runway. */
+/* A key whose value is a number, or values along the runway. */
 #define ALONG(name, field, which, low, above, unit, meaning)                            \
     {                                                                                   \
         name, SIM_KEY_REAL, FIELD(field), low, SIM_LARGEST, above, NULL, unit, meaning, \
@@ -255,8 +255,9 @@ const struct sim_key *sim_key_find(const char *name)
 
 /* ---- a scene in memory ---- */
 
-/* Defaults with a source: the model's bands in 5.1.2.1 (3/8 x 0.020 in, steel), the wheel's static
- * deflection in 2.6 (0.050 in over a mat of 24/7 in), the cleats in 5.5 (3/4 in). */
+/* Sets the defaults of the modifications. Sources in the report: bands 5.1.2.1 (3/8 x 0.020 in,
+ * steel), static deflection under the wheel 2.6 (0.050 in over a mat of 24/7 in), cleats 5.5 (3/4
+ * in). */
 static void mods_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
@@ -355,8 +356,8 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 
 /* ---- reading a scene ---- */
 
-/* Reads a number, or text "NUMBER UNIT", and converts it to the key's unit. False: the value is
- * neither. Text without a unit is invalid, and so is text for a key without a unit. */
+/* Reads a number, or a text "NUMBER UNIT", and converts it to the unit of the key. Returns false if
+ * the value is neither, if a text has no unit, or if the key has no unit but the text has one. */
 static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
@@ -406,12 +407,12 @@ static enum mr_status read_choice(void *field, const struct sim_key *key, const 
     char names[160] = "";
     for (unsigned i = 0; key->choices[i]; i++) {
         if (json_is_string(value) && strcmp(json_string_value(value), key->choices[i]) == 0) {
-            /* every choice is an enum, which has the size of an unsigned int here */
+            /* valid because each of these enums has the size of an unsigned int */
             memcpy(field, &i, sizeof i);
             return MR_OK;
         }
         if (i > 0)
-            strcat(names, ", "); /* the names in the table are short, so they fit */
+            strcat(names, ", "); /* cannot overflow: the names in the table are short */
         strcat(names, key->choices[i]);
     }
     if (json_is_string(value))
@@ -438,7 +439,8 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     return MR_OK;
 }
 
-/* Reads a row [first, last, value] of joints, nodes or mats 1..count. */
+/* Reads a row [first, last, value], which sets the value of joints, nodes or mats `first` to
+ * `last`. */
 static enum mr_status read_span(double *values, size_t count, const struct sim_key *key,
                                 const char *path, size_t at, const json_t *row, struct error *error)
 {
@@ -458,7 +460,8 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
     return MR_OK;
 }
 
-/* Reads values along the runway: `count` numbers, or a number and rows that replace it. */
+/* Reads values along the runway: a list of `count` numbers, or a number and rows that replace it in
+ * parts. */
 static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
                                  const char *path, const json_t *value, struct error *error)
 {
@@ -477,7 +480,7 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
     return error->status;
 }
 
-/* Number of values along the runway: the number of mats or of joints. */
+/* Number of values that a list along the runway must have: the number of mats or of joints. */
 static size_t along_count(const struct sim_scene *scene, const struct sim_key *key)
 {
     bool mats = key->list == FIELD(along[SIM_ALONG_W]) || key->list == FIELD(along[SIM_ALONG_V0]);
@@ -591,7 +594,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     return MR_OK;
 }
 
-/* Reports an unknown key. Keys are case-sensitive, as in the report. If only the case differs, the
+/* Reports an unknown key. Keys are case-sensitive, as in the report. If only the case is wrong, the
  * error suggests the right spelling. */
 static enum mr_status refuse_key(const char *path, const char *name, struct error *error)
 {
@@ -615,14 +618,14 @@ static enum mr_status read_object(struct sim_scene *scene, const char *path, jso
     if (!json_is_object(root))
         return error_set(error, MR_MALFORMED,
                          "not a scene: %s: the file is not a JSON object; begin with {", path);
-    /* the lengths of lists; a wrong number is refused below */
+    /* The length of lists depends on N; an invalid N is refused below. */
     json_int_t mats = json_integer_value(json_object_get(root, "N"));
     if (mats >= 1 && mats <= SIM_MATS_MAX)
         scene->mats = (int)mats;
     json_object_foreach(root, name, value)
     {
         if (name[0] == '_')
-            continue; /* a comment key */
+            continue; /* a key for comments */
         const struct sim_key *key = sim_key_find(name);
         if (!key)
             return refuse_key(path, name, error);
@@ -806,7 +809,7 @@ static bool is_allowed(const struct sim_key *key, double value)
     return value >= key->low && value <= key->high && !(key->excludes_low && value == key->low);
 }
 
-/* Checks the values of a list, and its length if it has one value per joint or mat. */
+/* Checks the values of a list. If a list has one value per joint or mat, also checks its length. */
 static enum mr_status check_list(const struct sim_scene *scene, const struct sim_key *key,
                                  const struct sim_list *list, const char *where,
                                  struct error *error)
@@ -861,7 +864,8 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     return check_list(scene, key, field, where, error);
 }
 
-/* The ground stiffness is the parameter of a table element, so its key is found by name. */
+/* True if the ground under the gear has a stiffness. The stiffness is the parameter of a table
+ * element, so it is found by the name of its key. */
 static bool is_on_ground(const struct sim_scene *scene)
 {
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");

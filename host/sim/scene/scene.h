@@ -2,9 +2,8 @@
  *
  * Units are ft, lb and s. Stations are measured from the left edge of mat 1, downfield positive.
  * Mats 1..N, joints 1..N+1 (joint j is the left end of mat j). A scene is read from a file
- * (sim_scene_load) or made in memory: sim_scene_defaults, then set fields and lists. In both cases
- * sim_run checks it again, so that an invalid scene made in memory is refused with the same errors
- * as a file.
+ * (sim_scene_load) or made in memory: sim_scene_defaults, then set fields and lists. sim_run checks
+ * every scene again, so a scene made in memory is refused with the same errors as a file.
  *
  * Ownership: the scene owns its lists; sim_scene_set_* copy their arguments; sim_scene_free
  * releases everything. */
@@ -22,8 +21,8 @@
 #define SIM_ELEMENTS_MAX   8
 #define SIM_GEAR_LINES_MAX 8
 
-/* Values that may differ along the runway: the first four by joint or node (N + 1), the others by
- * mat (N). */
+/* Quantities that may differ along the runway. The first four have a value per joint or node (N +
+ * 1), the others per mat (N). */
 enum sim_along {
     SIM_ALONG_KV,
     SIM_ALONG_CV,
@@ -57,83 +56,92 @@ struct sim_path_row {
 
 #define SIM_BAND_GROUPS 2
 
-/* A group of identical bands; the other group may have a different section, tension and rivets. */
+/* A group of identical bands. The other group may have a different section, tension and rivets. */
 struct sim_bands {
-    double count;    /* number of bands on the strip; 0: none */
-    double area_ft2; /* cross section of one band */
+    double count;    /* number of bands across the mat strip; 0: none */
+    double area_ft2; /* cross-section of one band */
     double e_lb_ft2;
-    /* riveted mats; default 0: the first multiple of `every`, the last mat */
+    /* first and last riveted mat; 0: the first multiple of `every`, the last mat */
     int every, first, last;
-    /* Tension T per band: one value, or one per segment; negative: slack of length -T l/(A E). */
+    /* Initial tension T of a band: one value, or one per segment. Negative: the segment is slack by
+     * the length -T l/(A E). */
     struct sim_list t0_lb;
-    double k_lb_ft; /* stiffness of the spring at either anchor; INFINITY: rigid */
-    /* Largest force that a connection holds before the band slips through; INFINITY: any force. */
+    double k_lb_ft; /* stiffness of the spring at each anchor; INFINITY: rigid */
+    /* Largest force that a connection holds before the band slips through it; INFINITY: it never
+     * slips. */
     double grip_lb;
-    double pull_lb;      /* vertical force that pulls a rivet out; INFINITY: none */
-    double wear_ft;      /* slip that wears a rivet's hole through; INFINITY: never */
-    double tilt_rad;     /* angle by which the wheel turns a riveted mat */
-    double alpha_f;      /* thermal expansion, 1/degree F */
-    double warming_degf; /* temperature of the band minus that at which it had T0, degrees F */
+    double pull_lb;  /* vertical force that pulls a rivet out; INFINITY: never */
+    double wear_ft;  /* slip after which the hole of a rivet is worn through; INFINITY: never */
+    double tilt_rad; /* angle by which the wheel turns a riveted mat against the band */
+    double alpha_f;  /* thermal expansion, 1/degree Fahrenheit */
+    /* temperature of the band minus the temperature at which its tension was T, degrees
+     * Fahrenheit */
+    double warming_degf;
     enum sim_band_over over;
-    struct sim_list slipped_ft; /* per connection, slip so far; empty: 0 */
-    struct sim_list pulled;     /* mats whose rivets are pulled out */
+    struct sim_list slipped_ft; /* slip of each connection at the start; empty: 0 */
+    struct sim_list pulled;     /* numbers of the mats whose rivets are pulled out */
 };
 
-/* Springs with dampers at every n-th mat or joint (elements/mods.h). Anchors hold mats along
- * the runway, tie-downs hold them on the ground, shock absorbers act across joints. */
+/* A kind of springs with dampers at every n-th mat or joint (elements/mods.h). Anchors hold mats
+ * along the runway, tie-downs hold mats on the ground, and shock absorbers act across joints. */
 enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINTS };
 
 struct sim_restraint {
-    int every, first; /* 0: none; the first multiple of `every` */
+    /* mats or joints `first`, `first` + `every`, ...; every 0: none; first 0: the first multiple of
+     * `every` */
+    int every, first;
     double k_lb_ft, c_lb_s_ft;
-    double grip_lb; /* largest force: of anchors and tie-downs the one that pulls them out */
-    /* Per restraint: position of its mat (anchor), rise (tie-down) or opening (absorber) at which
-     * its spring exerts no force. Empty: 0, or gap0 for an absorber. */
+    /* largest force of a restraint; a larger force pulls anchors and tie-downs out */
+    double grip_lb;
+    /* For each restraint: position of its mat (anchor), rise (tie-down) or opening (absorber) at
+     * which the spring exerts no force. Empty: 0, for an absorber gap0. */
     struct sim_list zero_ft;
 };
 
-/* Modifications of a runway against movement and waves (MODIFICATIONS.md). All are absent by
- * default. */
+/* Modifications of a runway that reduce movement and waves (MODIFICATIONS.md). By default there are
+ * none. */
 struct sim_mods {
     struct sim_bands band[SIM_BAND_GROUPS];
-    /* Cleats. */
-    int cleat_every, cleat_first; /* 0: none; the first multiple of `every` */
-    double cleat_hold_lb;         /* hold of a new cleat */
-    /* Movement in which the hold falls to 1/e; INFINITY: it does not fall. */
+    /* mats with cleats: cleat_every 0: none; cleat_first 0: the first multiple of cleat_every */
+    int cleat_every, cleat_first;
+    double cleat_hold_lb; /* hold of a new cleat */
+    /* movement of a mat by which the hold falls to 1/e; INFINITY: the hold is constant */
     double cleat_travel_ft;
-    /* planar model: the cleat is out of the ground if the mat has risen by this height */
+    /* planar model: rise of a mat at which its cleat is out of the ground */
     double cleat_depth_ft;
-    /* The hold of a raised cleat is proportional to this power of its depth. 0: the power is 2, and
-     * the part of a cleat that was out of the ground is lost. */
+    /* The hold of a raised cleat is proportional to this power of its depth. 0: the power 2, and
+     * the hold of the part that was out of the ground is lost for good. */
     double cleat_power;
-    double cleat_spring_deg;    /* a cleat turned by less than this at its root springs back */
-    struct sim_list cleat_left; /* remaining share of each cleat's hold; empty: 1 */
-    /* Stiffeners. */
+    double cleat_spring_deg; /* a cleat that is turned by less than this at its root springs back */
+    /* for each cleat: share of its hold that remains at the start; empty: 1 */
+    struct sim_list cleat_left;
     int stiff_span; /* number of mats that one stiffener connects; 0: none */
-    int stiff_free; /* joints between two stiffeners of the same line */
+    int stiff_free; /* number of joints between two stiffeners of the same line */
     int stiff_lines, stiff_first;
-    /* stiffness and largest force of one line along the runway, at a joint that it crosses */
+    /* stiffness along the runway, and largest force, of one line at a joint that it crosses */
     double stiff_k_lb_ft, stiff_grip_lb;
-    /* stiffness and yield moment of one line in bending */
+    /* stiffness and yield moment of one line in bending at a joint */
     double stiff_kt_lb_ft_rad, stiff_yield_lb_ft;
-    /* Openings at which the lines exert no force; empty: gap0. */
+    /* Joint openings at which the lines exert no force; empty: gap0. */
     struct sim_list stiff_gap0_ft;
-    /* Diagonal lay. */
     double lay_deg, lay_slide_lb, lay_mu;
     struct sim_restraint restraint[SIM_RESTRAINTS];
-    /* Joints torn in tension. */
-    double tear_lb; /* INFINITY: joints do not tear */
+    double tear_lb; /* tension that tears a joint; INFINITY: joints do not tear */
     struct sim_list torn;
 };
 
-/* The gear on elastic ground (elements/gear.h); the stiffness is the parameter of the element. */
+/* Parameters of the gear on elastic ground (elements/gear.h). The stiffness of the ground is the
+ * parameter of the element. */
 struct sim_gear {
-    double damping;           /* damping of a loaded mat, as a share of critical damping */
-    double unloading;         /* rho: share of the displacement that springs back */
-    double axle_law;          /* stiffness grows with the number of axles to this power */
-    double foot_ft;           /* length along the runway that an axle loads uniformly */
-    struct sim_list lines_ft; /* distances behind the lead axle; empty: only the lead axle */
-    struct sim_list axles;    /* number of axles on each line; empty: one */
+    double damping; /* damping of a loaded mat as a fraction of critical damping */
+    /* rho: fraction of the displacement that springs back when the load is removed */
+    double unloading;
+    /* the stiffness is proportional to this power of the number of axles on a mat */
+    double axle_law;
+    double foot_ft; /* length along the runway that an axle loads uniformly */
+    /* distances of the axle lines behind the lead axle; empty: only the lead axle */
+    struct sim_list lines_ft;
+    struct sim_list axles; /* number of axles of each line; empty: one */
 };
 
 struct sim_scene {
@@ -158,12 +166,12 @@ struct sim_scene {
     enum sim_end right;
     enum sim_end left_torsion;
     enum sim_end right_torsion;
-    double end_k_lb_ft[2]; /* stiffness of a spring at the left and at the right end */
-    double end_load_lb[2]; /* weight that lies on the first and on the last mat */
+    double end_k_lb_ft[2]; /* stiffness of the springs at the left and right end of the runway */
+    double end_load_lb[2]; /* additional weight on the first and last mat */
     double force_lb;
     double vac_ft_s;
     double s0_ft;
-    double force_stop_s; /* INFINITY: never */
+    double force_stop_s; /* time at which the thrust stops; INFINITY: never */
     enum sim_thrust thrust;
     double wheel_load_lb;
     double friction;
@@ -176,92 +184,96 @@ struct sim_scene {
     int bump_first;
     struct sim_list bump_ft;
     double v0_ft_s;
-    int v0_mat; /* 0: the mat under the wheel at t = 0 */
+    int v0_mat; /* mat with the initial speed v0; 0: the mat under the wheel at t = 0 */
     double mats_crossed;
-    double t_end_s;          /* end of the run; 0: from mats_crossed, or from path and t_dwell */
-    struct sim_list t_out_s; /* empty: only the end */
-    struct sim_list u_mats;  /* mat numbers; empty: all */
-    /* Whole landings. */
-    /* NULL: Vac, s0 and F are used; otherwise the path replaces those three */
+    double t_end_s; /* end of the run; 0: determined by mats_crossed, or by path and t_dwell */
+    struct sim_list t_out_s; /* times of the outputs; empty: only the end */
+    struct sim_list u_mats;  /* numbers of the mats in the output; empty: all */
+    /* motion and thrust of the aircraft over time; NULL: Vac, s0 and F are used instead */
     struct sim_path_row *path;
     size_t path_count;
-    struct sim_list gap0_ft; /* empty: 0; one value for every joint; or N+1 values */
-    struct sim_list grit_lb; /* empty, one or N+1 values, as gap0_ft */
-    /* Empty: level ground. Otherwise N+1 heights (up) of the ground under the nodes, for the whole
-     * run. */
+    /* initial opening of the joints: empty: 0; one value for every joint; or N+1 values */
+    struct sim_list gap0_ft;
+    /* grit resistance of the joints: empty, one value or N+1 values, as gap0_ft */
+    struct sim_list grit_lb;
+    /* Height of the ground under each node, N+1 values, positive up, constant in the run. Empty:
+     * level ground. */
     struct sim_list ground_ft;
     double t_dwell_s; /* duration of the run after the stop; negative: not given */
     struct sim_mods mods;
     struct sim_gear gear;
-    /* By index in elements/element.h: parameter of each element; 0: absent. */
+    /* Parameter of each element, by index in elements/element.h. 0: the scene does not have the
+     * element. */
     double element[SIM_ELEMENTS_MAX];
-    /* By enum sim_along; empty: every mat has the value of the field above. W: inertia and friction
-     * of a mat are proportional to its weight. V0 replaces v0_ft_s and v0_mat. */
+    /* Values along the runway, by enum sim_along. Empty: every mat has the value of the field
+     * above. With W, inertia and friction of a mat are proportional to its weight. V0 replaces
+     * v0_ft_s and v0_mat. */
     struct sim_list along[SIM_ALONGS];
 };
 
-/* Sets every key to its default, without lists. */
+/* Sets every key to its default. The lists are empty. */
 void sim_scene_defaults(struct sim_scene *scene);
 
 /* Reads a scene file. MR_MALFORMED with the key: unknown key, wrong type, value out of range, list
  * of the wrong length. MR_MALFORMED or MR_TRUNCATED with line and column: not JSON. MR_IO: the file
  * cannot be read. After a failure there is nothing to free. */
 enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct error *error);
-/* Like sim_scene_load, from a text in memory. `where` replaces the path in error messages. */
+/* As sim_scene_load, for a text in memory. `where` replaces the path in error messages. */
 enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const char *text,
                                size_t length, struct error *error);
 
-/* Like sim_scene_load, from a JSON object. `where` begins the error message. After a failure there
- * is nothing to free. */
+/* As sim_scene_load, for a JSON object. `where` begins the error message. After a failure there is
+ * nothing to free. */
 struct json_t;
 enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, struct json_t *root,
                                    struct error *error);
 
 /* Checks ranges and list lengths of all keys, and contradictions between keys. `where` begins the
- * error message ("scene.json" for example). */
+ * error message, such as "scene.json". */
 enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
                                struct error *error);
 
-/* Replaces a list of the scene by a copy of the values. */
+/* Replaces a list by a copy of the values. */
 void sim_scene_set_list(struct sim_list *list, const double *values, size_t count);
 void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows, size_t count);
 
-/* End of the run. It is tend if given; else t_dwell, if given, after the aircraft stops or leaves
- * the runway; else the last row of the path, or the time to cross mats_crossed at Vac. INFINITY if
- * nothing ends the run. */
+/* Time at which the run ends: tend if it is given. Otherwise t_dwell (if given) after the aircraft
+ * stops or leaves the runway; or the last row of the path; or the time in which the aircraft
+ * crosses mats_crossed at Vac. INFINITY if nothing ends the run. */
 double sim_scene_end_s(const struct sim_scene *scene);
 
-/* Start of the run. It is 0, with the aircraft in the air until the first row of the path, except
- * in two cases where it is the time of that row: if nothing moves before it, and if it is so late
- * that the path has an absolute clock (seconds since an epoch). In the second case v0, bumps and
- * other actions begin with that row. */
-#define SIM_CLOCK_S 86400.0 /* one day */
+/* Time at which the run starts. Normally 0, with the aircraft in the air until the first row of the
+ * path. It is the time of the first row if nothing moves before this row. It is also the time of
+ * the first row if this time is so late that the path must have an absolute clock (seconds since an
+ * epoch); v0, bumps and other actions then begin with the first row. */
+#define SIM_CLOCK_S 86400.0 /* s; one day */
 double sim_scene_start_s(const struct sim_scene *scene);
 
-/* Makes a scene with all times relative to the start of the run, for the engines. They begin at 0,
- * so large times do not reduce the resolution of their clock. It shares the other lists of the
+/* Makes a copy of the scene whose times are relative to the start of the run, for the engines. A
+ * small time has a finer resolution than a large time. The copy shares the other lists of the
  * scene. A t_out before the start becomes 0, because nothing has moved until then. */
 void sim_scene_shift_times(struct sim_scene *counted, const struct sim_scene *scene);
 void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scene *scene);
 
-/* Shortest time that a fixed step must resolve: that in which thrust exceeds what friction can
- * hold, or in which a mat set in motion comes to rest. INFINITY without friction. */
+/* Shortest time that a fixed step must resolve: the time in which the thrust exceeds the limit of
+ * friction, or the time in which a mat comes to rest again. INFINITY without friction. */
 double sim_scene_shortest_s(const struct sim_scene *scene);
 
 /* Value of a per-joint list for joint 1..N+1. */
 double sim_scene_joint(const struct sim_list *list, int joint);
-/* True if a quantity of `along` differs along the runway, or a weight lies on an end. Only solvers
- * with fixed steps run such a scene. */
+/* True if a quantity of `along` differs along the runway, or if there is a weight on an end. Such a
+ * scene needs a solver with fixed steps. */
 bool sim_scene_is_varied(const struct sim_scene *scene);
-/* Value at a joint, node or mat (from 1); `everywhere` if the scene has no list of this
- * quantity. */
+/* Value of a quantity at a joint, node or mat (from 1). If the scene has no list of the quantity,
+ * returns `everywhere`. */
 double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
                        int at);
-/* Weight of mat 1..N, including a weight on an end. */
+/* Weight of mat 1..N, including a weight on the end of the runway. */
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
-/* The value that makes steps shortest: the largest stiffness or damping, the smallest weight. */
+/* The value of a quantity that makes the stable step shortest: the largest stiffness or damping, or
+ * the smallest weight. */
 double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere);
-/* Depth at which node 1..N+1 carries the weight of its mats. */
+/* Depth of node 1..N+1 at which the soil carries the weight of the node's mats. */
 double sim_scene_settled_ft(const struct sim_scene *scene, int node);
 
 void sim_scene_free(struct sim_scene *scene);
@@ -271,71 +283,75 @@ const char *sim_model_name(enum sim_model model);
 const char *sim_scene_name(const struct sim_scene *scene);
 
 /* The part of a scene that describes the modifications of the runway: defaults, checks that need
- * the whole scene, and the positions of the modifications. elements/mods.h has the forces. Mats are
- * counted from 1, connections and cleats from 0. The scene owns its lists. */
+ * the whole scene, and the positions of the modifications. elements/mods.h declares the forces.
+ * Mats are counted from 1, connections and cleats from 0. The scene owns its lists. */
 
-/* mods_free_lists releases the lists; mods_collect_lists returns all of them. */
+/* mods_free_lists releases all lists of the modifications. mods_collect_lists writes the addresses
+ * of the lists. */
 void mods_free_lists(struct sim_mods *mods);
 #define MODS_LISTS (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINTS)
-/* all lists that it owns */
+/* writes the addresses of all lists of the modifications */
 void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
 /* True if the scene has any modification. */
 bool mods_are_given(const struct sim_scene *scene);
 
-/* Numbers of connections (riveted mats) of a group of bands and of cleats in a scene, and the mat
- * of the i-th one, counted from 0. A group has one segment more than connections, or none. */
+/* Number of connections (riveted mats) of a group of bands, number of cleats, and mat of the i-th
+ * connection or cleat, counted from 0. A group has one segment more than connections, or none. */
 int mods_connections(const struct sim_scene *scene, int group);
 int mods_connection_mat(const struct sim_scene *scene, int group, int i);
 int mods_cleats(const struct sim_scene *scene);
 int mods_cleat_mat(const struct sim_scene *scene, int i);
-/* Number of restraints of a kind, and mat or joint of the i-th one; its name in keys. */
+/* Number of restraints of a kind, mat or joint of the i-th restraint, and name of the kind in
+ * keys. */
 int mods_restraints(const struct sim_scene *scene, int kind);
 int mods_restraint_at(const struct sim_scene *scene, int kind, int i);
 const char *mods_restraint_name(int kind);
 
-/* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. One
- * table is used to read, check and explain them. The file of an element defines the element's key
+/* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. Scenes
+ * are read, checked and explained with one table. The file of an element defines the element's key
  * (elements/element.h). Each key has its unit in ft, lb, s and slug; a value may be a text with any
  * unit of the same kind (host/base/quantity.h). */
 enum sim_key_kind {
     SIM_KEY_TEXT,
     SIM_KEY_REAL,
     SIM_KEY_INTEGER,
-    SIM_KEY_CHOICE, /* an int-sized enum; `choices` are in its order */
-    SIM_KEY_LIST,   /* list of reals */
-    SIM_KEY_JOINTS, /* one real, a list of N+1, or a real and rows [first, last, real] */
-    SIM_KEY_PARTS,  /* one real, or a list with one value per part of a modification (mods_check) */
-    SIM_KEY_PATH    /* rows of three reals */
+    SIM_KEY_CHOICE, /* an enum of the size of an int; `choices` are in the order of its values */
+    SIM_KEY_LIST,   /* a list of real numbers */
+    /* a real number, a list of N+1, or a real number and rows [first, last, number] */
+    SIM_KEY_JOINTS,
+    /* a real number, or a list with one value per part of a modification (mods_check) */
+    SIM_KEY_PARTS,
+    SIM_KEY_PATH /* rows of three real numbers */
 };
 
 struct sim_key {
     const char *name;
     enum sim_key_kind kind;
     size_t offset;
-    double low; /* limit of the value, or of each value of a list */
+    double low; /* smallest and largest value, also of each value of a list */
     double high;
-    bool excludes_low;          /* low itself is not allowed */
-    const char *const *choices; /* allowed words; NULL at the end */
+    bool excludes_low;          /* true: the value must be above `low` */
+    const char *const *choices; /* allowed words; NULL ends the list */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
-    const char *meaning;        /* description in one line */
+    const char *meaning;        /* description of the key, in one line */
     /* SIM_KEY_REAL: offset of the list that an array of the key sets; 0: only one number. */
     size_t list;
 };
 
-#define SIM_LARGEST 1e15 /* a technical limit that keeps products of values finite */
+#define SIM_LARGEST 1e15 /* a technical limit, so that products of values are finite */
 
-/* Keys of elements; elements/element.c. */
+/* Keys of the elements (elements/element.c). */
 extern const struct sim_key *const sim_element_keys[];
 extern const size_t sim_element_key_count;
 
-/* sim_key_at returns the keys in order, NULL beyond the last; sim_key_find finds a key by name, or
- * returns NULL. */
+/* sim_key_at returns the key with index i, or NULL if i is too large. sim_key_find finds a key by
+ * name, or returns NULL. */
 const struct sim_key *sim_key_at(size_t i);
 const struct sim_key *sim_key_find(const char *name);
 
-/* sim_key_default: a default that a file can contain, which excludes infinity and lists; NULL:
- * none. sim_scene_keys: object of all keys with default, unit, meaning and choices. The caller owns
- * both. */
+/* sim_key_default returns the default of a key as JSON, or NULL if a file cannot contain the
+ * default (infinity, a list). sim_scene_keys returns an object of all keys with default, unit,
+ * meaning and choices. The caller owns both. */
 struct json_t *sim_key_default(const struct sim_key *key);
 struct json_t *sim_scene_keys(void);
 /* Prints one line per key: name, default, unit, meaning. */

@@ -36,7 +36,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
                                  : HUGE_VAL;
 }
 
-/* Returns true if nothing moves before the aircraft arrives. */
+/* True if nothing moves before the aircraft arrives. */
 static bool is_at_rest(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
@@ -56,9 +56,8 @@ double sim_scene_start_s(const struct sim_scene *scene)
     return skips && sim_scene_end_s(scene) > first_s ? first_s : 0.0;
 }
 
-/* Time since the start. A large time is not exactly its decimal number (1700000000.1 is off by
- * 1.2e-7). So the difference is rounded to the last decimal place that such a time can
- * represent. */
+/* Time since the start, rounded to the last decimal place that such a large time has. A large time
+ * is not exactly its decimal number: 1700000000.1 is off by 1.2e-7. */
 static double time_from_start_s(double t_s, double start_s)
 {
     double later_s = fmax(t_s, start_s),
@@ -94,13 +93,13 @@ void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scen
     }
 }
 
-/* An interval in which the thrust exceeds the limit of friction. */
+/* A time interval in which the thrust exceeds the limit of friction. */
 struct pulse {
     bool is_active;
     double from_s, impulse_lb_s;
 };
 
-#define PULSE_REACH 1e-7 /* times a mat's length: a shorter movement counts as none */
+#define PULSE_REACH 1e-7 /* movement / mat length; a shorter movement counts as none */
 
 static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, double at_s,
                          double *shortest_s)
@@ -114,7 +113,7 @@ static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, dou
     *pulse = (struct pulse){0};
 }
 
-/* Updates the pulse over one row of the path, in which the thrust beyond the limit changes from
+/* Extends the pulse by one row of the path. In this row, the thrust minus the limit changes from
  * a_lb to b_lb. */
 static void update_pulse(struct pulse *pulse, const struct sim_scene *scene,
                          const struct sim_path_row *row, double a_lb, double b_lb,

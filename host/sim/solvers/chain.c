@@ -25,22 +25,23 @@
 
 struct chain {
     int mats;
-    int block; /* mats and joints per block of the kernels */
+    int block; /* number of mats that the kernels process at once */
     enum joint_law joints;
     struct law_joint joint;
     bool left_free;
     bool right_free;
     enum sim_friction friction;
-    bool can_stick; /* friction stick, and nothing else depends on a mat's speed */
-    bool is_varied; /* joints or mats differ (sim_scene_is_varied) */
-    bool is_plain;  /* like sticks, with fixed ends, equal mats and without modifications */
+    /* the friction law is stick, and no other force depends on the speed of a mat */
+    bool can_stick;
+    bool is_varied; /* joints or mats have different properties (sim_scene_is_varied) */
+    bool is_plain;  /* can_stick, and in addition fixed ends, equal mats and no modifications */
     double veps_ft_s;
     double mass_slug;
     const struct sim_scene *scene;
     double weight_friction_lb; /* Coulomb limit of a mat without the wheel, f W */
-    double load_friction_lb;   /* added under the wheel, f wheel_load */
+    double load_friction_lb;   /* limit that the wheel adds to a mat, f wheel_load */
     int v0_mat;
-    double *storage; /* all arrays below, each with padding at both ends */
+    double *storage; /* memory of all arrays below, each with PADDING unused entries at both ends */
     size_t length;   /* length of one array */
     double *u_ft;
     double *v_ft_s;
@@ -48,23 +49,23 @@ struct chain {
     double *grit_lb;
     double *reach_ft;
     double *thrust_lb;
-    double *limit_lb;   /* Coulomb limit */
+    double *limit_lb;   /* Coulomb limit of each mat */
     double *give_ft;    /* grit/KL: compression of the grit before it yields */
-    double *tension_lb; /* tension in the last kick */
-    double *last_lb;    /* force of the last kick; before_last_lb: of the previous kick */
+    double *tension_lb; /* tension of each joint in the last kick */
+    double *last_lb;    /* tension in the last kick and in the kick before */
     double *before_last_lb;
-    double *before_ft_s;            /* speeds before the last kick */
-    double *kl_lb_ft, *masses_slug; /* per joint and per mat */
-    double *push_lb;                /* per joint: largest compression and tension so far */
+    double *before_ft_s;            /* speed of each mat before the last kick */
+    double *kl_lb_ft, *masses_slug; /* stiffness of each joint and mass of each mat */
+    double *push_lb;                /* largest compression and tension of each joint so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
-    struct mods *mods; /* NULL when the scene has none */
+    struct mods *mods; /* NULL: the scene has no modifications */
     struct element_set elements;
-    struct gear *gear; /* NULL: one axle on ground that slides or holds */
+    struct gear *gear; /* NULL: the scene has one axle on rigid ground */
 };
 
 #define ARRAYS    16
-#define PADDING   8 /* entries at both ends: the widest block (chain_kernel.h) */
+#define PADDING   8 /* unused entries at both ends of an array: the widest block (chain_kernel.h) */
 #define ALIGNMENT 64
 
 #define LANES_FILE "host/sim/solvers/chain_kernel.h"
@@ -91,7 +92,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
     for (size_t i = 0; i < chain->length; i++) {
-        /* entries that are not mats never move */
+        /* entries beyond the mats must never move */
         (chain->limit_lb - PADDING)[i] = (double)INFINITY;
         (chain->masses_slug - PADDING)[i] = chain->mass_slug;
     }
@@ -105,7 +106,7 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     }
 }
 
-/* `first_mat`: mat under the wheel at t = 0. */
+/* Makes the chain of a scene. `first_mat`: mat under the wheel at t = 0. */
 static void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat)
 {
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
@@ -134,7 +135,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         &chain->tension_lb, &chain->before_ft_s,    &chain->push_lb,  &chain->pull_lb,
         &chain->last_lb,    &chain->before_last_lb, &chain->kl_lb_ft, &chain->masses_slug};
     for (size_t i = 0; i < ARRAYS; i++)
-        *arrays[i] = storage + PADDING + i * length; /* entry of mat 0 */
+        *arrays[i] = storage + PADDING + i * length; /* entry 0 of an array is for mat 0 */
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
@@ -155,7 +156,7 @@ static void chain_free(struct chain *chain)
     *chain = (struct chain){0};
 }
 
-/* Applies the wheel's parts to the mats; chain_remove_load removes the same parts. */
+/* Adds the wheel's thrust and limits to its mats. chain_remove_load removes them again. */
 static void chain_apply_load(struct chain *chain, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
@@ -183,8 +184,8 @@ static struct mods_view chain_view(const struct chain *chain)
     return (struct mods_view){chain->u_ft, chain->v_ft_s, 1, 0, chain->tension_lb, 0};
 }
 
-/* Modifications (only with mods): call before a kick of mats first..last over h_s, after
- * chain_apply_load. Adds the pull of the bands to the riveted mats and wears cleats. Extends
+/* Call before a kick of mats first..last over h_s, after chain_apply_load, if the scene has
+ * modifications. Adds the forces of the bands to the riveted mats and wears cleats. Extends
  * first..last to a riveted mat that now moves. Call chain_unbrace after the kick. */
 static void chain_brace(struct chain *chain, double h_s, const struct sim_touch *touch, int count,
                         int *first, int *last)
@@ -197,7 +198,8 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
             int mat = mods_cleat_mat(mods->scene, i);
             bool loaded = false;
             for (int k = 0; k < count; k++)
-                loaded = loaded || touch[k].mat == mat; /* its limit is set again in every step */
+                /* the limit of a loaded mat is set again in every step */
+                loaded = loaded || touch[k].mat == mat;
             if (mat >= *first && mat <= *last && !loaded)
                 chain->limit_lb[mat] = bare_limit_lb(chain, mat);
         }
@@ -234,8 +236,8 @@ static int block_of(const struct chain *chain, int i)
     return i & -chain->block;
 }
 
-/* Updates the speeds under the friction laws tanh and sign, or without friction. These laws do not
- * stop a mat. */
+/* Updates the speeds of a block of mats under the friction laws tanh and sign, or without friction.
+ * These laws do not stop a mat. */
 static void slide_block(const struct chain *chain, double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
@@ -248,8 +250,8 @@ static void slide_block(const struct chain *chain, double h_s, int first, int la
     }
 }
 
-/* Recomputes each mat under the gear from its speed before the kick: elastic ground holds it
- * instead of Coulomb friction. */
+/* Computes the speed of each mat under the gear again, from its speed before the kick: elastic
+ * ground acts on it instead of Coulomb friction. */
 static void push_by_wheel(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
@@ -268,7 +270,7 @@ static void push_by_wheel(const struct chain *chain, double h_s)
     }
 }
 
-/* Kick with elements: each mat separately. */
+/* Kick of a scene with elements: each mat is computed separately. */
 static __attribute__((noinline)) unsigned kick_elements(const struct chain *chain, double h_s,
                                                         int first, int last)
 {
@@ -308,10 +310,10 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
         mods_pull_joints(chain->mods, &view, first, last);
 }
 
-/* Updates the speeds of mats first..last over h_s with the forces at the present openings. Sticking
- * is exact: a mat at rest whose force is within its limit keeps the speed 0, and a mat whose speed
- * would cross 0 stops there and is tested again. Mats outside first..last must be at rest and
- * remain at rest. Returns the number of mats that stopped. */
+/* Kick: updates the speeds of mats first..last over h_s with the forces at the present openings.
+ * Sticking is exact: a mat at rest whose force is within its limit keeps the speed 0, and a mat
+ * whose speed would cross 0 stops there and is tested again. Mats outside first..last must be at
+ * rest and remain at rest. Returns the number of mats that stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
     int block = block_of(chain, first);
@@ -371,8 +373,8 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,
  * inside the unit circle, while h^2 w^2 + 2 h d < 4. Largest w^2 and d of a chain of equal mats: 4
  * KL/m and 4 CL/m, with both ends of every mat joined. A steep tanh adds its own slope. Elements of
- * the table are exact within the kick and set no limit: their factor keep on the speed and the
- * shorter as_if_s make the left side smaller. */
+ * the table are exact within the kick and do not reduce the limit: they make the left side smaller.
+ */
 static double chain_step_limit_s(const struct chain *chain)
 {
     int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
@@ -433,68 +435,70 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 
 /* ---- runs ---- */
 
-/* first step / stability limit, if no step is given; the coarser pass then has a step at the
- * limit */
+/* First step / stability limit, if no step is given. The step of the coarser pass is then at the
+ * limit. */
 #define STEP_SHARE         0.5
-/* part of a mat that the aircraft may cross in one step, if no step is given */
+/* Part of a mat that the aircraft may cross in one step, if no step is given. */
 #define HOP_SHARE          0.25
-#define SHORTEST_SHARE     0.125 /* part of the shortest time that a step must resolve */
+#define SHORTEST_SHARE     0.125 /* step / shortest time that a step must resolve */
 #define MIN_STEPS          1000
 #define MAX_STEPS          400000000u
 #define MAX_HALVINGS       8
 /* ratio of the steps of two passes; at 2 their switches would coincide */
 #define STEP_RATIO         1.9
-/* error estimate / difference of two passes; order 1 requires 1.11 */
+/* Error estimate / difference of two passes. A method of order 1 requires 1.11. */
 #define ERROR_FACTOR       2.0
-#define ERROR_FLOOR        1e-10 /* least error estimate, times a mat's length */
-#define FEW_MATS           32    /* number of mats up to which runs can agree by chance */
-#define THIRD_ERROR_FACTOR 4.0   /* the same with a third pass */
-#define THIRD_STEP_RATIO   1.37  /* number of steps of a third pass / that of the coarser pass */
+#define ERROR_FLOOR        1e-10 /* smallest error estimate / mat length */
+#define FEW_MATS           32    /* largest number of mats for which two runs can agree by chance */
+#define THIRD_ERROR_FACTOR 4.0   /* error estimate / largest difference of three passes */
+#define THIRD_STEP_RATIO   1.37  /* steps of a third pass / steps of the coarser pass */
 #define ENERGY_EXCESS      4.0
-#define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
-/* steps between energy checks; odd, so that alternating errors show */
+#define STEPS_PER_CALLBACK 1024 /* number of steps between calls of may_continue */
+/* Number of steps between energy checks. Odd, so that errors of alternating sign are detected. */
 #define ENERGY_STEPS       61
 #define MAX_DISAGREEMENT   0.1
-/* steps at rest before the window leaves a mat: one for its damper, one for the grit, one spare */
+/* Steps for which a mat must be at rest before it leaves the window: one for its damper, one for
+ * the grit, one spare. */
 #define QUIET_STEPS        3
 
-/* Mats that are integrated: all moving mats and one at rest on either side. */
+/* The mats that are integrated: all moving mats, and one mat at rest on either side. */
 struct window {
     int first;
     int last;
-    int quiet_first; /* steps for which the two mats at this end have been at rest */
+    int quiet_first; /* steps for which the two mats at each end have been at rest */
     int quiet_last;
 };
 
-/* One run over the whole duration. */
+/* One pass: a run over the whole duration with one step. */
 struct pass {
     uint64_t steps;
-    uint64_t steps_done; /* less than steps if the pass failed or ended early at rest */
+    /* less than `steps` if the pass failed, or ended early because all mats are at rest */
+    uint64_t steps_done;
     double h_s;
     double ms;
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
-    int number; /* number of this pass, for may_continue */
+    int number; /* number of the pass, for may_continue */
     bool interrupted;
     bool failed;
-    int mat; /* mat of the failure */
+    int mat; /* mat at which the pass failed */
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
-    double *push_lb, *pull_lb; /* per joint: largest compression and tension */
+    double *push_lb, *pull_lb; /* largest compression and tension of each joint */
     struct mods_state *mods;   /* state at the end of the pass; NULL without modifications */
 };
 
-/* Returns true if nothing in the window has moved for QUIET_STEPS. */
+/* True if nothing in the window has moved for QUIET_STEPS. */
 static bool is_window_at_rest(const struct window *window)
 {
     return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
            window->quiet_last >= QUIET_STEPS;
 }
 
-/* Extends the window to the mats under the wheel. If nothing in it has moved for a while, moves it
- * to the wheel instead. */
+/* Extends the window to the mats under the wheel. If nothing in the window has moved for a while,
+ * moves the window to the wheel instead. */
 static void extend_window(struct window *window, const struct chain *chain,
                           const struct sim_touch *touch, int count)
 {
@@ -508,8 +512,8 @@ static void extend_window(struct window *window, const struct chain *chain,
     }
 }
 
-/* Updates the window after a kick. It must grow when the mat at its end moves, because the next mat
- * is then loaded. It shrinks with a delay. */
+/* Updates the window after a kick. The window grows if the mat at its end moves, because this mat
+ * then loads the next one. It shrinks with a delay. */
 static void update_window(struct window *window, const struct chain *chain)
 {
     if (chain->v_ft_s[window->first] != 0.0 && window->first > 1)
@@ -541,7 +545,7 @@ static void shrink_window(struct window *window, const struct chain *chain)
     while (last > first && chain->v_ft_s[last] == 0.0)
         last--;
     if (chain->v_ft_s[first] == 0.0)
-        first = last = 2; /* nothing moves, so any position is valid */
+        first = last = 2; /* no mat moves, so any position is valid */
     window->first = first > 1 ? first - 1 : 1;
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
@@ -598,7 +602,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             shrink_window(&window, chain);
         else if (prune)
             update_window(&window, chain);
-        /* everything is at rest and the forces no longer change */
+        /* all mats are at rest, and the forces no longer change */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_over(&wheel, from_s);
         bool last = still || i + 1 == pass->steps;
@@ -624,7 +628,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             }
         }
         if (last)
-            /* rounding must not skip the outputs due at the end */
+            /* so that rounding does not skip outputs at the end */
             t_s = (double)pass->steps * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
             sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
@@ -673,7 +677,7 @@ static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
     result->evaluations += pass->steps_done;
     result->rejected +=
-        pass->steps_done; /* counted as rejected unless this pass becomes the answer */
+        pass->steps_done; /* these steps count as rejected unless this pass becomes the result */
 }
 
 static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -684,8 +688,8 @@ static void start_pass(struct pass *pass, struct chain *chain, const struct sim_
     add_pass_cost(pass, result);
 }
 
-/* Two passes run in parallel. The first calls may_continue; the second stops when the first
- * does. */
+/* Two passes that run in parallel. Only the first calls may_continue. If the first stops, the
+ * second stops too. */
 struct parallel_passes {
     struct pass *pass[2];
     struct chain *chain[2];
@@ -759,7 +763,7 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
-/* Reuses the finer pass as the coarser pass of the next pair. */
+/* Moves the finer pass to the place of the coarser pass, for the next pair. */
 static void move_pass(struct pass *to, struct pass *from)
 {
     free_pass(to);
@@ -779,16 +783,16 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
     free_pass(&only);
 }
 
-/* Returns true if two runs can agree by chance: if joints can tear, which depends on one peak; if
- * no friction stops mats that have separated; and if few mats move. A third run, with a step
- * between the two, then widens the error estimate. */
+/* True if two runs can agree by chance: joints can tear, which depends on a single peak; no
+ * friction stops mats that have separated; or few mats move. A third run, with a step between those
+ * of the two, then increases the error estimate. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW_MATS;
 }
 
-/* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two. 0:
- * the third run failed or was interrupted (*interrupted). */
+/* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two runs.
+ * 0: the third run failed, or was interrupted (*interrupted). */
 static double estimate_with_third_ft(struct chain *chain, const struct sim_scene *scene,
                                      const struct sim_options *options, const struct pass *coarse,
                                      const struct pass *fine, struct sim_result *result,
@@ -808,8 +812,8 @@ static double estimate_with_third_ft(struct chain *chain, const struct sim_scene
 }
 
 /* Runs two passes, with `steps` and `steps`/STEP_RATIO steps (STEP_RATIO times `steps` if the
- * result is the coarser pass). While the two differ, repeats them with shorter steps, unless the
- * step is fixed. The result is one of the two passes. */
+ * result is the coarser pass). Unless the step is fixed, repeats them with shorter steps while they
+ * differ too much. The result is one of the two passes. */
 static void run_pairs(struct chain *chain, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, bool coarser_answers,
                       struct sim_result *result)
@@ -890,7 +894,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     sim_wheel_start(&wheel, scene);
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double hop_s =
-        /* INFINITY if the aircraft is at rest */
+        /* INFINITY: the aircraft is at rest */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;

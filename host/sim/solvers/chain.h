@@ -2,12 +2,12 @@
  * modifications, unless a step, a single pass or the solver `staggered` is requested. This file has
  * the fixed step that checks itself (solver `staggered`).
  *
- * Scheme: staggered (leapfrog). Speeds are half a step ahead of the positions. Kicks change the
- * speeds, with the forces at the present openings and with the thrust, which is averaged exactly
- * over the kick. Friction is exact within the kick. The joints' damper acts on the speeds of the
- * last half step, half a step late. The scheme is first order with CL above 0. Without CL it is
- * second order while nothing slips, opens or collides, and between first and second order with
- * friction and contacts.
+ * Scheme: staggered (leapfrog). Speeds are computed at times half a step after the positions. Kicks
+ * change the speeds, with the forces at the present openings and with the thrust, which is averaged
+ * exactly over the kick. Friction is exact within the kick. The dampers of the joints act with the
+ * speeds of the last half step, half a step late. The scheme is first order with CL above 0.
+ * Without CL it is second order while nothing slips, opens or collides, and between first and
+ * second order with friction and contacts.
  *
  * PLANAR.md, "Error estimate", describes how a run is checked. With options->single there
  * is one pass, and only its energy is checked. Only the mats between the outermost mats that are
@@ -20,8 +20,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Runs a checked scene of model chain. MR_OK: see result->status. MR_USAGE: an impossible number of
- * steps. The caller frees the result in every case. */
+/* Runs a checked scene of model chain. MR_OK: the run ended, see result->status. MR_USAGE: the
+ * number of steps is impossible. The caller frees the result in every case. */
 enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options *options,
                          struct sim_result *result, struct error *error);
 

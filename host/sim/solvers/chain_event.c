@@ -13,18 +13,19 @@
 #define FIRST_ORDER          12
 #define STEPS_PER_CALLBACK   256
 #define MAX_STEPS            50000000u
-#define MAX_SWITCHES_AT_ONCE 64 /* largest number of switches per mat without time between them */
-/* tolerances of the runs: truncation error of a step, as a part of the speed */
+#define MAX_SWITCHES_AT_ONCE 64 /* largest number of switches per mat at the same time */
+/* Tolerances of the runs: truncation error of a step / speed. */
 #define COARSE_TOLERANCE     1e-9
 #define FINE_TOLERANCE       1e-12
 #define FINEST_TOLERANCE     1e-13
-/* a third run is required if the difference exceeds this times COARSE_TOLERANCE */
+/* Difference of two runs / COARSE_TOLERANCE above which a third run is required. */
 #define THIRD_RUN_FACTOR     1e6
-#define ERROR_FACTOR         3.0   /* error estimate, times the largest difference between runs */
-#define ERROR_FLOOR          1e-10 /* least error estimate, times the largest movement */
-#define ERROR_FLOOR_LENGTH   1e-13 /* least error estimate, times a mat's length */
-#define MAX_DISAGREEMENT     0.1   /* allowed difference without rtol, times the largest movement */
-#define STEP_HORIZON         2.0   /* longest step, times the usual time to a switch */
+#define ERROR_FACTOR         3.0   /* error estimate / largest difference between runs */
+#define ERROR_FLOOR          1e-10 /* smallest error estimate / largest movement */
+#define ERROR_FLOOR_LENGTH   1e-13 /* smallest error estimate / mat length */
+/* Largest allowed difference / largest movement, if rtol is not given */
+#define MAX_DISAGREEMENT     0.1
+#define STEP_HORIZON         2.0 /* longest step / usual time to a switch */
 
 struct run {
     double tolerance, longest_s, ms;
@@ -41,8 +42,8 @@ bool chain_event_is_supported(const struct sim_scene *scene)
     return !mods_are_given(scene) && !sim_scene_is_varied(scene);
 }
 
-/* Updates the largest forces of each joint: at points of the step, or at the top of a parabola
- * between them. */
+/* Updates the largest forces of each joint. A force is largest at a point of the step, or at the
+ * vertex of a parabola between points. */
 static void update_peak_tensions(struct motion *m, int first, int last, int order, double h)
 {
     int parts = 2 + (int)law_min(2.0 * h * m->rate, 60.0);
@@ -66,7 +67,7 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
     }
 }
 
-/* Records the outputs that are due in the step. Rounding must not skip those at the end. */
+/* Records the outputs within the step. Rounding must not skip outputs at the end. */
 static void record_samples(struct motion *m, struct run *run, int first, int last, int order,
                            double h, bool at_end)
 {
@@ -89,7 +90,7 @@ static void find_window(const struct motion *m, int *first, int *last)
     *last = *last < *first ? *first : *last;
 }
 
-/* Updates the force of elastic ground after a step. */
+/* Updates the force of the elastic ground after a step. */
 static void update_part(struct motion *m, struct part *part)
 {
     part->ground_force_lb += part->rate_lb_ft * m->c[0][part->mat];
@@ -187,7 +188,7 @@ static void fill_result(const struct motion *m, struct run *run, struct sim_resu
         result->gap_ft[j] = motion_opening_ft(m, j);
 }
 
-/* Finds where the last run first differs from another run by more than apart_ft. */
+/* Finds the first time at which the last run differs from another run by more than apart_ft. */
 static struct sim_difference find_first_difference(const struct run *runs, int count,
                                                    double apart_ft)
 {

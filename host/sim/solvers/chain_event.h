@@ -5,7 +5,8 @@
  * yields) the equations are linear, and u of every mat is a power series in time whose terms follow
  * from the equations one by one. A step is such a series, truncated where further terms are
  * negligible. A switch condition is a polynomial within the step, and its first root ends the step.
- * Thus no switch is sampled, and the largest force of a joint is that of its polynomial.
+ * Switches are therefore exact in time, and the largest force of a joint is the largest value of
+ * its polynomial.
  *
  * A step includes only the mats from the outermost moving ones to one mat beyond. Two runs, at two
  * tolerances, check each other: the stated error is three times their largest difference, and at

@@ -1,5 +1,5 @@
-/* The operations of chain.c on all mats and joints in a step: whole blocks, with one mat per lane.
- * For one kind of processor (lanes_each.h). */
+/* The operations of chain.c on all mats and joints in a step. They process blocks of mats, one mat
+ * per lane. Compiled for each kind of processor (lanes_each.h). */
 #include "host/sim/elements/lanes_kernel.h"
 
 typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
@@ -15,7 +15,8 @@ LANES_INLINE unsigned LANES(count)(masks set)
     return sum;
 }
 
-/* Size of the blocks in which mats and joints are computed; there is padding at both ends. */
+/* Number of mats or joints in a block. The arrays have padding at both ends, so all blocks are
+ * whole. */
 static int LANES(block)(void)
 {
     return BLOCK;
@@ -41,7 +42,7 @@ LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law 
     return pull.lb;
 }
 
-/* Stores the newest tensions; the last three are kept. */
+/* Stores the newest tensions. The last three of each joint are kept. */
 LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
 {
     STORE(chain->before_last_lb + j, LOAD(chain->last_lb + j));
@@ -68,10 +69,10 @@ LANES_INLINE struct LANES(slip)
     return slip;
 }
 
-/* Position correction for mats that stopped in a kick. Speeds are those in the middle of steps,
- * which gives the right movement under a constant force, but not for a mat that stopped or reversed
- * in the kick. For such mats of the block at n, with speed v before the kick, returns the distance
- * to add so that the following drift over h ends at the right position. */
+/* Position correction for mats that stopped in a kick. The speed in the middle of a step gives the
+ * right movement if the force is constant, but not if the mat stopped or reversed in the kick. For
+ * such mats of the block at n, with speed v before the kick, returns the distance to add so that
+ * the drift over h that follows ends at the right position. */
 LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double kick_s, double h_s)
 {
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
@@ -109,8 +110,8 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
     STORE(chain->pull_lb + j, pull_lb);
 }
 
-/* Friction stick: kick of the mats of the blocks first..last, which may be at rest, moving or
- * stopping. */
+/* Kick with friction law stick, for the mats of the blocks first..last, which may be at rest,
+ * moving or stopping. Returns the number of mats that stopped. */
 static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s, int first,
                              int last)
 {
@@ -133,8 +134,8 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     return stops;
 }
 
-/* Drift of the blocks first..last, and update of the largest tensions with those of the kick
- * before. */
+/* Drift of the blocks first..last. Also updates the largest tensions with those of the previous
+ * kick. */
 static void LANES(drift)(const struct chain *all, double h_s, int first, int last)
 {
     const struct chain copy = *all, *chain = &copy;
@@ -147,12 +148,13 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
 }
 
 /* A whole step (kick over kick_s, drift over h_s) of mats first..last and their joints up to last +
- * 1, for scenes in which only joints, thrust and sticking friction act. `first` is the start of a
- * block. */
+ * 1. Only for scenes in which joints, thrust and sticking friction are the only forces. `first` is
+ * the start of a block. */
 LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, double h_s, int first,
                                     int last, enum joint_law law)
 {
-    const struct chain copy = *all, *chain = &copy; /* a copy: no store can change its pointers */
+    /* a copy, so that the compiler knows that no store changes its pointers */
+    const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK) {
@@ -174,7 +176,7 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
     return stops;
 }
 
-/* Calls a separate loop for each joint law, from which unused code is removed. */
+/* Calls a separate loop for each joint law. The compiler removes unused code from each loop. */
 #define EACH_LAW(chain, do, ...)                                             \
     ((chain)->joints == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
      : (chain)->joints == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \

@@ -13,12 +13,14 @@
 
 #define PADDING         8
 #define ALIGNMENT       64
-/* limit of step times fastest rate / order, at which the terms of the series decrease */
+/* Largest product of step and fastest rate, divided by the order. The terms of the series then
+ * decrease. */
 #define SERIES_LIMIT    0.4
-#define TANH_SATURATION 20.0 /* times veps: above it tanh is 1 */
-#define COULOMB_SPEED   25.0 /* times veps: from here on a mat slides by Coulomb's law */
-#define POLE_LIMIT      0.3 /* limit of step times the rate of tanh, while its argument is near 0 */
-#define EDGE_TOLERANCE  1e-12 /* README.md: a wheel at x = n L is on mat n + 1 */
+#define TANH_SATURATION 20.0 /* speed / veps above which tanh is 1 */
+#define COULOMB_SPEED   25.0 /* speed / veps above which a mat slides by Coulomb's law */
+/* Largest product of step and rate of tanh, while the argument of tanh is near 0 */
+#define POLE_LIMIT      0.3
+#define EDGE_TOLERANCE  1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
 #define ROUNDING        (16.0 * DBL_EPSILON)
 #define SLIDE_ON_GROUND 3 /* value of slide for a mat on elastic ground */
 
@@ -42,7 +44,7 @@ LAW_INLINE void expand_tensions(const struct motion *m, int k, int first, int co
         pull[j] += a[j] * m->gap0_ft[first + j] + m->at_lb[first + j];
 }
 
-/* tanh of speed over veps, y, with argument w: y' = (1 - y^2) w'. */
+/* Computes the series of y = tanh w, with w = speed / veps, from y' = (1 - y^2) w'. */
 static void expand_tanh_friction(const struct motion *m, int k, int first, int last)
 {
     double per = 1.0 / m->scene->veps_ft_s;
@@ -56,7 +58,7 @@ static void expand_tanh_friction(const struct motion *m, int k, int first, int l
             m->square[0][n] = 1.0 - m->smooth[0][n] * m->smooth[0][n];
             continue;
         }
-        for (int i = 0; i < k; i++) /* coefficient of w: w_(i+1) = (i + 2) c_(i+2) / veps */
+        for (int i = 0; i < k; i++) /* the coefficients of w are w_(i+1) = (i + 2) c_(i+2) / veps */
             sum += (i + 1) * (i + 2) * m->c[i + 2][n] * per * m->square[k - 1 - i][n];
         m->smooth[k][n] = sum / k;
         sum = 0.0;
@@ -69,7 +71,8 @@ static void expand_tanh_friction(const struct motion *m, int k, int first, int l
 VECTOR void motion_expand(const struct motion *m, int first, int last, int order)
 {
     int count = last - first + 1;
-    /* the mats beyond are at rest; older coefficients may be left from when they moved */
+    /* Mats beyond the range are at rest. Their older coefficients may be left from an earlier
+     * motion. */
     for (int k = 1; k <= order; k++)
         m->c[k][first - 1] = m->c[k][last + 1] = 0.0;
     for (int k = 0; k < order; k++) {
@@ -112,9 +115,9 @@ VECTOR double motion_largest(const double *values, int first, int last)
     return most;
 }
 
-/* Longest step for which the last two terms, which are omitted, are within the tolerance. They are
- * compared with the largest speed so far or the speed that the step itself adds. The terms must
- * also decrease. */
+/* Longest step for which the last two terms, which are omitted, are within the tolerance, relative
+ * to the largest speed so far or the speed that the step itself adds. The terms must also
+ * decrease. */
 double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
 {
     double h = (double)INFINITY, v = m->max_speed_ft_s,
@@ -122,7 +125,7 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
     double twisted = 3.0 * motion_largest(m->c[3], first, last);
     bool springs = m->ground_lb_s_ft > 0.0 || m->gear;
     for (int n = first; m->friction == SIM_TANH && n <= last; n++) {
-        /* the series of tanh ends at a pole: the speed must change by less than veps */
+        /* the series of tanh converges up to a pole, so the speed must change by less than veps */
         double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
                jerk = fabs(6.0 * m->c[3][n]);
         if (m->slide[n] == 2)
@@ -249,8 +252,8 @@ double motion_part_limit_lb(const struct motion *m, const struct part *part)
            m->load_friction_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
 }
 
-/* Finds the next event of elastic ground. `which` 0: the speed reverses; 1: the force reaches or
- * leaves its limit; 2: the load falls to 0. */
+/* Finds the next event of elastic ground. `which` 0: the speed of the mat reverses; 1: the force
+ * reaches its limit or leaves it; 2: the load falls to 0. */
 static void find_part_event(const struct motion *m, const struct part *part, int order,
                             struct event *event)
 {
@@ -296,7 +299,7 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
 {
     double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
     if (m->slide[n] == SLIDE_ON_GROUND)
-        return; /* handled by find_part_event */
+        return; /* find_part_event handles this mat */
     if (m->slide[n] == 2) {
         double far_ft_s = m->friction == SIM_TANH ? COULOMB_SPEED * m->scene->veps_ft_s : DBL_MAX;
         if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
@@ -335,8 +338,8 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
     }
 }
 
-/* Conditions that end a joint's mode: a series that must not fall below 0, for `which` 0, 1, 2.
- * False: no more conditions. */
+/* Computes the conditions that end the mode of a joint. Condition `which` (0, 1, 2) is a series
+ * that must not fall below 0. Returns false if there is no such condition. */
 static bool find_joint_end(const struct motion *m, int j, int which, const double *g, int order,
                            double *s, double *noise)
 {
@@ -412,7 +415,7 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
         g_ft = motion_opening_ft(m, j);
     double way = m->reach_g[j];
-    switch (m->mode[j]) { /* fast exit: most joints are far from the end of their mode */
+    switch (m->mode[j]) { /* skip the joint early: most joints are far from the end of their mode */
     case CUT:
     case ELASTIC: return;
     case OPEN:
@@ -597,7 +600,8 @@ static void add_break(struct motion *m, double t_s)
     m->breaks_s[m->breaks++] = t_s;
 }
 
-/* Adds breaks where a point `ahead_ft` ahead of the path crosses from one mat to the next. */
+/* Adds breaks at the times at which a point `ahead_ft` ahead of the path crosses from one mat to
+ * the next. */
 static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
@@ -644,8 +648,8 @@ static struct part *find_part(struct motion *m, int mat)
     return &m->parts[i];
 }
 
-/* Adds `share` of the thrust and load of `axles` axles to a mat; `rate` is the rate of the
- * share. */
+/* Adds the action of `axles` axles on a mat: `share` of the thrust and load of each. `rate` is the
+ * rate of change of `share`. */
 static void add_part(struct motion *m, int mat, double share, double rate, double axles,
                      const double force[2], bool thrust, bool load)
 {
@@ -664,7 +668,8 @@ static void add_part(struct motion *m, int mat, double share, double rate, doubl
     }
 }
 
-/* Adds one line of axles. It is at x_ft in the middle of the interval, half_s from now. */
+/* Adds the action of one axle line. The line is at x_ft in the middle of the interval, half_s from
+ * now. */
 static void add_line(struct motion *m, double x_ft, double speed_ft_s, double half_s, double axles,
                      const double force[2])
 {
@@ -706,7 +711,7 @@ static void start_near_mat(struct motion *m, int n)
     m->changed_high = n > m->changed_high ? n : m->changed_high;
 }
 
-/* Restarts the elastic ground under a loaded mat; `before`: its last state, or NULL. */
+/* Starts the elastic ground under a loaded mat again. `before`: its previous state, or NULL. */
 static void restart_part(struct motion *m, struct part *part, const struct part *before)
 {
     double v = m->c[1][part->mat];
@@ -735,7 +740,7 @@ static void remove_wheel(struct motion *m, int n)
     set_slide(m, n, m->slide[n] == SLIDE_ON_GROUND ? left : m->slide[n]);
 }
 
-/* Sets the wheel's forces from now to the next break. */
+/* Sets the forces of the wheel from the present time to the next break. */
 void motion_press(struct motion *m)
 {
     const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
@@ -783,7 +788,7 @@ void motion_press(struct motion *m)
     shrink_range(m);
 }
 
-/* Sets the wheel's thrust from the present time on. */
+/* Sets the thrust of the wheel from the present time on. */
 void motion_place_wheel(struct motion *m)
 {
     double dt = m->t_s - m->from_s;

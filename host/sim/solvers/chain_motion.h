@@ -14,27 +14,27 @@
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
  * force"; law.h describes the grit. */
 enum mode {
-    CUT,     /* cut joint: a free end */
-    ELASTIC, /* no slack */
-    OPEN,    /* without grit, between closed and hooked */
+    CUT,     /* a cut joint, at a free end */
+    ELASTIC, /* a joint without slack */
+    OPEN,    /* without grit: between closed and hooked */
     PRESSED,
     HOOKED,
-    FREED,  /* with grit, open and opening: its reach follows */
-    HELD,   /* held by its grit */
-    LOOSE,  /* held, but with the damper it would pull */
-    FULL,   /* held, and with the damper at the largest force that grit transmits */
-    YIELDS, /* the grit yields: its reach follows */
+    FREED,  /* with grit: open and opening, so its reach increases */
+    HELD,   /* its grit holds the joint */
+    LOOSE,  /* held by grit, but the damper would cause tension */
+    FULL,   /* held by grit; with the damper, the force is the largest that the grit transmits */
+    YIELDS, /* the grit yields, so its reach decreases */
 };
 
 enum part_mode { LOADS, UNLOADS, GIVES, RIDES };
 
-/* The wheel's action on one mat from `from_s` on. */
+/* The action of the wheel on one mat, from `from_s` on. */
 struct part {
     int mat;
-    double thrust_lb[3]; /* thrust and its rates: lb, lb/s, lb/s2 */
-    double load[2];      /* share of an axle's load, and its rate */
-    double touching;     /* number of axles that touch the mat */
-    /* Gear on elastic ground (gear.h): stiffness and damping of the mat, its ground force, and the
+    double thrust_lb[3]; /* thrust and its first two derivatives: lb, lb/s, lb/s2 */
+    double load[2];      /* share of an axle's load, and its rate of change */
+    double touching;     /* number of axles that are on the mat */
+    /* Ground under the gear (gear.h): stiffness and damping for this mat, force on the mat, and
      * mode. */
     double k_lb_ft, ground_force_lb, rate_lb_ft;
     int side; /* sign of ground_force_lb */
@@ -44,37 +44,38 @@ struct part {
 struct motion {
     const struct sim_scene *scene;
     int mats;
-    double tanh_rate; /* rate of the law tanh at rest, 1/s */
-    double rate;      /* fastest rate of a chain in which all joints transmit, 1/s */
+    double tanh_rate; /* rate of the friction law tanh at speed 0, 1/s */
+    double rate;      /* fastest rate of the chain if all joints transmit force, 1/s */
     double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_friction_lb, load_friction_lb;
     enum sim_friction friction; /* friction law: stick, tanh or none */
     void *storage;
     size_t length; /* length of each array */
-    /* By mat: series of u (c[0] ft, c[1] ft/s, ...), of thrust, of tanh. */
+    /* For each mat: series of u (c[0] ft, c[1] ft/s, ...), of the thrust, and of tanh. */
     double *c[POLYNOMIAL_DEGREE + 1], *thrust[3], *smooth[POLYNOMIAL_DEGREE],
         *square[POLYNOMIAL_DEGREE];
     double *free_per_slug; /* 1/mass of a moving mat, otherwise 0 */
     double *limit_lb, *friction_force_lb, *drag_lb_s_ft;
-    double *reach_v; /* possible change of the speed within a step */
-    /* By joint: series of tension; tension = a g + b g' + at. */
+    double *reach_v; /* largest possible change of the speed within a step */
+    /* For each joint: series of the tension, which is a g + b g' + at. */
     double *pull[POLYNOMIAL_DEGREE], *a, *b, *at_lb;
     double *gap0_ft, *grit_lb, *reach_ft, *push_most_lb, *pull_most_lb;
-    double *reach_g, *reach_t; /* possible changes of opening and tension within a step */
+    double *reach_g, *reach_t; /* largest possible changes of opening and tension within a step */
     double *u_at, *sum, *slope;
-    /* Direction of sliding; 0: at rest; 2: without Coulomb's law (none, tanh); RIDDEN: elastic
-     * ground. */
+    /* Direction of sliding. 0: at rest. 2: friction law none or tanh, without Coulomb's law.
+     * SLIDE_ON_GROUND: on elastic ground. */
     signed char *slide;
     unsigned char *mode;
-    int low, high;                 /* outermost moving mats; low > high: no mat moves */
-    int changed_low, changed_high; /* mats whose thrust or limit has changed */
+    int low, high;                 /* outermost mats that move; low > high: no mat moves */
+    int changed_low, changed_high; /* range of mats whose thrust or limit has changed */
     struct sim_wheel wheel;
-    /* Times at which the wheel's parts change, in order; the last one is the end. */
+    /* Times at which the action of the wheel changes, ascending. The last one is the end of the
+     * run. */
     double *breaks_s;
     size_t breaks, next_break;
     double from_s; /* time of the last break */
     struct part parts[SIM_TOUCH_MAX];
     int part_count;
-    bool gear; /* the gear is on elastic ground */
+    bool gear; /* true: the gear is on elastic ground */
     double rho;
     double t_s;
     double max_speed_ft_s;
@@ -83,29 +84,30 @@ struct motion {
 /* The first switch within a step. */
 struct event {
     double h_s;
-    int mat, joint; /* one of them is set; 0: none */
-    /* number of the condition that was met, of the joint's mode or of the elastic ground */
+    int mat, joint; /* number of the mat or joint; the other is 0; both 0: there is no switch */
+    /* number of the condition that was met, for the mode of the joint or the elastic ground */
     int which;
 };
 
 void motion_make(struct motion *m, const struct sim_scene *scene);
 void motion_free(struct motion *m);
-/* Returns to t = 0. */
+/* Sets the motion to the start of the scene. */
 void motion_start(struct motion *m);
 
-/* Applies the thrust from the present time on. */
+/* Sets the thrust of the wheel from the present time on. */
 void motion_place_wheel(struct motion *m);
-/* Determines the wheel's parts from the present time to the next break. */
+/* Sets the action of the wheel from the present time to the next break. */
 void motion_press(struct motion *m);
 
-/* Computes the series of u and of the tensions for mats first..last, to this order. */
+/* Computes the series of u of mats first..last and of their joints' tensions, up to the term
+ * `order`. */
 void motion_expand(const struct motion *m, int first, int last, int order);
-/* Longest step for which the truncated share of the speed is within `tolerance`. */
+/* Longest step for which the omitted terms are within `tolerance` of the speed. */
 double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance);
-/* Finds the first switch; h_s is wide_s if there is none. Leaves in reach_t the possible change of
- * the tensions within wide_s. */
+/* Finds the first switch within wide_s. If there is none, h_s is wide_s. Leaves the possible change
+ * of the tensions within wide_s in reach_t. */
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s);
-/* Evaluates u and, unless `v` is NULL, v of mats first..last after h. */
+/* Computes u and, unless `v` is NULL, v of mats first..last at time h of the step. */
 void motion_evaluate(const struct motion *m, int first, int last, int order, double h, double *u,
                      double *v);
 void motion_switch(struct motion *m, const struct event *event);

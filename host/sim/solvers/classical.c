@@ -8,8 +8,8 @@
         for (int k = half_ * (s)->model->size + stepper_low(s); \
              k < half_ * (s)->model->size + stepper_high(s); k++)
 
-/* One classical step from y, with rates f, to z_new. k3: room for the other stages; `at`: room for
- * a state. */
+/* One step of the classical method from y, with rates f, to z_new. k3: memory for the other stages.
+ * `at`: memory for a state. */
 static void runge_kutta(struct stepper *s, double h, const double *y, const double *f,
                         double *const k3[3], double *at)
 {
@@ -25,9 +25,10 @@ static void runge_kutta(struct stepper *s, double h, const double *y, const doub
 
 /* ---- rk4 ---- */
 
-/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled; a mat whose speed
- * changes sign within a step is brought to rest at its end (pass.c). It checks the other solvers
- * with another method on the model's own right-hand side. */
+/* rk4: the classical Runge-Kutta method with a fixed step. Switches are sampled. A mat whose speed
+ * changes sign within a step is brought to rest at the end of the step (pass.c). rk4 is an
+ * independent check of the other solvers: another method with the right-hand side of the same
+ * model. */
 
 struct rk4_work {
     double *k[5]; /* four stages, and the rates at the end */
@@ -90,7 +91,7 @@ static const double rkgs_gill_c[4] = {0.5, 1.0 - RKGS_ROOT_HALF, 1.0 + RKGS_ROOT
 static const double rkgs_gill_time[4] = {0.0, 0.5, 0.5, 1.0};
 
 struct rkgs_work {
-    double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size values each */
+    double *rate, *q, *q_start, *middle, *whole, *rate0, *rate1; /* 2 size values in each array */
 };
 
 static void rkgs_restart(struct stepper *s)
@@ -174,9 +175,10 @@ const struct stepper_kind stepper_rkgs = {
  *
  * The test value is the largest 9/121 |P - C| over its tolerance. Above 1 the step is halved, below
  * 0.02 doubled. The classical Runge-Kutta method computes the three values of a start, also after a
- * change of the step (the original library interpolates after halving). Switches are sampled. */
+ * change of the step. (The original library interpolates after halving.) Switches are sampled. */
 
-#define HAMMING_POINTS 7 /* points kept: enough to continue at double the step */
+/* Number of points that are kept: enough to continue with the double step */
+#define HAMMING_POINTS 7
 
 struct hamming_work {
     double *y[HAMMING_POINTS],
@@ -185,9 +187,9 @@ struct hamming_work {
     double *difference; /* P - C of the last step */
     double *predicted, *modified, *rate, *k[3];
     int known_points; /* number of equidistant points in y and f */
-    int steps_at_h;   /* steps since the step changed */
+    int steps_at_h;   /* number of steps since the step size changed */
     bool has_difference;
-    double h_s; /* distance of the points */
+    double h_s; /* step between the points */
 };
 
 static void hamming_restart(struct stepper *s)
@@ -197,7 +199,7 @@ static void hamming_restart(struct stepper *s)
     w->has_difference = false;
 }
 
-/* Shifts the points by one to free the present one. */
+/* Shifts the points by one, so that the present point can be overwritten. */
 static void hamming_rotate(struct hamming_work *w)
 {
     double *y = w->y[HAMMING_POINTS - 1], *f = w->f[HAMMING_POINTS - 1];
@@ -216,7 +218,7 @@ static void hamming_runge_kutta(struct stepper *s, double h)
     runge_kutta(s, h, w->y[0], w->f[0], w->k, w->modified);
 }
 
-/* Computes one Hamming step to z_new; returns its test value. */
+/* Computes one step of Hamming's method to z_new. Returns its test value. */
 static double hamming_predict_correct(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
@@ -246,8 +248,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
     return most;
 }
 
-/* Error of a starting step, by comparison with two half steps. Leaves the better result in
- * z_new. */
+/* Error of a starting step, by comparison with two steps of half the size. Leaves the better result
+ * in z_new. */
 static double hamming_start_step(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
@@ -255,7 +257,7 @@ static double hamming_start_step(struct stepper *s, double h)
     memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     hamming_runge_kutta(s, 0.5 * h);
     double *y = w->y[0], *f = w->f[0], start = s->t_s;
-    w->y[0] = w->difference; /* temporarily replaced by the middle point */
+    w->y[0] = w->difference; /* used for the middle point until the end of this function */
     w->f[0] = w->rate;
     memcpy(w->difference, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
     s->t_s = start + 0.5 * h;
@@ -282,7 +284,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             h = limit_s - s->t_s;
         if (!(s->h_s >= s->min_step_s))
             return false;
-        if (w->known_points > 1 && h != w->h_s) { /* a new step size requires a new start */
+        if (w->known_points > 1 && h != w->h_s) { /* a different step size requires a new start */
             w->known_points = 1;
             w->has_difference = false;
         }
@@ -298,7 +300,8 @@ static bool hamming_advance(struct stepper *s, double limit_s)
                     s->h_s *= 2.0;
                     w->steps_at_h = 0;
                     if (w->known_points >= HAMMING_POINTS) {
-                        /* keep every second of the last 8 (the new one is the 8th): 8, 6, 4, 2 */
+                        /* keep every second of the last 8 points (the new one is the 8th): 8, 6, 4,
+                         * 2 */
                         double *y[HAMMING_POINTS], *f[HAMMING_POINTS];
                         static const int order[HAMMING_POINTS] = {1, 3, 5, 0, 2, 4, 6};
                         for (int i = 0; i < HAMMING_POINTS; i++) {

@@ -1,16 +1,17 @@
 /* cvode: SUNDIALS' variable-order BDF with its banded direct solver, a general-purpose solver for
- * comparison. It restarts at hops and where a mat stops or breaks loose (exact sticking is not a
- * differential equation). The other switches are sampled, as a user of the library might do.
+ * comparison. It restarts where the wheel reaches the next mat, and where a mat stops or breaks
+ * loose, because exact sticking is not a differential equation. The other switches are sampled, as
+ * a user of the library might do.
  *
  * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
- * mass matrix, which is full. So the Newton matrix is M (I - gamma J), which is banded, and the
- * right-hand side is multiplied by M before the library solves. The matrix is computed for every
- * step. A matrix from before a foot left the soil would include the soil's damper, the iteration
- * would end at once, and the library would accept a step that it should reject.
+ * mass matrix, which is full. The Newton matrix is therefore M (I - gamma J), which is banded, and
+ * the right-hand side is multiplied by M before the library solves. The matrix is computed for
+ * every step. A matrix from before a foot left the soil would include the soil's damper, the
+ * iteration would end at once, and the library would accept a step that it should reject.
  *
- * It checks the other solvers: method, step control and matrix solution are the library's. The
- * right-hand side, Jacobian and laws are the model's (models/model.h), as in every solver;
- * tests/sim_reference checks them independently. */
+ * cvode is an independent check of the other solvers: method, step control and matrix solution are
+ * those of the library. Right-hand side, Jacobian and laws are those of the model (models/model.h),
+ * as in every solver; tests/sim_reference checks these. */
 #include <cvode/cvode.h>
 #include <math.h>
 #include <stdlib.h>
@@ -23,7 +24,7 @@
 #include "host/sim/solvers/stepper.h"
 
 struct work {
-    double *z, *rate, *part; /* 2 size values each */
+    double *z, *rate, *part; /* 2 size values in each array */
     double *mass, *by_p, *by_v, *drift;
     struct stepper *stepper;
     SUNContext context;
@@ -60,7 +61,7 @@ static int rates(realtype t, N_Vector y, N_Vector to, void *user)
     stepper_rates(w->stepper, t, w->z, w->rate);
     for (int i = 0; i < 2 * size; i++) {
         if (!isfinite(w->rate[i]))
-            return 1; /* the library retries with a smaller step */
+            return 1; /* the library then retries with a smaller step */
     }
     from_state(w, w->rate, N_VGetArrayPointer(to));
     return 0;
@@ -148,7 +149,7 @@ static void release(struct stepper *s)
         SUNContext_Free(&w->context);
 }
 
-/* Creates the library objects. False: one could not be created. */
+/* Creates the objects of the library. Returns false if one could not be created. */
 static bool make_library(struct stepper *s)
 {
     struct work *w = s->work;

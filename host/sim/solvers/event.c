@@ -7,7 +7,7 @@
  * order 7 (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and
  * II.6). */
 
-#define STAGES 16 /* 12, the new point, 3 for the dense output */
+#define STAGES 16 /* 12 stages, the new point, 3 stages for the dense output */
 #define TERMS  7
 
 static const double nodes[STAGES] = {0.0,
@@ -74,7 +74,7 @@ static const double stage[STAGES][STAGES - 1] = {
             2.9475147891527723389556272149, -9.15095847217987001081870187138},
 };
 
-/* Weights of order 3 minus weights of order 8: stages 0, 8, 11. */
+/* Weights of order 3 minus weights of order 8, for stages 0, 8 and 11. */
 #define THIRD_0  0.244094488188976377952755905512
 #define THIRD_8  0.733846688281611857341361741547
 #define THIRD_11 0.220588235294117647058823529412e-1
@@ -120,11 +120,11 @@ static const double dense_terms[TERMS - 3][STAGES] = {
 };
 
 struct work {
-    double *rate[STAGES]; /* 2 size values each */
-    double *at;           /* state of a stage */
+    double *rate[STAGES]; /* 2 size values in each array */
+    double *at;           /* state at which a stage is evaluated */
     double *terms[TERMS]; /* terms of the dense output */
-    bool begun;           /* rate[0] is the rate at (t, z) */
-    bool dense;           /* terms belong to the last step */
+    bool begun;           /* true: rate[0] is the rate at (t, z) */
+    bool dense;           /* true: `terms` belong to the last step */
     double h_s;           /* size of the last step */
 };
 
@@ -134,7 +134,8 @@ static void restart(struct stepper *s)
     w->begun = w->dense = false;
 }
 
-/* State of stage i: z plus h times the weighted rates, for both halves of the state. */
+/* Computes the state of stage i: z plus h times the weighted rates, for both halves of the
+ * state. */
 VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
 {
     const struct work *w = s->work;
@@ -157,7 +158,7 @@ VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
     }
 }
 
-/* Largest error over tolerance of the step in z_new. */
+/* Largest error / tolerance of the step in z_new. */
 static double error_of(const struct stepper *s, double h)
 {
     const struct work *w = s->work;
@@ -189,7 +190,7 @@ static bool advance(struct stepper *s, double limit_s)
     bool rejected = false;
     if (w->begun && s->t_s == s->t_new_s) {
         double *kept = w->rate[0];
-        /* the end of the last step is the start of this one */
+        /* the rates at the end of the last step are those at the start of this one */
         stepper_copy(s, w->rate[12], kept);
     } else {
         stepper_rates(s, s->t_s, s->z, w->rate[0]);
@@ -290,7 +291,7 @@ const struct stepper_kind stepper_event = {
  * Ordinary Differential Equations I, II.5 and II.6). Where stability and not accuracy limits the
  * step, it reaches the same step as the order 8 method with half the evaluations. */
 
-#define ORDER5_STAGES 7 /* the last is the first of the next step */
+#define ORDER5_STAGES 7 /* the last stage is the first stage of the next step */
 
 static const double order5_nodes[ORDER5_STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
 static const double order5_stage[ORDER5_STAGES][ORDER5_STAGES - 1] = {
@@ -311,10 +312,10 @@ static const double order5_dense_term[ORDER5_STAGES] = {
     69997945.0 / 29380423.0};
 
 struct order5_work {
-    double *rate[ORDER5_STAGES]; /* 2 size values each */
-    double *at;                  /* state of a stage */
-    bool begun;                  /* rate[6] is at the start of the next step */
-    double error_before;         /* error of the last accepted step */
+    double *rate[ORDER5_STAGES]; /* 2 size values in each array */
+    double *at;                  /* state at which a stage is evaluated */
+    bool begun;                  /* true: rate[6] is the rate at the start of the next step */
+    double error_before;         /* error / tolerance of the last accepted step */
     double h_s;                  /* size of the last step */
 };
 
@@ -367,7 +368,7 @@ VECTOR static void order5_combine(const struct stepper *s, int i, double h, doub
     }
 }
 
-/* Largest error over tolerance of the step in z_new. */
+/* Largest error / tolerance of the step in z_new. */
 static double order5_error_of(const struct stepper *s, double h)
 {
     const struct order5_work *w = s->work;
@@ -414,8 +415,8 @@ static bool order5_advance(struct stepper *s, double limit_s)
         }
         double error = order5_error_of(s, h);
         if (error <= 1.0) {
-            /* with a power of the last error, the step converges at the stability limit; without
-             * it, steps there fail repeatedly */
+            /* Step control with a power of the last error converges to the stability limit; without
+             * it, steps at the limit fail repeatedly. */
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
                                             elementary_pow(w->error_before, 0.04)
                                       : 6.0;

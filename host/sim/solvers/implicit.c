@@ -19,7 +19,7 @@
 #define GAMMA  0.25
 
 static const double nodes[STAGES] = {0.0, 0.386, 0.21, 0.63, 1.0, 1.0};
-/* factors of df/dt */
+/* factors of df/dt in each stage */
 static const double drifts[STAGES] = {0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0};
 static const double shifts[STAGES][STAGES - 1] = {
     [1] = {1.544},
@@ -38,15 +38,15 @@ static const double mixes[STAGES][STAGES - 1] = {
 };
 struct work {
     double *k[STAGES];
-    double *rate, *at, *mix; /* 2 size values each */
+    double *rate, *at, *mix; /* 2 size values in each array */
     double *mass, *by_p, *by_v, *lu;
     double *drift; /* `size` values: dR/dt, later M^-1 dR/dt */
     double *right; /* `size` values */
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
-    bool has_end_rates; /* `at` holds the rates at the end of the last step */
-    double swing_s;     /* 1 over the fastest rate of the springs; 0: unknown */
+    bool has_end_rates; /* `at` has the rates at the end of the last step */
+    double swing_s;     /* 1 / fastest rate of the springs; 0: not computed yet */
 };
 
 static void make(struct stepper *s, double *more)
@@ -64,11 +64,11 @@ static void make(struct stepper *s, double *more)
     w->mass_pivot = w->pivot + size;
 }
 
-/* After a switch or a hop, restarts with a step no longer than one swing of a spring. A step over
- * many swings treats the swing as damped out, so a body that hits a spring and should rebound stays
- * there. The error estimate falls with the square of the number of swings and does not show this
- * error. The estimate of a step within one swing includes the swing, and steps grow when the swing
- * has decayed. */
+/* After a switch, or when the wheel reaches the next mat, restarts with a step no longer than one
+ * swing of a spring. A step over many swings treats the swing as damped out, so a body that hits a
+ * spring and should rebound stays there. The error estimate falls with the square of the number of
+ * swings and does not show this error. The estimate of a step within one swing includes the swing,
+ * and steps grow when the swing has decayed. */
 static void restart(struct stepper *s)
 {
     struct work *w = s->work;
@@ -95,13 +95,13 @@ static void weighted_sum(const struct stepper *s, const double *weights, int cou
     }
 }
 
-/* Solves for k with r = rate + mix (+ h d df/dt). The matrix is factored before. */
+/* Solves for k with r = rate + mix (+ h d df/dt). The matrix must be factored. */
 static void solve(const struct stepper *s, double h, double drift, double *k)
 {
     struct work *w = s->work;
     int size = s->model->size, low = stepper_low(s), high = stepper_high(s), count = high - low;
     size_t row = (size_t)low * MODEL_ROW;
-    double *r = w->mix; /* r_p and r_v */
+    double *r = w->mix; /* right-hand side of the stage: r_p and r_v */
     for (int half = 0; half < 2; half++) {
         for (int i = half * size + low; i < half * size + high; i++)
             r[i] += w->rate[i];
@@ -138,8 +138,8 @@ static bool linearise(struct stepper *s)
     return true;
 }
 
-/* Computes the six stages of a step h; the last stage is the error estimate. False: the matrix is
- * singular. */
+/* Computes the six stages of a step h. The last stage is the error estimate. Returns false if the
+ * matrix is singular. */
 static bool solve_stages(struct stepper *s, double h)
 {
     struct work *w = s->work;
@@ -154,14 +154,14 @@ static bool solve_stages(struct stepper *s, double h)
         weighted_sum(s, mixes[i], i, 1.0 / h, NULL, w->mix);
         if (i > 0) {
             weighted_sum(s, shifts[i], i, 1.0, s->z, kept);
-            w->rate = w->k[i]; /* w->k[i] is free until it is solved for */
+            w->rate = w->k[i]; /* w->k[i] is not used until it is solved for */
             stepper_rates(s, s->t_s + nodes[i] * h, kept, w->rate);
         }
         solve(s, h, drifts[i], w->k[i]);
         w->rate = first;
     }
     static const double one[STAGES] = {0, 0, 0, 0, 0, 1};
-    double *last = w->mix; /* solution: state of the last stage plus the last stage */
+    double *last = w->mix; /* the solution is the state of the last stage plus the last stage */
     weighted_sum(s, one, STAGES, 1.0, kept, last);
     stepper_copy(s, last, s->z_new);
     return true;
@@ -209,8 +209,8 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-/* The slopes of the method's own interpolant at the ends have errors of tolerance / step, which is
- * enough for false switches. The cubic through both ends and their rates is used instead. */
+/* Interpolates with the cubic through both ends and their rates. The slopes of the method's own
+ * interpolant at the ends have errors of tolerance / step, which would cause false switches. */
 static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct work *w = s->work;

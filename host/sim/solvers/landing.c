@@ -10,27 +10,32 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE           0.25  /* first step if none is given, times the stability limit */
+#define STEP_SHARE           0.25  /* first step / stability limit, if no step is given */
 #define HOP_SHARE            0.25  /* part of a mat that the aircraft may cross in one step */
-#define SHORTEST_SHARE       0.125 /* part of the shortest time that a step must resolve */
-/* limit of step times fastest rate; the scheme allows 2 for an oscillation, less with damping */
+#define SHORTEST_SHARE       0.125 /* step / shortest time that a step must resolve */
+/* Largest product of step and fastest rate. The scheme is stable up to 2 for an undamped
+ * oscillation, less with damping. */
 #define STABILITY_LIMIT      1.8
 #define MIN_STEPS            1000.0
 #define MAX_STEPS            1e8
 #define MAX_SHORTENED        4
-/* error estimate over the difference of two marches: the scheme is of order 1, so the finer march
- * has an error as large as the difference */
+/* Error estimate / difference of two marches (a march is a run with one step size,
+ * planar_engine.h). The scheme is of order 1, so the finer march has an error as large as the
+ * difference. */
 #define ERROR_FACTOR         2.0
-/* ratio of the steps of two marches. Not 2: every second short step would end together with a long
- * one, and both marches would sample these switches at the same moment */
+/* Ratio of the steps of two marches. With the ratio 2, every second short step would end together
+ * with a long one, and both marches would sample these switches at the same moment. */
 #define STEP_RATIO           1.9
-/* step of a fourth march / finer step; it is between the steps of the coarse and the rough march */
+/* Step of a fourth march / finer step. It is between the steps of the coarse and the rough
+ * march. */
 #define FOURTH_STEP_RATIO    2.6
-/* step of a further march / finer step, where the result is sensitive */
+/* Step of an additional march / finer step, if the result is sensitive. */
 #define SENSITIVE_STEP_RATIO 1.37
-/* the result is sensitive if the estimate is above this part of the largest movement or lift */
+/* The result is sensitive if the error estimate exceeds this fraction of the largest movement or
+ * lift. */
 #define SENSITIVE_PART       1e-3
-#define SENSITIVE_FACTOR     1.5 /* factor on the estimate of a sensitive result */
+/* Factor by which the estimate of a sensitive result is multiplied */
+#define SENSITIVE_FACTOR     1.5
 
 static void free_march(struct march *march)
 {
@@ -39,7 +44,7 @@ static void free_march(struct march *march)
     *march = (struct march){0};
 }
 
-/* Clears a march whose arrays now belong to another march. */
+/* Clears a march whose arrays belong to another march now. */
 static void clear_arrays(struct march *march)
 {
     march->record = (struct sim_record){0};
@@ -129,7 +134,7 @@ static void widen_error(struct sim_result *result, struct pass_difference apart)
 }
 
 /* Computes the error estimate. Every step size samples the switches differently, so two marches can
- * agree by chance. If the march before these two also agrees, its difference counts as well. */
+ * agree by chance. If the previous march also agrees with these two, its difference is included. */
 static void compute_error(const struct planar_engine *l, const struct march *rough,
                           const struct march *coarse, const struct march *fine,
                           struct pass_difference apart, struct sim_result *result)
@@ -145,7 +150,8 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
         widen_error(result, before);
 }
 
-/* Runs one more march without changing the state of `l`, which belongs to the result. */
+/* Runs one more march on a copy, so that the state in `l`, which belongs to the result, does not
+ * change. */
 static void march_copy(struct planar_engine *l, struct march *march,
                        const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
@@ -156,8 +162,9 @@ static void march_copy(struct planar_engine *l, struct march *march,
     free(kept);
 }
 
-/* Even three marches agree by chance in one case of a hundred. A fourth march between them widens
- * the estimate to the largest difference of any two that agree. */
+/* Increases the estimate to the largest difference of any two marches that agree. Three marches
+ * agree by chance in one of a hundred cases, so a fourth march, with a step between theirs, is
+ * run. */
 static void widen_by_fourth_march(struct planar_engine *l, const struct sim_options *options,
                                   const struct march *rough, const struct march *coarse,
                                   const struct march *fine, struct sim_result *result)
@@ -184,8 +191,9 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
     free_march(&between);
 }
 
-/* If the estimate is not small compared with the movement, switches decide the result. One more
- * march, at another step, then widens the estimate. */
+/* Increases the estimate of a sensitive result by one more march with another step. A result is
+ * sensitive if its estimate is not small compared with the movement, because the switches then
+ * determine the result. */
 static void widen_if_sensitive(struct planar_engine *l, const struct sim_options *options,
                                const struct march *fine, struct sim_result *result)
 {
@@ -205,7 +213,7 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
     free_march(&beside);
 }
 
-/* Sets the divergence from the marches so far, because no shorter step gives agreement. */
+/* Sets the divergence from the marches so far. Called if no shorter step gives agreement. */
 static void set_divergence(const struct planar_engine *l, const struct march *rough,
                            const struct march *coarse, const struct march *fine,
                            struct sim_result *result)
@@ -288,7 +296,8 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
     free_march(&fine);
 }
 
-/* Runs at the step and at two longer ones. The longest step runs only if it is stable. */
+/* Runs marches with the step and with two longer ones. The longest step is used only if it is
+ * stable. */
 static void run_checked(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
                         struct sim_result *result)
 {
@@ -310,7 +319,9 @@ static double step_limit_s(struct planar_engine *l, double hop_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
-    struct model fastest = *m; /* every joint has the largest stiffness, every mat the least mass */
+    /* upper bound of the rate: every joint has the largest stiffness and every mat the smallest
+     * mass */
+    struct model fastest = *m;
     double lightest = sim_scene_extreme(l->scene, SIM_ALONG_W, m->weight_lb) / m->weight_lb;
     fastest.kv = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv);
     fastest.kl = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl);
@@ -329,7 +340,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
-    /* INFINITY if the aircraft is at rest */
+    /* INFINITY: the aircraft is at rest */
     double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0
@@ -361,7 +372,8 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
         free_march(&only);
         return error->status;
     }
-    bool room = 2.0 * h <= result->dt_limit_s; /* the check at double the step is stable too */
+    /* true: the check with double the step is stable too */
+    bool room = 2.0 * h <= result->dt_limit_s;
     run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result);
     return MR_OK;
 }

@@ -3,11 +3,12 @@
  *
  * A landing has tens of thousands of switches (joints that close, mats that stop), so they are
  * sampled. The scheme is that of the chain (chain.h), and heights are treated in the same way.
- * Speeds are half a step off the positions and are changed by kicks of the forces at the present
- * positions. Friction is exact within the kick. The joints' dampers act on the speeds of the last
- * half step, the soil's dampers on those of the next one. The soil only pushes at the end of a
- * step, and its force in a step is the normal force of a mat's friction (friction_normal soil). The
- * scheme is second order while nothing damps or switches, otherwise first order.
+ * Speeds are computed half a step after the positions and are changed by kicks of the forces at the
+ * present positions. Friction is exact within the kick. The dampers of the joints act with the
+ * speeds of the last half step, those of the soil with the speeds of the next one. The soil only
+ * pushes at the end of a step, and its force in a step is the normal force of a mat's friction
+ * (friction_normal soil). The scheme is second order while nothing damps or switches, otherwise
+ * first order.
  *
  * Two parts are integrated, and both follow the motion. The first part is the mats that slide, and
  * one mat at rest on either side. This is exact, because the motion spreads one mat per step; mats
@@ -25,7 +26,7 @@
  * same step lift their neighbours differently from nodes that land one after the other. Only a step
  * shorter than the time between the two shows the difference. A joint with slack that closed in the
  * last step is damped for the share of the step in which it was closed. With options->single
- * neither is done.
+ * neither correction is made.
  *
  * PLANAR.md, "Error estimate", describes how a run is checked. With options->single there is one
  * march without a check (sim.h). */
@@ -35,8 +36,8 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-/* Runs a checked scene of model consistent. MR_OK: see result->status. MR_USAGE: friction tanh or
- * sign. The caller frees the result in every case. */
+/* Runs a checked scene of model consistent. MR_OK: the run ended, see result->status. MR_USAGE:
+ * friction is tanh or sign. The caller frees the result in every case. */
 enum mr_status landing_run(const struct sim_scene *scene, const struct sim_options *options,
                            struct sim_result *result, struct error *error);
 

@@ -8,12 +8,12 @@
  * Springs act at the middle of the step (without loss). Dampers and switching laws act at the
  * speeds at its end. Newton's method finds v1, with one banded factorisation per round. The
  * switches are solved in the same rounds:
- *   - Friction. On a sliding mat the Coulomb limit C acts against its motion. A mat that
- *     would turn round has v1 = 0 and a force of at most C. Mats change between these two
+ *   - Friction. On a sliding mat the Coulomb limit C acts against its motion. A mat whose
+ *     speed would change sign has v1 = 0 and a force of at most C. Mats change between these two
  *     modes until all fit (pivoting).
  *   - Contact, torsion, slack and the apex have the mode of (p_m, v1). If each of on and off
  *     drives a switch to the other mode, the switch gets a share s of its force, 0 < s < 1,
- *     that keeps it at its edge, sigma = 0: a hovering foot. s = 0 where sigma < 0, s = 1
+ *     that keeps it at its edge, sigma = 0 (a foot that hovers). s = 0 where sigma < 0, s = 1
  *     where sigma > 0. Projected Gauss-Seidel finds all shares of a step from the effect of
  *     each share on every sigma. */
 #include <math.h>
@@ -22,14 +22,15 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define SHARED_MAX      32 /* most switches with a share at the same time */
+#define SHARED_MAX      32 /* largest number of switches that have a share at the same time */
 #define ROUNDS_MAX      40
-/* halvings of a step that does not converge; the last one is accepted as it is */
+/* Largest number of halvings of a step that does not converge. The last step is accepted even if it
+ * does not converge. */
 #define HALVINGS_MAX    5
-#define FLIPS_MAX       3     /* flips of a switch in one step before it gets a share */
-#define SLIDE_FLIPS_MAX 10    /* flips of a mat in one step before its mode is fixed */
-#define SWEEPS_MAX      100   /* limit of Gauss-Seidel passes */
-#define CONVERGED       1e-11 /* convergence, times the largest of the speeds and sqrt(g L) */
+#define FLIPS_MAX       3  /* number of flips of a switch in one step after which it gets a share */
+#define SLIDE_FLIPS_MAX 10 /* number of flips of a mat in one step after which its mode is fixed */
+#define SWEEPS_MAX      100   /* largest number of Gauss-Seidel passes */
+#define CONVERGED       1e-11 /* limit of convergence / largest of the speeds and sqrt(g L) */
 #define SAME_SHARE      1e-9
 #define SHARE_PART      1e-4
 
@@ -37,24 +38,24 @@ struct shared {
     struct model_switch which;
     int on, off; /* the two modes of the switch */
     double share, change, sigma;
-    double by[SHARED_MAX]; /* derivative of this sigma by each share */
-    double *push;          /* first half: accelerations by this share; second half: change of v1 */
+    double by[SHARED_MAX]; /* derivative of sigma of this switch with respect to each share */
+    double *push;          /* accelerations due to this share, then the change of v1 due to it */
 };
 
 struct work {
-    double *at;    /* state (p_m, v1) */
-    double *moved; /* the state with a changed share */
-    double *rate;  /* accelerations in the present modes; second half: with one switch on */
+    double *at;    /* the state (p_m, v1) */
+    double *moved; /* the state after a change of one share */
+    double *rate;  /* accelerations in the present modes, then those with one switch on */
     double *pushes[SHARED_MAX];
     double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
     int *pivot;
-    signed char *modes_before, *flips; /* modes before an update; flips in this step */
+    signed char *modes_before, *flips; /* modes before an update; number of flips in this step */
     int apex_flips;
     struct shared shared[SHARED_MAX];
     int count;
 };
 
-/* Length of the model's mode arrays, contact to lift, which are contiguous. */
+/* Number of modes in the model's mode arrays, contact to lift, which are contiguous in memory. */
 static size_t modes_length(const struct model *m)
 {
     return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
@@ -91,7 +92,7 @@ static signed char *mode_of(const struct model *m, struct model_switch which)
                                        : &m->joint[which.index];
 }
 
-/* Sets a mode and updates all that depends on it, except which mats slide. */
+/* Sets a mode and updates everything that depends on it, except which mats slide. */
 static void set_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
 {
     struct model *m = s->model;
@@ -136,8 +137,8 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
             (struct shared){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
 }
 
-/* Updates the modes from the state `at`. Switches with a share stay off. Returns how many
- * changed. */
+/* Updates the modes from the state `at`. Switches with a share stay off. Returns the number of
+ * modes that changed. */
 static int update_modes(struct stepper *s, double t_s)
 {
     struct model *m = s->model;
@@ -166,7 +167,8 @@ static int update_modes(struct stepper *s, double t_s)
             }
         }
     }
-    for (int k = 0; k < w->count; k++) { /* shared switches may have been sampled as on */
+    /* the sampling may have set switches that have a share to on */
+    for (int k = 0; k < w->count; k++) {
         if (w->shared[k].which.kind != MODEL_APEX)
             *mode_of(m, w->shared[k].which) = (signed char)w->shared[k].off;
     }
@@ -185,7 +187,7 @@ static int update_modes(struct stepper *s, double t_s)
     return changed;
 }
 
-/* Push and limit of a mat, with the shares of the switches beside it. */
+/* Computes push and friction limit of a mat, including the shares of the switches at its ends. */
 static void compute_forces(struct stepper *s, double t_s, int mat, double *push_lb,
                            double *limit_lb)
 {
@@ -206,8 +208,8 @@ static void compute_forces(struct stepper *s, double t_s, int mat, double *push_
     }
 }
 
-/* Stops mats that turn round, and releases mats whose push exceeds their limit. Returns how many
- * changed. */
+/* Stops mats whose speed would change sign, and releases mats whose push exceeds their limit.
+ * Returns the number of mats that changed. */
 static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
     struct model *m = s->model;
@@ -240,8 +242,8 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
     return changed;
 }
 
-/* One Newton step for v1: w->step, and the accelerations by each share. False: the matrix is
- * singular. */
+/* Does one Newton step for v1. Writes the step to w->step, and computes the accelerations due to
+ * each share. Returns false if the matrix is singular. */
 static bool solve_newton_step(struct stepper *s, double h, double t_s, const double *v1)
 {
     struct model *m = s->model;
@@ -251,7 +253,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     model_rates(m, t_s, w->at, w->rate);
     for (int i = 0; i < size; i++)
         w->drift[i] = (v1[i] - s->z[size + i]) / h;
-    double *slope = w->moved + size; /* dR/dt: unused */
+    double *slope = w->moved + size; /* dR/dt is not used */
     model_linearise(m, t_s, w->at, w->drift, w->mass, w->by_p, w->by_v, slope);
     memcpy(left, w->rate, (size_t)size * sizeof *left);
     if (w->count > 0) {
@@ -269,7 +271,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
             one->push[i] -= w->rate[i];
             left[i] += one->share * one->push[i];
         }
-        /* the slopes of the modes, plus each share times the slope of its switch */
+        /* sum of the slopes of the modes and of each share times the slope of its switch */
         for (int i = 0; i < size * MODEL_ROW; i++) {
             w->by_p[i] += one->share * (w->on_p[i] - w->off_p[i]);
             w->by_v[i] += one->share * (w->on_v[i] - w->off_v[i]);
@@ -280,7 +282,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     banded_multiply(size, w->mass, left, w->step);
     banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
     for (int n = 0; n < m->mats && m->law == SIM_STICK; n++) {
-        if (m->slide[n] == 0) /* a mat at rest has the equation v1/h = 0 */
+        if (m->slide[n] == 0) /* the equation of a mat at rest is v1/h = 0 */
             w->step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
     if (!banded_factor(size, w->lu, w->pivot))
@@ -296,8 +298,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     return true;
 }
 
-/* Finds shares for which every sigma fits, with sigma linearised in them. Returns the largest
- * change. */
+/* Finds shares for which every sigma fits, with sigma linearised in the shares. Returns the largest
+ * change of a share. */
 static double find_shares(struct stepper *s, double h, double t_s, double *v1)
 {
     struct model *m = s->model;
@@ -309,7 +311,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
         w->shared[j].change = 0.0;
     }
     for (int k = 0; k < w->count; k++) {
-        /* sigma has kinks, so its slope in the direction of 0 is used */
+        /* sigma is not smooth, so its slope towards 0 is used */
         double part = copysign(SHARE_PART, w->shared[k].sigma);
         set_position(s, h, v1, part, w->shared[k].push + m->size, w->moved);
         for (int j = 0; j < w->count; j++)
@@ -323,7 +325,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
             double sigma = one->sigma;
             for (int k = 0; k < w->count; k++)
                 sigma += one->by[k] * w->shared[k].change;
-            /* a switch that is driven away from its edge is on or off */
+            /* a switch that is driven away from its edge is on or off, without a share */
             double share = one->share + one->change;
             double to = one->by[j] < 0.0  ? share - sigma / one->by[j]
                       : one->by[j] == 0.0 ? share
@@ -346,8 +348,8 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     return most;
 }
 
-/* Solves for v1 (second half of z_new) over a step of h. False: no convergence in ROUNDS_MAX
- * rounds. */
+/* Solves for v1 (second half of z_new) over a step of h. Returns false if there is no convergence
+ * in ROUNDS_MAX rounds. */
 static bool settle(struct stepper *s, double h)
 {
     struct model *m = s->model;
@@ -381,7 +383,7 @@ static bool settle(struct stepper *s, double h)
     return false;
 }
 
-/* Replaces shares of 0 or 1 by modes. */
+/* Replaces shares of 0 and 1 by the modes off and on. */
 static void keep_shares(struct stepper *s, double t_s)
 {
     struct work *w = s->work;

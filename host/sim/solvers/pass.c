@@ -8,25 +8,28 @@
 #include "host/base/xmalloc.h"
 
 #define FOLDED_DEG     85.0
-/* with a given step, a mat that turns by more in one step is unstable, not folded */
+/* Degrees. If the step is given and a mat turns by more in one step, the run is unstable and not
+ * folded. */
 #define STEP_DEG       30.0
 #define FOUND_MAX      64
 #define ROOT_STEPS     100
 #define INNER_POINTS   6
 #define ROUNDS_MAX     8
-#define STALLS_PER_MAT 20 /* events in a row without progress before the run ends as chatter */
-/* Least step, as a part of the time since the start or of 1 s, whichever is larger. */
+/* Number of consecutive events without progress, per mat, after which the run ends as chatter */
+#define STALLS_PER_MAT 20
+/* Smallest step, as a fraction of the time since the start or of 1 s, whichever is larger. */
 #define MIN_STEP       1e-14
 #define MIN_STEP_PER_S 1.0
-/* The time of a moving point is known to a few steps of the clock. Late in a run these steps are
- * coarse (at 1e9 s a double resolves 1e-7 s). */
-#define CLOCK_FROM_S   100.0 /* before this time the error of the clock is negligible */
+/* The error of a moving point's position due to the clock is its speed times a few units of the
+ * clock's resolution. Late in a run the resolution is coarse: at 1e9 s a double resolves 1e-7 s. */
+#define CLOCK_FROM_S   100.0 /* before this time the resolution of the clock is negligible */
 #define CLOCK_STEPS    4.0
 #define REPEATED_STEPS 100
-#define COINCIDENT     1e-8 /* two flips closer than this times the step coincide */
-/* tolerance of heights and displacements: rtol times this part of a mat's length */
+/* Two flips coincide if they are closer than this fraction of the step */
+#define COINCIDENT     1e-8
+/* Tolerance of heights and displacements / (rtol times mat length). */
 #define POSITION_PART  0.0005
-#define SPEED_PART     0.25 /* tolerance of rates: rtol times this times sqrt(g L) */
+#define SPEED_PART     0.25 /* tolerance of rates / (rtol times sqrt(g L)) */
 
 struct pass {
     struct stepper stepper;
@@ -34,13 +37,14 @@ struct pass {
     struct pass_outcome *out;
     double *storage;
     double *z_event;
-    double *z_until; /* the last step is searched up to this state */
+    double *z_until; /* the end of the part of the last step that is searched for events */
     double until_s;
-    double *u, *v, *height; /* per mat, for the record */
-    signed char *modes;     /* contact, torsion and joint modes after the last step, when sampled */
-    unsigned *flips;        /* per contact, torsion and joint */
+    double *u, *v, *height; /* of each mat, for the record */
+    /* modes of contact, torsion and joint after the last step, if they are sampled */
+    signed char *modes;
+    unsigned *flips; /* number of flips of each contact, torsion and joint */
     int stalls;
-    /* number of further steps that are repeated, see repeat_step_until */
+    /* number of further steps that are repeated (repeat_step_until) */
     int repeated_steps_left;
     struct model_switch flipped; /* switch of the last event */
     double flipped_s;
@@ -48,7 +52,7 @@ struct pass {
     double angle_deg; /* largest joint angle after the last step */
 };
 
-/* Reasons for no progress. */
+/* Reasons why a run makes no progress. */
 #define STEP_TOO_SMALL     "its step became too small"
 #define SWITCHES_TOO_CLOSE "events (contact, sticking, slipping) follow each other too closely"
 #define STEPS_EXHAUSTED    "it reached its limit of steps"
@@ -67,7 +71,7 @@ static bool fail_without_progress(struct pass *p, int mat_from_1, double t_s, co
     return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
-/* The fastest mat, or the first mat whose state is not finite. */
+/* Finds the fastest mat, or the first mat whose state is not finite. */
 static int find_fastest(const struct model *m, const double *z, double *speed)
 {
     int mat = m->first;
@@ -93,14 +97,14 @@ static void store_state(struct pass *p, double t_s, double *z)
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
         p->v[n + 1] = z[m->size + 2 * n + 1];
-        p->height[n + 1] = 0.0 - z[2 * n]; /* turns -0 into 0 */
+        p->height[n + 1] = 0.0 - z[2 * n]; /* writes 0 instead of -0 */
     }
     record->height_ft = p->height;
     record->lift_ft = model_lift_ft(m, z, &record->lift_node);
     sim_record_add(record, t_s, p->u, p->v);
 }
 
-/* Records all outputs due up to t_s, within the stepper's last step. */
+/* Records all outputs up to t_s, which is within the stepper's last step. */
 static void store_state_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
@@ -119,8 +123,8 @@ static double margin(struct pass *p, double t_s, const double *z, struct model_s
     return model_margin(p->model, t_s, z, which);
 }
 
-/* The first time in the last step at which the margin is negative. It must be negative at the
- * end. */
+/* Finds the first time in the last step at which the margin is negative. The margin must be
+ * negative at the end of the step. */
 static double find_switch_time(struct pass *p, struct model_switch which)
 {
     struct stepper *s = &p->stepper;
@@ -157,7 +161,7 @@ static double find_switch_time(struct pass *p, struct model_switch which)
     return b;
 }
 
-/* Keeps only stops and starts of mats. Returns their number. */
+/* Keeps only stops and starts of mats in the list. Returns their number. */
 static int keep_only_slides(struct model_switch *found, int count)
 {
     int kept = 0;
@@ -168,9 +172,10 @@ static int keep_only_slides(struct model_switch *found, int count)
     return kept;
 }
 
-/* Finds violations at the first of five points between the start of the last step and `to`; the
- * step is then searched up to that point. This finds a mat that breaks loose and stops again within
- * a step, or a foot that touches the ground and leaves it. Otherwise both passes could miss it. */
+/* Finds violations at five points between the start of the last step and `to`, up to the first
+ * point that has one. The step is then searched up to this point. Violations inside a step are
+ * those of a mat that breaks loose and stops again, or of a foot that touches the ground and leaves
+ * it again. Without this search, both passes could miss them. */
 static int find_violations_inside(struct pass *p, double to, struct model_switch *found)
 {
     struct stepper *s = &p->stepper;
@@ -208,7 +213,7 @@ static int find_violations(struct pass *p, struct model_switch *found)
     return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
 }
 
-/* If a lift peaks within the last step, records it at its peak. */
+/* If a lift has a peak within the last step, records it at the peak. */
 static void record_lift_peak(struct pass *p, double end_s, const double *z_end, double *spare)
 {
     struct stepper *s = &p->stepper;
@@ -232,10 +237,10 @@ static void record_lift_peak(struct pass *p, double end_s, const double *z_end, 
     }
 }
 
-/* Repeats the step up to the time found. In a step that is long for the fastest rate, the dense
- * output can be far off although the end of the step is right (soil with much damping: 80 lb become
- * 0). It then shows switches that do not happen and flip back at once. After such a flip, steps are
- * repeated for REPEATED_STEPS. False: the step failed. */
+/* Repeats the last step up to the time `at` of an event. In a step that is long for the fastest
+ * rate, the dense output can be far off although the end of the step is right (soil with much
+ * damping: 80 lb become 0). It then shows false switches, which flip back at once. After such a
+ * flip, the next REPEATED_STEPS steps are repeated too. Returns false if the step failed. */
 static bool repeat_step_until(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
@@ -258,8 +263,8 @@ static bool is_flipping_back(const struct pass *p, double at, const struct model
     return same && at - p->flipped_s <= COINCIDENT * p->stepper.h_s;
 }
 
-/* A number that identifies a switch. The sum of several does not depend on their order. Finalizer
- * of splitmix64 (S. Vigna, public domain). */
+/* Returns a number that identifies a switch. The sum of several such numbers does not depend on
+ * their order. Uses the finalizer of splitmix64 (S. Vigna, public domain). */
 static uint64_t switch_mark(struct model_switch flip)
 {
     uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
@@ -268,7 +273,7 @@ static uint64_t switch_mark(struct model_switch flip)
     return x ^ (x >> 31);
 }
 
-/* Goes back to the first event of the last step, if it had one. */
+/* Goes back to the first event of the last step, if there is one, and changes the modes. */
 static bool handle_events(struct pass *p, bool *event)
 {
     struct stepper *s = &p->stepper;
@@ -285,7 +290,7 @@ static bool handle_events(struct pass *p, bool *event)
         p->repeated_steps_left--;
     if (count == 0)
         return true;
-    bool nearer = true; /* `found` is new: no event before until_s is known yet */
+    bool nearer = true; /* `found` is new, so it is not known whether an event is before until_s */
     for (int round = 0; round < ROUNDS_MAX; round++) {
         double first = (double)INFINITY;
         for (int i = 0; i < count && i < FOUND_MAX; i++) {
@@ -303,7 +308,7 @@ static bool handle_events(struct pass *p, bool *event)
             if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
                 together[flips++] = found[i];
         }
-        /* another switch may have changed and changed back before */
+        /* another switch may have changed and then changed back */
         struct model_switch before[FOUND_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
@@ -376,8 +381,8 @@ static bool handle_events(struct pass *p, bool *event)
     return true;
 }
 
-/* For steppers that sample switches: a mat that changed direction within the step stops at its
- * end. */
+/* Stops mats that changed direction within the step, at the end of the step. For steppers that
+ * sample switches. */
 static bool stop_reversed_mats(struct pass *p)
 {
     struct stepper *s = &p->stepper;
@@ -395,7 +400,7 @@ static bool stop_reversed_mats(struct pass *p)
     return any;
 }
 
-/* Counts the sampled modes that changed in the last step. */
+/* Counts the sampled modes that the last step changed. */
 static void count_sampled(struct pass *p)
 {
     const struct model *m = p->model;
@@ -669,7 +674,7 @@ void divergence_find(struct sim_result *result, const struct sim_record *given,
         if (parted && (result->status != SIM_UNPREDICTABLE || a->t_s < result->t_s))
             sim_result_set_status(result, SIM_UNPREDICTABLE, mat, a->t_s);
     }
-    /* the lift differs between those times */
+    /* only the lift differs between the two times */
     if (!parted && result->status != SIM_UNPREDICTABLE)
         sim_result_set_status(result, SIM_UNPREDICTABLE, 1, given->end_s);
 }

@@ -12,14 +12,17 @@
 #define RTOL_FACTOR        0.01
 #define MAX_TIGHTENINGS    2
 #define MAX_STEPS          5000000u
-#define MAX_CHATTER_STEPS  50000u /* most steps of event before auto tries implicit */
-/* least steps of implicit before auto tries event; more if event itself would need many */
+#define MAX_CHATTER_STEPS  50000u /* largest number of steps of event before auto tries implicit */
+/* smallest number of steps of implicit before auto tries event; it is larger if event itself would
+ * need many */
 #define MAX_IMPLICIT_STEPS 20000u
-#define MAX_AUTO_STEPS     300000u /* most steps of implicit when no solver is left to try */
-#define MAX_SIGN_STEPS     10000u  /* most steps with friction `sign`, which chatters around rest */
+/* Largest number of steps of implicit if no solver is left to try */
+#define MAX_AUTO_STEPS     300000u
+/* Largest number of steps with friction `sign`, which chatters near rest */
+#define MAX_SIGN_STEPS     10000u
 #define MAX_FIXED_STEPS    400000000.0
-/* largest number of steps that event may need for stability; a scene that needs more is limited to
- * MAX_CHATTER_STEPS */
+/* Largest number of steps that event may need for stability. A scene that needs more is limited to
+ * MAX_CHATTER_STEPS. */
 #define MAX_EXPLICIT_STEPS 500000.0
 bool planar_has_solver(const char *name)
 {
@@ -56,7 +59,7 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
 
 /* ---- error estimate (PLANAR.md): two passes of a solver, and further runs ---- */
 
-/* Divergence: a scene whose result no finer step or tolerance settles.
+/* Divergence: finer steps or tolerances do not lead to a definite result.
  *
  * Runs that should agree separate: each switch that differs makes their difference
  * larger, until it is as large as the result. Further runs then show how far apart the results of
@@ -65,32 +68,34 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  * separate (by more than a fifth of the largest movement or lift). Its error estimates are the
  * largest difference between any run and the reported run. */
 #define DIVERGENCE_PART 1e-9
-#define DIVERGENCE_RUNS 4 /* in addition to the runs that separate */
+#define DIVERGENCE_RUNS 4 /* number of runs in addition to the two that separate */
 
 /* Ratio of the tolerances of two passes. */
 #define ESTIMATE_CHECK_FACTOR   30.0
-/* Ratio of two fixed steps. Not 2: every second short step would end together with a long one, and
- * both runs would sample these switches at the same moment. */
+/* Ratio of two fixed steps. With the ratio 2, every second short step would end together with a
+ * long one, and both runs would sample these switches at the same moment. */
 #define ESTIMATE_GRID_RATIO     1.9
-/* factor on the first step, for solvers that halve and double it */
+/* Factor on the first step of the second run, for solvers that halve and double their step. */
 #define ESTIMATE_FIRST_PART     0.72
-#define ESTIMATE_SPAN_PART      0.5 /* step over span, for the longer of two fixed steps */
+#define ESTIMATE_SPAN_PART      0.5 /* largest step / span, for the longer of two fixed steps */
 #define ESTIMATE_MIN_RTOL       1e-13
-/* Ends of the stability regions on the negative real axis: of the classical method, and
- * (approximately) of the order 8 method. */
+/* Ends of the stability regions on the negative real axis: of the classical method and,
+ * approximately, of the method of order 8. */
 #define ESTIMATE_RK4_REAL       2.785
 #define ESTIMATE_EXPLICIT_REACH 6.0
-#define ESTIMATE_EXPLICIT_STEPS 10000.0 /* implicit if stability alone requires more steps */
-#define ESTIMATE_STEP_RATIO     4.0     /* cost of a step of implicit, in steps of event */
+/* Number of steps that stability requires of event, above which implicit is used */
+#define ESTIMATE_EXPLICIT_STEPS 10000.0
+#define ESTIMATE_STEP_RATIO     4.0 /* cost of a step of implicit / cost of a step of event */
 
-/* The runs of one scene with one solver. `coarse` and `fine` are complete; `third` is optional. */
+/* The runs of one scene with one solver. `coarse` and `fine` are complete. `third` is optional. */
 struct error_pair {
     struct pass_outcome coarse, fine, third;
-    struct pass_request check, request; /* requests of coarse and of fine */
+    struct pass_request check, request; /* requests of `coarse` and `fine` */
     bool coarse_answers;
 };
 
-/* The scene with slightly different stiffnesses; the bits of `run` select the signs. */
+/* Makes the model with slightly different stiffnesses. The bits of `run` select the signs of the
+ * differences. */
 static struct model nudge_stiffness(const struct model *m, int run)
 {
     struct model other = *m;
@@ -99,7 +104,8 @@ static struct model nudge_stiffness(const struct model *m, int run)
     return other;
 }
 
-/* One pass of the scene with slightly different stiffnesses: run 0 to DIVERGENCE_RUNS - 1. */
+/* Runs one pass of the model with slightly different stiffnesses. `run`: 0 to DIVERGENCE_RUNS -
+ * 1. */
 static void run_nudged(const struct model *m, const struct pass_request *request,
                        const struct sim_options *options, int run, struct pass_outcome *pass,
                        struct sim_result *result)
@@ -111,7 +117,8 @@ static void run_nudged(const struct model *m, const struct pass_request *request
     result->evaluations += pass->evaluations;
 }
 
-/* Two complete passes contradict each other. `given` is the pass that is reported. */
+/* Sets the divergence after two complete passes contradict each other. `given` is the pass that is
+ * reported. */
 static void set_divergence(const struct model *m, const struct pass_request *request,
                            const struct sim_options *options, const struct pass_outcome *given,
                            const struct pass_outcome *other, struct sim_result *result)
@@ -140,42 +147,42 @@ static void set_divergence(const struct model *m, const struct pass_request *req
 
 /* ---- the estimate ---- */
 
-/* The result is sensitive if the estimate exceeds this many tolerances, because errors then
+/* The result is sensitive if the estimate exceeds the tolerance by this factor, because errors then
  * grow. */
-#define SENSITIVE 1000.0
-#define SENSITIVE_PART \
-    0.05 /* fixed step: the estimate is above this part of the largest movement */
-/* Factor on the difference of two passes that sample their switches: the method is of order 1
- * there, so the finer pass has an error as large as the difference. */
+#define SENSITIVE           1000.0
+/* The same for a fixed step: estimate / largest movement. */
+#define SENSITIVE_PART      0.05
+/* Error estimate / difference of two passes that sample their switches. The method is then of order
+ * 1, so the finer pass has an error as large as the difference. */
 #define ERROR_FACTOR        2.0
-#define FINER_ERROR_FACTOR  1.2 /* for the difference to a finer pass */
+#define FINER_ERROR_FACTOR  1.2 /* the same for the difference to a finer pass */
 #define LONGER_ERROR_FACTOR 4.0 /* the same if the result is the coarser pass */
-#define OTHERS_ERROR_FACTOR 1.5 /* for the difference to a pass of another method */
-/* least number of steps of a run of another method */
+#define OTHERS_ERROR_FACTOR 1.5 /* the same for the difference to a pass of another method */
+/* Smallest number of steps allowed to a run of another method. */
 #define MIN_OTHER_STEPS     5000.0
-#define EVENT_RHS           12.0 /* evaluations in one step of event */
-/* Criteria of a bounce: one joint or foot changes at least this often, its changes are a large part
- * of all changes, and there are few steps per change. */
+#define EVENT_RHS           12.0 /* number of evaluations in one step of event */
+/* Criteria of a bounce: one joint or foot changes at least this many times, its changes are a large
+ * part of all changes, and there are few steps per change. */
 #define BOUNCE_FLIPS_MIN    4
 #define REBOUND_STEPS       100.0
-#define PACE_AHEAD          0.02 /* part of its steps that a run may use without progress */
-/* Runs that are added where no other method answers. Their ratios of steps and tolerances are not
- * simple, so that switches do not coincide. */
+#define PACE_AHEAD          0.02 /* fraction of its steps that a run may use without progress */
+/* Number of runs that are added where no other method gives an answer. The ratios of their steps
+ * and tolerances are not simple, so that switches do not coincide. */
 #define EXTRA_RUNS          2
 #define EXTRA_STEP_RATIO    1.37
 #define EXTRA_RTOL_RATIO    2.2
 
-/* Lifts are differences of the mats' positions. Tolerances add up in them, and both runs can miss a
- * lift of that size. */
+/* Smallest error of a lift / error of a position. Lifts are differences of positions, in which
+ * tolerances add up, and both runs can miss a lift of that size. */
 #define LIFT_ERROR_FLOOR 10.0
-#define FLOOR_STEPS      0.1 /* growth of the tolerance per square root of the number of steps */
+#define FLOOR_STEPS      0.1 /* error of the tolerance per square root of the number of steps */
 
 static bool is_solver_automatic(const struct sim_options *options)
 {
     return !options->solver || strcmp(options->solver, "auto") == 0;
 }
 
-/* Steps that event needs for stability alone. */
+/* Number of steps that event needs for stability alone. */
 static double explicit_steps(const struct model *m, const struct sim_result *result)
 {
     return ESTIMATE_RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) /
@@ -199,7 +206,7 @@ static bool is_sampling(const struct stepper_kind *kind)
     return kind->samples || kind->samples_shape;
 }
 
-/* Runs another pass; it may end early. */
+/* Runs another pass, which may end early. */
 static void repeat_pass(struct pass_outcome *pass, struct model *m,
                         const struct pass_request *request, const struct sim_options *options,
                         struct sim_result *result)
@@ -210,9 +217,10 @@ static void repeat_pass(struct pass_outcome *pass, struct model *m,
     cost_add(result, pass);
 }
 
-/* Two passes can agree by chance if their switches are sampled or differ. A third pass then widens
- * the estimate. With a fixed step, its step is longer if that is stable, else shorter; without, its
- * tolerance lies between the two. A third pass that fails changes nothing. */
+/* Increases the estimate by a third pass. Two passes can agree by chance if their switches are
+ * sampled or differ. With a fixed step, the third step is longer if that is stable, otherwise
+ * shorter. Otherwise the third tolerance is between those of the two passes. A third pass that
+ * fails changes nothing. */
 static void widen_by_third_pass(struct model *m, const struct sim_options *options,
                                 struct error_pair *runs, struct sim_result *result)
 {
@@ -248,7 +256,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
 }
 
 /* Largest number of steps of event for a check: the number that costs as much as the runs so far.
- * 0: a check is useless.
+ * 0: no check is made.
  *
  * A solver that samples its switches has an error from their positions within its steps; by chance
  * all of its runs can have the same error. The long steps of implicit skip events, and it makes the
@@ -264,7 +272,7 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
     double asked = explicit_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->evaluations + fine->evaluations) / EVENT_RHS;
-    /* auto tries event before other solvers, except where it begins with implicit */
+    /* auto has tried event, unless it began with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
     bool useful = is_sampling(runs->request.kind) ||
                   (runs->request.kind != &stepper_event && fine->events > 0);
@@ -272,10 +280,11 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
     return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
 }
 
-/* A run that is stopped when it needs more steps than planned for its progress. */
+/* Progress of a run that is stopped if it needs more steps than planned. */
 struct pace {
     const struct sim_options *options;
-    double calls, planned_steps; /* calls of is_progressing so far; planned steps */
+    /* number of calls of is_progressing so far, and number of planned steps */
+    double calls, planned_steps;
 };
 
 static bool is_progressing(void *ctx, int pass, double part)
@@ -287,8 +296,8 @@ static bool is_progressing(void *ctx, int pass, double part)
             pace->options->may_continue(pace->options->may_continue_ctx, pass, part));
 }
 
-/* Adds a run of event, which locates every switch, because all runs of one solver share its
- * systematic errors. Returns true if that run is complete. */
+/* Adds a run of event, which locates every switch. All runs of one solver have the same systematic
+ * errors, so another method is needed. Returns true if the run of event is complete. */
 static bool add_event_run(struct model *m, const struct sim_options *options,
                           struct error_pair *runs, struct sim_result *result)
 {
@@ -324,9 +333,9 @@ static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
            (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
 }
 
-/* Adds a finer run if there is no run of event. Implicit makes the same error at every bounce of a
- * run, so two runs can agree by chance. The run must be finer: implicit mostly loses energy, so a
- * run between the two can have the same error too. */
+/* Adds a finer run if there is no run of event. Implicit makes the same error at every bounce, so
+ * two of its runs can agree by chance. It mostly loses energy, so a run between the two can have
+ * the same error too, and the run must be finer. */
 static void add_finer_run_after_bounces(struct model *m, const struct sim_options *options,
                                         struct error_pair *runs, struct sim_result *result)
 {
@@ -340,7 +349,7 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
 }
 
 /* Adds runs if switches are sampled and no other method locates them. If a part hovers, each step
- * size gives a different motion, even if two runs agree by chance. Further runs show how far
+ * size gives a different motion, even if two runs agree by chance. The added runs show how far
  * results differ. */
 static void add_runs_where_hovering(struct model *m, const struct sim_options *options,
                                     const struct error_pair *runs, struct sim_result *result)
@@ -378,7 +387,7 @@ static bool is_sensitive(const struct model *m, const struct error_pair *runs,
            result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
 }
 
-/* For a sensitive result, adds runs with slightly different stiffnesses to the estimate. */
+/* If the result is sensitive, adds runs with slightly different stiffnesses to the estimate. */
 static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
                                   const struct error_pair *runs, struct sim_result *result)
 {
@@ -394,7 +403,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
     finer.dt_s /= ESTIMATE_GRID_RATIO;
-    finer.first_part /= ESTIMATE_GRID_RATIO; /* 0 unless the step is fixed */
+    finer.first_part /= ESTIMATE_GRID_RATIO; /* first_part is 0 unless the step is fixed */
     for (int run = -1; run < DIVERGENCE_RUNS; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
@@ -408,8 +417,8 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     }
 }
 
-/* Computes the error estimate of the result, with further runs where it needs them. False: the two
- * passes contradict each other. `where`: their largest difference. */
+/* Computes the error estimate of the result, with additional runs if they are needed. Returns false
+ * if the two passes contradict each other. `where`: their largest difference. */
 static bool error_estimate(struct model *m, const struct sim_options *options,
                            struct error_pair *runs, struct sim_result *result,
                            struct sim_difference *where)
@@ -417,8 +426,8 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     const struct stepper_kind *kind = runs->request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
     struct pass_difference apart = pass_compare(a, b);
-    /* two passes can agree more closely than their errors allow; errors of single steps add up like
-     * random numbers */
+    /* Two passes can agree more closely than their errors allow. Errors of single steps add up like
+     * random numbers. */
     double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
     double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
@@ -455,7 +464,7 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
  * divided by 1.9, so that runs that agree by chance do not make it too small. If the runs with the
  * shortest steps contradict each other, the result is `unpredictable` (above). With a given step,
  * the steps are the given one, 1.9 and 3.6 times as long. */
-#define MOREAU_WORK 1.5e7 /* evaluations times mats: about 10 s */
+#define MOREAU_WORK 1.5e7 /* largest number of evaluations times mats of a run: about 10 s */
 
 #define MOREAU_ERROR_FACTOR 3.0
 #define FIRST_STEPS         500.0
@@ -463,10 +472,10 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
 #define MAX_RUNS            16
 #define RUNS                3
 
-/* The latest runs; the last one has the shortest steps. */
+/* The latest runs of moreau. The last one has the shortest steps. */
 struct ladder {
     struct pass_outcome runs[RUNS];
-    int count; /* number of complete runs */
+    int count; /* number of runs that are complete */
     struct pass_difference last, before;
 };
 
@@ -569,7 +578,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
         if (run.status == SIM_OK) {
             ladder_add(&ladder, &run);
             fill_error(&ladder, result);
-        } else { /* runs with longer steps are no longer used */
+        } else { /* the runs with longer steps are not used any more */
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
             restart(&ladder);
@@ -581,7 +590,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     }
     if (ladder.count >= 2) {
         result->status = SIM_OK;
-        /* positions have at least the error of the solver event */
+        /* the error of positions is at least that of solver event */
         if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_ERROR_FLOOR * stepper_event.rtol * m.length_ft);
@@ -594,7 +603,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
 
 /* ---- auto and the rest ---- */
 
-/* Most steps before auto leaves a solver for another one. */
+/* Largest number of steps before auto changes to another solver. */
 static uint64_t max_steps_before_change(const struct model *m, const struct stepper_kind *kind,
                                         bool last, const struct sim_result *result)
 {
@@ -628,8 +637,9 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-/* Runs coarse and fine. `coarse_answers`: the result is coarse; otherwise fine. `last`: no other
- * solver follows, so the result is unpredictable if the runs contradict each other. */
+/* Runs `coarse` and `fine`. `coarse_answers`: the result is that of `coarse`, otherwise that of
+ * `fine`. `last`: no other solver follows, so the result is unpredictable if the runs contradict
+ * each other. */
 static void run_pair(struct model *m, const struct sim_options *options,
                      struct pass_request request, bool coarse_answers, bool last,
                      bool *contradicted, struct sim_result *result)
@@ -728,7 +738,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Notes that auto leaves a solver that ended with step_underflow. */
+/* Adds a note that auto has changed the solver, because the first ended with step_underflow. */
 static void note_solver_change(struct sim_result *result, const char *left, const char *next)
 {
     sim_result_add_note(result, "auto: %s reached only %.*g s, because %s; %s used instead", left,
@@ -737,7 +747,7 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
     result->reason = NULL;
 }
 
-/* Runs the remaining solvers if the first two made no progress because switches accumulate: hamming
+/* Runs the remaining solvers if the first two made no progress because switches accumulate. hamming
  * samples switches; moreau solves any number of them in one step. */
 static void run_remaining(struct model *m, const struct sim_options *options,
                           struct sim_result *result)
@@ -754,12 +764,12 @@ static void run_remaining(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Runs the other solver of auto, then the remaining ones. */
+/* Runs the second solver of auto, then the remaining ones. */
 static void run_others(struct model *m, const struct sim_options *options,
                        const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
-    /* if little moves, the fastest rate does not matter and event may still make progress */
+    /* if little moves, the fastest rate is not relevant, and event may still make progress */
     bool last = other != &stepper_event || explicit_steps(m, result) <= MAX_EXPLICIT_STEPS;
     note_solver_change(result, first->name, other->name);
     result->status = SIM_OK;
@@ -769,8 +779,8 @@ static void run_others(struct model *m, const struct sim_options *options,
         run_remaining(m, options, result);
 }
 
-/* Solver auto: if the first solver makes no progress, runs the others, which together have
- * PLANAR_OTHERS_S. If none succeeds, the result keeps the error of the first solver. */
+/* Solver auto: if the first solver makes no progress, runs the other solvers, within
+ * PLANAR_OTHERS_S in total. If none succeeds, the result has the error of the first solver. */
 static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {
@@ -779,7 +789,8 @@ static void run_auto(struct model *m, const struct sim_options *options,
     run_adaptive(m, options, kind, last, result);
     if (result->status != SIM_STEP_UNDERFLOW)
         return;
-    struct sim_result refused = *result; /* safe: it holds no arrays */
+    /* a plain copy is safe, because the failed result has no arrays */
+    struct sim_result refused = *result;
     deadline_begin(&deadline, options, PLANAR_OTHERS_S);
     run_others(m, &deadline.options, kind, result);
     if (deadline.is_exceeded) {
@@ -796,7 +807,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     }
 }
 
-/* Runs with a solver other than `staggered`. */
+/* Runs a scene with any solver except `staggered`. */
 static enum mr_status run_planar(const struct sim_scene *scene, const struct sim_options *options,
                                  struct sim_result *result, struct error *error)
 {
@@ -849,8 +860,8 @@ static bool is_undecided(const struct sim_result *result)
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
 
-/* Retries a landing that no step of `staggered` settles with solvers that locate switches, if they
- * support the scene's laws. The result is replaced if they find an answer. */
+/* Retries a landing for which no step of `staggered` gives a result. Uses solvers that locate
+ * switches, if they support the laws of the scene. Replaces the result if they succeed. */
 static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
                                   struct sim_result *result, struct error *error)
 {

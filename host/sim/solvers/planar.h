@@ -28,28 +28,29 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/solvers/pass.h"
 
-/* Wall time, together, of the solvers that auto tries after its first one. */
+/* Wall-clock time, s, of all solvers together that auto tries after its first one. */
 #define PLANAR_OTHERS_S 60.0
 
 /* Returns true if sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);
 
-/* Runs a checked scene. MR_OK: see result->status. The caller frees the result in every case. */
+/* Runs a checked scene. MR_OK: the run ended, see result->status. The caller frees the result in
+ * every case. */
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result, struct error *error);
 
-/* Deadline: options that stop a run after a time by the clock. Solvers call them like the caller's
- * sim_options.may_continue, which is also called. */
+/* A deadline stops a run after a wall-clock time. Solvers call its options.may_continue, which also
+ * calls the caller's. */
 struct deadline {
     const struct sim_options *asked_options;
-    /* options for the solver: the requested ones, with the time limit */
+    /* Options for the solver: those of the caller, with the time limit. */
     struct sim_options options;
-    double until_s;   /* end of the limit, by the clock */
-    bool is_exceeded; /* the deadline stopped the run */
+    double until_s;   /* time at which the limit ends, on the clock of the options */
+    bool is_exceeded; /* true: the deadline has stopped the run */
 };
 
-/* Starts a limit of limit_s by asked->clock_s; 0: no limit, and the options are the requested ones.
- * The deadline must exist while its options are in use; the caller owns `asked`. */
+/* Starts a limit of limit_s seconds on asked->clock_s. 0: no limit, and the options are those of
+ * the caller. The deadline must exist while its options are in use. The caller owns `asked`. */
 void deadline_begin(struct deadline *deadline, const struct sim_options *asked, double limit_s);
 
 #endif

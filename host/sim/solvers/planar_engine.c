@@ -12,17 +12,17 @@
 
 /* ---- the moving parts ---- */
 
-#define CALM_SPEED     1e-6 /* speed over sqrt(g L) below which a node on uneven ground rests */
-#define GUARD_MATS     4    /* mats at rest that stay in the heaving part at each end */
-#define CHUNK_MATS     8    /* least number of mats by which the heaving part grows */
-#define SHRINK_STEPS   16   /* steps at rest before a part may shrink */
-/* steps at rest before a sliding part leaves the next mat: one for its damper, one for the grit,
- * one spare */
+#define CALM_SPEED     1e-6 /* speed / sqrt(g L) below which a node on uneven ground is at rest */
+#define GUARD_MATS     4    /* number of mats at rest in the heaving part at each end */
+#define CHUNK_MATS     8    /* smallest number of mats by which the heaving part grows */
+#define SHRINK_STEPS   16   /* number of steps at rest before a part may shrink */
+/* Number of steps at rest before the outermost mat leaves the sliding part: one for its damper, one
+ * for the grit, one spare. */
 #define SETTLING_STEPS 3
-#define AIR_HEIGHT \
-    1e-3 /* height over L above which a node is held by its mats, not by the ground */
-#define REST_TOLERANCE \
-    1e-13 /* limit of rest: times L for heights, times sqrt(g L) for their rates */
+/* Height / L above which a node is held by its mats and not by the ground. */
+#define AIR_HEIGHT     1e-3
+/* Limit of rest: height / L, and rate of the height / sqrt(g L). */
+#define REST_TOLERANCE 1e-13
 
 /* Extends a part to cover mats `low` to `high`. */
 static void extend_part(struct part *part, const struct model *m, int low, int high)
@@ -41,8 +41,8 @@ static void extend_part(struct part *part, const struct model *m, int low, int h
     }
 }
 
-/* Before a step, extends the sliding part to the mats that the wheel touches or that move, and
- * shrinks it where mats are at rest. */
+/* Before a step, extends the sliding part to the mats that the wheel touches or that move. Shrinks
+ * it where mats are at rest. */
 static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
     struct part *s = &l->slides;
@@ -52,7 +52,7 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
                     s->quiet_last >= SHRINK_STEPS;
         if (idle)
             s->last = s->first -
-                      1; /* the part restarts at the wheel instead of growing towards it */
+                      1; /* the part begins again at the wheel and does not grow towards it */
         extend_part(s, &l->model, touch[i].mat - 2, touch[i].mat);
     }
     if (s->last < s->first)
@@ -75,8 +75,8 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
 }
 
 /* On uneven ground a node under compression comes to rest above or below its settled height. A node
- * in the air always stays in the heaving part, even at rest: the length of a standing wave depends
- * on it, and mats outside count as flat. */
+ * in the air never counts as at rest, because mats outside the heaving part count as flat, which
+ * would shorten a standing wave. */
 static bool is_node_at_rest(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
@@ -94,8 +94,8 @@ static bool is_mat_at_rest(const struct planar_engine *l, int n)
     return is_node_at_rest(l, n) && is_node_at_rest(l, n + 1);
 }
 
-/* On uneven ground a joint whose force changes lifts or presses its mats, so its mats join the
- * heaving part. */
+/* On uneven ground a joint whose force changes lifts or presses down its mats. Adds these mats to
+ * the heaving part. */
 static void add_slides_to_heaves(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.size;
@@ -108,13 +108,13 @@ static void add_slides_to_heaves(struct planar_engine *l, int chunk)
         extend_part(&l->heaves, &l->model, first - chunk, last + chunk);
 }
 
-/* Flat mats at rest stay flat. The heaving part covers all other mats, those under the wheel, and
+/* Updates the heaving part: mats that are not flat or not at rest, mats under the wheel, and
  * GUARD_MATS mats at rest at each end, so that the omitted motion is below REST_TOLERANCE. */
 static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
     struct part *h = &l->heaves;
-    /* mats that a load reaches at once, as in model.c */
+    /* number of mats on which a load acts at once, as in model.c */
     int chunk = m->tail > GUARD_MATS + CHUNK_MATS ? m->tail - GUARD_MATS : CHUNK_MATS;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         extend_part(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
@@ -153,7 +153,8 @@ static void follow_heaves(struct planar_engine *l)
     }
 }
 
-/* Joints of profile `full` pull when mats rotate, and heaving changes the friction of the soil. */
+/* Adds the mats of the heaving part to the sliding part if heaving moves them along the runway: by
+ * the joints of profile `full`, or by a change of the friction on soil. */
 static void add_heaves_to_slides(struct planar_engine *l)
 {
     const struct model *m = &l->model;
@@ -163,7 +164,7 @@ static void add_heaves_to_slides(struct planar_engine *l)
 
 /* ---- tensions ---- */
 
-/* Shortening of a mat by its rotation, on either side, and its rate. */
+/* Shortening of a mat due to its rotation, on either side, and its rate of change. */
 struct shortening {
     double ft, ft_s;
 };
@@ -186,7 +187,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     struct law_joint joint = {m->kl, m->cl, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->slides.first - 1);
     for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
-        left = right; /* set before the test for free ends, because the next joint needs it too */
+        left = right; /* set before the test for free ends, because the next joint also needs it */
         right = shortening_of(l, j);
         if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
             l->tension_lb[j] = 0.0;
@@ -202,7 +203,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
-            /* from the part of the last step with the joint closed */
+            /* damper force for the part of the last step in which the joint was closed */
             pulled.lb = joint.cl_lb_s_ft * rate;
         double t_lb = pulled.lb;
         if (l->mods && mods_is_torn(l->mods, j + 1))
@@ -215,7 +216,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     }
 }
 
-/* Each joint law has a separate loop. */
+/* Computes the tensions. Each joint law has a separate loop. */
 static void stretch_joints(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
@@ -232,10 +233,10 @@ static void stretch_joints(struct planar_engine *l)
 
 /* ---- speeds ---- */
 
-/* largest number of repetitions of a step in which the soil releases or catches nodes */
+/* Largest number of repetitions of a step in which the soil releases or catches nodes. */
 #define MAX_CONTACT_ROUNDS 8
 
-/* Applies bands and cleats before a kick. A riveted mat that its band moves joins the sliding
+/* Applies bands and cleats before a kick. A riveted mat that its band moves is added to the sliding
  * part. */
 static void brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                          double h_s)
@@ -259,8 +260,8 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     }
 }
 
-/* Bands hold waves down and stiffeners resist bending: forces on the nodes and moments on the
- * joints of the heaving part. */
+/* Computes the forces of bands on the nodes of the heaving part, and the moments of stiffeners on
+ * its joints. */
 static void brace_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
@@ -294,9 +295,9 @@ static double mean_soil_lb(const struct planar_engine *l, int node)
     return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
 }
 
-/* Coulomb limit of a heaving mat: from the soil's reaction in the kick of its nodes, with dampers
- * at the end of the step. The friction of a foot that lands within a step therefore includes the
- * impulse of its landing. */
+/* Coulomb limit of a heaving mat, from the reaction of the soil in the kick of its nodes, with
+ * dampers at the end of the step. The friction of a foot that lands within a step therefore
+ * includes the impulse of its landing. */
 static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
@@ -305,8 +306,8 @@ static double soil_limit_lb(const struct planar_engine *l, int n)
     return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
 }
 
-/* Steps a mat under the gear. The ground holds it; its Coulomb limit includes its share of the
- * gear's load. */
+/* Updates the speed of a mat under the gear. The ground holds the mat; its Coulomb limit includes
+ * its share of the gear's load. */
 static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
                         double h_s)
 {
@@ -323,29 +324,31 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
                          step.equivalent_s);
 }
 
-/* Places the wheel on `mat` (from 0; -1: on none). The engine applies the thrust, not the model. */
+/* Sets the mat under the wheel in the model (from 0; -1: none). The engine, not the model, applies
+ * the thrust. */
 static void place_wheel(struct model *m, int mat)
 {
     m->span = (struct span){.mat = mat, .share = -2};
 }
 
-/* `plain`: without cleats, elements and gear. */
+/* Updates the speeds along the runway. `plain`: the scene has no cleats, elements or gear. */
 KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch *touch, int count,
                                  double h_s, bool plain)
 {
     const struct model *m = &l->model;
-    double *v = l->z + m->size, *thrust = l->u; /* `u` is free until outputs are written */
+    double *v = l->z + m->size, *thrust = l->u; /* `u` is unused until outputs are written */
     const bool cleated = !plain && l->mods && l->mods->has_cleats,
                elements = !plain && m->elements.count > 0, geared = !plain && l->gear;
     unsigned stops = 0;
-    if (geared) /* waves are recorded at the lead axle */
+    if (geared) /* with a gear, waves are recorded at the lead axle */
         place_wheel(&l->model, l->gear->lead_mat - 1);
     for (int n = l->slides.first; n <= l->slides.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->braces; c++)
-        /* braces on mats outside the part have no effect: the loop below skips those mats */
+        /* braces on mats outside the part have no effect, because the loop below skips these
+         * mats */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[l->mods->brace_mat[c]];
     for (int n = l->slides.first; n <= l->slides.last; n++) {
         double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
@@ -376,9 +379,9 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
     return stops;
 }
 
-/* Updates the speeds along the runway; returns how many mats came to rest. Call after kick_heaves,
- * because friction depends on the soil's reactions in that step. A plain runway has a loop of its
- * own, for speed. */
+/* Updates the speeds along the runway, and returns the number of mats that came to rest. Call after
+ * kick_heaves, because friction depends on the reactions of the soil in the same step. A plain
+ * runway has a separate loop, which is faster. */
 static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
                             double h_s)
 {
@@ -386,8 +389,8 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
     return plain ? kick_mats(l, touch, count, h_s, true) : kick_mats(l, touch, count, h_s, false);
 }
 
-/* The soil never pulls. At the end of the step, releases nodes that it would pull and catches nodes
- * that it would push. True: a node has changed. */
+/* Releases nodes that the soil would pull at the end of the step, because soil never pulls, and
+ * catches nodes that it would push. Returns true if a node has changed. */
 static bool settle_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -404,7 +407,7 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
     return changed;
 }
 
-/* Updates the vertical speeds over h_s. Returns the largest change of a node's speed by the
+/* Updates the vertical speeds over h_s. Returns the largest change of a node's speed due to the
  * soil. */
 static double kick_heaves(struct planar_engine *l, double h_s)
 {
@@ -425,8 +428,8 @@ static double kick_heaves(struct planar_engine *l, double h_s)
 
 /* ---- gear ---- */
 
-/* Moves the wheel or the gear from t0 to t1. The weight of a gear acts on the heaving part from now
- * on. */
+/* Moves the wheel or the gear from t0 to t1. From now on, the weight of a gear acts on the heaving
+ * part. */
 static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0_s, double t1_s,
                      struct sim_touch *touch)
 {
@@ -441,8 +444,7 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
     return count;
 }
 
-/* Adds the gear's weight to the nodes of the heaving part, on top of the forces of
- * modifications. */
+/* Adds the weight of the gear to the forces on the nodes of the heaving part. */
 static void load_heaves(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
@@ -468,7 +470,7 @@ static void set_tilt(struct planar_engine *l)
     const double *ground = l->scene->ground_ft.values;
     for (int n = 0; n < m->mats; n++) {
         l->tilt_ft[n] = ground ? ground[n] - ground[n + 1] : 0.0;
-        /* nodes on soft soil settle deeper */
+        /* a node on soft soil settles more */
         l->rest_tilt_ft[n] = l->tilt_ft[n] + l->rest_ft[n + 1] - l->rest_ft[n];
         double s = l->rest_tilt_ft[n] / m->length_ft;
         l->rest_cos[n] = sqrt(1.0 - s * s);
@@ -481,7 +483,8 @@ static void set_tilt(struct planar_engine *l)
     }
 }
 
-/* Properties of each node, joint and mat; lists of the scene, or the same value everywhere. */
+/* Sets the properties of each node, joint and mat, from the lists of the scene or from the values
+ * that hold everywhere. */
 static void set_properties(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -505,7 +508,7 @@ static void set_properties(struct planar_engine *l)
     m->mass_ratio = l->mass_ratio;
 }
 
-/* Allocates the arrays of a landing. The model must be made before. */
+/* Sets the arrays of a landing in one block of memory. The model must be made before. */
 static void init_layout(struct planar_engine *l)
 {
     struct model *m = &l->model;
@@ -533,7 +536,7 @@ static void init_layout(struct planar_engine *l)
     }
     l->slack_ft = m->slack_ft;
     m->given_lb = l->tension_lb;
-    m->slack_ft = 0.0; /* slack is handled by the engine */
+    m->slack_ft = 0.0; /* the engine computes the slack, and the model must not */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
@@ -557,7 +560,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
             sim_scene_name(scene));
     if (model_make(&l->model, scene, true, error) != MR_OK)
         return error->status;
-    if (result) /* describe the model before the engine changes it */
+    if (result) /* the model is described before the engine changes it */
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
@@ -577,14 +580,14 @@ void engine_free(struct planar_engine *l)
 
 #define FOLDED_DEG         85.0
 #define DEGREES            (180.0 / 3.14159265358979323846)
-/* the wheel has left a wave if the lift is below this part of the lift at the overrun; the next
- * wave is a new one */
+/* Lift / lift at the overrun below which the wheel has left a wave. The next wave is a new one. */
 #define OFF_WAVE_SHARE     0.5
-#define SLIGHT_TURN        0.01 /* sine of a rotation below which no arc sine is needed */
-#define STEPS_PER_CALLBACK 1024 /* steps between calls of may_continue */
-#define UPDATE_STEPS       4    /* steps between updates of lifts and angles */
-#define LANDING_PARTS      16   /* number of parts of a step if a node lands in it */
-/* speed over sqrt(g L) below which a landing node does not lift its neighbours */
+#define SLIGHT_TURN        0.01 /* sine of a rotation so small that no arc sine is needed */
+#define STEPS_PER_CALLBACK 1024 /* number of steps between calls of may_continue */
+#define UPDATE_STEPS       4    /* number of steps between updates of lifts and angles */
+/* Number of parts into which a step is divided if a node lands in it */
+#define LANDING_PARTS      16
+/* speed / sqrt(g L) below which a landing node does not lift its neighbours */
 #define GENTLE_SPEED       1e-4
 
 /* Index of the mat with the largest share of the wheel; -1: none. */
@@ -619,7 +622,7 @@ static double lift_ft(const struct planar_engine *l, double back_s, int *node_fr
     return most_ft;
 }
 
-/* Records the outputs due up to t_s, each at its own time. Speeds are those of the step that ends
+/* Records the outputs up to t_s, each at its own time. The speeds are those of the step that ends
  * at t_s. */
 static void record_outputs(struct planar_engine *l, struct march *march, double t_s)
 {
@@ -664,7 +667,7 @@ static void record_shape(struct planar_engine *l, struct march *march)
     }
 }
 
-/* Records the highest node as soon as one has risen by lift_ft. */
+/* Records the highest node when the first node has risen by lift_ft. */
 static void record_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int highest = l->heaves.first;
@@ -676,7 +679,7 @@ static void record_crest(const struct planar_engine *l, struct march *march, dou
     }
 }
 
-/* Records that the wheel reaches a wave that is too high to be pressed flat. */
+/* Records an overrun: the wheel reaches a wave that is too high for the wheel to press it flat. */
 static void record_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
@@ -745,9 +748,9 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     }
 }
 
-/* Returns true if a node will reach the ground in the step. Two nodes that land in one step lift
- * their neighbours differently from two that land one after the other. All steps longer than the
- * time between the landings would make the same error. */
+/* True if a node will reach the ground in the step. Two nodes that land in one step lift their
+ * neighbours differently from two that land one after the other. All steps longer than the time
+ * between the landings would make the same error. */
 static bool has_landing_node(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
@@ -770,8 +773,8 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
     double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
-    double early = fmax(
-        0.0, 0.5 + done_s / h_s); /* share of the mean that belongs to the time before this step */
+    /* fraction of the mean that belongs to the time before this step */
+    double early = fmax(0.0, 0.5 + done_s / h_s);
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
         l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
@@ -798,7 +801,7 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     return jolt_ft_s;
 }
 
-/* A march in progress. */
+/* A march while it runs. */
 struct march_run {
     struct planar_engine *l;
     struct march *march;
@@ -807,7 +810,7 @@ struct march_run {
     struct sim_touch touch[SIM_TOUCH_MAX];
     int count;
     bool prunes, divides, heaves;
-    double before_s; /* size of the last step of the heights */
+    double before_s; /* length of the last step of the heights */
 };
 
 static void begin_march(struct march_run *way)
@@ -817,19 +820,19 @@ static void begin_march(struct march_run *way)
     way->prunes = !way->options->no_prune && element_can_rest(&l->model.elements);
     way->divides = !way->options->single;
     way->before_s = h;
-    l->last_step_s = 0.0; /* nothing has moved yet */
+    l->last_step_s = 0.0; /* no mat has moved yet */
     l->rub_share = 1.0;
     l->in_parts = false;
     init_march_state(l, way->prunes);
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
         gear_start(l->gear, h);
-        l->model.wheel_load_lb = 0.0; /* the load acts through the axles of the gear */
+        l->model.wheel_load_lb = 0.0; /* with a gear, its axles apply the load */
     }
     record_outputs(l, way->march, 0.0);
 }
 
-/* Start and end of the kick of step i. */
+/* Time at which the kick of step i begins, and time at which it ends. */
 static double from_s(const struct march *march, uint64_t i)
 {
     return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
@@ -840,7 +843,7 @@ static double to_s(const struct march *march, uint64_t i)
     return ((double)i + 0.5) * march->h_s;
 }
 
-/* Moves the wheel and updates the moving parts. */
+/* Moves the wheel, and updates which parts move. */
 static void step_wheel(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -878,7 +881,7 @@ static void step_vertical(struct march_run *way, uint64_t i)
         march->impact_ft_s = fmax(march->impact_ft_s,
                                   heave_in_parts(l, way->before_s < h, first_s, h));
         way->before_s = part_s;
-        /* share of the present force in the next step's mean */
+        /* fraction of the next step's mean that is the present force */
         l->rub_share = 0.5 * (part_s + h) / h;
     } else if (way->heaves) {
         /* after a divided step the speeds are only half a part behind */
@@ -891,7 +894,7 @@ static void step_vertical(struct march_run *way, uint64_t i)
     }
 }
 
-/* Updates the speeds along the runway, then moves everything. */
+/* Updates the speeds along the runway, then the positions. */
 static void step_along(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
@@ -910,8 +913,8 @@ static void step_along(struct march_run *way, uint64_t i)
     march->done = i + 1;
 }
 
-/* Updates the outputs and extremes at the end of step i, t_s. False: the march ends with this
- * step. */
+/* Updates the outputs and extremes at the end t_s of step i. Returns false if the march ends with
+ * this step. */
 static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;

@@ -1,6 +1,6 @@
-/* Planar engine: the state of the solver of landing.h, its step (which mats slide and which heave,
- * tensions, speeds, the gear), and one run. landing.c has the runs and their error. Mats, nodes and
- * joints are counted from 0, as in model.h. */
+/* Planar engine: one run of the solver of landing.h: its state, and its step (which mats slide and
+ * which heave, tensions, speeds, the gear). landing.c compares several runs and estimates their
+ * error. Mats, nodes and joints are counted from 0, as in model.h. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 #define MATRIG_HOST_SIM_SOLVERS_PLANAR_ENGINE_H
 
@@ -11,63 +11,68 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/elements/wheel.h"
 
-/* Mats first..last, from 0; empty if last < first. */
+/* A range of mats first..last, from 0; empty if last < first. */
 struct part {
     int first, last;
-    int quiet_first, quiet_last; /* number of steps for which each end has been at rest */
+    /* number of steps for which the outermost mats at each end have been at rest */
+    int quiet_first, quiet_last;
 };
 
 struct planar_engine {
-    struct model model; /* the model; its window is the part that heaves */
+    struct model model; /* the model; its window is the heaving part */
     const struct sim_scene *scene;
-    size_t stored; /* number of values from z on: all that a march changes in this struct */
+    size_t stored; /* number of values from z on, which are all values that a march changes */
     double *z;     /* state of every mat, at all times */
     double *accel, *u, *v, *height;
-    /* joint properties, per joint; elements/law.h */
+    /* for each joint: its properties; elements/law.h */
     double *gap0_ft, *grit_lb, *give_ft, *reach_ft, *kl_lb_ft;
-    /* Soil and rest per node; Coulomb limit, hinge and mass per mat or joint (sim_scene_along). */
+    /* Soil and depth at rest of each node; Coulomb limit, hinge and mass of each mat or joint
+     * (sim_scene_along). */
     double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
     double *rest_tilt_ft;
-    double *tilt_ft, *rest_cos; /* per mat on uneven ground: tilt (model.h), and its cosine */
-    /* Downward force on nodes and moment on joints from modifications and gear; NULL: none. */
+    double *tilt_ft, *rest_cos; /* for each mat on uneven ground: tilt (model.h), and its cosine */
+    /* Downward force on each node and moment on each joint, from modifications and gear; NULL:
+     * none. */
     double *brace_lb, *brace_lb_ft;
     /* computes brace_lb and brace_lb_ft; NULL: there are none */
     void (*brace_heaves)(struct planar_engine *l);
-    double *push_lb, *pull_lb, *rise_ft; /* per joint and node: largest so far */
-    /* A step in parts, because a node lands in it: normal forces of friction, in this step and in
-     * the next one. */
+    double *push_lb, *pull_lb, *rise_ft; /* for each joint and node: largest value so far */
+    /* True: the step is divided into parts, because a node lands in it. The fields below then have
+     * the normal forces for friction, in this step and in the next one. */
     bool in_parts;
     double *friction_force_lb,
-        *rub_next_lb; /* normal forces per node, from rub_first to rub_last */
+        *rub_next_lb; /* normal force of each node, from rub_first to rub_last */
     int rub_first, rub_last;
-    /* share of the normal force in the next step that rub_next_lb does not contain; otherwise 1 */
+    /* fraction of the next step's normal force that rub_next_lb does not contain; otherwise 1 */
     double rub_share;
-    /* Duration of the last step, over which the damper of a joint that closes or opens within it is
-     * averaged; 0: the damper acts at its full rate. */
+    /* Duration of the last step, over which the damper of a joint that closes or opens is averaged.
+     * 0: the damper acts fully. */
     double last_step_s;
-    /* Per joint; between mats at rest, the tension of the last step in which one of them moved. */
+    /* Tension of each joint. Between mats at rest, the tension of the last step in which one of
+     * them moved. */
     double *tension_lb;
     double slack_ft;
     enum joint_law joints;
-    struct part slides; /* mats that move along the runway, and one at rest on either side */
-    struct part heaves; /* mats whose nodes are not at rest */
-    struct mods *mods;  /* NULL if the scene has no modifications */
-    struct gear *gear;  /* NULL if the scene has no gear ground */
+    /* sliding part: mats that move along the runway, and one mat at rest on either side */
+    struct part slides;
+    struct part heaves; /* heaving part: mats whose nodes are not at rest */
+    struct mods *mods;  /* NULL: the scene has no modifications */
+    struct gear *gear;  /* NULL: the scene has no gear on elastic ground */
 };
 
-/* Makes one strip, ready to march; `l` must be all zero before. If `result` is given, the omitted
- * features are added to it. Call engine_free in every case. */
+/* Makes the engine of a scene. `l` must be all zero before. If `result` is given, adds the features
+ * that the model omits to it. Call engine_free in every case. */
 enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
                            struct sim_result *result, struct error *error);
 void engine_free(struct planar_engine *l);
 
-/* The view of a landing for the modifications. */
+/* Where the modifications find mats and joints in the arrays of the engine. */
 static inline struct mods_view engine_view(const struct planar_engine *l)
 {
     return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
 }
 
-/* One run over the whole landing; its record must be made before. */
+/* A march: one run over the whole landing with one step size. Its record must be made before. */
 struct march {
     uint64_t steps, done, events;
     double h_s, ms;
@@ -75,21 +80,22 @@ struct march {
     int mat;
     double t_s;
     double max_lift_ft;
-    double impact_ft_s; /* largest change of a node's speed by the soil in one step */
+    double impact_ft_s; /* largest change of a node's speed due to the soil in one step */
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     int overrun[SIM_OVERRUNS_MAX], overruns;
-    bool is_on_wave; /* the wheel has been on a wave since the last entry of `overrun` */
+    bool is_on_wave; /* true: the wheel has been on a wave since the last entry of `overrun` */
     int first_crest, first_crest_wheel;
     double awake_s;
     int mats_max;
     struct sim_record record;
-    struct mods_state *mods; /* state of the modifications at the end of this march; NULL: none */
-    int number;              /* number of this march, for may_continue */
+    struct mods_state *mods; /* state of the modifications at the end of the march; NULL: none */
+    int number;              /* number of the march, for may_continue */
 };
 
-/* Runs the whole landing with march->steps steps; march->record must be made before. */
+/* Runs a march over the whole landing with march->steps steps. march->record must be made
+ * before. */
 void planar_pass_run(struct planar_engine *l, struct march *march,
                      const struct sim_options *options);
 

@@ -4,7 +4,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-#define NEGLIGIBLE 1e-18 /* top terms smaller than this times the largest value are dropped */
+/* Leading terms smaller than this fraction of the largest value are dropped */
+#define NEGLIGIBLE 1e-18
 
 double polynomial_value(const double *s, int degree, double t)
 {
@@ -14,7 +15,7 @@ double polynomial_value(const double *s, int degree, double t)
     return sum;
 }
 
-/* Root of a polynomial that is positive at `low` and negative at `high`. */
+/* Finds a root of a polynomial that is positive at `low` and negative at `high`. */
 static double find_root_within(const double *s, int degree, double low, double high)
 {
     double narrow = DBL_EPSILON * high, t = 0.5 * (low + high);
@@ -38,8 +39,9 @@ static double find_root_within(const double *s, int degree, double low, double h
     return t;
 }
 
-/* First root of s within low..high. b: its Bernstein coefficients there (Farouki 2012), changed on
- * return. The number of roots is at most the number of sign changes in b. */
+/* Finds the first root of s within low..high. b: the Bernstein coefficients of s in this interval
+ * (Farouki 2012), changed on return. The number of roots is at most the number of sign changes in
+ * b. */
 static double find_first_root(const double *s, double *b, int degree, double low, double high,
                               int depth)
 {
@@ -55,7 +57,8 @@ static double find_first_root(const double *s, double *b, int degree, double low
     if (changes == 1 || depth == 0)
         return positive ? (double)INFINITY : find_root_within(s, degree, low, high);
     double left[POLYNOMIAL_DEGREE + 1], middle = 0.5 * (low + high);
-    for (int k = 0; k <= degree; k++) { /* de Casteljau: b becomes the right half */
+    /* de Casteljau's algorithm: b becomes the coefficients of the right half */
+    for (int k = 0; k <= degree; k++) {
         left[k] = b[0];
         for (int i = 0; i < degree - k; i++)
             b[i] = 0.5 * (b[i] + b[i + 1]);
@@ -66,7 +69,7 @@ static double find_first_root(const double *s, double *b, int degree, double low
     return b[0] < 0.0 ? middle : find_first_root(s, b, degree, middle, high, depth - 1);
 }
 
-/* First root in (0, wide] of a polynomial that is positive at 0; INFINITY: none. */
+/* Finds the first root in (0, wide] of a polynomial that is positive at 0. INFINITY: none. */
 static double find_root_from_positive(const double *s, int degree, double wide)
 {
     double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;

@@ -55,11 +55,11 @@ bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double
     if (m->law != SIM_TANH || !(edge > 0.0))
         return false;
     for (int k = m->size + stepper_low(s) + 1; k < m->size + stepper_high(s); k += 2) {
-        /* so that the speed increases */
+        /* signs such that the speed increases */
         double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
             continue;
-        /* so near the edge that the step would be too short: the step does not end there */
+        /* the edge is so near that the step would be too short, so the step does not end there */
         double to_s = (v < -1.25 * edge ? -edge - v : edge) / a;
         if (to_s < h && to_s > s->min_step_s)
             h = to_s;

@@ -13,28 +13,31 @@ struct stepper;
 
 struct stepper_kind {
     const char *name;
-    bool samples;       /* switches are determined at every evaluation instead of located */
-    bool samples_shape; /* as `samples`, but stick-slip is located */
-    bool settles;       /* samples, and determines within the step which mats stop */
-    bool fixed;         /* the step is given (dt), not chosen */
-    bool prunes;        /* may leave out mats at rest */
-    bool long_steps;    /* steps can be long enough for a mat to slip and stick within one */
-    double
-        reversal_veps; /* friction tanh reverses within this many veps of rest; 0: not considered */
-    double rtol;       /* default tolerance */
-    const struct stepper_kind *loose_kind; /* performs better at loose_rtol and above; NULL: none */
+    bool samples;       /* switches are determined at every evaluation and not located in time */
+    bool samples_shape; /* as `samples`, but stick-slip switches are located */
+    bool settles;       /* as `samples`, but determines within the step which mats stop */
+    bool fixed;         /* the step is given (dt) and not chosen */
+    bool prunes;        /* mats at rest may be left out */
+    bool long_steps;    /* steps can be so long that a mat slips and sticks within one */
+    /* friction tanh reverses within this speed, in veps; 0: not considered */
+    double reversal_veps;
+    double rtol; /* default tolerance */
+    /* kind that is faster at loose_rtol and above; NULL: none */
+    const struct stepper_kind *loose_kind;
     double loose_rtol;
-    const char *method; /* description for people, one line */
-    /* Work space of the kind: work_bytes bytes, all 0, which begin with `rows` pointers to rows of
-     * 2 size values; and `more` times size further values, passed to `make`. */
+    const char *method; /* description for users, one line */
+    /* Memory of the kind: work_bytes bytes, all 0, which begin with `rows` pointers to rows of 2
+     * size values; and `more` times size further values, which are passed to `make`. */
     size_t work_bytes, rows, more;
-    /* Prepares the further values, `more`; NULL: nothing to prepare. */
+    /* Prepares the further values (`more`); NULL: nothing to prepare. */
     void (*make)(struct stepper *stepper, double *more);
-    void (*free)(struct stepper *stepper); /* releases what `make` allocated; NULL: nothing */
-    /* modes or state have changed: discards the history */
+    /* releases the memory that `make` allocated; NULL: nothing */
+    void (*free)(struct stepper *stepper);
+    /* discards the history, because modes or state have changed */
     void (*restart)(struct stepper *stepper);
-    bool (*advance)(struct stepper *stepper, double limit_s); /* false: the step became too small */
-    /* State at t within the last step: components low..high-1 of p and of v. */
+    /* returns false if the step became too small */
+    bool (*advance)(struct stepper *stepper, double limit_s);
+    /* Computes the state at t within the last step: components low..high-1 of p and of v. */
     void (*dense)(struct stepper *stepper, double t_s, int low, int high, double *z);
 };
 
@@ -42,33 +45,33 @@ struct stepper {
     const struct stepper_kind *kind;
     struct model *model;
     double rtol;
-    double atol_ft, atol_ft_s; /* absolute parts of the tolerance */
-    double dt_s;               /* fixed step */
-    double h_s;                /* next step */
-    double min_step_s;         /* least step: a smaller one is a failure */
+    double atol_ft, atol_ft_s; /* absolute tolerances of positions and rates */
+    double dt_s;               /* given step */
+    double h_s;                /* size of the next step */
+    double min_step_s;         /* smallest step; a smaller one is a failure */
     double t_s, t_new_s;
-    double *z, *z_new; /* state before and after the step, 2 size values each */
+    double *z, *z_new; /* state before and after the step: 2 size values each */
     /* Rates (v, p'') at both ends of the last step; NULL: not known. */
     const double *rate, *rate_new;
     uint64_t rejected;
-    void *work;      /* work space of the kind */
-    double *storage; /* values that `work` points to; stepper_make allocates both */
+    void *work;      /* memory of the kind */
+    double *storage; /* the values to which `work` points; stepper_make allocates both */
 };
 
 extern const struct stepper_kind stepper_rk4, stepper_event, stepper_event5, stepper_implicit,
     stepper_rkgs, stepper_hamming, stepper_moreau;
-/* The solver of SUNDIALS, linked only into matrig-study. Weak: its address is NULL in other
+/* The solver of SUNDIALS, linked only into matrig-study. Weak, so its address is NULL in other
  * programs. */
 extern const struct stepper_kind stepper_cvode __attribute__((weak));
 
-/* Finds a kind by name; NULL if there is none. */
+/* Finds a kind by name. NULL: there is none. */
 const struct stepper_kind *stepper_find(const char *name);
 
-/* Allocates the work space and calls the kind's make. */
+/* Allocates the memory and calls `make` of the kind. */
 void stepper_make(struct stepper *stepper);
 void stepper_free(struct stepper *stepper);
 
-/* Range of p that the model integrates. */
+/* First index in p that the model integrates. */
 static inline int stepper_low(const struct stepper *s)
 {
     return 2 * s->model->first;
@@ -78,20 +81,20 @@ static inline int stepper_high(const struct stepper *s)
     return 2 * s->model->last + 3;
 }
 
-/* Chooses the step: h_s, or the step to the limit if that is at most 1 % longer (`last`). Returns
+/* Chooses the step: h_s, or the step to the limit if it is at most 1 % longer (`last`). Returns
  * false if h_s has become too small. */
 bool stepper_choose_step(const struct stepper *stepper, double limit_s, double *h_s, bool *last);
 
-/* Friction tanh reverses where a mat's speed passes through 0, within a few veps. For a step much
- * longer than that the reversal is a jump. It reduces the order of a method, and the error estimate
- * may miss it. Returns true if the step was shortened to end where the reversal begins; two steps
+/* Friction tanh reverses where a mat's speed passes through 0, within a few veps. For a much longer
+ * step, the reversal is a jump, which reduces the order of a method and which the error estimate
+ * may miss. Returns true if the step was shortened to end where the reversal begins; two steps
  * cover the reversal. Uses the rates at the start of the step. */
 bool stepper_cut_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
 
-/* Accepts the step h_s to t_new_s. The next step is `grow` times as long, or as long as planned
- * before the limit, or a friction reversal, shortened this step (`last`). */
+/* Accepts the step h_s to t_new_s. The next step is `grow` times as long. If a limit or a friction
+ * reversal shortened this step (`last`), the next step is as long as this one was planned. */
 void stepper_accept(struct stepper *stepper, double h_s, double t_new_s, bool last, double grow);
-/* Rejects the step; the next one has the size next_s. */
+/* Rejects the step. The next step has the size next_s. */
 void stepper_reject(struct stepper *stepper, double next_s);
 
 /* Error of z_new, for a method of order 4, divided by the tolerance. The error is a fifteenth of
@@ -99,18 +102,18 @@ void stepper_reject(struct stepper *stepper, double next_s);
  * is returned. NaN: the state is not finite. */
 double stepper_doubling_error(const struct stepper *stepper, const double *whole);
 
-/* Copies the state of the mats that the model integrates. */
+/* Copies a state, for the mats that the model integrates. */
 void stepper_copy(const struct stepper *stepper, const double *from, double *to);
 
 /* Rates (v, p'') of a state. Sampling steppers update the modes first. */
 void stepper_rates(struct stepper *stepper, double t_s, const double *z, double *rate);
 
-/* Cubic interpolation between two states and their rates, for steppers without dense output. */
+/* Interpolates between two states and their rates by a cubic. For steppers without dense output. */
 void stepper_cubic(const struct stepper *stepper, const double *z0, const double *rate0,
                    const double *z1, const double *rate1, double t_s, int low, int high, double *z);
 
-/* Like stepper_cubic, over the last step. Computes the rates at its ends, which are written to
- * rate0 and rate1. */
+/* As stepper_cubic, over the last step. Computes the rates at its ends and writes them to rate0 and
+ * rate1. */
 void stepper_cubic_restart(struct stepper *stepper, double *rate0, double *rate1, double t_s,
                            int low, int high, double *z);
 
