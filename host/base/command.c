@@ -196,21 +196,13 @@ static void choices_text(const char *choices, char *out, size_t size)
 static enum mr_status read_choice(const struct parser *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
-    char all[160], copy[160], *rest = copy, suggestion[SPELL_SUGGEST_TEXT];
+    char all[160], suggestion[SPELL_SUGGEST_TEXT];
     struct spell_suggest near;
-    spell_suggest_begin(&near, text);
-    for (const char *choice = option->choices; choice;) {
-        size_t length = strcspn(choice, "|");
-        if (strlen(text) == length && memcmp(text, choice, length) == 0) {
-            *(const char **)value_address(p, option) = text;
-            return MR_OK;
-        }
-        choice = choice[length] ? choice + length + 1 : NULL;
+    if (spell_suggest_choice(&near, text, option->choices)) {
+        *(const char **)value_address(p, option) = text;
+        return MR_OK;
     }
     choices_text(option->choices, all, sizeof all);
-    snprintf(copy, sizeof copy, "%s", option->choices);
-    for (const char *choice; (choice = strsep(&rest, "|"));)
-        spell_suggest_add(&near, choice);
     spell_suggest_text(&near, suggestion);
     return error_set(error, MR_USAGE, "unknown %s: '%s' for %s%s%s give %s", option->noun, text,
                      option->name, suggestion, suggestion[0] ? "" : ";", all);

@@ -1,7 +1,6 @@
 #include "host/base/spell_suggest.h"
 
 #include <ctype.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -58,23 +57,35 @@ void spell_suggest_begin(struct spell_suggest *suggest, const char *word)
     *suggest = (struct spell_suggest){.word = word};
 }
 
-void spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
+bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
 {
     const char *a = skip_dashes(suggest->word), *b = skip_dashes(candidate);
     size_t a_length = strlen(a), b_length = strlen(b), shorter = smaller_of(a_length, b_length);
+    bool is_word = strcmp(suggest->word, candidate) == 0;
     if (a_length > WORD_MAX || b_length > WORD_MAX || shorter == 0)
-        return;
+        return is_word;
     size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
     size_t distance = edit_distance(a, a_length, b, b_length), beginning = common_prefix(a, b);
     if (distance > allowed) {
         if (beginning < PREFIX_LETTERS && !(beginning == shorter && shorter >= 3))
-            return;
+            return is_word;
         distance = 3; /* an equal beginning ranks below a misspelling */
     }
-    if (suggest->best && suggest->distance <= distance)
-        return;
-    suggest->best = candidate;
-    suggest->distance = distance;
+    if (!suggest->best || distance < suggest->distance) {
+        suggest->best = candidate;
+        suggest->distance = distance;
+    }
+    return is_word;
+}
+
+bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const char *choices)
+{
+    bool found = false;
+    spell_suggest_begin(suggest, word);
+    snprintf(suggest->choices, sizeof suggest->choices, "%s", choices);
+    for (char *choice, *rest = suggest->choices; (choice = strsep(&rest, "|"));)
+        found |= spell_suggest_add(suggest, choice);
+    return found;
 }
 
 void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT])

@@ -2,6 +2,7 @@
 #ifndef MATRIG_HOST_BASE_SPELL_SUGGEST_H
 #define MATRIG_HOST_BASE_SPELL_SUGGEST_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* The search for the nearest word. Leading dashes and capitals are ignored. A word is near if its
@@ -10,12 +11,16 @@
 struct spell_suggest {
     const char *word, *best; /* best: the nearest word so far; NULL: none */
     size_t distance;         /* number of edits from `word` to `best` */
+    char choices[200];       /* see spell_suggest_choice */
 };
 
 void spell_suggest_begin(struct spell_suggest *suggest, const char *word);
-/* Compares a candidate. Among equally near candidates the first is kept. The caller keeps the
- * text. */
-void spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
+/* Compares a candidate. Among equally near candidates the first is kept. The caller keeps the text.
+ * Returns true if the candidate is the word. */
+bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate);
+/* Begins with the word and compares choices such as "left|right". Returns true if the word is one
+ * of them. */
+bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const char *choices);
 
 /* Writes "; did you mean BEST?". For some words of other programs (delete, undo), writes advice
  * between "; " and ";". Writes "" if no word is near. */
