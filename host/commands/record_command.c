@@ -37,6 +37,7 @@ struct request {
 static int list_kinds(const struct cli *cli)
 {
     struct answer *answer = answer_new(false);
+    char range[80];
     answer_table(answer, "kinds", "");
     for (size_t k = 0; k < inspection_kind_count; k++) {
         const struct inspection_kind *kind = &inspection_kinds[k];
@@ -48,14 +49,13 @@ static int list_kinds(const struct cli *cli)
             answer_words(answer, "of", "of", "%s", inspection_place_name(kind));
             answer_words(answer, "field", "field", "%s", field->name);
             answer_words(answer, "words", "what", "%s", field->words);
-            if (field->type == INSPECTION_NUMBER)
-                answer_words(answer, "values", "values", "%g to %g%s%s", field->low, field->high,
-                             *unit ? " " : "", unit);
-            else
-                answer_words(answer, "values", "values", "%s",
-                             field->type == INSPECTION_CHOICE    ? field->choices
-                             : field->type == INSPECTION_PICTURE ? "a file"
-                                                                 : "a text");
+            snprintf(range, sizeof range, "%g to %g%s%s", field->low, field->high, *unit ? " " : "",
+                     unit);
+            answer_words(answer, "values", "values", "%s",
+                         field->type == INSPECTION_NUMBER    ? range
+                         : field->type == INSPECTION_CHOICE  ? field->choices
+                         : field->type == INSPECTION_PICTURE ? "a file"
+                                                             : "a text");
             answer_flag(answer, "from_last", "kept", field->from_last);
             answer_words_or_none(answer, "limit", "limit", field->limit, "-");
             answer_words(answer, "source", NULL, "report %s", kind->source);
@@ -98,15 +98,15 @@ static void copy_previous_fields(const struct inspections *all, const struct ins
                                  json_t *values, struct answer *answer)
 {
     const struct inspection *last = inspection_newest(all, kind, 0);
-    char text[INSPECTION_TEXT_SIZE], *word;
+    char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
     answer_table(answer, "kept", "");
     for (size_t f = 0; last && f < kind->fields; f++) {
         const struct inspection_field *field = &kind->field[f];
         inspection_format(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
-        inspection_read(kind, word = xasprintf("%s=%s", field->name, text), values, fatal);
-        free(word);
+        snprintf(word, sizeof word, "%s=%s", field->name, text);
+        inspection_read(kind, word, values, fatal);
         answer_row(answer);
         answer_words(answer, "field", "kept", "%s", field->name);
         answer_words(answer, "value", "value", "%s", text);
@@ -159,34 +159,28 @@ static enum mr_status add_record(const struct request *r, struct store *store,
 
 /* ---- CSV: a line for each record that holds; fields as they are typed ---- */
 
-static void write_cell(FILE *out, const char *text, char behind)
-{
-    csv_write_cell(out, text);
-    fputc(behind, out);
-}
-
 static void write_csv(const struct request *r, const struct inspections *all, int64_t run)
 {
     const struct inspection_kind *kind = r->kind;
     const char *place = inspection_place_name(kind);
     struct output output;
-    char text[INSPECTION_TEXT_SIZE];
     output_check(r->path, r->words[0], fatal);
     output_begin(&output, r->path, fatal);
-    if (*place)
-        write_cell(output.file, place, ',');
-    for (size_t f = 0; f < kind->fields; f++)
-        write_cell(output.file, kind->field[f].name, f + 1 < kind->fields ? ',' : '\n');
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
-        if (!inspection_is_valid(entry, kind, run))
+    for (size_t i = 0; i <= all->count; i++) { /* line 0 names the columns */
+        const struct inspection *entry = i ? &all->entry[i - 1] : NULL;
+        char text[INSPECTION_TEXT_SIZE];
+        if (entry && !inspection_is_valid(entry, kind, run))
             continue;
-        if (*place)
+        if (*place && entry)
             fprintf(output.file, "%.15g,",
                     kind->place == INSPECTION_LANDING ? (double)entry->row.run : entry->row.place);
+        else if (*place)
+            fprintf(output.file, "%s,", place);
         for (size_t f = 0; f < kind->fields; f++) {
-            inspection_format(&kind->field[f], entry->values, text);
-            write_cell(output.file, text, f + 1 < kind->fields ? ',' : '\n');
+            if (entry)
+                inspection_format(&kind->field[f], entry->values, text);
+            csv_write_cell(output.file, entry ? text : kind->field[f].name);
+            fputc(f + 1 < kind->fields ? ',' : '\n', output.file);
         }
     }
     output_end(&output, fatal);
@@ -235,13 +229,6 @@ static void read_csv(const struct request *r, struct store *store, const struct 
 
 /* ---- heights in a picture ---- */
 
-static void write_attribute(FILE *out, const char *name, const char *text)
-{
-    fprintf(out, " data-%s=\"", name);
-    html_text(out, text);
-    fputc('"', out);
-}
-
 /* Writes a page that shows the picture of a record at full resolution. Its script turns the marks
  * into a command. */
 static void write_marks_page(const struct request *r, const struct inspections *all)
@@ -249,7 +236,7 @@ static void write_marks_page(const struct request *r, const struct inspections *
     const struct inspection *entry = find_valid(r, all, r->measure);
     const struct asset *page = asset_find("/picture.html");
     const char *file = json_string_value(json_object_get(entry->values, "file"));
-    char *word = xasprintf("file=%s", file ? file : ""), *path, id[24];
+    char *word = xasprintf("file=%s", file ? file : ""), *path;
     json_t *now = json_object();
     struct output output;
     inspection_read(entry->kind, word, now, fatal);
@@ -261,12 +248,11 @@ static void write_marks_page(const struct request *r, const struct inspections *
     output_check(r->path, file, fatal);
     output_begin(&output, r->path, fatal);
     fwrite(page->bytes, 1, (size_t)(page->end - page->bytes), output.file);
-    fputs("<svg id=\"picture\"", output.file);
-    write_attribute(output.file, "file", path = realpath(file, NULL));
-    write_attribute(output.file, "campaign", r->words[0]);
-    snprintf(id, sizeof id, "%lld", (long long)r->measure);
-    write_attribute(output.file, "record", id);
-    fputs("></svg>\n", output.file);
+    fputs("<svg id=\"picture\" data-file=\"", output.file);
+    html_text(output.file, path = realpath(file, NULL));
+    fputs("\" data-campaign=\"", output.file);
+    html_text(output.file, r->words[0]);
+    fprintf(output.file, "\" data-record=\"%lld\"></svg>\n", (long long)r->measure);
     output_end(&output, fatal);
     json_decref(now);
     free(path);
@@ -288,43 +274,35 @@ static void parse_words(struct request *r)
             inspection_kind_find(word, &r->kind, fatal);
         else
             error_set(fatal, MR_USAGE,
-                      "unexpected argument: '%s' of record; see matrig record "
-                      "--help",
-                      word);
+                      "unexpected argument: '%s' of record; see matrig record --help", word);
     }
 }
 
-static void check_request(struct request *r)
+static void check_request(const struct request *r)
 {
-    int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
-               (r->path || r->measure);
-    if (!r->words[0])
-        error_set(fatal, MR_USAGE,
-                  "argument missing: matrig record needs DB; see matrig record --help");
-    parse_words(r);
-    if (acts > 1 || (r->fields && acts && !r->correct))
-        error_set(fatal, MR_USAGE,
-                  "more than one action: give fields, --correct, --withdraw, --measure, "
-                  "--compare, --csv or -o; see matrig record --help");
-    if (r->measure && !r->path)
-        error_set(fatal, MR_USAGE, "no file for the page: give --measure %lld -o F.html",
-                  (long long)r->measure);
-    if ((r->correct || r->withdraw) &&
-        (!r->reason || !r->reason[0] || strlen(r->reason) >= STORE_JOURNAL_TEXT_SIZE))
-        error_set(fatal, MR_USAGE,
-                  "no reason: matrig record needs --reason TEXT, of at most %d characters, for a "
-                  "correction or withdrawal",
-                  STORE_JOURNAL_TEXT_SIZE - 1);
-    if (!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path))
-        error_set(fatal, MR_USAGE,
-                  "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds");
-    if (r->compare && !r->place)
-        error_set(fatal, MR_USAGE, "one landing only: give matrig record DB --compare RUN RUN");
-    if (r->correct && !r->fields)
-        error_set(fatal, MR_USAGE,
-                  "no field: --correct %lld needs FIELD=VALUE; see matrig record "
-                  "--help",
-                  (long long)r->correct);
+    const int acts = (r->correct != 0) + (r->withdraw != 0) + (r->compare != 0) + (r->csv != NULL) +
+                     (r->path || r->measure);
+    const struct {
+        bool is_wrong;
+        const char *message;
+    } checks[] = {
+        {!r->words[0], "argument missing: matrig record needs DB"},
+        {acts > 1 || (r->fields && acts && !r->correct),
+         "more than one action: give fields, --correct, --withdraw, --measure, --compare, --csv or "
+         "-o"},
+        {r->measure && !r->path, "no file for the page: give --measure N -o F.html"},
+        {(r->correct || r->withdraw) && !(r->reason && r->reason[0]),
+         "no reason: a correction or withdrawal needs --reason TEXT"},
+        {r->reason && strlen(r->reason) >= STORE_JOURNAL_TEXT_SIZE,
+         "reason too long: give fewer characters"},
+        {!r->kind && !r->correct && !r->measure && (r->fields || r->csv || r->path),
+         "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
+        {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
+        {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
+    };
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++)
+        if (checks[i].is_wrong)
+            error_set(fatal, MR_USAGE, "%s; see matrig record --help", checks[i].message);
 }
 
 static void show_records(const struct cli *cli, const struct request *r,
@@ -356,6 +334,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     command_parse(&command_record, argc, argv, cli, &r, r.words, fatal);
     if (r.kinds)
         return list_kinds(cli);
+    parse_words(&r);
     check_request(&r);
     const bool adds = r.fields || r.withdraw || r.csv, begins = adds && !r.correct && !r.withdraw;
     struct answer *answer = answer_new(cli->si);
