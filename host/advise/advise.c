@@ -52,9 +52,9 @@ static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
     for (size_t i = 0; i < history->inspections.count; i++) {
         const struct inspection *entry = &history->inspections.entry[i];
         const char *how = json_string_value(json_object_get(entry->values, "repair"));
-        double first = inspection_number(entry->values, "station_ft", "") / mat_ft,
-               mats = fmax(inspection_number(entry->values, "length_ft", "") / mat_ft, 0.0),
-               before = inspection_number(entry->values, "repaired", "");
+        double first = inspection_number(entry->values, "station_ft").value / mat_ft,
+               mats = fmax(inspection_number(entry->values, "length_ft").value / mat_ft, 0.0),
+               before = inspection_number(entry->values, "repaired").value;
         int64_t run = isnan(before) ? entry->row.run + 1 : (int64_t)before;
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
             run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0))

@@ -53,9 +53,8 @@ enum mr_status inspection_kind_find(const char *name, const struct inspection_ki
     struct spell_suggest near;
     spell_suggest_begin(&near, name);
     for (*kind = inspection_kinds; *kind < inspection_kinds + COUNT(inspection_kinds); ++*kind) {
-        if (strcmp(name, (*kind)->name) == 0)
+        if (spell_suggest_add(&near, (*kind)->name))
             return MR_OK;
-        spell_suggest_add(&near, (*kind)->name);
     }
     return refuse_name(&near, "unknown kind", "a record", "matrig record --kinds lists the kinds",
                        error);
@@ -104,115 +103,104 @@ static void set_value(json_t *values, const struct inspection_field *field, cons
         json_object_del(values, key);
 }
 
-double inspection_number(const json_t *values, const char *name, const char *what)
+struct estimate inspection_number(const json_t *values, const char *name)
 {
     char key[80];
-    snprintf(key, sizeof key, "%s%s", name, what);
-    const json_t *value = json_object_get(values, key);
-    return json_is_number(value) ? json_number_value(value) : (double)NAN;
+    const json_t *value = json_object_get(values, name);
+    snprintf(key, sizeof key, "%s_error", name);
+    return (struct estimate){json_is_number(value) ? json_number_value(value) : (double)NAN,
+                             json_number_value(json_object_get(values, key))};
 }
 
 void inspection_format(const struct inspection_field *field, const json_t *values,
                        char out[INSPECTION_TEXT_SIZE])
 {
     const char *text = json_string_value(json_object_get(values, field->name));
-    double value = inspection_number(values, field->name, ""),
-           error = inspection_number(values, field->name, "_error");
+    struct estimate n = inspection_number(values, field->name);
     snprintf(out, INSPECTION_TEXT_SIZE, "%s", text ? text : "");
-    if (!isnan(value))
-        snprintf(out, INSPECTION_TEXT_SIZE, isnan(error) ? "%.15g" : "%.15g+-%.15g", value, error);
+    if (!isnan(n.value))
+        snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%.15g+-%.15g" : "%.15g", n.value,
+                 n.error);
 }
 
-/* Temperatures are converted here: their units differ in zero as well as in scale. */
+/* Reads a number with its unit. A temperature in C is relative to the zero of F. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
-                                    double zero, double *value, struct error *error)
+                                    double zero_f, double *value, struct error *error)
 {
-    const char *end;
-    double number = mr_decimal_read(text, &end);
-    end += strspn(end, " ");
-    end += strncmp(end, DEGREE, 2) == 0 ? 2u : strncmp(end, "deg", 3) == 0 ? 3u : 0u;
-    if (!is_temperature(field) || strcmp(end, "C") != 0)
-        return quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
-                             error);
-    *value = 1.8 * number + zero;
-    return MR_OK;
+    enum mr_status status = quantity_read(text, field->name, quantity_unit_of_name(field->name),
+                                          NULL, value, error);
+    if (status == MR_OK && is_temperature(field) && text[strlen(text) - 1] == 'C')
+        *value += zero_f;
+    return status;
 }
 
 /* "12.3+-0.4 lb/in": a unit after one number applies to both. */
-static enum mr_status read_number(const struct inspection_field *field, const char *text,
-                                  json_t *values, struct error *error)
+static enum mr_status read_estimate(const struct inspection_field *field, const char *text,
+                                    struct estimate *number, struct error *error)
 {
     char part[2][120];
     const char *unit[2];
-    double number[2] = {0.0, 0.0};
     const char *sign = strstr(text, "+-") ?: strstr(text, "\xc2\xb1");
-    size_t length = sign ? (size_t)(sign - text) : strlen(text);
-    while (length > 0 && text[length - 1] == ' ')
-        length--;
-    snprintf(part[0], 60, "%.*s", (int)length, text);
-    snprintf(part[1], 60, "%s", sign ? sign + 2 : "");
+    snprintf(part[0], 60, "%.*s", sign ? (int)(sign - text) : 59, text);
+    snprintf(part[1], 60, "%s", sign ? sign + 2 : "0");
     for (int i = 0; i < 2; i++) {
+        for (size_t end = strlen(part[i]); end > 0 && part[i][end - 1] == ' ';)
+            part[i][--end] = '\0';
         mr_decimal_read(part[i], &unit[i]);
-        unit[i] += strspn(unit[i], " ");
     }
-    if (sign && !*unit[0])
-        snprintf(strchr(part[0], '\0'), 60, "%s", unit[1]);
-    else if (sign && !*unit[1])
-        snprintf(strchr(part[1], '\0'), 60, "%s", unit[0]);
-    if (read_quantity(field, part[0], 32.0, &number[0], error) != MR_OK ||
-        (sign && read_quantity(field, part[1], 0.0, &number[1], error) != MR_OK))
+    for (int i = 0; i < 2; i++)
+        if (!unit[i][strspn(unit[i], " ")])
+            snprintf(strchr(part[i], '\0'), 60, "%s", unit[!i]);
+    if (read_quantity(field, part[0], 32.0, &number->value, error) != MR_OK ||
+        read_quantity(field, part[1], 0.0, &number->error, error) != MR_OK)
         return error->status;
-    if (!(number[0] >= field->low && number[0] <= field->high && number[1] >= 0.0))
+    if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
                          field->name, field->low, field->high, inspection_unit(field, false));
-    set_value(values, field, "", json_real(number[0]));
-    if (sign)
-        set_value(values, field, "_error", json_real(number[1]));
     return MR_OK;
 }
 
-static enum mr_status read_marks(const struct inspection_field *field, const char *text,
-                                 json_t *values, struct error *error)
+static enum mr_status read_marks(const char *name, const char *text, struct estimate *height,
+                                 struct error *error)
 {
-    static const struct inspection_field distance = {"distance_ft", .low = 1e-3, .high = 1e3};
+    static const struct inspection_field distance_ft = {"distance_ft", .low = 1e-3, .high = 1e3};
     struct rig_marks m = {.error = 1.0};
-    struct estimate height = {0.0, 0.0};
+    struct estimate distance;
     char length[60];
-    json_t *scale = json_object();
     if (sscanf(text, "%59[^:]: %lf,%lf %lf,%lf %lf,%lf %lf", length, &m.x[0], &m.y[0], &m.x[1],
                &m.y[1], &m.x[2], &m.y[2], &m.error) < 7)
-        error_set(error, MR_USAGE, "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]",
-                  text, field->name);
-    else if (read_number(&distance, length, scale, error) == MR_OK &&
-             rig_height(
-                 &m,
-                 (struct estimate){inspection_number(scale, "distance_ft", ""),
-                                   fmax(inspection_number(scale, "distance_ft", "_error"), 0.0)},
-                 &height, error) == MR_OK) {
-        set_value(values, field, "", json_real(height.value));
-        set_value(values, field, "_error", json_real(height.error));
-        set_value(values, field, "_marks", json_string(text));
-    }
-    json_decref(scale);
-    return error->status;
+        return error_set(error, MR_USAGE,
+                         "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text, name);
+    return read_estimate(&distance_ft, length, &distance, error)
+             ?: rig_height(&m, distance, height, error);
+}
+
+static enum mr_status read_number(const struct inspection_field *field, const char *text,
+                                  json_t *values, struct error *error)
+{
+    struct estimate number;
+    const bool marks = field->marked && strchr(text, ':');
+    enum mr_status status = marks ? read_marks(field->name, text, &number, error)
+                                  : read_estimate(field, text, &number, error);
+    if (status != MR_OK)
+        return status;
+    set_value(values, field, "", json_real(number.value));
+    set_value(values, field, "_error", number.error > 0.0 ? json_real(number.error) : NULL);
+    set_value(values, field, "_marks", marks ? json_string(text) : NULL);
+    return MR_OK;
 }
 
 static enum mr_status read_choice(const struct inspection_field *field, const char *text,
                                   json_t *values, struct error *error)
 {
-    char copy[200], advice[240], *rest = copy;
+    char advice[240];
     struct spell_suggest near;
-    snprintf(copy, sizeof copy, "%s", field->choices);
-    snprintf(advice, sizeof advice, "give one of %s", field->choices);
-    spell_suggest_begin(&near, text);
-    for (const char *choice; (choice = strsep(&rest, "|"));) {
-        if (strcmp(choice, text) == 0) {
-            set_value(values, field, "", json_string(text));
-            return MR_OK;
-        }
-        spell_suggest_add(&near, choice);
+    if (!spell_suggest_choice(&near, text, field->choices)) {
+        snprintf(advice, sizeof advice, "give one of %s", field->choices);
+        return refuse_name(&near, "not a choice", field->name, advice, error);
     }
-    return refuse_name(&near, "not a choice", field->name, advice, error);
+    set_value(values, field, "", json_string(text));
+    return MR_OK;
 }
 
 static enum mr_status read_text(const struct inspection_field *field, const char *text,
@@ -242,11 +230,9 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     struct spell_suggest near;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
     spell_suggest_begin(&near, name);
-    for (size_t i = 0; i < kind->fields; i++) {
-        if (strcmp(name, kind->field[i].name) == 0)
+    for (size_t i = 0; i < kind->fields; i++)
+        if (spell_suggest_add(&near, kind->field[i].name))
             field = &kind->field[i];
-        spell_suggest_add(&near, kind->field[i].name);
-    }
     if (!field || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
@@ -255,10 +241,9 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
         set_value(values, field, parts[i], NULL);
     if (!*++text)
         return MR_OK;
-    return field->marked && strchr(text, ':') ? read_marks(field, text, values, error)
-         : field->type == INSPECTION_NUMBER   ? read_number(field, text, values, error)
-         : field->type == INSPECTION_CHOICE   ? read_choice(field, text, values, error)
-                                              : read_text(field, text, values, error);
+    return field->type == INSPECTION_NUMBER ? read_number(field, text, values, error)
+         : field->type == INSPECTION_CHOICE ? read_choice(field, text, values, error)
+                                            : read_text(field, text, values, error);
 }
 
 /* ---- rows ---- */
@@ -296,8 +281,7 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
             if (all->entry[k].row.id != rows[i].corrects)
                 continue;
             entry->corrected = &all->entry[k];
-            all->entry[k].replaced_by = rows[i].id;
-            all->entry[k].withdrawn = entry->values ? NULL : entry->row.reason;
+            all->entry[k].replaced_by = entry;
         }
         all->count++;
     }
@@ -333,12 +317,11 @@ const struct inspection *inspection_newest(const struct inspections *all,
 static enum inspection_verdict judge_field(const struct inspection_field *field,
                                            const json_t *values)
 {
-    double value = inspection_number(values, field->name, ""),
-           error = inspection_number(values, field->name, "_error");
-    double above = value - field->pass_low, below = field->pass_high - value;
-    if (isnan(value) || !field->limit)
+    struct estimate n = inspection_number(values, field->name);
+    double above = n.value - field->pass_low, below = field->pass_high - n.value;
+    if (isnan(n.value) || !field->limit)
         return INSPECTION_NO_LIMIT;
-    if (fabs(above) <= error || fabs(below) <= error)
+    if (fabs(above) < n.error || fabs(below) < n.error)
         return INSPECTION_MARGINAL;
     return above < 0.0 || below < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
 }
@@ -366,18 +349,16 @@ static void format_shown(const struct inspection_field *field, const json_t *val
                          char out[INSPECTION_TEXT_SIZE])
 {
     const char *unit = quantity_unit_of_name(field->name);
-    double value = inspection_number(values, field->name, ""),
-           error = inspection_number(values, field->name, "_error");
-    double factor = si ? quantity_convert(1.0, unit, inspection_unit(field, si)) : 1.0, zero = 0.0;
-    if (si && is_temperature(field)) {
-        factor = 1.0 / 1.8;
-        zero = 32.0;
-    }
+    const bool celsius = si && is_temperature(field);
+    struct estimate n = inspection_number(values, field->name);
+    double factor = celsius ? 1.0 / 1.8
+                  : si      ? quantity_convert(1.0, unit, inspection_unit(field, si))
+                            : 1.0;
     inspection_format(field, values, out);
     const char *digest = json_string_value(json_object_get(values, "file_sha256"));
-    if (!isnan(value))
-        snprintf(out, INSPECTION_TEXT_SIZE, isnan(error) ? "%.6g" : "%.6g +- %.2g",
-                 factor * (value - zero), factor * error);
+    if (!isnan(n.value))
+        snprintf(out, INSPECTION_TEXT_SIZE, n.error > 0.0 ? "%.6g +- %.2g" : "%.6g",
+                 factor * (n.value - (celsius ? 32.0 : 0.0)), factor * n.error);
     else if (field->type == INSPECTION_PICTURE && digest)
         snprintf(strchr(out, '\0'), 40, " (SHA-256 %.12s...)", digest);
 }
@@ -396,14 +377,10 @@ static void add_cell(const struct inspection *entry, const struct inspection_fie
     const bool si = answer_is_si(answer);
     format_shown(field, entry->values, si, is);
     format_shown(field, entry->corrected ? entry->corrected->values : entry->values, si, was);
-    bool changed = strcmp(is, was) != 0;
     format_label(field, si, label);
-    struct answer_fact *fact = answer_words(answer, NULL, label, "%s%s%s%s", is[0] ? is : "-",
-                                            changed ? " (was " : "",
-                                            !changed ? ""
-                                            : was[0] ? was
-                                                     : "-",
-                                            changed ? ")" : "");
+    struct answer_fact *fact = answer_words(answer, NULL, label,
+                                            strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
+                                            is[0] ? is : "-", was[0] ? was : "-");
     fact->warn = judge_field(field, entry->values) == INSPECTION_FAIL;
     fact->number = field->type == INSPECTION_NUMBER;
 }
@@ -420,15 +397,21 @@ static void add_place(const struct inspection *entry, const char *name, const ch
                                                               : (int64_t)entry->row.place);
 }
 
+/* Reason of the row that withdraws this one; NULL: none does. */
+static const char *withdrawal_reason(const struct inspection *entry)
+{
+    const struct inspection *by = entry->replaced_by;
+    return by && !by->values ? by->row.reason : NULL;
+}
+
 /* Sorts rows by verdict and number, withdrawn rows last. */
 static int compare_rows(const void *a, const void *b)
 {
     const struct inspection *p = *(const struct inspection *const *)a,
                             *q = *(const struct inspection *const *)b;
-    int worse = (int)inspection_judge(q) - (int)inspection_judge(p);
-    if (!p->withdrawn != !q->withdrawn)
-        return p->withdrawn ? 1 : -1;
-    return worse ?: p->row.id < q->row.id ? -1 : 1;
+    int later = !withdrawal_reason(q) - !withdrawal_reason(p),
+        worse = (int)inspection_judge(q) - (int)inspection_judge(p);
+    return later ?: worse ?: p->row.id < q->row.id ? -1 : 1;
 }
 
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
@@ -440,17 +423,16 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
         if (entry->kind != kind || !entry->values || (run && entry->row.run != run) ||
-            (entry->replaced_by && !entry->withdrawn))
+            (entry->replaced_by && !withdrawal_reason(entry)))
             continue;
         rows[count++] = entry;
+        verdicts[inspection_judge(entry)] += !entry->replaced_by;
         for (size_t f = 0; f < kind->fields; f++)
             used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL;
     }
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
-    for (size_t i = 0; i < count; i++)
-        verdicts[inspection_judge(rows[i])] += !rows[i]->withdrawn;
-    const size_t judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
-                          verdicts[INSPECTION_FAIL];
+    const bool judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
+                        verdicts[INSPECTION_FAIL];
     answer_table(answer, NULL, kind->words);
     for (size_t i = 0; i < count; i++) {
         enum inspection_verdict verdict = inspection_judge(rows[i]);
@@ -460,8 +442,8 @@ void inspection_add_table(const struct inspections *all, const struct inspection
             add_place(rows[i], NULL,
                       kind->place == INSPECTION_LANDING ? "RUN" : inspection_place_name(kind),
                       answer);
-        if (rows[i]->withdrawn)
-            answer_words(answer, NULL, "withdrawn", "%s", rows[i]->withdrawn);
+        if (withdrawal_reason(rows[i]))
+            answer_words(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
         if (judged)
             answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))->warn =
                 verdict == INSPECTION_FAIL;

@@ -13,6 +13,7 @@
 #include <stddef.h>
 
 #include "host/base/answer.h"
+#include "host/base/statistics.h"
 #include "host/store/store_journal.h"
 
 enum inspection_place {
@@ -56,11 +57,10 @@ const char *inspection_unit(const struct inspection_field *field, bool si);
 struct inspection {
     struct store_record row;
     const struct inspection_kind *kind;
-    json_t *values;      /* NULL: the row withdraws another one */
-    int64_t replaced_by; /* id of the row that corrects or withdraws this one; 0: valid */
-    const struct inspection
-        *corrected;        /* the record that this one corrects or withdraws; NULL: none */
-    const char *withdrawn; /* reason of the row that withdraws this one; NULL: none does */
+    json_t *values; /* NULL: the row withdraws another one */
+    /* The record that this one corrects or withdraws, and the one that corrects or withdraws this
+     * one; NULL: none. */
+    const struct inspection *corrected, *replaced_by;
 };
 struct inspections {
     struct inspection *entry; /* by id */
@@ -86,9 +86,8 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
  * transaction. */
 enum mr_status inspection_add(struct store *store, const struct store_record *row,
                               const json_t *values, struct error *error);
-/* Returns the number of a field. `what` is appended to the field's name: "" or "_error". NaN:
- * none. */
-double inspection_number(const json_t *values, const char *name, const char *what);
+/* Returns the number of a field: NaN, if there is none, and its standard error or 0. */
+struct estimate inspection_number(const json_t *values, const char *name);
 /* Writes a value as it is typed, "12.3+-0.4"; "": none. */
 #define INSPECTION_TEXT_SIZE 300
 void inspection_format(const struct inspection_field *field, const json_t *values,

@@ -135,7 +135,7 @@ static void add_relation(const struct request *r, struct store *store,
         const char *choice = json_string_value(json_object_get(entry->values, relation->other));
         struct store_result result = store_blank_result;
         bool found = false, is_void = false;
-        x[count] = inspection_number(entry->values, relation->field, "");
+        x[count] = inspection_number(entry->values, relation->field).value;
         if (!inspection_is_valid(entry, kind, 0) || isnan(x[count]) || !choice ||
             strcmp(choice, relation->choice) != 0 ||
             (r->advise.before_run && entry->row.run >= r->advise.before_run))
@@ -145,7 +145,7 @@ static void add_relation(const struct request *r, struct store *store,
         y[count] = relation->unit == UNIT_SPEED ? result.speed_ft_s : result.deceleration_ft_s2;
         count += found && !is_void && y[count] > 0.0;
     }
-    double at = inspection_number(values, relation->field, "");
+    double at = inspection_number(values, relation->field).value;
     if (relation->predict(x, y, count, at, &predicted, &error) == MR_OK) {
         answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
                         predicted.error, 2);

@@ -376,14 +376,14 @@ static void read_subgrade(struct reader *r)
         double nearest_ft = HUGE_VAL;
         for (size_t i = 0; i < all.count; i++) {
             const struct inspection *entry = &all.entry[i];
-            double off_ft = fabs(entry->row.place - node * length_ft.value),
-                   value = inspection_number(entry->values, "bearing_lb_in3", ""),
-                   error = inspection_number(entry->values, "bearing_lb_in3", "_error");
-            if (!inspection_is_valid(entry, NULL, 0) || !(value > 0.0) || off_ft > nearest_ft)
+            struct estimate bearing = inspection_number(entry->values, "bearing_lb_in3");
+            double off_ft = fabs(entry->row.place - node * length_ft.value);
+            if (!inspection_is_valid(entry, NULL, 0) || !(bearing.value > 0.0) ||
+                off_ft > nearest_ft)
                 continue;
             nearest_ft = off_ft;
             /* half of the plate test's value, in lb/ft3 */
-            k = (struct estimate){864.0 * value, 864.0 * fmax(error, 0.0)};
+            k = (struct estimate){864.0 * bearing.value, 864.0 * bearing.error};
         }
         if (isinf(nearest_ft))
             error_set(fatal, MR_MALFORMED,

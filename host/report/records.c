@@ -32,10 +32,11 @@ static void draw_record(struct figure *figure, const struct inspection *entry)
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
     const char *repair = json_string_value(json_object_get(entry->values, "repair"));
     const double mat_ft = (double)MR_MAT_LENGTH_FT, y = find_row(entry) + 0.5;
-    double from_ft = find_row(entry) == DAMAGE ? inspection_number(entry->values, "station_ft", "")
-                   : find_row(entry) == MAT    ? (entry->row.place - 1.0) * mat_ft
-                                               : entry->row.place - 0.5 * mat_ft,
-           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft", ""));
+    double from_ft = find_row(entry) == DAMAGE
+                       ? inspection_number(entry->values, "station_ft").value
+                   : find_row(entry) == MAT ? (entry->row.place - 1.0) * mat_ft
+                                            : entry->row.place - 0.5 * mat_ft,
+           to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft").value);
     const char *shape = find_row(entry) == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
