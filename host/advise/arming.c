@@ -89,7 +89,7 @@ void arming_write_warnings(struct store *store, int64_t now_us, char out[ARMING_
     struct error ignored = {0};
     int64_t run = 0, loaded_us = 0;
     out[0] = '\0';
-    if (store_day_newest(store, &run, &ignored) == MR_OK && run > 0)
+    if (store_newest_logged_run(store, &run, &ignored) == MR_OK && run > 0)
         (void)store_landing_get(store, run, &landing, &ignored);
     check_advice(store, landing.armed_us, out);
     check_survey(store, landing.armed_us, &loaded_us, out);

@@ -28,7 +28,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
                                        double sum_in[MR_SEGMENTS], double *error_in,
                                        struct error *error)
 {
-    static struct survey_found found;
+    static struct survey_results found;
     bool there;
     enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &there, error);
     for (unsigned s = 0; status == MR_OK && there && s < MR_SEGMENTS; s++) {

@@ -146,8 +146,8 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 
 /* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
-    const char *name, *at, *ahead; /* at, ahead: column headings */
-    double lb, error_lb;
+    const char *name, *at_heading, *ahead_heading; /* at, ahead: column headings */
+    double tension_lb, error_lb;
     int64_t gage, block;
 };
 
@@ -157,15 +157,15 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     int c = e->gage > 0 && e->gage <= MR_GAGES
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)e->gage)
               : -1;
-    answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->lb, e->error_lb, 1);
-    answer_value(answer, NULL, e->at, UNIT_STATION,
+    answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
+    answer_value(answer, NULL, e->at_heading, UNIT_STATION,
                  c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
     answer_open(answer, e->name, "");
-    answer_value(answer, "tension", NULL, UNIT_TENSION, e->lb, 1)->digits = 7;
+    answer_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
     answer_count(answer, "block", NULL, e->block);
-    answer_value(answer, "ahead_of_wheel", e->ahead, UNIT_STATION,
+    answer_value(answer, "ahead_of_wheel", e->ahead_heading, UNIT_STATION,
                  ahead_ft(measured, e->gage, e->block), 1)
         ->digits = 5;
     answer_close(answer);

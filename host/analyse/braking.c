@@ -159,7 +159,7 @@ static void find_results(const struct measured *measured, const struct pulse *pu
     const struct mr_site_config *site = &measured->site;
     struct track track;
     track_make(measured, &track);
-    if (!track.known)
+    if (!track.is_known)
         return;
     if (braking->has_edge)
         find_thrust(measured, braking);

@@ -37,11 +37,11 @@ static void add_outcome(struct store *store, const struct summary *summary, stru
         const struct outcome *outcome = &row->outcome;
         if (row->verdict == RECORD_NOT_KNOWN && row->reason)
             snprintf(what, sizeof what, ": %s", row->reason);
-        else if (isfinite(outcome->t_s))
+        else if (isfinite(outcome->reached_t_s))
             snprintf(what, sizeof what,
                      ": the wheel reached %d closed mats about %.1f s after touchdown (resolution: "
                      "ten mats)",
-                     OUTCOME_MATS, outcome->t_s);
+                     OUTCOME_MATS, outcome->reached_t_s);
         else if (outcome->reached == OUTCOME_NOT_REACHED && outcome->mats >= 0)
             snprintf(what, sizeof what, ": the wheel reached at most %lld closed mats",
                      (long long)outcome->mats);
@@ -125,11 +125,11 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct summary_link *link = &summary->link[kind];
         size_t used = strlen(lost);
-        if (link->used)
+        if (link->is_used)
             snprintf(lost + used, sizeof lost - used, "%s lost %lld of %lld frames%s, ",
                      summary_link_name(kind), (long long)link->lost,
                      (long long)(link->received + link->lost),
-                     link->silent ? " and was silent for a time" : "");
+                     link->was_silent ? " and was silent for a time" : "");
     }
     answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gaps,
                  summary->gaps == 1 ? "" : "s", summary->faults, summary->faults == 1 ? "" : "s");

@@ -106,7 +106,7 @@ static unsigned find_hidden_switch(const struct measured *measured)
             measured->switch_ft[p] > stop->value + 3.0 * stop->error)
             continue;
         double due_s = measured->switch_ft[p] < stop->value
-                         ? measured_reach_s(measured, measured->switch_ft[p])
+                         ? measured_arrival_s(measured, measured->switch_ft[p])
                          : measured->summary.stop_t_s.value;
         if (is_in_gap(measured, due_s))
             return p + 1;
@@ -289,7 +289,7 @@ double measured_speed_ft_s(const struct measured *measured, double t_s, double *
     return gear_motion_at(measured, t_s, error_ft_s).speed_ft_s;
 }
 
-double measured_reach_s(const struct measured *measured, double station_ft)
+double measured_arrival_s(const struct measured *measured, double station_ft)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     if (measured->fit_status != MR_OK || summary->stop_station_ft.value < station_ft)
@@ -425,7 +425,7 @@ static void find_missing(const struct measured *measured, struct measured_channe
 void measured_find_results(struct measured *measured)
 {
     size_t edge = first_edge_sample(measured), from, to;
-    measured->no_rest = !find_rest_samples(measured, edge, &from, &to);
+    measured->has_no_baseline = !find_rest_samples(measured, edge, &from, &to);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind != MR_KIND_DISPLACEMENT && channel->config.kind != MR_KIND_TENSION)
@@ -433,7 +433,7 @@ void measured_find_results(struct measured *measured)
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
         find_baseline(channel, from, to);
-        if (measured->no_rest) /* the noise is known, but the zero is not */
+        if (measured->has_no_baseline) /* the noise is known, but the zero is not */
             channel->baseline = (double)NAN;
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_missing(measured, channel, edge < measured->samples ? edge : 0);
@@ -471,8 +471,8 @@ void measured_find_stretches(struct measured *measured)
 void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE])
 {
     out[0] = '\0';
-    const char *lost = measured->no_rest ? "speeds and movements are not known"
-                                         : "speeds are not known";
+    const char *lost = measured->has_no_baseline ? "speeds and movements are not known"
+                                                 : "speeds are not known";
     if (measured->torn && measured->first_edge > 0)
         snprintf(out, MEASURED_TORN_SIZE,
                  "incomplete: the switch edges before number %lld were not received; %s",
@@ -491,7 +491,7 @@ const char *measured_origin_text(const struct measured *measured)
                           : "the first switch edge";
 }
 
-const char *measured_marks(const struct measured *measured)
+const char *measured_marks_text(const struct measured *measured)
 {
     static const char *const marks[3][2] = {
         {"", ", incomplete"},

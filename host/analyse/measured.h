@@ -127,7 +127,7 @@ struct measured {
     bool torn; /* edges before first_edge are missing; results that need them are not given */
     /* torn, and the record begins after arming: the mat may have moved before, so there are no
      * baselines */
-    bool no_rest;
+    bool has_no_baseline;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated_channels;
     bool dates_known;           /* the configuration was read, so calibration dates are known */
@@ -151,7 +151,7 @@ bool measured_is_emulated(const struct store_landing *landing);
 /* Marks to print after any number of the landing: ""; ", incomplete"; ", UNCALIBRATED" or ",
  * calibration unknown" (its configuration was not read); or ", incomplete" followed by one of the
  * latter two. Static storage. */
-const char *measured_marks(const struct measured *measured);
+const char *measured_marks_text(const struct measured *measured);
 /* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
 #define MEASURED_REASON_SIZE 100
 void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
@@ -192,7 +192,7 @@ double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
 /* Time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops before that
  * station, or there is no fit. */
-double measured_reach_s(const struct measured *measured, double station_ft);
+double measured_arrival_s(const struct measured *measured, double station_ft);
 /* Channel index of transducer or gage `number`; -1: none. */
 int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
                            unsigned number);

@@ -258,8 +258,8 @@ static void begin_watch(struct mr_watch *watch, const struct measured *measured,
 
 /* During a gap a channel may have left its range and returned, which only the board observed.
  * Channels that were not stuck are therefore judged again from the start. */
-#define WATCH_HOLE_BLOCKS 20
-static void reset_after_hole(struct mr_watch *watch)
+#define WATCH_GAP_BLOCKS 20
+static void reset_after_gap(struct mr_watch *watch)
 {
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         if (!watch->channel[c].is_stuck)
@@ -366,8 +366,8 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
         const struct mr_block *block = &record->block[b];
         if (!watch.is_recording && (int64_t)block->index >= measured->landing.armed_block)
             begin_watch(&watch, measured, block->index);
-        if (b > 0 && block->index - record->block[b - 1].index > WATCH_HOLE_BLOCKS)
-            reset_after_hole(&watch);
+        if (b > 0 && block->index - record->block[b - 1].index > WATCH_GAP_BLOCKS)
+            reset_after_gap(&watch);
         read_block(measured, &watch, block, (enum measured_source)record->source[b]);
         from_box += record->source[b] == MEASURED_BOX;
     }
@@ -616,7 +616,7 @@ enum mr_status measured_load(struct store *store, int64_t run, struct measured *
     return load_details(store, run, measured, error) ?: load_all(store, run, measured, error);
 }
 
-#define NEAR_BLOCKS 1000 /* one second: a block record this close to an edge covers the edge */
+#define NEAR_EDGE_BLOCKS 1000 /* one second: a block record this close to an edge covers the edge */
 
 /* Fits the gear without loading samples. `*enough`: true if the board received all edges,
  * reported the end of the landing, and has block records near each edge and after the stop. */
@@ -631,7 +631,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
     enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
     for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
         int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
-        status = store_block_within(store, landing->id, block, block + NEAR_BLOCKS, &near, error);
+        status = store_find_block_within(store, landing->id, block, block + NEAR_EDGE_BLOCKS, &near,
+                                         error);
         *enough = near >= 0;
     }
     if (!*enough || status != MR_OK)
@@ -643,7 +644,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;
     if (*enough)
-        status = store_block_within(store, landing->id, stop, stop + NEAR_BLOCKS, &near, error);
+        status = store_find_block_within(store, landing->id, stop, stop + NEAR_EDGE_BLOCKS, &near,
+                                         error);
     *enough &= near >= 0;
     measured->samples = (size_t)(near - first) + 1;
     return status;

@@ -58,11 +58,11 @@ static void compare_with_plan(const struct measured *measured, struct record_row
            braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
     bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
     row->has_motion = true;
-    row->off_plan = off_speed || (stopping_distance_ft > 0.0 &&
-                                  fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
-                                      RECORD_OFF_BRAKING);
-    row->followed = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
-                    stopping_distance_ft > 0.0 && braking_ft_s2 <= row->advice.hardest_ft_s2;
+    row->is_off_plan = off_speed || (stopping_distance_ft > 0.0 &&
+                                     fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
+                                         RECORD_OFF_BRAKING);
+    row->followed_advice = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
+                           stopping_distance_ft > 0.0 && braking_ft_s2 <= row->advice.hardest_ft_s2;
 }
 
 /* ---- outcome ---- */
@@ -72,11 +72,11 @@ static void set_warned_verdict(struct record_row *row)
     const struct outcome *outcome = &row->outcome;
     if (outcome->reached == OUTCOME_NOT_REACHED)
         row->verdict = RECORD_FALSE_ALARM;
-    else if (outcome->t_s < row->warned_t_s)
+    else if (outcome->reached_t_s < row->warned_t_s)
         row->verdict = RECORD_LATE;
     else {
         row->verdict = RECORD_HIT;
-        row->lead_s = outcome->t_s - row->warned_t_s;
+        row->lead_s = outcome->reached_t_s - row->warned_t_s;
     }
 }
 
@@ -99,7 +99,7 @@ static void set_verdict(struct record_row *row)
 
 /* The landings of the same board before and after a landing; NULL: none. */
 struct neighbours {
-    const struct store_landing *before, *after;
+    const struct store_landing *previous, *next;
     bool is_runway_restored; /* the next landing began on a runway saved before this one */
 };
 
@@ -139,11 +139,12 @@ static enum mr_status load_board_survey(struct store *store, int64_t run, int64_
         other[s] = isfinite(now_in) && (isnan(then_in) || now_in < then_in || now_in > then_in);
         changed += other[s];
     }
-    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < told->surveyed; s++) {
+    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < told->surveyed_segments; s++) {
         if (!other[s])
             told->slack_in[s] = MR_NAN;
     }
-    told->surveyed = 2 * changed < told->surveyed ? changed : told->surveyed;
+    told->surveyed_segments = 2 * changed < told->surveyed_segments ? changed
+                                                                    : told->surveyed_segments;
     return status;
 }
 
@@ -152,12 +153,12 @@ static enum mr_status load_board_survey(struct store *store, int64_t run, int64_
 static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int64_t to_us,
                                        struct zones_closure *slack, struct error *error)
 {
-    static struct survey_found found;
+    static struct survey_results found;
     bool there;
     enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &there, error);
     if (status != MR_OK || !there)
         return status;
-    slack->surveyed = found.slack.surveyed;
+    slack->surveyed_segments = found.slack.surveyed;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack->slack_in[s] = (float)found.slack.segment[s].value_in;
     return MR_OK;
@@ -232,7 +233,7 @@ static void judge_by_transducers(const struct measured *measured, const struct z
         outcome->reason = "the motion of the gear up to its stop is unknown";
         return;
     }
-    if (slack->surveyed == 0) {
+    if (slack->surveyed_segments == 0) {
         outcome->reason = "there was no survey between the previous landing and this landing";
         return;
     }
@@ -244,7 +245,7 @@ static void judge_by_transducers(const struct measured *measured, const struct z
     struct reached_zone reached = find_reached_zone(measured, slack);
     outcome->mats = (int64_t)reached.mats;
     outcome->start_ft = reached.start_ft;
-    outcome->t_s = reached.t_s;
+    outcome->reached_t_s = reached.t_s;
     if (isfinite(reached.t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -254,7 +255,8 @@ static void judge_by_transducers(const struct measured *measured, const struct z
         closed.slack_in[s] = isnan(closed.slack_in[s]) ? 0.0f : closed.slack_in[s];
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->reason = "the transducers cover less than half of the gear's path";
-    else if (slack->surveyed < MR_SEGMENTS && isfinite(find_reached_zone(measured, &closed).t_s))
+    else if (slack->surveyed_segments < MR_SEGMENTS &&
+             isfinite(find_reached_zone(measured, &closed).t_s))
         outcome->reason =
             "the survey before the landing leaves out segments where a zone may have been";
     else {
@@ -271,7 +273,7 @@ static void judge_by_survey_after(const struct measured *measured,
     float nothing_in[MR_TRANSDUCERS], station_ft[MR_TRANSDUCERS];
     struct mr_closure_zone zone;
     double stop_ft = measured->summary.stop_station_ft.value;
-    if (measured->fit_status != MR_OK || slack->surveyed == 0)
+    if (measured->fit_status != MR_OK || slack->surveyed_segments == 0)
         return;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         nothing_in[i] = station_ft[i] = MR_NAN;
@@ -309,8 +311,8 @@ static enum mr_status judge_by_observations(struct store *store, int64_t run,
         outcome->breaks += strcmp(row[i].kind, "break") == 0;
         if (outcome->waves + outcome->breaks == 0)
             continue;
-        if (outcome->basis != OUTCOME_OBSERVATION && isnan(outcome->t_s))
-            outcome->t_s = row[i].time_s;
+        if (outcome->basis != OUTCOME_OBSERVATION && isnan(outcome->reached_t_s))
+            outcome->reached_t_s = row[i].time_s;
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_OBSERVATION;
         outcome->reason = NULL;
@@ -324,22 +326,22 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
                                    const struct neighbours *between, struct outcome *outcome,
                                    struct error *error)
 {
-    struct zones_closure before, after = {.surveyed = 0};
+    struct zones_closure before, after = {.surveyed_segments = 0};
     const struct store_landing *landing = &measured->landing;
     *outcome = (struct outcome){.mats = STORE_NONE,
                                 .closed_after_mats = STORE_NONE,
                                 .start_ft = (double)NAN,
-                                .t_s = (double)NAN};
+                                .reached_t_s = (double)NAN};
     enum mr_status status =
-        load_board_survey(store, landing->id, between->before ? between->before->id : 0, &before,
-                          error)
-            ?: load_gage_survey(store, between->before ? between->before->armed_us : INT64_MIN,
+        load_board_survey(store, landing->id, between->previous ? between->previous->id : 0,
+                          &before, error)
+            ?: load_gage_survey(store, between->previous ? between->previous->armed_us : INT64_MIN,
                                 landing->armed_us, &before, error);
-    if (status == MR_OK && between->after && !between->is_runway_restored)
-        status = load_board_survey(store, between->after->id, landing->id, &after, error);
+    if (status == MR_OK && between->next && !between->is_runway_restored)
+        status = load_board_survey(store, between->next->id, landing->id, &after, error);
     if (status == MR_OK)
         status = load_gage_survey(store, landing->armed_us,
-                                  between->after ? between->after->armed_us : INT64_MAX, &after,
+                                  between->next ? between->next->armed_us : INT64_MAX, &after,
                                   error);
     if (status != MR_OK)
         return status;
@@ -416,7 +418,7 @@ static enum mr_status has_survey(struct store *store, int64_t run, bool *has, st
     size_t count = 0;
     enum mr_status status = zones_load_survey(store, run, &told, error)
                               ?: store_gage_surveys(store, &rows, &count, error);
-    *has = status == MR_OK && (told.surveyed > 0 || count > 0);
+    *has = status == MR_OK && (told.surveyed_segments > 0 || count > 0);
     free(rows);
     return status;
 }
@@ -462,13 +464,13 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
 
 static void count_row(struct record *record, const struct record_row *row)
 {
-    record->voided += row->is_void;
+    record->void_landings += row->is_void;
     if (row->is_void)
         return;
     record->landings++;
     record->verdict[row->verdict]++;
-    if (row->has_advice && (row->off_plan || row->followed))
-        record->off_plan++;
+    if (row->has_advice && (row->is_off_plan || row->followed_advice))
+        record->off_plan_landings++;
     else if (row->has_advice)
         record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
                        : strcmp(row->advice.verdict, "caution") == 0
@@ -575,10 +577,10 @@ const char *record_advice_text(const struct record_row *row, char out[RECORD_ADV
 {
     bool against = row->has_advice && strcmp(row->advice.verdict, "against") == 0;
     snprintf(out, RECORD_ADVICE_SIZE, "%s%s", row->has_advice ? row->advice.verdict : "none",
-             row->followed                      ? ", followed"
-             : row->has_advice && row->off_plan ? ", plan not followed"
-             : against && row->has_motion       ? ", not followed"
-                                                : "");
+             row->followed_advice                  ? ", followed"
+             : row->has_advice && row->is_off_plan ? ", plan not followed"
+             : against && row->has_motion          ? ", not followed"
+                                                   : "");
     return out;
 }
 
@@ -608,7 +610,7 @@ static void add_advice(const struct record *record, struct answer *answer)
         answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
     }
     answer_close(answer);
-    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan);
+    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_landings);
 }
 
 static void add_summary_line(const struct record *record, struct answer *answer)
@@ -629,7 +631,8 @@ void record_to_answer(const struct record *record, bool brief, struct answer *an
 {
     answer_open(answer, "record", brief ? NULL : "");
     answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landings);
-    answer_count(answer, "voided", brief ? NULL : "void, not counted", (int64_t)record->voided);
+    answer_count(answer, "voided", brief ? NULL : "void, not counted",
+                 (int64_t)record->void_landings);
     add_warnings(record, answer);
     add_advice(record, answer);
     answer_close(answer);

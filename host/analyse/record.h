@@ -52,7 +52,7 @@ struct outcome {
     double start_ft; /* start of that longest zone */
     /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
      * known */
-    double t_s;
+    double reached_t_s;
     double covered_share; /* share of the gear's path that lies between transducers */
     /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
      * was read. */
@@ -100,8 +100,9 @@ struct record_row {
     bool has_advice;
     struct store_advice advice; /* newest advice before the landing, on its runway */
     bool has_motion;            /* the motion is known, so the next two fields are valid */
-    bool off_plan;
-    bool followed; /* the plan was advised against, and the landing braked no harder than advised */
+    bool is_off_plan;
+    /* the plan was advised against, and the landing braked no harder than advised */
+    bool followed_advice;
     struct outcome outcome;
     enum record_verdict verdict;
     const char *reason; /* reason for RECORD_NOT_KNOWN; static */
@@ -112,12 +113,12 @@ struct record {
     size_t rows;
     struct store_landing *landing; /* landing of each row */
     /* Totals over the landings that are not void. */
-    size_t landings, voided;
+    size_t landings, void_landings;
     size_t verdict[RECORD_VERDICTS];
     size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_reached */
     /* number of landings that differed from their plan or followed the advice against it; not
      * counted in `advice` */
-    size_t off_plan;
+    size_t off_plan_landings;
 };
 
 /* A loaded landing, with its samples. */

@@ -43,7 +43,7 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
             continue;
         struct summary_link *its = &link[gap->link];
         if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
-            its->silent = true;
+            its->was_silent = true;
         else if (strcmp(gap->message, "frame") == 0)
             *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
     }
@@ -57,7 +57,7 @@ static enum mr_status load_links(struct store *store, struct summary *summary, s
         struct summary_link *link = &summary->link[kind];
         const char *spec = kind == LINK_CAN ? summary->session.can_link
                                             : summary->session.serial_link;
-        link->used = spec[0] != '\0';
+        link->is_used = spec[0] != '\0';
         status = store_frames_count(store, run, kind, &link->received, error);
         int64_t blocks = 0;
         if (status == MR_OK && kind == LINK_SERIAL)
@@ -134,14 +134,14 @@ static void add_gap(const struct store_gap *gap, struct answer *answer)
 static void add_link(const struct summary_link *link, int kind, struct answer *answer)
 {
     char line[400], label[20];
-    if (!link->used) {
+    if (!link->is_used) {
         answer_words(answer, NULL, summary_link_name(kind), "not used");
         return;
     }
     answer_words(answer, NULL, summary_link_name(kind),
                  "%lld frames received, %lld lost, %lld not sent by the board%s",
                  (long long)link->received, (long long)link->lost, (long long)link->dropped,
-                 link->silent ? "; the link was silent for a time: more may be lost" : "");
+                 link->was_silent ? "; the link was silent for a time: more may be lost" : "");
     summary_format_troubles(link->trouble, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
@@ -150,7 +150,7 @@ static void add_link(const struct summary_link *link, int kind, struct answer *a
     answer_count(answer, "received", NULL, link->received);
     answer_count(answer, "lost", NULL, link->lost);
     answer_count(answer, "dropped", NULL, link->dropped);
-    answer_flag(answer, "silent", NULL, link->silent);
+    answer_flag(answer, "silent", NULL, link->was_silent);
     answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
     answer_close(answer);
 }
@@ -231,7 +231,7 @@ static void add_missing(const struct measured *measured, enum mr_channel_kind ki
                         struct answer *answer)
 {
     char numbers[120];
-    if (measured->no_rest && kind == MR_KIND_DISPLACEMENT)
+    if (measured->has_no_baseline && kind == MR_KIND_DISPLACEMENT)
         answer_sentence(answer, NULL,
                         "No reading at rest before the landing was received: movements are not "
                         "known.");
@@ -268,7 +268,7 @@ static const char *ready_kind_name(int kind)
     return kind == 0 ? "ready" : "walk";
 }
 
-static void copy_no_go(const char *checks, char *out, size_t size)
+static void copy_failed_checks(const char *checks, char *out, size_t size)
 {
     json_t *object = json_loads(checks, 0, NULL), *check;
     size_t i;
@@ -294,12 +294,12 @@ static enum mr_status load_ready(struct store *store, const struct store_landing
          kind++) {
         struct store_readiness row;
         status = store_readiness_get(store, landing->board_uid, ready_kind_name(kind),
-                                     landing->armed_us, true, &row, &ready[kind].known, error);
-        if (status != MR_OK || !ready[kind].known)
+                                     landing->armed_us, true, &row, &ready[kind].is_known, error);
+        if (status != MR_OK || !ready[kind].is_known)
             continue;
-        ready[kind].go = strcmp(row.verdict, "go") == 0;
+        ready[kind].is_go = strcmp(row.verdict, "go") == 0;
         ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
-        copy_no_go(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
+        copy_failed_checks(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
         free(row.checks);
     }
     return status;
@@ -309,19 +309,20 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
 {
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         const struct summary_ready *r = &ready[kind];
-        if (r->known)
+        if (r->is_known)
             answer_words(answer, NULL, ready_kind_name(kind), "%s, %.0f min before%s%s",
-                         r->go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "", r->no_go)
-                ->warn = !r->go;
+                         r->is_go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "",
+                         r->no_go)
+                ->warn = !r->is_go;
     }
     answer_open(answer, "readiness", NULL);
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
-        if (!ready[kind].known) {
+        if (!ready[kind].is_known) {
             answer_none(answer, ready_kind_name(kind), NULL, "");
             continue;
         }
         answer_open(answer, ready_kind_name(kind), NULL);
-        answer_flag(answer, "go", NULL, ready[kind].go);
+        answer_flag(answer, "go", NULL, ready[kind].is_go);
         answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
             4;
         answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
@@ -381,7 +382,7 @@ struct summary_moment summary_time_of_day(const struct summary *summary, double 
 }
 
 /* Formats a time in Unix microseconds, for example "2026-11-21 22:28:14.1234 UTC". */
-static void format_day(double host_us, char *out, size_t size)
+static void format_time_of_day(double host_us, char *out, size_t size)
 {
     time_t second = fabs(host_us) < TIME_MAX_US ? (time_t)floor(host_us / 1e6) : 0;
     struct tm utc;
@@ -424,7 +425,7 @@ static void add_clock(const struct summary *summary, struct answer *answer)
                      timemap_refusal_text((unsigned)clock->refusal));
     }
     if (good && summary->measured.t0_is_touchdown) {
-        format_day(touchdown.host_us, day, sizeof day);
+        format_time_of_day(touchdown.host_us, day, sizeof day);
         answer_words(answer, NULL, "touchdown at", "%s", day);
     }
     answer_close(answer);
@@ -451,9 +452,9 @@ static void add_film(const struct summary *summary, struct answer *answer)
                  placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open(answer, "film", "");
     answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
-                 film->rate_hz, (long long)film->missing, gear);
+                 film->rate_hz, (long long)film->missing_frames, gear);
     answer_count(answer, "frames", NULL, (int64_t)film->frames);
-    answer_count(answer, "missing", NULL, film->missing);
+    answer_count(answer, "missing", NULL, film->missing_frames);
     answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
     answer_close(answer);
 }
@@ -476,7 +477,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            foresight_load(store, &summary->measured, &summary->foresight, error) ?:
            store_session_get(store, summary->measured.landing.session, &summary->session, error) ?:
            store_import_get(store, summary->measured.landing.session, &summary->import,
-                            &summary->imported, error) ?:
+                            &summary->is_imported, error) ?:
            load_links(store, summary, error) ?: load_time(store, summary, error) ?:
            store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
                         error) ?:
@@ -485,8 +486,8 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
                                 error) ?:
            store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
-           store_orders(store, run, &summary->command, &summary->commands, error) ?:
-           store_keys(store, run, &summary->key, &summary->keys, error) ?:
+           store_command_events(store, run, &summary->command, &summary->commands, error) ?:
+           store_key_states(store, run, &summary->key, &summary->keys, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            load_mean(store, run, summary->mean, error) ?:
            load_ready(store, &summary->measured.landing, summary->ready, error) ?:
@@ -549,7 +550,7 @@ static double event_time_s(const struct measured *measured, const struct store_f
 
 /* Adds "transducer 4 (70.0 ft): stuck, from 2.345 s on" or "... to 3.456 s". The line contains the
  * end of the fault, so events of a channel that is valid again are skipped. */
-static void add_damage(const struct summary *summary, size_t i, struct answer *answer)
+static void add_channel_fault(const struct summary *summary, size_t i, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     const struct store_fault *event = &summary->channel_event[i];
@@ -575,7 +576,7 @@ static void add_damage(const struct summary *summary, size_t i, struct answer *a
 static void add_channel_events(const struct summary *summary, struct answer *answer)
 {
     for (size_t i = 0; i < summary->channel_events; i++)
-        add_damage(summary, i, answer);
+        add_channel_fault(summary, i, answer);
     answer_table(answer, "channel_events", NULL);
     for (size_t i = 0; i < summary->channel_events; i++) {
         const struct store_fault *event = &summary->channel_event[i];
@@ -793,7 +794,7 @@ static void add_faults(const struct summary *summary, struct answer *answer)
 static void add_import(const struct summary *summary, struct answer *answer)
 {
     const struct store_import *import = &summary->import;
-    if (!summary->imported) {
+    if (!summary->is_imported) {
         answer_none(answer, "import", NULL, "");
         return;
     }
@@ -827,22 +828,22 @@ static void add_source(const struct measured *measured, struct answer *answer)
     answer_json_value(answer, "set_aside", measured_excluded_json(measured));
 }
 
-static const char *or_unknown(const char *text)
+static const char *text_or_unknown(const char *text)
 {
     return text[0] ? text : "unknown";
 }
 
 static void add_board(const struct store_landing *landing, int64_t can_base, struct answer *answer)
 {
-    answer_words(answer, NULL, "board", "%s", or_unknown(landing->board_uid));
+    answer_words(answer, NULL, "board", "%s", text_or_unknown(landing->board_uid));
     if (can_base > 0)
         answer_remark(answer, ", at base 0x%03llx on CAN", (unsigned long long)can_base);
     answer_words(answer, "board", NULL, "%s", landing->board_uid);
     answer_count(answer, "can_base", NULL, can_base == STORE_NONE ? 0 : can_base);
     answer_words(answer, NULL, "firmware", "%s, image %08llx, commit %s",
-                 or_unknown(landing->firmware),
+                 text_or_unknown(landing->firmware),
                  landing->image_crc == STORE_NONE ? 0ull : (unsigned long long)landing->image_crc,
-                 or_unknown(landing->image_commit));
+                 text_or_unknown(landing->image_commit));
     answer_words(answer, "firmware", NULL, "%s", landing->firmware);
     answer_count(answer, "image_crc", NULL, landing->image_crc);
     answer_words(answer, "image_commit", NULL, "%s", landing->image_commit);
@@ -854,7 +855,7 @@ static void add_board(const struct store_landing *landing, int64_t can_base, str
                                                      : "crystal");
 }
 
-void summary_add_dates(const struct measured *measured, struct answer *answer)
+void summary_add_calibration(const struct measured *measured, struct answer *answer)
 {
     answer_json_value(answer, "uncalibrated",
                       measured->dates_known ? json_boolean(measured->uncalibrated) : json_null());
@@ -865,7 +866,7 @@ void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEAD
     const struct store_landing *landing = &summary->measured.landing;
     snprintf(out, SUMMARY_HEADING_SIZE, "RUN %lld: landing %lld, %s%s", (long long)landing->id,
              (long long)landing->board_landing, mr_landing_state_text((unsigned)landing->state),
-             measured_marks(&summary->measured));
+             measured_marks_text(&summary->measured));
 }
 
 void summary_add_alerts(const struct summary *summary, struct answer *answer)
@@ -882,7 +883,7 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
             ->warn = true;
     answer_count(answer, "same_as", NULL,
                  summary->duplicate_run ? summary->duplicate_run : ANSWER_UNKNOWN);
-    summary_add_dates(measured, answer);
+    summary_add_calibration(measured, answer);
     add_restarts(summary, answer);
     add_commands(summary, answer);
     add_ready(summary->ready, answer);

@@ -22,8 +22,8 @@
 #define SUMMARY_READY_KINDS 2
 
 struct summary_ready {
-    bool known;
-    bool go;
+    bool is_known;
+    bool is_go;
     double before_min; /* time of the result before arming, minutes */
     char no_go[400];   /* failed checks: "switch 12: did not answer; ..." */
 };
@@ -33,14 +33,14 @@ struct summary_ready {
 #define SUMMARY_HALF_WIDTH_95 1.959964
 
 struct summary_link {
-    bool used;
+    bool is_used;
     int64_t received;               /* frames received during the landing */
     int64_t lost;                   /* frames sent by the board and not received */
     int64_t dropped;                /* frames that the board reports as dropped from its queue */
     int64_t trouble[LINK_TROUBLES]; /* errors that the link itself counted */
     /* the link was silent from the start, or became silent during the landing: losses cannot be
      * counted */
-    bool silent;
+    bool was_silent;
 };
 
 struct summary {
@@ -50,7 +50,7 @@ struct summary {
     struct bands_summary bands;
     struct summary_link link[LINK_KINDS];
     struct store_session_row session;
-    bool imported; /* the session was an import, described by `import` */
+    bool is_imported; /* the session was an import, described by `import` */
     struct store_import import;
     struct store_gap *gap;
     size_t gaps;
@@ -85,7 +85,7 @@ void summary_free(struct summary *summary); /* call also after an error */
 #define SUMMARY_HEADING_SIZE 80
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
-void summary_add_dates(const struct measured *measured, struct answer *answer);
+void summary_add_calibration(const struct measured *measured, struct answer *answer);
 /* Adds the whole summary under its heading. The functions below add parts of it, which a page shows
  * in separate sections. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);

@@ -8,7 +8,7 @@
 #include "host/base/statistics.h"
 #include "host/base/xmalloc.h"
 
-#define PARABOLA       3u
+#define PARABOLA_TERMS 3u
 #define SPEED_OFFSET_S 1e-3 /* offset from a gate at which its speed is taken */
 #define MIN_HALF_POWER (-16)
 #define MAX_HALF_POWER 6
@@ -21,25 +21,25 @@ static double position_covariance(double a_s, double b_s)
     return s <= 0.0 ? 0.0 : s * s * s * (s * s / 20.0 + d * s / 8.0 + d * d / 12.0);
 }
 
-static double power(double t_s, size_t n)
+static double parabola_term(double t_s, size_t n)
 {
     return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
 }
 
 /* Fills the matrix of universal kriging: covariances, bordered by the terms of the parabola. */
-static size_t set_system(const struct track *track, const struct track_model *model,
-                         double system[TRACK_SIZE][TRACK_SIZE])
+static size_t fill_kriging_matrix(const struct track *track, const struct track_model *model,
+                                  double system[TRACK_SIZE][TRACK_SIZE])
 {
-    size_t n = track->points;
+    size_t n = track->gates;
     memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
             system[i][k] = model->q * position_covariance(track->t_s[i], track->t_s[k]);
         system[i][i] += track->error_ft * track->error_ft + model->ripple_ft * model->ripple_ft;
-        for (size_t p = 0; p < PARABOLA; p++)
-            system[i][n + p] = system[n + p][i] = power(track->t_s[i], p);
+        for (size_t p = 0; p < PARABOLA_TERMS; p++)
+            system[i][n + p] = system[n + p][i] = parabola_term(track->t_s[i], p);
     }
-    return n + PARABOLA;
+    return n + PARABOLA_TERMS;
 }
 
 static void swap_rows(double *a, double *b, size_t n)
@@ -53,8 +53,8 @@ static void swap_rows(double *a, double *b, size_t n)
 
 /* Inverts by Gauss-Jordan elimination with row pivots, and computes the logarithm of the absolute
  * determinant. False: singular. */
-static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
-                   double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
+static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
+                          double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
 {
     *log_determinant = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -93,11 +93,11 @@ static bool invert(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
 static double restricted_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
-    size_t size = set_system(track, model, system);
-    if (!invert(system, size, model->inverse, &log_determinant))
+    size_t size = fill_kriging_matrix(track, model, system);
+    if (!invert_matrix(system, size, model->inverse, &log_determinant))
         return (double)INFINITY;
-    for (size_t i = 0; i < track->points; i++) {
-        for (size_t k = 0; k < track->points; k++)
+    for (size_t i = 0; i < track->gates; i++) {
+        for (size_t k = 0; k < track->gates; k++)
             squares += track->station_ft[i] * model->inverse[i][k] * track->station_ft[k];
     }
     return log_determinant + squares;
@@ -150,17 +150,17 @@ static double predict_station(const struct track *track, const struct track_mode
                               double since_s, double *station_ft)
 {
     double side[TRACK_SIZE], variance = model->q * position_covariance(since_s, since_s);
-    for (size_t i = 0; i < track->points; i++)
+    for (size_t i = 0; i < track->gates; i++)
         side[i] = model->q * position_covariance(track->t_s[i], since_s);
-    for (size_t p = 0; p < PARABOLA; p++)
-        side[track->points + p] = power(since_s, p);
+    for (size_t p = 0; p < PARABOLA_TERMS; p++)
+        side[track->gates + p] = parabola_term(since_s, p);
     *station_ft = 0.0;
-    for (size_t i = 0; i < track->points + PARABOLA; i++) {
+    for (size_t i = 0; i < track->gates + PARABOLA_TERMS; i++) {
         double weight = 0.0;
-        for (size_t k = 0; k < track->points + PARABOLA; k++)
+        for (size_t k = 0; k < track->gates + PARABOLA_TERMS; k++)
             weight += model->inverse[i][k] * side[k];
         variance -= weight * side[i];
-        if (i < track->points)
+        if (i < track->gates)
             *station_ft += weight * track->station_ft[i];
     }
     /* the ripple is real motion and exists between gates too */
@@ -174,7 +174,7 @@ static struct mr_estimate station_between_gates(const struct track *track, doubl
         const struct track_model *model = &track->model[m];
         double station_ft;
         variance += model->weight *
-                    predict_station(track, model, t_s - track->first.t_s, &station_ft);
+                    predict_station(track, model, t_s - track->first_gate.t_s, &station_ft);
         mean += model->weight * (station_ft - reference);
         square += model->weight * (station_ft - reference) * (station_ft - reference);
     }
@@ -207,9 +207,9 @@ static void set_ends(const struct measured *measured, struct track *track)
     track->touchdown =
         (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
     track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
-    track->first = gate_moment(track, track->first.t_s, SPEED_OFFSET_S);
-    track->last = gate_moment(track, track->last.t_s, -SPEED_OFFSET_S);
-    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last.t_s),
+    track->first_gate = gate_moment(track, track->first_gate.t_s, SPEED_OFFSET_S);
+    track->last_gate = gate_moment(track, track->last_gate.t_s, -SPEED_OFFSET_S);
+    track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last_gate.t_s),
                                         summary->stop_station_ft, 0.0};
 }
 
@@ -224,17 +224,17 @@ void track_make(const struct measured *measured, struct track *track)
         const struct mr_gate *gate = &measured->gate[g];
         if (gate->t_s <= 0.0 || summary->outlier & 1u << g)
             continue;
-        if (track->points == 0)
-            track->first.t_s = gate->t_s;
-        track->last.t_s = gate->t_s;
-        track->t_s[track->points] = gate->t_s - track->first.t_s;
-        track->station_ft[track->points++] = gate->station_ft;
+        if (track->gates == 0)
+            track->first_gate.t_s = gate->t_s;
+        track->last_gate.t_s = gate->t_s;
+        track->t_s[track->gates] = gate->t_s - track->first_gate.t_s;
+        track->station_ft[track->gates++] = gate->station_ft;
     }
-    if (track->points < PARABOLA)
+    if (track->gates < PARABOLA_TERMS)
         return;
     find_models(track);
-    track->known = track->models > 0;
-    if (track->known)
+    track->is_known = track->models > 0;
+    if (track->is_known)
         set_ends(measured, track);
 }
 
@@ -254,7 +254,7 @@ static struct mr_estimate interpolate_cubic(const struct track_moment *from,
 struct mr_estimate track_at(const struct track *track, double t_s)
 {
     const struct track_moment *touchdown = &track->touchdown;
-    if (!track->known || t_s < track->start_s)
+    if (!track->is_known || t_s < track->start_s)
         return (struct mr_estimate){(double)NAN, (double)NAN};
     if (t_s < 0.0)
         return (struct mr_estimate){
@@ -262,10 +262,10 @@ struct mr_estimate track_at(const struct track *track, double t_s)
             hypot(touchdown->station_ft.error, track->speed_error_ft_s * t_s)};
     if (t_s >= track->stop.t_s)
         return track->stop.station_ft;
-    if (t_s < track->first.t_s)
-        return interpolate_cubic(touchdown, &track->first, t_s);
-    return t_s <= track->last.t_s ? station_between_gates(track, t_s)
-                                  : interpolate_cubic(&track->last, &track->stop, t_s);
+    if (t_s < track->first_gate.t_s)
+        return interpolate_cubic(touchdown, &track->first_gate, t_s);
+    return t_s <= track->last_gate.t_s ? station_between_gates(track, t_s)
+                                       : interpolate_cubic(&track->last_gate, &track->stop, t_s);
 }
 
 /* ---- the film ---- */
@@ -349,7 +349,7 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
         const struct film_frame *last = &film->frame[film->frames - 1];
         film->rate_hz = (double)(last->number - 1) /
                         ((last->board_us - film->frame[0].board_us) / 1e6);
-        film->missing = last->number - (int64_t)film->frames;
+        film->missing_frames = last->number - (int64_t)film->frames;
     }
     return MR_OK;
 }

@@ -30,11 +30,11 @@ struct track_moment {
 };
 
 struct track {
-    bool known;
+    bool is_known;
     double start_s; /* first edge, or touchdown; before it, the station is not known */
-    struct track_moment touchdown, first, last, stop;
+    struct track_moment touchdown, first_gate, last_gate, stop;
     double speed_error_ft_s; /* standard error of the speed at touchdown */
-    size_t points;           /* number of gates */
+    size_t gates;            /* number of gates */
     double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times are relative to the first gate */
     double error_ft;                                    /* standard error of each gate station */
     size_t models;                                      /* the models with the largest weights */
@@ -71,8 +71,8 @@ struct film_frame {
 struct film {
     struct film_frame *frame;
     size_t frames;
-    double rate_hz;  /* mean frame rate; NaN: fewer than two frames */
-    int64_t missing; /* frames without a pulse between the first and the last */
+    double rate_hz;         /* mean frame rate; NaN: fewer than two frames */
+    int64_t missing_frames; /* frames without a pulse between the first and the last */
 };
 
 /* The caller releases the film with film_free, also after an error. A landing without a camera has

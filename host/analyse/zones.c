@@ -50,7 +50,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
         .predicted_wheel_after_s = (double)NAN,
     };
     warning.path_known = measured->fit_status == MR_OK;
-    warning.reached_t_s = measured_reach_s(measured, row->start_ft);
+    warning.reached_t_s = measured_arrival_s(measured, row->start_ft);
     warning.reached = !isnan(warning.reached_t_s);
     if (warning.reached_t_s < warning.t_s) /* the wheel was already in the zone */
         warning.reached_t_s = warning.t_s;
@@ -78,8 +78,8 @@ static enum mr_status load_reason(struct store *store, const struct measured *me
         warning->predicted_mats = row[i].coming_mats;
         warning->predicted_wheel_ft = row[i].coming_wheel_ft;
         warning->predicted_wheel_after_s =
-            fmax(measured_reach_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
-        if (isnan(measured_reach_s(measured, row[i].coming_wheel_ft)))
+            fmax(measured_arrival_s(measured, row[i].coming_wheel_ft), warning->t_s) - warning->t_s;
+        if (isnan(measured_arrival_s(measured, row[i].coming_wheel_ft)))
             warning->predicted_wheel_after_s = (double)NAN;
     }
     free(row);
@@ -99,7 +99,8 @@ static void find_warning(const struct measured *measured, struct zones *zones)
             warning->lead_s = row->lead_s;
             warning->lead_t_s = zones_time_s(measured, row);
             warning->lead_start_ft = row->start_ft;
-            warning->lead_actual_s = measured_reach_s(measured, row->start_ft) - warning->lead_t_s;
+            warning->lead_actual_s = measured_arrival_s(measured, row->start_ft) -
+                                     warning->lead_t_s;
         }
         if (row->mats > warning->longest_mats) {
             warning->longest_mats = row->mats;
@@ -164,14 +165,14 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     size_t count;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closure->slack_in[s] = MR_NAN;
-    closure->surveyed = 0;
+    closure->surveyed_segments = 0;
     enum mr_status status = store_segments(store, run, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].segment < 0 || rows[i].segment >= (int64_t)MR_SEGMENTS ||
             isnan(rows[i].slack_in))
             continue;
         closure->slack_in[rows[i].segment] = (float)rows[i].slack_in;
-        closure->surveyed++;
+        closure->surveyed_segments++;
     }
     free(rows);
     return status;
@@ -401,18 +402,18 @@ static void extend_span(struct foresight_span *span, double t_s)
 
 /* Missing motion counts only at the kinematic level, because no motion is expected before the first
  * switches. */
-static void update_lacks(struct foresight *foresight, const struct store_prediction *row,
-                         double t_s)
+static void update_conditions(struct foresight *foresight, const struct store_prediction *row,
+                              double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
     bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
-    const bool lacks[FORESIGHT_LACKS] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
-                                         row->basis & MR_PREDICTOR_DEGRADED,
-                                         row->basis & MR_PREDICTOR_FELL_BACK};
-    for (unsigned i = 0; i < FORESIGHT_LACKS; i++) {
+    const bool lacks[FORESIGHT_CONDITIONS] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
+                                              row->basis & MR_PREDICTOR_DEGRADED,
+                                              row->basis & MR_PREDICTOR_FELL_BACK};
+    for (unsigned i = 0; i < FORESIGHT_CONDITIONS; i++) {
         if (lacks[i])
-            extend_span(&foresight->lack[i], t_s);
+            extend_span(&foresight->condition[i], t_s);
     }
     if (lacks[FORESIGHT_DEGRADED] && row->level > foresight->worst_level)
         foresight->worst_level = row->level;
@@ -424,11 +425,11 @@ static void update_doubt(struct foresight *foresight, const struct measured *mea
     double t_s = measured_block_s(measured, row->block);
     for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
         unsigned why = (unsigned)row->doubts >> 2 * i & 3u;
-        foresight->still_left_out[i] = why != 0;
+        foresight->still_excluded[i] = why != 0;
         if (!why || measured->channel[i].config.kind != MR_KIND_DISPLACEMENT)
             continue;
-        foresight->doubt[i] = why;
-        extend_span(&foresight->left_out[i], t_s);
+        foresight->exclusion_reason[i] = why;
+        extend_span(&foresight->excluded[i], t_s);
     }
     if (!isnan(row->resistance))
         foresight->resistance = row->resistance;
@@ -467,10 +468,10 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     size_t count = 0, trust_count = 0;
     bool there = false;
     *foresight = (struct foresight){.source = STORE_NONE, .resistance = (double)NAN};
-    for (unsigned i = 0; i < FORESIGHT_LACKS; i++)
-        foresight->lack[i].from_s = (double)NAN;
+    for (unsigned i = 0; i < FORESIGHT_CONDITIONS; i++)
+        foresight->condition[i].from_s = (double)NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        foresight->left_out[i].from_s = (double)NAN;
+        foresight->excluded[i].from_s = (double)NAN;
     enum mr_status status =
         store_predictions(store, measured->landing.id, &rows, &count, error) ?:
         store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
@@ -483,7 +484,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)
-                update_lacks(foresight, &rows[i], measured_block_s(measured, rows[i].block));
+                update_conditions(foresight, &rows[i], measured_block_s(measured, rows[i].block));
         }
         for (size_t i = 0; i < trust_count; i++) {
             if (trusts[i].block >= settled)
@@ -513,8 +514,8 @@ static void add_start(const struct foresight *foresight, struct answer *answer)
                  after, resists);
 }
 
-static void add_lack(const struct foresight *foresight, enum foresight_lack lack,
-                     struct answer *answer)
+static void add_condition(const struct foresight *foresight, enum foresight_condition lack,
+                          struct answer *answer)
 {
     static const char *const words[] = {
         [FORESIGHT_BLIND] = "no transducer corrects the model: zones are predicted from switches, "
@@ -524,7 +525,7 @@ static void add_lack(const struct foresight *foresight, enum foresight_lack lack
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on the zones that it predicted",
     };
-    const struct foresight_span *span = &foresight->lack[lack];
+    const struct foresight_span *span = &foresight->condition[lack];
     if (isnan(span->from_s))
         return;
     if (lack == FORESIGHT_DEGRADED)
@@ -543,17 +544,18 @@ static void add_doubt(const struct foresight *foresight, const struct measured *
                       unsigned i, struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
-    const struct foresight_span *span = &foresight->left_out[i];
+    const struct foresight_span *span = &foresight->excluded[i];
     char until[40] = " on";
     if (isnan(span->from_s))
         return;
-    if (!foresight->still_left_out[i])
+    if (!foresight->still_excluded[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     answer_words(answer, NULL, LABEL,
                  "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
                  "the neighbouring transducers and the model",
                  i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
-                 station->text, mr_predictor_doubt_text(foresight->doubt[i]), span->from_s, until);
+                 station->text, mr_predictor_doubt_text(foresight->exclusion_reason[i]),
+                 span->from_s, until);
 }
 
 static void add_risk(const struct foresight *foresight, struct answer *answer)
@@ -584,8 +586,8 @@ void foresight_to_answer(const struct foresight *foresight, const struct measure
     answer_list(answer, "predictor", "");
     if (foresight->messages)
         add_start(foresight, answer);
-    for (unsigned i = 0; foresight->messages && i < FORESIGHT_LACKS; i++)
-        add_lack(foresight, (enum foresight_lack)i, answer);
+    for (unsigned i = 0; foresight->messages && i < FORESIGHT_CONDITIONS; i++)
+        add_condition(foresight, (enum foresight_condition)i, answer);
     for (unsigned i = 0; foresight->messages && i < MR_TRANSDUCERS; i++)
         add_doubt(foresight, measured, i, answer);
     if (foresight->messages)

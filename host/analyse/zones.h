@@ -90,7 +90,7 @@ double zones_time_s(const struct measured *measured, const struct store_zone *zo
 /* Slack of each segment according to the survey, inches; NaN: not surveyed. */
 struct zones_closure {
     float slack_in[MR_SEGMENTS];
-    size_t surveyed; /* number of segments with a slack */
+    size_t surveyed_segments; /* number of segments with a slack */
 };
 enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
                                  struct error *error);
@@ -101,12 +101,12 @@ void zones_find_closed(const struct measured *measured, const struct zones_closu
 /* Inputs of the board's predictor in a landing: the runway with which it started, and the inputs
  * that were missing. */
 
-enum foresight_lack {
+enum foresight_condition {
     FORESIGHT_BLIND,
     FORESIGHT_NO_MOTION,
     FORESIGHT_DEGRADED,
     FORESIGHT_RESTARTED,
-    FORESIGHT_LACKS
+    FORESIGHT_CONDITIONS
 };
 
 /* Seconds since touchdown; NaN: the condition never occurred. */
@@ -120,13 +120,13 @@ struct foresight {
     int64_t source;    /* enum mr_runway_source; STORE_NONE: not reported */
     unsigned landings; /* number of landings in the history of its runway */
     double resistance; /* joint resistance, relative to the configured one; NaN: not reported */
-    struct foresight_span lack[FORESIGHT_LACKS];
+    struct foresight_span condition[FORESIGHT_CONDITIONS];
     int64_t worst_level; /* simplest model that the predictor had to use */
     /* last reason why a transducer was excluded; 0: it was never excluded */
-    unsigned doubt[MR_TRANSDUCERS];
+    unsigned exclusion_reason[MR_TRANSDUCERS];
     /* time in which a transducer was excluded, as reported once a second and on change */
-    struct foresight_span left_out[MR_TRANSDUCERS];
-    bool still_left_out[MR_TRANSDUCERS]; /* still excluded at the last report */
+    struct foresight_span excluded[MR_TRANSDUCERS];
+    bool still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
     double max_risk, max_risk_s;         /* largest risk and its time; NaN: no risk was reported */
     unsigned risk_basis;                 /* basis of the largest risk */
     double off_plan_s;                   /* time from which the landing was off plan; NaN: never */

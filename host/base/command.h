@@ -180,7 +180,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
                              struct error *error);
 
 /* Parses a RUN, the number of a landing in its database: a whole number from 1. Also accepts the
- * number of a landing on the board, such as landing5, and returns it as -5; store_run_find converts
+ * number of a landing on the board, such as landing5, and returns it as -5; store_find_run converts
  * it to the RUN. MR_USAGE: any other text. */
 enum mr_status run_parse(const char *text, int64_t *run, struct error *error);
 

@@ -4,7 +4,7 @@
 
 #include "common/command.h"
 
-#define STATE_S 2.0 /* the board sends its state on change and once a second */
+#define STATE_TIMEOUT_S 2.0 /* the board sends its state on change and once a second */
 
 const char *arm_client_refusal_text(enum mr_status answer)
 {
@@ -71,7 +71,7 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
                      arm_client_refusal_text(answer));
 }
 
-static bool is_reached(const void *context)
+static bool is_state_reached(const void *context)
 {
     const struct arm_client *client = context;
     return client->landing_received && client->landing.state == client->wanted_state;
@@ -81,7 +81,7 @@ static bool is_reached(const void *context)
 static bool has_changed(const void *context)
 {
     const struct arm_client *client = context;
-    return is_reached(client) && client->previous_state != client->wanted_state;
+    return is_state_reached(client) && client->previous_state != client->wanted_state;
 }
 
 enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t number,
@@ -105,7 +105,8 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
     if (status == MR_OK && ack.status != MR_OK)
         return set_refusal_error(client, &ack, error);
     if (status == MR_OK)
-        status = dialogue_wait_until(client->dialogue, is_reached, client, STATE_S, error);
+        status = dialogue_wait_until(client->dialogue, is_state_reached, client, STATE_TIMEOUT_S,
+                                     error);
     return status == MR_TIMEOUT
              ? error_set(
                    error, MR_TIMEOUT,

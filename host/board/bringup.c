@@ -10,14 +10,14 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FORMAT      1
-#define TEXT_MAX    65536u
+#define FORMAT            1
+#define TEXT_MAX          65536u
 /* time limit for the first line: a reset takes 1 s, or 10 s on a busy emulator */
-#define ANSWER_S    15.0
+#define ANSWER_TIMEOUT_S  15.0
 /* time limit between two lines: watchdog test, memory erasure and flash are slow */
-#define SILENCE_S   30.0
-#define TOTAL_MAX_S 120.0
-#define RESEND_S    3.0
+#define SILENCE_TIMEOUT_S 30.0
+#define TOTAL_MAX_S       120.0
+#define RESEND_S          3.0
 
 /* ---- text ---- */
 
@@ -37,7 +37,7 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
             error, MR_MALFORMED,
             "bring-up: '%s' instead of a line NAME VALUE UNIT; check the cable and repeat", copy);
     char *end;
-    l->none = strcmp(l->value, "none") == 0;
+    l->is_absent = strcmp(l->value, "none") == 0;
     l->number = strncmp(l->value, "0x", 2) == 0 ? (double)strtoul(l->value, &end, 16)
                                                 : strtod(l->value, &end);
     if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words, not numbers */
@@ -272,8 +272,9 @@ static bool has_timed_out(const struct receiver *l)
     double now_s = monotonic_s();
     /* another section began; the requested one follows */
     bool begun = find_line(l->text, "begin ") != NULL;
-    bool says = begun || is_text(l); /* the board is slow but alive */
-    return now_s - (says ? l->received_s : l->started_s) > (begun ? SILENCE_S : ANSWER_S) ||
+    bool is_alive = begun || is_text(l); /* the board is slow but alive */
+    return now_s - (is_alive ? l->received_s : l->started_s) >
+               (begun ? SILENCE_TIMEOUT_S : ANSWER_TIMEOUT_S) ||
            now_s - l->started_s > TOTAL_MAX_S || l->length == TEXT_MAX;
 }
 
@@ -355,7 +356,7 @@ enum mr_status bringup_start_rom(struct link *link, struct error *error)
 enum { REPORT = 1, BROWN_OUT = 2, ALL = 3 };
 
 #define OK    BRINGUP_OK
-#define LOOK  BRINGUP_LOOK
+#define LOOK  BRINGUP_SUSPECT
 #define WRONG BRINGUP_WRONG
 
 #define LIMIT(section, name, least, most, beyond, none, source, advice)
@@ -400,7 +401,7 @@ static const struct bringup_limit *find_limit(unsigned section, const struct bri
     for (size_t i = 0; i < LIMITS; i++) {
         if (limits[i].sections & section &&
             (limit_applies_to(&limits[i], line->name) ||
-             (line->none && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
+             (line->is_absent && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
             return &limits[i];
     }
     return NULL;
@@ -439,8 +440,8 @@ static void judge_line(struct bringup_result *j, const struct mr_board *board)
         j->min = limit->board_value ? limit->board_value(board) : limit->min;
         j->max = limit->board_value ? j->min : limit->max;
     }
-    j->verdict = !j->limit          ? BRINGUP_LOOK
-               : j->line->none      ? j->limit->none
+    j->verdict = !j->limit          ? BRINGUP_SUSPECT
+               : j->line->is_absent ? j->limit->none
                : is_within_limit(j) ? BRINGUP_OK
                                     : j->limit->beyond;
 }

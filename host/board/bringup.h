@@ -19,8 +19,8 @@
 
 struct bringup_line {
     char name[BRINGUP_NAME_SIZE], value[BRINGUP_VALUE_SIZE], unit[BRINGUP_NAME_SIZE];
-    double number; /* NaN: the value is a word or missing */
-    bool none;     /* the part is not fitted or did not answer */
+    double number;  /* NaN: the value is a word or missing */
+    bool is_absent; /* the part is not fitted or did not answer */
 };
 
 struct bringup {
@@ -48,7 +48,7 @@ void bringup_free(struct bringup *bringup);
 const struct bringup_line *bringup_find(const struct bringup *bringup, const char *name);
 
 /* Result of checking one line against its limit: within it, suspect ("look"), or wrong. */
-enum bringup_verdict { BRINGUP_OK, BRINGUP_LOOK, BRINGUP_WRONG };
+enum bringup_verdict { BRINGUP_OK, BRINGUP_SUSPECT, BRINGUP_WRONG };
 
 struct bringup_limit {
     unsigned sections; /* bit mask of the sections to which the limit applies */

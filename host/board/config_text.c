@@ -167,8 +167,8 @@ static void field_limits_text(const struct mr_config_field *field, char *out, si
 
 /* ---- why a configuration is refused ---- */
 
-static void name_element(struct config_field_ref at, unsigned element,
-                         char out[CONFIG_FIELD_NAME_SIZE + 40])
+static void write_element_name(struct config_field_ref at, unsigned element,
+                               char out[CONFIG_FIELD_NAME_SIZE + 40])
 {
     char name[CONFIG_FIELD_NAME_SIZE];
     field_name(at, name);
@@ -212,9 +212,10 @@ static bool find_other_field(const struct mr_config_reason *r, struct config_fie
            other->field < mr_config_groups[other->group].field_count;
 }
 
-static const char *const right_kinds = "channel[1] to [8] are displacement (1), [9] to [22] "
-                                       "tension (2), [23] the staircase (3; 0 where no "
-                                       "switch is fitted), [24] the reference (4); 0: not fitted";
+static const char *const kinds_by_input =
+    "channel[1] to [8] are displacement (1), [9] to [22] "
+    "tension (2), [23] the staircase (3; 0 where no "
+    "switch is fitted), [24] the reference (4); 0: not fitted";
 
 /* Explains why a gain is impossible, with the numbers and the probable mistake. */
 static void write_gain_advice(const struct mr_channel_config *channel, unsigned rule, char *out,
@@ -263,7 +264,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_ALIKE:
         snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_DISTANCE_CODES);
         break;
-    case MR_RULE_PLACE: snprintf(out, size, "%s", right_kinds); break;
+    case MR_RULE_PLACE: snprintf(out, size, "%s", kinds_by_input); break;
     case MR_RULE_SUM:
         snprintf(out, size,
                  "the sum of zero_code of channel[23] and all steps must be at most 4095");
@@ -302,7 +303,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
                  r->group, r->index, r->field, rule_text(r->rule));
         return;
     }
-    name_element(at, r->element, name);
+    write_element_name(at, r->element, name);
     field_value_text(field_info(at), field_bytes(config, at), value);
     write_advice(config, r, advice, sizeof advice);
     if (find_other_field(r, &other)) {

@@ -68,7 +68,7 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
 
 /* ---- commands ---- */
 
-#define ANSWER_S DIALOGUE_ANSWER_S
+#define ANSWER_TIMEOUT_S DIALOGUE_ANSWER_S
 
 #define HANDLE(name, into, flag)                          \
     if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
@@ -110,8 +110,8 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     case MR_ID_SELF_TEST:
         if (mr_self_test_get(&test, bytes, length) == MR_OK &&
             test.tag == dialogue_tag(client->dialogue)) {
-            client->test = test;
-            client->tested = true;
+            client->self_test = test;
+            client->self_test_done = true;
         }
         break;
     case MR_ID_CRASH:
@@ -137,14 +137,15 @@ static bool has_greeted(const void *context)
 static void wait_for_hello(struct health_client *client, unsigned hellos)
 {
     client->hellos_wanted = hellos;
-    if (dialogue_wait_until(client->dialogue, has_greeted, client, ANSWER_S, fatal) == MR_TIMEOUT)
+    if (dialogue_wait_until(client->dialogue, has_greeted, client, ANSWER_TIMEOUT_S, fatal) ==
+        MR_TIMEOUT)
         dialogue_set_no_hello_error(client->dialogue, fatal);
 }
 
 static void send_command(struct health_client *client, uint8_t code)
 {
     dialogue_execute(client->dialogue,
-                     &(struct dialogue_command){.code = code, .answer_s = ANSWER_S},
+                     &(struct dialogue_command){.code = code, .answer_s = ANSWER_TIMEOUT_S},
                      "a landing is armed or in progress", fatal);
 }
 
@@ -162,7 +163,7 @@ static void health_client_receive(struct health_client *client)
     send_command(client, MR_COMMAND_STATE);
     /* two hellos span a whole second of board time, in which the board reports everything */
     wait_for_hello(client, client->hellos + 2);
-    if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_S, fatal) ==
+    if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_TIMEOUT_S, fatal) ==
         MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
                   "the board did not report its health: %s; check that its firmware and this "
@@ -174,8 +175,8 @@ static void health_client_receive(struct health_client *client)
 static void health_client_self_test(struct health_client *client)
 {
     send_command(client, MR_COMMAND_SELF_TEST);
-    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->tested, ANSWER_S,
-                            fatal) == MR_TIMEOUT)
+    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->self_test_done,
+                            ANSWER_TIMEOUT_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the self-test timed out: %s; reset the board",
                   dialogue_spec(client->dialogue));
 }
@@ -185,7 +186,7 @@ static void health_client_reset(struct health_client *client)
 {
     send_command(client, MR_COMMAND_RESET);
     unsigned hellos = client->hellos;
-    double until_s = dialogue_now_s(client->dialogue) + ANSWER_S;
+    double until_s = dialogue_now_s(client->dialogue) + ANSWER_TIMEOUT_S;
     /* a hello sent before the reset still has the old reset cause */
     while (dialogue_now_s(client->dialogue) < until_s) {
         wait_for_hello(client, ++hellos);
@@ -295,8 +296,8 @@ static int print_checks(const char *verb, const struct health_client *client, co
         add_health(client, answer);
         fault = client->health.faults != 0;
     } else if (strcmp(verb, "self-test") == 0) {
-        add_test(&client->test, answer);
-        fault = client->test.failed != 0;
+        add_test(&client->self_test, answer);
+        fault = client->self_test.failed != 0;
     } else
         answer_flag(answer, "restarted", NULL, true);
     return answer_show(cli, answer, fault ? mr_status_exit_code(MR_LIMIT) : 0);

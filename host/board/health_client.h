@@ -35,7 +35,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size);
 struct health_client {
     struct dialogue *dialogue;
     unsigned hellos, hellos_wanted; /* number of received and of awaited hellos */
-    bool tested, crashed;
+    bool self_test_done, crashed;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */
     struct mr_restarts restarts;
@@ -44,7 +44,7 @@ struct health_client {
     struct mr_can_drops drops;
     struct mr_health health;
     struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: no fault */
-    struct mr_self_test test;
+    struct mr_self_test self_test;
     struct crash_report crash;
 };
 

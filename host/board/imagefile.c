@@ -63,7 +63,7 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
         return error_set(error, MR_MALFORMED,
                          "two values for 0x%08llx: %s of %s; build the image again",
                          (unsigned long long)address, place, image->path);
-    image->count += !image->is_given[at];
+    image->given_count += !image->is_given[at];
     image->is_given[at] = 1;
     image->bytes[at] = byte;
     return MR_OK;

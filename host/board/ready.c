@@ -58,9 +58,9 @@ static enum ready_verdict verdict_if(bool good)
 }
 
 /* Appends text to `out` of `size` bytes. */
-static void append(char *out, size_t size, const char *format, ...)
+static void append_text(char *out, size_t size, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-static void append(char *out, size_t size, const char *format, ...)
+static void append_text(char *out, size_t size, const char *format, ...)
 {
     size_t at = strlen(out);
     va_list arguments;
@@ -124,13 +124,13 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
         print_check(&report->check[i], columns, out);
         if (report->check[i].verdict != READY_NO_GO)
             continue;
-        append(text, sizeof text, "%s%s", before, report->check[i].name);
+        append_text(text, sizeof text, "%s%s", before, report->check[i].name);
         before = ", ";
     }
-    append(text, sizeof text, "%s%u of %u checks are go", no_go ? "; " : ": ",
-           report->count - no_go - open, report->count);
+    append_text(text, sizeof text, "%s%u of %u checks are go", no_go ? "; " : ": ",
+                report->count - no_go - open, report->count);
     if (open)
-        append(text, sizeof text, ", %u not done", open);
+        append_text(text, sizeof text, ", %u not done", open);
     wrap_print(text, 0, 0, columns, out);
 }
 
@@ -156,7 +156,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
         if (!channel->expires_day || channel->expires_day > f->today_day)
             continue;
         channel_name(channel, name);
-        append(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
+        append_text(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
     }
     report->uncalibrated = never > 0;
     if (expired)
@@ -245,7 +245,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
         if (f->certificates.known[i])
             judge_certificate(f, i, name, report);
         else
-            append(text, sizeof text, "%s%s", without++ ? ", " : "", name);
+            append_text(text, sizeof text, "%s%s", without++ ? ", " : "", name);
     }
     if (without)
         ready_add(report, READY_NOT_DONE, "certificates", NULL, NULL, "no certificate for %s",
@@ -321,7 +321,7 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
 {
     char limit[20];
     unsigned source = f->identity.hello.clock_source;
-    const struct timemap_fit *t = &f->time;
+    const struct timemap_fit *t = &f->time_fit;
     ready_add(report, verdict_if(source == 0), "clock", "crystal",
               "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal", "%s",
               mr_clock_source_text(source));
@@ -339,7 +339,7 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                   timemap_refusal_text((unsigned)t->refusal));
 }
 
-static void judge_orders(const struct ready_facts *f, struct ready_report *report)
+static void judge_key(const struct ready_facts *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
     ready_add(report,
@@ -433,7 +433,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         tolerance_text(f, wanted_lb, READY_GAGE_PRETENSION_TOLERANCE * wanted_lb, most);
     if (transducer || wanted_lb > 0.0f)
         snprintf(limit, sizeof limit, "%s, ", most);
-    append(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_MAX_CODES);
+    append_text(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_MAX_CODES);
     if (transducer)
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
@@ -495,14 +495,14 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
         if (!isnan(change) && fabsf(change) > fabsf(worst))
             worst = change;
         if (r->verdict != MR_SHUNT_GOOD)
-            append(text, sizeof text, "%sgage %u %s (%s of %s)", bad++ ? ", " : "", r->gage,
-                   shunts_verdict_text(r->verdict),
-                   unit_value_text(UNIT_TENSION, f->si, (double)r->span_lb, 2, is),
-                   unit_value_text(UNIT_TENSION, f->si, (double)f->shunts.check[i].expected_lb, 2,
-                                   of));
+            append_text(text, sizeof text, "%sgage %u %s (%s of %s)", bad++ ? ", " : "", r->gage,
+                        shunts_verdict_text(r->verdict),
+                        unit_value_text(UNIT_TENSION, f->si, (double)r->span_lb, 2, is),
+                        unit_value_text(UNIT_TENSION, f->si, (double)f->shunts.check[i].expected_lb,
+                                        2, of));
         else if (drifted)
-            append(text, sizeof text, "%sgage %u drifted by %s", bad++ ? ", " : "", r->gage,
-                   unit_signed_text(UNIT_TENSION, f->si, (double)change, 2, is));
+            append_text(text, sizeof text, "%sgage %u drifted by %s", bad++ ? ", " : "", r->gage,
+                        unit_signed_text(UNIT_TENSION, f->si, (double)change, 2, is));
     }
     if (!bad)
         snprintf(text, sizeof text, "%u gages good; %s%s%s", f->shunts.count,
@@ -600,9 +600,10 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
 {
     const unsigned lamp = (1u << MR_SELF_TEST_LAMP_ON) | (1u << MR_SELF_TEST_LAMP_OFF);
     char text[140] = "";
-    unsigned failed = f->test.failed & ~lamp, undone = SELF_TESTS_ALWAYS & ~(unsigned)f->test.done;
-    unsigned named = failed ? failed : undone ? undone : f->test.done & SELF_TESTS_LISTED;
-    if (!f->tested) {
+    unsigned failed = f->self_test.failed & ~lamp,
+             undone = SELF_TESTS_ALWAYS & ~(unsigned)f->self_test.done;
+    unsigned named = failed ? failed : undone ? undone : f->self_test.done & SELF_TESTS_LISTED;
+    if (!f->self_test_done) {
         ready_add(report, READY_NO_GO, "self-test", NULL,
                   "the board must be idle; try again, or reset the board",
                   "the board did not run the self-test");
@@ -610,7 +611,7 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         if (named >> i & 1u)
-            append(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
+            append_text(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
     ready_add(report, verdict_if(!failed && !undone), "self-test", NULL,
               "see matrig board self-test and matrig board health", "%s: %s",
@@ -618,13 +619,13 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
               : undone ? "not tested"
                        : "good",
               text);
-    bool lit = (f->test.done & lamp) == lamp && !(f->test.failed & lamp);
+    bool lit = (f->self_test.done & lamp) == lamp && !(f->self_test.failed & lamp);
     ready_add(report, verdict_if(lit), "warning lamp", NULL,
               "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
-              lit                                            ? "lights and goes out"
-              : f->test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
-              : f->test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
-                                                             : "not tested");
+              lit                                                 ? "lights and goes out"
+              : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
+              : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
+                                                                  : "not tested");
 }
 
 static void judge_temperature(const struct ready_facts *f, struct ready_report *report)
@@ -654,7 +655,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
     }
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         if (f->fault[i].count && (!rising || rises[i]))
-            append(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
+            append_text(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
     ready_add(report, verdict_if(!rising), "faults", "no present fault", "see matrig board health",
               "%s%s",
@@ -668,7 +669,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
 
 static void judge_can(const struct ready_facts *f, struct ready_report *report)
 {
-    const uint32_t *serial = f->identity.uid, *can = f->on_can.uid;
+    const uint32_t *serial = f->identity.uid, *can = f->board_on_can.uid;
     char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report its CAN state";
@@ -681,7 +682,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     if (f->can_frames > 0 && (serial[0] | serial[1]) &&
         (serial[0] != can[0] || serial[1] != can[1])) {
         bool told = (can[0] | can[1]) != 0;
-        identity_uid_text(&f->on_can, uid);
+        identity_uid_text(&f->board_on_can, uid);
         identity_uid_text(&f->identity, own);
         ready_add(report, READY_NO_GO, "CAN", "the board itself",
                   "give its CAN base, such as can:can0,base=0x190, or its own serial link",
@@ -713,9 +714,9 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
               "free space on the disk of the campaign, or use a different disk",
               "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
               f->landing_bytes / BYTES_PER_MB);
-    ready_add(report, verdict_if(!f->database[0]), "database", NULL,
+    ready_add(report, verdict_if(!f->database_fault[0]), "database", NULL,
               "check access rights and programs that write; otherwise begin a new campaign", "%s",
-              f->database[0]        ? f->database
+              f->database_fault[0]  ? f->database_fault
               : f->database_checked ? "writable, all pages intact"
                                     : "writable; too large to be checked in time");
 }
@@ -732,7 +733,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_gains(f, report);
     ready_judge_certificates(f, report);
     judge_clock(f, report);
-    judge_orders(f, report);
+    judge_key(f, report);
     judge_brown_out(f, report);
     judge_channels(f, report);
     judge_zeros(f, report);
@@ -751,15 +752,15 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 
 /* ---- queries to the board ---- */
 
-#define ANSWER_S       1.5
-#define SHUNT_S        4.0
-#define TEST_S         5.0
-#define BLOCKS_S       5.0
-#define BOX_S          3.0
-#define SETTLE_S       3.0 /* for the thermometer, and for faults that persist */
-#define LIVE_S         20
-#define PAST_FAULTS_MS 1500u /* board time in which the board sends every past fault once */
-#define EMULATED_PPM   700.0 /* larger clock error: the board is emulated or a recording */
+#define ANSWER_TIMEOUT_S 1.5
+#define SHUNT_TIMEOUT_S  4.0
+#define TEST_TIMEOUT_S   5.0
+#define BLOCKS_TIMEOUT_S 5.0
+#define BOX_TIMEOUT_S    3.0
+#define SETTLE_S         3.0 /* for the thermometer, and for faults that persist */
+#define LIVE_DURATION_S  20
+#define PAST_FAULTS_MS   1500u /* board time in which the board sends every past fault once */
+#define EMULATED_PPM     700.0 /* larger clock error: the board is emulated or a recording */
 
 /* The increase of a repeated count since its first value. */
 struct counter_rise {
@@ -781,7 +782,7 @@ struct query {
     uint16_t last_seq;
     uint32_t can_sent, first_clock, newest_clock;
     int64_t can_since;
-    struct timemap map;
+    struct timemap time_map;
 };
 
 static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
@@ -807,7 +808,7 @@ static void handle_clock(struct query *a, const struct mr_clock *clock, uint64_t
         a->first_clock = clock->block;
     a->clock_known = true;
     a->newest_clock = clock->block;
-    timemap_add(&a->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
+    timemap_add(&a->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
 #define DECODED(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
@@ -865,8 +866,8 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
         break;
     case MR_ID_SELF_TEST:
         if (DECODED(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
-            f->test = m.test;
-            f->tested = true;
+            f->self_test = m.test;
+            f->self_test_done = true;
         }
         break;
     case MR_ID_BOX_STATE: f->box_known |= DECODED(box_state, f->box); break;
@@ -878,15 +879,14 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
     }
 }
 
-/* Compares the number of frames received on CAN with the number that the board reports as sent.
- * Frames of other nodes are ignored. */
+/* Compares the frames received on CAN with the board's count. Ignores frames of other nodes. */
 static void handle_can_message(struct query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
     struct ready_facts *f = a->facts;
     if (!mr_message_find((uint16_t)message->id))
         return;
-    identity_receive(&f->on_can, message->id, message->payload, message->length);
+    identity_receive(&f->board_on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
         int64_t lost = (int64_t)(health.sent - a->can_sent) - a->can_since;
@@ -953,27 +953,27 @@ static void request_facts(struct query *a)
     struct ready_facts *f = a->facts;
     double begun_s = dialogue_now_s(a->dialogue);
     /* the board answers with its whole configuration, including the zeros */
-    (void)send_command(a, MR_COMMAND_STATE, 0, ANSWER_S);
-    if (send_command(a, MR_COMMAND_LIVE, LIVE_S, ANSWER_S) == MR_OK) {
-        wait_for(a, has_enough_blocks, f, BLOCKS_S);
-        (void)send_command(a, MR_COMMAND_LIVE, 0, ANSWER_S);
+    (void)send_command(a, MR_COMMAND_STATE, 0, ANSWER_TIMEOUT_S);
+    if (send_command(a, MR_COMMAND_LIVE, LIVE_DURATION_S, ANSWER_TIMEOUT_S) == MR_OK) {
+        wait_for(a, has_enough_blocks, f, BLOCKS_TIMEOUT_S);
+        (void)send_command(a, MR_COMMAND_LIVE, 0, ANSWER_TIMEOUT_S);
     }
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         ready_summarize_channel(&f->config, a->block, f->blocks, c, &f->channel[c]);
     /* the board answers after the results */
-    f->shunt_status = send_command(a, MR_COMMAND_SHUNT, 0, SHUNT_S);
+    f->shunt_status = send_command(a, MR_COMMAND_SHUNT, 0, SHUNT_TIMEOUT_S);
     f->shunt_done = f->shunt_status != MR_TIMEOUT;
-    if (send_command(a, MR_COMMAND_SELF_TEST, 0, ANSWER_S) == MR_OK)
-        wait_for(a, dialogue_is_flag_set, &f->tested, TEST_S);
+    if (send_command(a, MR_COMMAND_SELF_TEST, 0, ANSWER_TIMEOUT_S) == MR_OK)
+        wait_for(a, dialogue_is_flag_set, &f->self_test_done, TEST_TIMEOUT_S);
     f->box_known = false;
-    (void)send_command(a, MR_COMMAND_BOX_LIST, 0, ANSWER_S);
-    wait_for(a, dialogue_is_flag_set, &f->box_known, ANSWER_S);
+    (void)send_command(a, MR_COMMAND_BOX_LIST, 0, ANSWER_TIMEOUT_S);
+    wait_for(a, dialogue_is_flag_set, &f->box_known, ANSWER_TIMEOUT_S);
     if (f->box_known) /* the state arrives once a second during the search */
-        wait_for(a, is_box_searched, f, BOX_S);
+        wait_for(a, is_box_searched, f, BOX_TIMEOUT_S);
     wait_for(a, has_settled, a, begun_s + SETTLE_S - dialogue_now_s(a->dialogue));
     if (f->config.site[0].thermometer)
-        wait_for(a, dialogue_is_flag_set, &f->temperature_known, ANSWER_S);
-    timemap_fit(&a->map, EMULATED_PPM, &f->time);
+        wait_for(a, dialogue_is_flag_set, &f->temperature_known, ANSWER_TIMEOUT_S);
+    timemap_fit(&a->time_map, EMULATED_PPM, &f->time_fit);
 }
 
 enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
@@ -991,7 +991,7 @@ enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
     enum mr_status status = config_client_begin_idle(&a->config, dialogue, &facts->config,
                                                      &facts->config_crc, error);
     if (status == MR_OK) {
-        wait_for(a, dialogue_is_flag_set, &dialogue->identity.key_known, ANSWER_S);
+        wait_for(a, dialogue_is_flag_set, &dialogue->identity.key_known, ANSWER_TIMEOUT_S);
         request_facts(a);
     }
     facts->config_state = a->config.state;

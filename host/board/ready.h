@@ -87,7 +87,7 @@ struct ready_facts {
     int64_t previous_run, previous_image_crc, previous_config_crc;
     float previous_span_lb[MR_GAGES]; /* last stored shunt calibration; NaN: none */
     struct certificates certificates; /* certificates of the board's sensors */
-    char database[200];               /* fault of the database; empty: none */
+    char database_fault[200];         /* fault of the database; empty: none */
     bool database_checked;            /* all pages were checked within the time limit */
     double free_bytes, landing_bytes;
 
@@ -101,14 +101,14 @@ struct ready_facts {
     unsigned blocks;      /* number of received records; 0: no scans, or the board is not idle */
     unsigned blocks_lost; /* blocks that the board lost meanwhile */
     struct ready_channel channel[MR_CHANNELS];
-    struct timemap_fit time;
+    struct timemap_fit time_fit;
 
     bool shunt_done;
     enum mr_status shunt_status;
     struct shunts shunts;
 
-    bool tested;
-    struct mr_self_test test;
+    bool self_test_done;
+    struct mr_self_test self_test;
     bool box_known;
     struct mr_box_state box;
     struct mr_box_space space;
@@ -121,7 +121,7 @@ struct ready_facts {
     /* frames of this board, or of another board at its base */
     int64_t can_frames, can_lost, can_dropped;
     uint16_t can_base;
-    struct identity on_can; /* the board on CAN; uid 0: not identified */
+    struct identity board_on_can; /* the board on CAN; uid 0: not identified */
     int64_t serial_frames, serial_lost, serial_dropped;
     struct mr_fault fault[MR_FAULT_COUNT]; /* count 0: none since reset */
     uint16_t fault_rise[MR_FAULT_COUNT];   /* increase of the counts during the check */

@@ -12,11 +12,11 @@
 
 static void handle_joints(struct runway_client *client, const struct mr_runway_joints *joints)
 {
-    if (client->parts >= mr_runway_messages(&client->state) ||
-        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->parts)
+    if (client->parts_received >= mr_runway_messages(&client->state) ||
+        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->parts_received)
         return;
     mr_runway_apply_message(&client->state, joints);
-    client->complete = ++client->parts == mr_runway_messages(&client->state);
+    client->is_complete = ++client->parts_received == mr_runway_messages(&client->state);
 }
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
@@ -36,8 +36,8 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
         client->state = (struct mr_predictor_state){
             .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
-        client->parts = 0;
-        client->complete = false;
+        client->parts_received = 0;
+        client->is_complete = false;
     } else if (message->id == MR_ID_RUNWAY_JOINTS &&
                mr_runway_joints_get(&joints, bytes, length) == MR_OK) {
         handle_joints(client, &joints);
@@ -102,9 +102,9 @@ enum mr_status runway_client_read(struct runway_client *client, struct error *er
 {
     enum mr_status status = MR_OK;
     for (unsigned round = 0; status == MR_OK && round < ATTEMPTS; round++) {
-        client->complete = client->stored_known = false;
+        client->is_complete = client->stored_known = false;
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error) ?:
-                 wait_for(client, &client->complete, "send all of its runway", error) ?:
+                 wait_for(client, &client->is_complete, "send all of its runway", error) ?:
                  wait_for(client, &client->stored_known, "report the origin of its runway", error);
         if (status == MR_OK && mr_runway_crc(&client->state) == client->stored.crc)
             return MR_OK;

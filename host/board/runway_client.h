@@ -9,10 +9,10 @@
 /* A client for the predictor's runway state: reads, replaces or resets it. */
 struct runway_client {
     struct dialogue *dialogue;
-    bool hello_received, stored_known, memory_read, complete;
+    bool hello_received, stored_known, memory_read, is_complete;
     struct mr_runway_store stored;   /* origin of the runway state */
     struct mr_predictor_state state; /* the runway state, once read */
-    unsigned parts;
+    unsigned parts_received;
 };
 
 /* Waits until the board has sent a hello and has read its stored runway. The caller owns the

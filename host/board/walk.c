@@ -8,7 +8,7 @@
 #include "common/channels.h"
 
 const char *const walk_names[WALK_KINDS] = {"switch", "transducer", "gage"};
-static const char *const verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
+static const char *const kind_verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
 
 /* ---- movements ---- */
 
@@ -22,13 +22,13 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 /* True: no channel moved by half the limit for half a second. `mean`: means over that time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
-    if (motion->rows < WALK_REST_READINGS)
+    if (motion->readings < WALK_REST_READINGS)
         return false;
     for (unsigned c = 0; c < motion->channels; c++) {
         float least = INFINITY, most = -INFINITY, sum = 0.0f;
         unsigned count = 0;
         for (unsigned i = 0; i < WALK_REST_READINGS; i++) {
-            float v = motion->row[i][c];
+            float v = motion->reading[i][c];
             if (isnan(v))
                 continue;
             least = fminf(least, v);
@@ -47,7 +47,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
 {
     float mean[WALK_CHANNELS];
     unsigned most = 0;
-    memcpy(motion->row[motion->rows++ % WALK_REST_READINGS], value,
+    memcpy(motion->reading[motion->readings++ % WALK_REST_READINGS], value,
            motion->channels * sizeof *value);
     for (unsigned c = 0; motion->at_rest && c < motion->channels; c++) {
         float moved = fabsf(value[c] - motion->rest_mean[c]); /* NaN compares false */
@@ -103,9 +103,9 @@ static unsigned count_fitted(const struct walk *walk, enum walk_kind kind)
 
 static bool add_response(struct walk *walk, enum walk_kind kind, struct walk_response answer)
 {
-    if (walk->count[kind] == WALK_RESPONSES_MAX)
+    if (walk->response_count[kind] == WALK_RESPONSES_MAX)
         return false;
-    walk->response[kind][walk->count[kind]++] = answer;
+    walk->response[kind][walk->response_count[kind]++] = answer;
     return true;
 }
 
@@ -115,15 +115,15 @@ bool walk_add_edge(struct walk *walk, const struct mr_edge *edge)
         return false;
     return add_response(walk, WALK_SWITCH,
                         (struct walk_response){.number = edge->position,
-                                               .edge = (uint8_t)edge->count,
-                                               .codes = (double)edge->step_codes});
+                                               .edge_count = (uint8_t)edge->count,
+                                               .step_codes = (double)edge->step_codes});
 }
 
 void walk_add_event(struct walk *walk, const struct mr_switch_event *event)
 {
-    unsigned *count = &walk->count[WALK_SWITCH];
+    unsigned *count = &walk->response_count[WALK_SWITCH];
     if (event->reason == MR_SWITCH_BOUNCE && *count &&
-        walk->response[WALK_SWITCH][*count - 1].edge == event->count)
+        walk->response[WALK_SWITCH][*count - 1].edge_count == event->count)
         --*count;
     walk->unexpected_events += event->reason == MR_SWITCH_NO_STEP ||
                                event->reason == MR_SWITCH_OTHER_STEP ||
@@ -158,7 +158,7 @@ static unsigned list_in_response_order(const struct walk *walk, enum walk_kind k
                                        unsigned order[WALK_ITEMS])
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < walk->count[kind]; i++) {
+    for (unsigned i = 0; i < walk->response_count[kind]; i++) {
         unsigned n = walk->response[kind][i].number, k = 0;
         while (k < count && order[k] != n)
             k++;
@@ -178,7 +178,7 @@ static int compare_numbers_descending(const void *a, const void *b)
     return compare_numbers(b, a);
 }
 
-bool walk_is_over(const struct walk *walk)
+bool walk_is_complete(const struct walk *walk)
 {
     unsigned order[WALK_ITEMS];
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++) {
@@ -194,7 +194,8 @@ static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned 
     char name[20];
     snprintf(name, sizeof name, "%s %u", walk_names[kind], n);
     char advice[160];
-    snprintf(advice, sizeof advice, "%s %s%s", answered ? "if they were" : "if it was", verbs[kind],
+    snprintf(advice, sizeof advice, "%s %s%s", answered ? "if they were" : "if it was",
+             kind_verbs[kind],
              answered ? " in that order, swap their leads, or their numbers in the configuration"
                       : ", check its wiring and contact");
     if (answered)

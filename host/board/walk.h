@@ -30,8 +30,8 @@ extern const char *const walk_names[WALK_KINDS];
 struct walk_motion {
     unsigned channels;
     float movement_min; /* smallest movement that counts, in or lb */
-    float row[WALK_REST_READINGS][WALK_CHANNELS];
-    unsigned rows;
+    float reading[WALK_REST_READINGS][WALK_CHANNELS];
+    unsigned readings;
     float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];
     bool at_rest, moving;
 };
@@ -41,14 +41,14 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
 unsigned walk_motion_add(struct walk_motion *motion, const float *value);
 
 struct walk_response {
-    unsigned number; /* number as the board named it, from 1; 0: the edge has no switch */
-    uint8_t edge;    /* the board's count of the edge */
-    double codes;    /* voltage step of the edge, in codes */
+    unsigned number;    /* number as the board named it, from 1; 0: the edge has no switch */
+    uint8_t edge_count; /* the board's count of the edge */
+    double step_codes;  /* voltage step of the edge, in codes */
 };
 struct walk {
     const struct mr_config *config;
     struct walk_response response[WALK_KINDS][WALK_RESPONSES_MAX];
-    unsigned count[WALK_KINDS], unexpected_events;
+    unsigned response_count[WALK_KINDS], unexpected_events;
     struct walk_motion transducers, gages;
     bool gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
 };
@@ -59,7 +59,7 @@ bool walk_add_edge(struct walk *walk, const struct mr_edge *edge);
 void walk_add_event(struct walk *walk, const struct mr_switch_event *event);
 bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind);
 /* True if all fitted items answered. */
-bool walk_is_over(const struct walk *walk);
+bool walk_is_complete(const struct walk *walk);
 void walk_judge(const struct walk *walk, struct ready_report *report);
 
 #endif

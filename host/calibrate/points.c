@@ -74,10 +74,10 @@ struct calibrate_column calibrate_column_parse(const char *name)
     }
     unit_length = trim_blanks(&unit, unit_length);
     column.unit = unit_word_find(unit, unit_length);
-    column.codes = !bracketed && is_one_of(name, length, codes, sizeof codes / sizeof codes[0]);
-    column.known = column.unit || column.codes ||
-                   (!bracketed &&
-                    is_one_of(name, length, values, sizeof values / sizeof values[0]));
+    column.is_codes = !bracketed && is_one_of(name, length, codes, sizeof codes / sizeof codes[0]);
+    column.is_known = column.unit || column.is_codes ||
+                      (!bracketed &&
+                       is_one_of(name, length, values, sizeof values / sizeof values[0]));
     return column;
 }
 
@@ -87,14 +87,14 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
                                                        : "name the columns: N,codes";
     struct calibrate_column first = calibrate_column_parse(left),
                             second = calibrate_column_parse(right),
-                            value = first.codes ? second : first;
-    if (!first.known || !second.known || first.codes == second.codes)
+                            value = first.is_codes ? second : first;
+    if (!first.is_known || !second.is_known || first.is_codes == second.is_codes)
         return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
     if (value.unit && value.unit->kind != r->kind)
         return refuse_points(r, MR_MALFORMED, "values in a unit of the wrong kind",
                              kind_text(r->kind));
     r->points->unit = value.unit;
-    r->points->codes_first = first.codes;
+    r->points->codes_first = first.is_codes;
     r->names_read = true;
     return MR_OK;
 }

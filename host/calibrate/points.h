@@ -27,7 +27,7 @@ struct calibrate_points {
 /* Meaning of a column name. A name that is not completely understood is refused, because a misread
  * unit would change every value. */
 struct calibrate_column {
-    bool known, codes;
+    bool is_known, is_codes;
     const struct unit_word *unit; /* NULL: no unit */
 };
 struct calibrate_column calibrate_column_parse(const char *name);

@@ -30,7 +30,7 @@ void account_start(struct account *account, enum link_kind kind)
 void account_expect_first_frame(struct account *account)
 {
     account->complete_from_start = account->seq_known = true;
-    account->seq_next = 0;
+    account->next_seq = 0;
 }
 
 void account_add_message(struct account *account, unsigned place)
@@ -164,7 +164,7 @@ static int64_t count_lost_frames(const struct account *account, uint16_t jump)
 
 void account_add_serial_frame(struct account *account, uint16_t seq, int64_t block)
 {
-    uint16_t jump = (uint16_t)(seq - account->seq_next);
+    uint16_t jump = (uint16_t)(seq - account->next_seq);
     account->counts.received++;
     int64_t lost = account->seq_known ? count_lost_frames(account, jump) : 0;
     account->time_unconfirmed |= account->seq_known && (jump > 0 || lost > 0);
@@ -181,7 +181,7 @@ void account_add_serial_frame(struct account *account, uint16_t seq, int64_t blo
         account->complete_from_start = true;
     account->frame_block = block;
     account->seq_known = true;
-    account->seq_next = (uint16_t)(seq + 1);
+    account->next_seq = (uint16_t)(seq + 1);
 }
 
 void account_add_can_frame(struct account *account)
@@ -367,14 +367,14 @@ void account_add_series_message(struct account *account, unsigned number, int64_
 
 void account_add_block(struct account *account, uint32_t index)
 {
-    if (account->block_known && index > account->block_next)
+    if (account->block_known && index > account->next_block)
         add_gap(account,
                 make_gap(account, "block", "all", account->lost_since_block ? "link" : "board",
-                         (int64_t)index - account->block_next, account->block_next,
+                         (int64_t)index - account->next_block, account->next_block,
                          (int64_t)index - 1));
     account->lost_since_block = false;
     account->block_known = true;
-    account->block_next = index + 1;
+    account->next_block = index + 1;
 }
 
 void account_end(struct account *account)

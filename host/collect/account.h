@@ -41,7 +41,7 @@ struct account {
     size_t gaps; /* number of gaps found that the caller has not stored yet */
 
     bool seq_known;
-    uint16_t seq_next;
+    uint16_t next_seq;
     int64_t frame_block;   /* newest block known at the last serial frame */
     bool lost_since_block; /* frames were lost since the last block record */
 
@@ -90,7 +90,7 @@ struct account {
     uint16_t dropped;
     int64_t dropped_block;
     bool block_known;
-    uint32_t block_next;
+    uint32_t next_block;
     bool time_unconfirmed; /* frames were lost, so the board may have restarted */
 };
 

@@ -20,7 +20,7 @@ _Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are m
 struct box_collector {
     struct collector collector;
     struct side side;
-    struct slot slot;
+    struct landing_slot slot;
 };
 
 static enum mr_status find_landing(struct store *store, const struct mr_boxpage_start_page *start,
@@ -74,7 +74,7 @@ static void begin_box_collector(struct box_collector *m, struct store *store,
                       .reported = {.hello_known = true, .identity = *landing}},
         .side = {.kind = BOX_LINK, .boot = landing->boot},
         .slot = {.row = *landing}};
-    m->side.current = &m->slot;
+    m->side.current_landing = &m->slot;
 }
 
 /* Applies the newest state of the record. A landing whose end was logged stays ended. */
@@ -115,8 +115,8 @@ static enum mr_status fill_block(struct store *store, int64_t session, const str
     uint8_t bytes[MR_BLOCK_BYTES_MAX];
     int64_t known = -1;
     result->blocks++;
-    enum mr_status status = store_block_within(store, result->run, block->index, block->index,
-                                               &known, error);
+    enum mr_status status = store_find_block_within(store, result->run, block->index, block->index,
+                                                    &known, error);
     if (status != MR_OK || known >= 0)
         return status;
     result->filled_blocks++;
@@ -154,7 +154,7 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
         }
         newest = record.block.index;
         first = result->blocks ? first : newest;
-        timebase_apply_clock(&messages->side.time, record.block.index, record.block.tick);
+        timebase_apply_clock(&messages->side.timebase, record.block.index, record.block.tick);
         status = fill_block(store, session, &record.block, result, error);
     }
     free(messages);

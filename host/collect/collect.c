@@ -77,7 +77,7 @@ const struct mr_can_alarm *collector_pop_alarm(struct collector *collector)
 
 void collector_add_own_command(struct collector_own_commands *own, const struct mr_command *command)
 {
-    unsigned i = own->next++ % COLLECTOR_OWN_COMMANDS;
+    unsigned i = own->next_index++ % COLLECTOR_OWN_COMMANDS;
     own->command[i].code = command->code;
     own->command[i].tag = command->tag;
     own->command[i].block = -1;
@@ -136,7 +136,7 @@ enum mr_status collector_account_troubles(struct collector *collector, enum link
                                           const struct link_counters *counters, struct error *error)
 {
     struct side *side = &collector->side[kind];
-    int64_t run = side->current ? side->current->row.id : STORE_NONE;
+    int64_t run = side->current_landing ? side->current_landing->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
     if (kind == LINK_CAN)
         side->account.counts.bad = (int64_t)counters->bad_lines;
@@ -149,7 +149,7 @@ enum mr_status collector_account_troubles(struct collector *collector, enum link
         if (!side->has_pending) {
             side->has_pending = true;
             side->pending_run = run;
-            side->pending_us = side->time.known ? timebase_now_us(&side->time) : STORE_NONE;
+            side->pending_us = side->timebase.known ? timebase_now_us(&side->timebase) : STORE_NONE;
         }
         side->counted_troubles[i] = counters->trouble[i];
         side->pending[i] += more;
@@ -171,8 +171,8 @@ enum mr_status collector_handle_clock_set(struct collector *collector, int64_t j
                                 .value = jump_us};
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct side *side = &collector->side[kind];
-        if (side->current)
-            event.run = side->current->row.id;
+        if (side->current_landing)
+            event.run = side->current_landing->row.id;
         collect_discard_time(side);
     }
     return store_event_put(collector->store, &event, error);
@@ -190,7 +190,7 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
-        status = collect_finish_ended(collector, error);
+        status = collect_finish_ended_landings(collector, error);
     if (status == MR_OK && kind == LINK_SERIAL && side->deframer.length > 0) {
         side->account.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
@@ -213,10 +213,10 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
                 status = collect_store_gaps(collector, side, error);
         }
     }
-    for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
-        struct slot *slot = &collector->slot[i];
+    for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
+        struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id && !slot->finished)
-            status = collect_finish(collector, slot, error);
+            status = collect_finish_landing(collector, slot, error);
     }
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++)
         status = collect_put_time_map(collector, &collector->side[kind], NULL, error);
@@ -284,7 +284,7 @@ void collector_get_progress(const struct collector *collector, struct collector_
 {
     const struct board_report *reported = &collector->reported;
     *progress =
-        (struct collector_progress){.hello = reported->hello_known,
+        (struct collector_progress){.hello_received = reported->hello_known,
                                     .block = -1,
                                     .board_uid = reported->identity.board_uid,
                                     .firmware = reported->identity.firmware,
@@ -301,10 +301,10 @@ void collector_get_progress(const struct collector *collector, struct collector_
                sizeof progress->missing[kind]);
         if (collect_newest_block(side) > progress->block)
             progress->block = collect_newest_block(side);
-        if (side->current && side->current->row.id > progress->run) {
-            progress->run = side->current->row.id;
-            progress->state = (unsigned)side->current->row.state;
-            progress->edges = side->current->edges;
+        if (side->current_landing && side->current_landing->row.id > progress->run) {
+            progress->run = side->current_landing->row.id;
+            progress->state = (unsigned)side->current_landing->row.state;
+            progress->edges = side->current_landing->edges;
         }
     }
 }

@@ -103,7 +103,7 @@ struct collector_own_commands {
          * repetition */
         int64_t block;
     } command[COLLECTOR_OWN_COMMANDS];
-    unsigned next;
+    unsigned next_index;
 };
 void collector_add_own_command(struct collector_own_commands *own,
                                const struct mr_command *command);
@@ -124,11 +124,11 @@ struct collector_answer {
 bool collector_pop_answer(struct collector *collector, struct collector_answer *order);
 
 struct collector_progress {
-    bool hello;     /* a board with the right layout has sent a hello */
-    int64_t run;    /* landing in progress; 0: none */
-    unsigned state; /* last reported state of the landing */
-    int64_t block;  /* newest block on either link; -1: none */
-    unsigned edges; /* edges of the landing in progress */
+    bool hello_received; /* a board with the right layout has sent a hello */
+    int64_t run;         /* landing in progress; 0: none */
+    unsigned state;      /* last reported state of the landing */
+    int64_t block;       /* newest block on either link; -1: none */
+    unsigned edges;      /* edges of the landing in progress */
     /* the next fields are what the board reported about itself; "" or NULL: not reported yet */
     const char *board_uid, *firmware;
     const struct mr_landing *landing;

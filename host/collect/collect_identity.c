@@ -79,7 +79,7 @@ static bool handle_uid(struct collector *collector, struct side *side, unsigned 
 static enum mr_status update_landing(struct collector *collector, struct side *side,
                                      struct error *error)
 {
-    struct slot *slot = side->current;
+    struct landing_slot *slot = side->current_landing;
     if (!slot)
         return MR_OK;
     struct store_landing row = collector->reported.identity, *was = &slot->row;
@@ -96,7 +96,7 @@ static enum mr_status update_landing(struct collector *collector, struct side *s
     return store_landing_put(collector->store, was, error);
 }
 
-static enum mr_status put_channel(struct collector *collector, const struct slot *slot,
+static enum mr_status put_channel(struct collector *collector, const struct landing_slot *slot,
                                   unsigned index, struct error *error)
 {
     if (!slot || !collector->reported.channel_known[index] ||
@@ -121,7 +121,7 @@ static enum mr_status handle_channel(struct collector *collector, const struct s
     known->station_ft = message->station_ft;
     known->unit_per_code = message->unit_per_code;
     collector->reported.channel_known[message->index] = true;
-    return put_channel(collector, side->current, message->index, error);
+    return put_channel(collector, side->current_landing, message->index, error);
 }
 
 static enum mr_status handle_channel_zero(struct collector *collector, const struct side *side,
@@ -138,10 +138,10 @@ static enum mr_status handle_channel_zero(struct collector *collector, const str
     known->band = message->band;
     known->zero_code = message->zero_code;
     collector->reported.zero_known[message->index] = true;
-    return put_channel(collector, side->current, message->index, error);
+    return put_channel(collector, side->current_landing, message->index, error);
 }
 
-static enum mr_status put_calibration(struct collector *collector, const struct slot *slot,
+static enum mr_status put_calibration(struct collector *collector, const struct landing_slot *slot,
                                       unsigned index, unsigned item, struct error *error)
 {
     if (!slot || !(collector->reported.items_known[index] >> item & 1u))
@@ -165,7 +165,7 @@ static enum mr_status handle_calibration(struct collector *collector, const stru
         return MR_OK;
     mr_channel_item_set(known, message->item, message->value);
     collector->reported.items_known[message->index] |= bit;
-    return put_calibration(collector, side->current, message->index, message->item, error);
+    return put_calibration(collector, side->current_landing, message->index, message->item, error);
 }
 
 static enum mr_status handle_switch_place(struct collector *collector, const struct side *side,
@@ -182,7 +182,7 @@ static enum mr_status handle_switch_place(struct collector *collector, const str
         return MR_OK;
     *known = place;
     collector->reported.switch_known[message->position - 1] = true;
-    return side->current ? COLLECT_PUT(switch, &place) : MR_OK;
+    return side->current_landing ? COLLECT_PUT(switch, &place) : MR_OK;
 }
 
 static enum mr_status handle_slack(struct collector *collector, const struct side *side,
@@ -203,11 +203,11 @@ static enum mr_status handle_slack(struct collector *collector, const struct sid
                      !isnan(known->slack_in) && isnan(segment.slack_in);
     *known = segment;
     collector->reported.segment_known[message->segment] = true;
-    return side->current && !forgotten ? COLLECT_PUT(segment, &segment) : MR_OK;
+    return side->current_landing && !forgotten ? COLLECT_PUT(segment, &segment) : MR_OK;
 }
 
-enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
-                                           struct error *error)
+enum mr_status collect_write_configuration(struct collector *collector,
+                                           const struct landing_slot *slot, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_CHANNELS && status == MR_OK; i++)
@@ -301,7 +301,7 @@ bool collector_needs_configuration(const struct collector *collector)
     bool known = collector->reported.hello_known &&
                  collector->reported.identity.config_crc != STORE_NONE;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        if (collector->side[kind].current)
+        if (collector->side[kind].current_landing)
             /* the board does not send its configuration from arming to the end of the landing */
             return false;
     }

@@ -21,7 +21,7 @@
 #define CLOCK_AGE_MAX_BLOCKS 1000 /* the newest known block may be this old */
 
 /* Records a gap for the part of a landing that a link did not deliver. */
-static enum mr_status add_silence(struct collector *collector, const struct slot *slot,
+static enum mr_status add_silence(struct collector *collector, const struct landing_slot *slot,
                                   const struct side *side, const struct side *other,
                                   struct error *error)
 {
@@ -77,7 +77,7 @@ static enum mr_status fill_frame(void *context, const struct store_frame *frame)
         mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
         message.info->direction == MR_DIRECTION_HOST)
         return MR_OK;
-    filler->can.time.block = frame->board_us / 1000;
+    filler->can.timebase.newest_block = frame->board_us / 1000;
     const struct collector_event event = {.link = LINK_CAN,
                                           .message = &message,
                                           .host_us = (uint64_t)frame->host_us,
@@ -85,12 +85,13 @@ static enum mr_status fill_frame(void *context, const struct store_frame *frame)
     return collect_reprocess_message(filler->collector, &filler->can, &event, filler->error);
 }
 
-static enum mr_status fill_gaps(struct collector *collector, struct slot *slot, struct error *error)
+static enum mr_status fill_gaps(struct collector *collector, struct landing_slot *slot,
+                                struct error *error)
 {
     struct gap_filler filler = {
         .collector = collector, .can = collector->side[LINK_CAN], .error = error};
     bool lost = false;
-    filler.can.current = slot;
+    filler.can.current_landing = slot;
     enum mr_status status = store_gaps(collector->store, slot->row.id, &filler.gaps, &filler.count,
                                        error);
     for (size_t i = 0; i < filler.count; i++)
@@ -102,7 +103,8 @@ static enum mr_status fill_gaps(struct collector *collector, struct slot *slot, 
     return status;
 }
 
-enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error)
+enum mr_status collect_finish_landing(struct collector *collector, struct landing_slot *slot,
+                                      struct error *error)
 {
     enum mr_status status = MR_OK;
     slot->finished = true;
@@ -125,17 +127,17 @@ enum mr_status collect_finish(struct collector *collector, struct slot *slot, st
                                      error);
     if (status == MR_OK)
         status = fill_gaps(collector, slot, error);
-    if (collector->finished_count < SLOTS)
+    if (collector->finished_count < LANDING_SLOTS)
         collector->finished[collector->finished_count++] = slot->row.id;
     return status;
 }
 
 /* Finishes each landing that every link has left, during which it ended, or that it is known to
  * have missed. */
-enum mr_status collect_finish_ended(struct collector *collector, struct error *error)
+enum mr_status collect_finish_ended_landings(struct collector *collector, struct error *error)
 {
-    for (size_t i = 0; i < SLOTS; i++) {
-        struct slot *slot = &collector->slot[i];
+    for (size_t i = 0; i < LANDING_SLOTS; i++) {
+        struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->finished || slot->end_block < 0)
             continue;
         bool over = true;
@@ -152,19 +154,19 @@ enum mr_status collect_finish_ended(struct collector *collector, struct error *e
         }
         if (!over)
             continue;
-        enum mr_status status = collect_finish(collector, slot, error);
+        enum mr_status status = collect_finish_landing(collector, slot, error);
         if (status != MR_OK)
             return status;
     }
     return MR_OK;
 }
 
-static struct slot *find_slot(struct collector *collector, const struct side *side, uint16_t number,
-                              int64_t armed_block)
+static struct landing_slot *find_slot(struct collector *collector, const struct side *side,
+                                      uint16_t number, int64_t armed_block)
 {
-    struct slot *found = NULL;
-    for (size_t i = 0; i < SLOTS; i++) {
-        struct slot *slot = &collector->slot[i];
+    struct landing_slot *found = NULL;
+    for (size_t i = 0; i < LANDING_SLOTS; i++) {
+        struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
             slot->row.board_landing != number || slot->left[side->kind])
             continue;
@@ -179,24 +181,24 @@ static struct slot *find_slot(struct collector *collector, const struct side *si
 
 static enum mr_status create_slot(struct collector *collector, const struct side *side,
                                   const struct mr_landing *landing, int64_t armed_block,
-                                  uint64_t host_us, struct slot **slot, struct error *error)
+                                  uint64_t host_us, struct landing_slot **slot, struct error *error)
 {
-    struct slot *oldest = &collector->slot[0];
-    for (size_t i = 1; i < SLOTS; i++) {
+    struct landing_slot *oldest = &collector->slot[0];
+    for (size_t i = 1; i < LANDING_SLOTS; i++) {
         if (collector->slot[i].row.id < oldest->row.id)
             oldest = &collector->slot[i];
     }
     if (oldest->row.id && !oldest->finished) {
-        enum mr_status status = collect_finish(collector, oldest, error);
+        enum mr_status status = collect_finish_landing(collector, oldest, error);
         if (status != MR_OK)
             return status;
     }
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct side *each = &collector->side[kind];
-        each->current = each->current == oldest ? NULL : each->current;
-        each->last = each->last == oldest ? NULL : each->last;
+        each->current_landing = each->current_landing == oldest ? NULL : each->current_landing;
+        each->last_landing = each->last_landing == oldest ? NULL : each->last_landing;
     }
-    *oldest = (struct slot){.row = collector->reported.identity, .end_block = -1};
+    *oldest = (struct landing_slot){.row = collector->reported.identity, .end_block = -1};
     oldest->row.session = collector->session;
     oldest->row.boot = side->boot;
     oldest->row.board_landing = landing->landing;
@@ -211,14 +213,14 @@ static enum mr_status create_slot(struct collector *collector, const struct side
 
 void collect_leave_landing(struct side *side)
 {
-    struct slot *slot = side->current;
+    struct landing_slot *slot = side->current_landing;
     if (!slot)
         return;
     slot->left[side->kind] = true;
     if (slot->end_block < 0)
         slot->end_block = collect_newest_block(side);
-    side->last = slot;
-    side->current = NULL;
+    side->last_landing = slot;
+    side->current_landing = NULL;
     account_reset_steps(&side->account);
 }
 
@@ -227,8 +229,8 @@ static enum mr_status enter_landing(struct collector *collector, struct side *si
                                     struct error *error)
 {
     int64_t armed_block = landing->state == MR_LANDING_ARMED ? (int64_t)landing->block : STORE_NONE;
-    struct slot *slot = find_slot(collector, side, landing->landing, armed_block);
-    if (slot && slot == side->current)
+    struct landing_slot *slot = find_slot(collector, side, landing->landing, armed_block);
+    if (slot && slot == side->current_landing)
         return MR_OK;
     enum mr_status status = MR_OK;
     collect_leave_landing(side);
@@ -242,7 +244,7 @@ static enum mr_status enter_landing(struct collector *collector, struct side *si
         /* a CAN frame has the time of its arrival, serial bytes the time at which they were read */
         slot->row.armed_us = (int64_t)host_us;
     slot->entered[side->kind] = true;
-    side->current = slot;
+    side->current_landing = slot;
     account_reset_steps(&side->account);
     return MR_OK;
 }
@@ -255,7 +257,7 @@ static enum mr_status follow_landing(struct collector *collector, struct side *s
     bool going_on = landing->state >= MR_LANDING_ARMED && landing->state <= MR_LANDING_SETTLING;
     if (going_on)
         status = enter_landing(collector, side, landing, host_us, error);
-    struct slot *slot = side->current;
+    struct landing_slot *slot = side->current_landing;
     if (status != MR_OK || !slot)
         return status;
     if (landing->state == MR_LANDING_ARMED && slot->row.armed_block == STORE_NONE)

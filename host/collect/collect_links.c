@@ -23,13 +23,14 @@
 
 /* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
  * received. */
-static enum mr_status restart(struct collector *collector, struct side *side, uint64_t host_us,
-                              const struct mr_hello *hello, struct error *error)
+static enum mr_status handle_restart(struct collector *collector, struct side *side,
+                                     uint64_t host_us, const struct mr_hello *hello,
+                                     struct error *error)
 {
-    const struct slot *broken_off = side->current;
+    const struct landing_slot *broken_off = side->current_landing;
     enum mr_status status = collect_put_time_map(collector, side, NULL, error);
-    for (size_t i = 0; i < SLOTS && status == MR_OK; i++) {
-        struct slot *slot = &collector->slot[i];
+    for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
+        struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
             (slot->end_block >= 0 && !slot->interrupted))
             continue;
@@ -43,7 +44,7 @@ static enum mr_status restart(struct collector *collector, struct side *side, ui
     side->state_block = 0;
     side->time_doubt = (struct timebase_doubt){0};
     side->boot++;
-    side->time = (struct timebase){0};
+    side->timebase = (struct timebase){0};
     side->clock_block = side->first_clock = 0;
     collect_discard_time(side);
     account_restart(&side->account, hello != NULL);
@@ -79,12 +80,12 @@ static enum timebase_verdict update_time(struct side *side, const struct mr_mess
         if (tick == 0)
             return TIMEBASE_CONTINUES;
         if (side->kind == LINK_CAN)
-            return timebase_check_clock(&side->time, &side->time_doubt, block, tick, false);
-        return timebase_apply_clock(&side->time, block, tick) ? TIMEBASE_RESTARTED
-                                                              : TIMEBASE_CONTINUES;
+            return timebase_check_clock(&side->timebase, &side->time_doubt, block, tick, false);
+        return timebase_apply_clock(&side->timebase, block, tick) ? TIMEBASE_RESTARTED
+                                                                  : TIMEBASE_CONTINUES;
     }
     if (message->block16 >= 0)
-        timebase_unwrap(&side->time, (uint16_t)message->block16);
+        timebase_unwrap(&side->timebase, (uint16_t)message->block16);
     return TIMEBASE_CONTINUES;
 }
 
@@ -94,10 +95,10 @@ enum mr_status collect_store_gaps(struct collector *collector, struct side *side
     enum mr_status status = MR_OK;
     for (size_t i = 0; i < side->account.gaps && status == MR_OK; i++) {
         const struct store_gap *gap = &side->account.gap[i];
-        const struct slot *slot = side->current;
-        if (!slot && side->last && gap->from_block != STORE_NONE &&
-            gap->from_block <= side->last->end_block)
-            slot = side->last;
+        const struct landing_slot *slot = side->current_landing;
+        if (!slot && side->last_landing && gap->from_block != STORE_NONE &&
+            gap->from_block <= side->last_landing->end_block)
+            slot = side->last_landing;
         status = store_gap_put(collector->store, collector->session,
                                slot ? slot->row.id : STORE_NONE, gap, error);
     }
@@ -106,7 +107,7 @@ enum mr_status collect_store_gaps(struct collector *collector, struct side *side
 }
 
 static enum mr_status store_raw(struct collector *collector, const struct side *side,
-                                const struct slot *slot, struct store_frame *frame,
+                                const struct landing_slot *slot, struct store_frame *frame,
                                 struct error *error)
 {
     frame->run = slot ? slot->row.id : STORE_NONE;
@@ -133,10 +134,10 @@ static bool is_impossible_time(const struct side *side, const struct mr_message 
 
 /* ---- serial is the record ---- */
 
-static bool serial_is_record(const struct collector *collector)
+static bool is_serial_record(const struct collector *collector)
 {
     const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
-    int64_t spoke = serial->time.known ? collect_newest_block(serial) : can->first_clock;
+    int64_t spoke = serial->timebase.known ? collect_newest_block(serial) : can->first_clock;
     /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
     return !serial->ended && (behind || (serial->boot == can->boot &&
@@ -150,7 +151,7 @@ static void adopt_serial_boot(const struct collector *collector, struct side *ca
 {
     const struct side *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
-    if (!serial->ended && !can->current && apart <= SERIAL_SILENT_BLOCKS &&
+    if (!serial->ended && !can->current_landing && apart <= SERIAL_SILENT_BLOCKS &&
         apart >= -SERIAL_SILENT_BLOCKS && block > SAME_START_BLOCKS)
         can->boot = serial->boot;
 }
@@ -160,7 +161,7 @@ static void adopt_serial_boot(const struct collector *collector, struct side *ca
 static enum mr_status stamp_landing(struct collector *collector, struct side *can,
                                     const struct collector_event *event, struct error *error)
 {
-    struct slot *slot = can->current;
+    struct landing_slot *slot = can->current_landing;
     if (event->message->index == MR_INDEX_LANDING &&
         event->message->as.landing.state == MR_LANDING_ARMED &&
         event->message->as.landing.block != can->armed.block) {
@@ -205,17 +206,17 @@ static bool is_sent_on_both_links(const struct mr_message *message)
 static void adopt_serial_landing(struct collector *collector, struct side *can)
 {
     int64_t block = collect_newest_block(can);
-    struct slot *slot = can->current;
+    struct landing_slot *slot = can->current_landing;
     if (slot && slot->left[LINK_SERIAL] && block > slot->end_block)
         collect_leave_landing(can);
-    for (size_t i = 0; i < SLOTS && !can->current; i++) {
+    for (size_t i = 0; i < LANDING_SLOTS && !can->current_landing; i++) {
         slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != can->boot || slot->left[LINK_CAN] ||
             !slot->entered[LINK_SERIAL] || slot->finished || block < slot->row.armed_block ||
             (slot->left[LINK_SERIAL] && block > slot->end_block))
             continue;
         slot->entered[LINK_CAN] = true;
-        can->current = slot;
+        can->current_landing = slot;
         account_reset_steps(&can->account);
     }
 }
@@ -247,7 +248,7 @@ static enum mr_status deliver_message(struct collector *collector, struct side *
         collector->reported.landing = event->message->as.landing;
         collector->reported.landing_known = true;
     }
-    if (side->kind == LINK_CAN && serial_is_record(collector)) {
+    if (side->kind == LINK_CAN && is_serial_record(collector)) {
         adopt_serial_landing(collector, side);
         if (mark_frames(collector, side, error) != MR_OK ||
             stamp_landing(collector, side, event, error) != MR_OK)
@@ -272,14 +273,15 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
     enum mr_status status = MR_OK;
     side->received_us = host_us;
     if (time == TIMEBASE_RESTARTED) {
-        status = restart(collector, side, host_us, NULL, error);
+        status = handle_restart(collector, side, host_us, NULL, error);
         update_time(side, message);
     }
     if (side->kind == LINK_CAN)
         account_add_can_frame(&side->account);
     else
         account_add_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
-    if (message->index == MR_INDEX_CLOCK && side->time.tick_known && time != TIMEBASE_DOUBTFUL) {
+    if (message->index == MR_INDEX_CLOCK && side->timebase.tick_known &&
+        time != TIMEBASE_DOUBTFUL) {
         side->clock_block = message->as.clock.block;
         if (side->first_clock == 0)
             side->first_clock = side->clock_block;
@@ -299,21 +301,21 @@ static enum mr_status handle_message(struct collector *collector, struct side *s
                                 .id = info->id,
                                 .length = info->length,
                                 .data = message->payload};
-    struct slot *before = side->current;
+    struct landing_slot *before = side->current_landing;
     enum mr_status meaning = MR_OK;
     if (status == MR_OK && time != TIMEBASE_DOUBTFUL)
         meaning = deliver_message(collector, side, &event, error);
     if (status == MR_OK)
         status = store_raw(collector, side,
-                           lost_in_time    ? NULL
-                           : side->current ? side->current
-                                           : before,
+                           lost_in_time            ? NULL
+                           : side->current_landing ? side->current_landing
+                                                   : before,
                            &frame, error);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
         status = meaning;
-    return status == MR_OK ? collect_finish_ended(collector, error) : status;
+    return status == MR_OK ? collect_finish_ended_landings(collector, error) : status;
 }
 
 /* Decodes a frame. Returns true if it is a message of the board, or of another node with the same
@@ -349,7 +351,7 @@ static enum mr_status handle_can_frame(struct collector *collector, struct side 
                               .id = id,
                               .length = frame->length,
                               .data = frame->data};
-    return store_raw(collector, side, side->current, &raw, error);
+    return store_raw(collector, side, side->current_landing, &raw, error);
 }
 
 static enum mr_status handle_block(struct collector *collector, struct side *side,
@@ -362,14 +364,14 @@ static enum mr_status handle_block(struct collector *collector, struct side *sid
         side->account.counts.bad++;
         return MR_OK;
     }
-    if (timebase_apply_clock(&side->time, block.index, block.tick)) {
-        status = restart(collector, side, host_us, NULL, error);
-        timebase_apply_clock(&side->time, block.index, block.tick);
+    if (timebase_apply_clock(&side->timebase, block.index, block.tick)) {
+        status = handle_restart(collector, side, host_us, NULL, error);
+        timebase_apply_clock(&side->timebase, block.index, block.tick);
     }
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     account_confirm_time(&side->account);
     account_add_message(&side->account, MR_INDEX_BLOCK);
-    if (side->current)
+    if (side->current_landing)
         account_add_block(&side->account, block.index);
     if (collector->listener)
         collector->listener->record(collector->listener->context, &block, host_us);
@@ -377,7 +379,7 @@ static enum mr_status handle_block(struct collector *collector, struct side *sid
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
         status = store_block_put(collector->store, collector->session, side->boot,
-                                 side->current ? side->current->row.id : STORE_NONE,
+                                 side->current_landing ? side->current_landing->row.id : STORE_NONE,
                                  (int)side->kind, block.index, (int64_t)host_us, frame->payload,
                                  frame->length, error);
     return status;
@@ -402,7 +404,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
                               .id = frame->type,
                               .length = frame->length,
                               .data = frame->payload};
-    return store_raw(collector, side, side->current, &raw, error);
+    return store_raw(collector, side, side->current_landing, &raw, error);
 }
 
 /* ---- assignment of frames to starts of the board ----
@@ -419,7 +421,7 @@ enum start { START_UNKNOWN, START_SAME, START_NEW };
 
 static enum start classify_start(struct side *side, const struct mr_message *message)
 {
-    struct timebase copy = side->time;
+    struct timebase copy = side->timebase;
     uint32_t block, tick;
     if (get_clock(message, &block, &tick)) {
         if (tick != 0 && side->kind == LINK_SERIAL)
@@ -433,7 +435,8 @@ static enum start classify_start(struct side *side, const struct mr_message *mes
     }
     if (message->block16 < 0 || message->info->direction != MR_DIRECTION_CAN)
         return START_UNKNOWN;
-    int64_t ahead = timebase_unwrap(&copy, (uint16_t)message->block16) - side->time.block;
+    int64_t ahead = timebase_unwrap(&copy, (uint16_t)message->block16) -
+                    side->timebase.newest_block;
     return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? START_SAME : START_UNKNOWN;
 }
 
@@ -462,8 +465,8 @@ static enum mr_status release_held_frames(struct collector *collector, struct si
     if (start == START_NEW) {
         bool heard = count && side->kind == LINK_CAN &&
                      read_frame(collector, &first->frame, &hello);
-        status = restart(collector, side, count ? first->frame.host_us : host_us,
-                         heard ? &hello.as.hello : NULL, error);
+        status = handle_restart(collector, side, count ? first->frame.host_us : host_us,
+                                heard ? &hello.as.hello : NULL, error);
         if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAMES)
             account_expect_first_frame(&side->account);
     }
@@ -492,7 +495,8 @@ enum mr_status collect_release_held_frames(struct collector *collector, struct s
                                            struct error *error)
 {
     const struct timebase_doubt *doubt = &side->time_doubt;
-    bool back = side->held_count && doubt->pending && (int64_t)doubt->block < side->time.clock;
+    bool back = side->held_count && doubt->pending &&
+                (int64_t)doubt->block < side->timebase.newest_clock;
     return release_held_frames(collector, side, back ? START_NEW : START_SAME, 0, error);
 }
 
@@ -503,7 +507,7 @@ enum mr_status collector_receive_frame(struct collector *collector, const struct
     const struct held_frame held = {.frame = *frame};
     struct mr_message message;
     bool ours = read_frame(collector, frame, &message);
-    bool hello = ours && message.index == MR_INDEX_HELLO && side->time.known;
+    bool hello = ours && message.index == MR_INDEX_HELLO && side->timebase.known;
     if ((hello || side->held_count) &&
         hold_frame(collector, side, ours ? classify_start(side, &message) : START_UNKNOWN, &held,
                    error))
@@ -518,13 +522,13 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
     struct held_frame held = {.frame = {.id = frame->type, .host_us = host_us}, .seq = frame->seq};
     struct mr_message message;
     struct mr_block block;
-    bool jump = side->account.seq_known && frame->seq != side->account.seq_next;
+    bool jump = side->account.seq_known && frame->seq != side->account.next_seq;
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
         if (release_held_frames(collector, side, START_SAME, host_us, error) == MR_OK)
-            restart(collector, side, host_us, &message.as.hello, error);
-    } else if (side->held_count || (jump && side->time.known)) {
+            handle_restart(collector, side, host_us, &message.as.hello, error);
+    } else if (side->held_count || (jump && side->timebase.known)) {
         enum start start = START_SAME;
         if (ours) {
             start = classify_start(side, &message);
@@ -532,7 +536,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
             memcpy(held.frame.data, frame->payload, frame->length);
         } else if (frame->type == MR_ID_BLOCK &&
                    mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
-            start = timebase_is_restart(&side->time, block.index) ? START_NEW : START_SAME;
+            start = timebase_is_restart(&side->timebase, block.index) ? START_NEW : START_SAME;
         }
         if (hold_frame(collector, side, start, &held, error))
             return MR_OK;
@@ -579,7 +583,7 @@ void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at)
     if (this_one && sync_at->sent) {
         uint32_t origin = mr_boardtime_origin(side->sync.block, side->sync.tick);
         int64_t ticks = mr_boardtime_ticks(origin, side->sync.block, sync_at->tick);
-        timemap_add(&side->map, (double)ticks / MR_TICKS_PER_US, (int64_t)side->sync_host_us);
+        timemap_add(&side->time_map, (double)ticks / MR_TICKS_PER_US, (int64_t)side->sync_host_us);
     }
     side->sync_host_us = 0;
 }
@@ -587,24 +591,24 @@ void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at)
 void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
-        timemap_add(&side->map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
+        timemap_add(&side->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
                     (int64_t)host_us);
 }
 
 void collect_discard_time(struct side *side)
 {
-    side->map.count = 0;
+    side->time_map.count = 0;
     side->sync_host_us = 0;
 }
 
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
-                                    const struct slot *slot, struct error *error)
+                                    const struct landing_slot *slot, struct error *error)
 {
     struct timemap_fit fit;
     bool crystal = collector->reported.identity.clock_source == 0;
-    if (side->map.count == 0)
+    if (side->time_map.count == 0)
         return MR_OK;
-    timemap_fit(&side->map, crystal ? CRYSTAL_DRIFT_PPM : INTERNAL_DRIFT_PPM, &fit);
+    timemap_fit(&side->time_map, crystal ? CRYSTAL_DRIFT_PPM : INTERNAL_DRIFT_PPM, &fit);
     struct store_time_map row = {.session = collector->session,
                                  .boot = side->boot,
                                  .link = side->kind,
@@ -636,7 +640,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
 enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
                                          const struct mr_film_frame *frame, struct error *error)
 {
-    struct slot *slot = side->current;
+    struct landing_slot *slot = side->current_landing;
     if (!slot)
         return MR_OK;
     int64_t number = slot->film_frames +
@@ -645,7 +649,7 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct sid
         slot->film_frames = number;
     struct store_film_frame row = {.number = number,
                                    .tick = frame->tick,
-                                   .board_us = timebase_tick_us(&side->time, frame->tick),
+                                   .board_us = timebase_tick_us(&side->timebase, frame->tick),
                                    .links = 1 << side->kind};
     return store_film_frame_put(collector->store, slot->row.id, &row, error);
 }
@@ -655,24 +659,24 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct sid
 
 int64_t collect_newest_block(const struct side *side)
 {
-    return side->time.known ? side->time.block : -1;
+    return side->timebase.known ? side->timebase.newest_block : -1;
 }
 
 int64_t collect_board_time(const struct side *side, const struct mr_message *message)
 {
-    struct timebase copy = side->time;
+    struct timebase copy = side->timebase;
     if (!copy.known)
         return STORE_NONE;
     if (message && message->block16 >= 0) {
         int64_t block = timebase_unwrap(&copy, (uint16_t)message->block16);
         return block < 0 ? STORE_NONE : 1000 * block;
     }
-    return timebase_now_us(&side->time);
+    return timebase_now_us(&side->timebase);
 }
 
 int64_t collect_event_block(struct side *side, const struct mr_message *message)
 {
-    return message->block16 >= 0 ? timebase_unwrap(&side->time, (uint16_t)message->block16)
+    return message->block16 >= 0 ? timebase_unwrap(&side->timebase, (uint16_t)message->block16)
                                  : message->block;
 }
 
@@ -688,7 +692,7 @@ enum mr_status collect_put_event(struct collector *collector, const struct side 
     struct store_event event = {
         .session = collector->session,
         .boot = side->boot,
-        .run = side->current ? side->current->row.id : STORE_NONE,
+        .run = side->current_landing ? side->current_landing->row.id : STORE_NONE,
         .board_us = 1000 * block,
         .host_us = (int64_t)host_us,
         .kind = kind,

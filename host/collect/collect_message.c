@@ -30,16 +30,17 @@ static enum mr_status record_landing(struct collector *collector, struct side *s
                                      const struct mr_landing *message, uint64_t host_us,
                                      struct error *error)
 {
-    struct slot *before = side->current;
+    struct landing_slot *before = side->current_landing;
     bool believed;
     enum mr_status status = collect_handle_landing(collector, side, message, host_us, &believed,
                                                    error);
     if (status != MR_OK || !believed || message->cause == MR_LANDING_BY_NOTHING)
         return status;
-    struct slot *after = side->current;
-    side->current = after ? after : before; /* the message that ends a landing belongs to it */
+    struct landing_slot *after = side->current_landing;
+    side->current_landing = after ? after
+                                  : before; /* the message that ends a landing belongs to it */
     status = collect_put_state_event(collector, side, message, host_us, error);
-    side->current = after;
+    side->current_landing = after;
     return status;
 }
 
@@ -51,9 +52,9 @@ static enum mr_status count_message(struct collector *collector, struct side *si
     const struct mr_message *m = event->message;
     unsigned pack = mr_series_pack_find(m->info->id);
     if (pack < MR_SERIES_PACKS) {
-        if (side->current)
+        if (side->current_landing)
             account_add_series_message(&side->account, pack,
-                                       timebase_unwrap(&side->time, (uint16_t)m->block16));
+                                       timebase_unwrap(&side->timebase, (uint16_t)m->block16));
     } else if (m->index == MR_INDEX_MESSAGE_COUNT) {
         account_apply_message_count(&side->account, &m->as.message_count);
     } else if (m->index == MR_INDEX_CAN_HEALTH && side->kind == LINK_CAN) {
@@ -99,7 +100,7 @@ static enum mr_status put_event(struct collector *collector, struct side *side,
 
 static bool is_own_answer(struct collector_own_commands *own, const struct mr_ack *ack)
 {
-    for (unsigned i = 0; own && i < COLLECTOR_OWN_COMMANDS && i < own->next; i++) {
+    for (unsigned i = 0; own && i < COLLECTOR_OWN_COMMANDS && i < own->next_index; i++) {
         bool answered = own->command[i].block >= 0 && own->command[i].block != (int64_t)ack->block;
         if (own->command[i].code == ack->code && own->command[i].tag == ack->tag && !answered) {
             own->command[i].block = ack->block;
@@ -113,8 +114,8 @@ static bool is_own_answer(struct collector_own_commands *own, const struct mr_ac
 static enum mr_status record_answer(struct collector *collector, struct side *side,
                                     const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
-    struct slot *current = side->current;
-    struct repeated *last = &collector->repeated[ack->code % REPEATED_MAX];
+    struct landing_slot *current = side->current_landing;
+    struct repeated_answer *last = &collector->repeated[ack->code % REPEATED_ANSWERS_MAX];
     if (mr_command_privilege(ack->code) == MR_PRIVILEGE_READ)
         return MR_OK;
     bool own = is_own_answer(collector->own_commands, ack);
@@ -126,18 +127,18 @@ static enum mr_status record_answer(struct collector *collector, struct side *si
     if (collector->own_commands)
         collector->answer[collector->answers++ % COLLECT_ANSWERS_MAX] =
             (struct collector_answer){.ack = *ack, .is_own = own, .repeats = last->count};
-    *last = (struct repeated){.known = true,
-                              .is_own = own,
-                              .status = ack->status,
-                              .code = ack->code,
-                              .block = ack->block};
+    *last = (struct repeated_answer){.known = true,
+                                     .is_own = own,
+                                     .status = ack->status,
+                                     .code = ack->code,
+                                     .block = ack->block};
     /* the answer to a disarm arrives after the end of its landing */
     if (ack->code == MR_COMMAND_DISARM && !current && ack->block == side->state_block)
-        side->current = side->last;
+        side->current_landing = side->last_landing;
     enum mr_status status =
         collect_put_event(collector, side, "order", ack->block, ack->code, ack->status,
                           collector->own_commands ? own : STORE_NONE, host_us, error);
-    side->current = current;
+    side->current_landing = current;
     return status;
 }
 
@@ -196,14 +197,14 @@ enum mr_status collect_reprocess_message(struct collector *collector, struct sid
 static enum mr_status record_edge(struct collector *collector, struct side *side,
                                   const struct mr_edge *message, struct error *error)
 {
-    struct slot *slot = side->current;
+    struct landing_slot *slot = side->current_landing;
     if (!slot)
         return MR_OK;
     if (message->count > slot->edges)
         slot->edges = message->count;
-    if (slot->first_edge_us == 0.0 && side->time.tick_known)
-        slot->first_edge_us = timebase_tick_us(&side->time, message->tick);
-    struct store_edge row = {.board_us = timebase_tick_us(&side->time, message->tick),
+    if (slot->first_edge_us == 0.0 && side->timebase.tick_known)
+        slot->first_edge_us = timebase_tick_us(&side->timebase, message->tick);
+    struct store_edge row = {.board_us = timebase_tick_us(&side->timebase, message->tick),
                              .links = collect_link_bit(side)};
     collect_edge_row(&row, message);
     return store_edge_put(collector->store, slot->row.id, &row, error);
@@ -217,32 +218,33 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 {
     bool refused = message->count > 0 && message->reason >= MR_SWITCH_OUT_OF_ORDER &&
                    isnan(message->late_ms);
-    return side->current && refused
-             ? store_edge_reject(collector->store, side->current->row.id, message->count, error)
+    return side->current_landing && refused
+             ? store_edge_reject(collector->store, side->current_landing->row.id, message->count,
+                                 error)
              : MR_OK;
 }
 
 /* Motion and its errors are two messages with the same block: the first is stored at once, the
  * second completes the row. A zone and its lead time are stored in the same way. */
-#define RECORD_TWO_PARTS(name, NAME, second)                                               \
-    static enum mr_status name(struct collector *collector, struct side *side,             \
-                               const struct mr_message *m, struct error *error)            \
-    {                                                                                      \
-        struct store_##name *row = &side->name;                                            \
-        if (m->index == MR_INDEX_##NAME) {                                                 \
-            *row = store_blank_##name;                                                     \
-            side->name##16 = m->block16;                                                   \
-            collect_##name##_row(row, &m->as.name);                                        \
-        } else if (m->block16 == side->name##16) {                                         \
-            collect_##second##_row(row, &m->as.second);                                    \
-        } else {                                                                           \
-            return MR_OK;                                                                  \
-        }                                                                                  \
-        row->block = collect_event_block(side, m);                                         \
-        row->links = collect_link_bit(side);                                               \
-        return side->current && row->block >= 0                                            \
-                 ? store_##name##_put(collector->store, side->current->row.id, row, error) \
-                 : MR_OK;                                                                  \
+#define RECORD_TWO_PARTS(name, NAME, second)                                                       \
+    static enum mr_status name(struct collector *collector, struct side *side,                     \
+                               const struct mr_message *m, struct error *error)                    \
+    {                                                                                              \
+        struct store_##name *row = &side->name;                                                    \
+        if (m->index == MR_INDEX_##NAME) {                                                         \
+            *row = store_blank_##name;                                                             \
+            side->name##16 = m->block16;                                                           \
+            collect_##name##_row(row, &m->as.name);                                                \
+        } else if (m->block16 == side->name##16) {                                                 \
+            collect_##second##_row(row, &m->as.second);                                            \
+        } else {                                                                                   \
+            return MR_OK;                                                                          \
+        }                                                                                          \
+        row->block = collect_event_block(side, m);                                                 \
+        row->links = collect_link_bit(side);                                                       \
+        return side->current_landing && row->block >= 0                                            \
+                 ? store_##name##_put(collector->store, side->current_landing->row.id, row, error) \
+                 : MR_OK;                                                                          \
     }
 RECORD_TWO_PARTS(motion, MOTION, motion_error)
 RECORD_TWO_PARTS(zone, ZONE, zone_lead)
@@ -257,7 +259,7 @@ static enum mr_status record_result(struct collector *collector, const struct si
         collect_touchdown_row(&row, &m->as.touchdown);
     else
         collect_stop_row(&row, &m->as.stop);
-    return side->current ? COLLECT_PUT(result, &row) : MR_OK;
+    return side->current_landing ? COLLECT_PUT(result, &row) : MR_OK;
 }
 
 static enum mr_status record_temperature(struct collector *collector, struct side *side,
@@ -266,7 +268,7 @@ static enum mr_status record_temperature(struct collector *collector, struct sid
     struct store_mat_temperature row = {.block = collect_event_block(side, message),
                                         .links = collect_link_bit(side)};
     collect_temperature_row(&row, &message->as.temperature);
-    return side->current && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
+    return side->current_landing && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
 }
 
 static enum mr_status collect_gear_message(struct collector *collector, struct side *side,
@@ -301,7 +303,7 @@ static enum mr_status record_trust(struct collector *collector, struct side *sid
     struct store_trust row = {.block = collect_event_block(side, m),
                               .links = collect_link_bit(side)};
     collect_trust_row(&row, &m->as.trust);
-    return side->current && row.block >= 0 ? COLLECT_PUT(trust, &row) : MR_OK;
+    return side->current_landing && row.block >= 0 ? COLLECT_PUT(trust, &row) : MR_OK;
 }
 
 /* Stores a runway when it is complete: all joints in sequence, and the CRC that the board sent. */
@@ -314,10 +316,10 @@ static enum mr_status record_joints(struct collector *collector, struct side *si
         return MR_OK;
     mr_runway_apply_message(state, m);
     side->runway_parts++;
-    if (!side->current || side->runway_parts < mr_runway_messages(state) ||
+    if (!side->current_landing || side->runway_parts < mr_runway_messages(state) ||
         mr_runway_crc(state) != side->runway_store.crc)
         return MR_OK;
-    return store_runway_put(collector->store, side->current->row.id, state,
+    return store_runway_put(collector->store, side->current_landing->row.id, state,
                             side->runway_store.source, error);
 }
 
@@ -332,13 +334,13 @@ static void record_runway(struct side *side, const struct mr_runway *m)
 static void record_runway_state(struct collector *collector, struct side *side,
                                 const struct mr_runway_store *m)
 {
-    const struct mr_runway_store *known = &collector->stored;
+    const struct mr_runway_store *known = &collector->stored_runway;
     side->runway_store = *m;
-    collector->stored_changed |= !collector->stored_known || known->state != m->state ||
-                                 known->source != m->source || known->copy_a != m->copy_a ||
-                                 known->copy_b != m->copy_b;
-    collector->stored = *m;
-    collector->stored_known = true;
+    collector->stored_runway_changed |= !collector->stored_runway_known ||
+                                        known->state != m->state || known->source != m->source ||
+                                        known->copy_a != m->copy_a || known->copy_b != m->copy_b;
+    collector->stored_runway = *m;
+    collector->stored_runway_known = true;
 }
 
 static enum mr_status record_item(struct collector *collector, const struct side *side,
@@ -350,13 +352,13 @@ static enum mr_status record_item(struct collector *collector, const struct side
         return MR_OK;
     collector->reported.predict_known[m->index] = true;
     collector->reported.predict_item[m->index] = m->value;
-    return side->current
+    return side->current_landing
              ? COLLECT_PUT(predict_item, (&(struct store_predict_item){m->index, (double)m->value}))
              : MR_OK;
 }
 
-enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
-                                        struct error *error)
+enum mr_status collect_write_parameters(struct collector *collector,
+                                        const struct landing_slot *slot, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
@@ -386,7 +388,7 @@ static enum mr_status record_risk_parameter(struct collector *collector, const s
         memset(collector->reported.risk_known, 0, sizeof collector->reported.risk_known);
     collector->reported.risk_known[m->index] = true;
     collector->reported.risk_item[m->index] = m->value;
-    return side->current
+    return side->current_landing
              ? COLLECT_PUT(risk_item, (&(struct store_risk_item){m->index, (double)m->value}))
              : MR_OK;
 }
@@ -401,13 +403,13 @@ static enum mr_status record_risk(struct collector *collector, struct side *side
     else
         collect_risk_lead_row(&part, &m->as.risk_lead);
     part.block = collect_event_block(side, m);
-    return side->current && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
+    return side->current_landing && part.block >= 0 ? COLLECT_PUT(risk, &part) : MR_OK;
 }
 
 /* Stores a part of a prediction. It has the block of the prediction, which is the newest one or
  * slightly older. */
-static enum mr_status record_statement(struct collector *collector, struct side *side,
-                                       const struct mr_message *m, struct error *error)
+static enum mr_status record_prediction_part(struct collector *collector, struct side *side,
+                                             const struct mr_message *m, struct error *error)
 {
     struct store_prediction part = store_blank_prediction;
     part.links = collect_link_bit(side);
@@ -419,7 +421,7 @@ static enum mr_status record_statement(struct collector *collector, struct side 
     default: return MR_OK;
     }
     part.block = collect_event_block(side, m);
-    return side->current && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
+    return side->current_landing && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
 }
 
 static enum mr_status collect_predict_message(struct collector *collector, struct side *side,
@@ -438,7 +440,7 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
     case MR_INDEX_RISK_LEAD: return record_risk(collector, side, m, error);
     case MR_INDEX_RISK_ITEM: return record_risk_parameter(collector, side, &m->as.risk_item, error);
     case MR_INDEX_PREDICT_ITEM: return record_item(collector, side, &m->as.predict_item, error);
-    default: return record_statement(collector, side, m, error);
+    default: return record_prediction_part(collector, side, m, error);
     }
 }
 
@@ -447,7 +449,7 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 /* Returns the full index of a recent block; does not advance the time. */
 static int64_t unwrap_block(const struct side *side, uint16_t at_block16)
 {
-    struct timebase copy = side->time;
+    struct timebase copy = side->timebase;
     int64_t block = timebase_unwrap(&copy, at_block16);
     return block < 0 ? STORE_NONE : block;
 }
@@ -459,7 +461,7 @@ static enum mr_status record_band_message(struct collector *collector, const str
     struct store_band_event row = {.block = block == STORE_NONE ? 0 : block,
                                    .links = collect_link_bit(side)};
     collect_band_event_row(&row, m);
-    return side->current ? COLLECT_PUT(band_event, &row) : MR_OK;
+    return side->current_landing ? COLLECT_PUT(band_event, &row) : MR_OK;
 }
 
 /* Stores the result or the check of a gage. They are two messages: the first is stored at once, the
@@ -510,7 +512,7 @@ static enum mr_status record_band(struct collector *collector, const struct side
         collect_band_most_row(&row, most);
         row.most_block = unwrap_block(side, most->at_block16);
     }
-    return side->current ? COLLECT_PUT(band, &row) : MR_OK;
+    return side->current_landing ? COLLECT_PUT(band, &row) : MR_OK;
 }
 
 static enum mr_status collect_band_message(struct collector *collector, struct side *side,
@@ -551,7 +553,7 @@ static enum mr_status record_quality(struct collector *collector, const struct s
 {
     struct store_quality row;
     collect_channel_quality_row(&row, message);
-    return side->current ? COLLECT_PUT(quality, &row) : MR_OK;
+    return side->current_landing ? COLLECT_PUT(quality, &row) : MR_OK;
 }
 
 /* A row of the slow log is six messages; if one is lost, the row is lost. */

@@ -19,7 +19,7 @@ struct collector;
 struct collector_event;
 
 /* A landing that is in progress or ended recently. */
-struct slot {
+struct landing_slot {
     struct store_landing row; /* row.id 0: the slot is free */
     bool entered[LINK_KINDS];
     bool left[LINK_KINDS];
@@ -33,7 +33,7 @@ struct slot {
     double first_edge_us; /* board time; 0: no edge yet */
     int64_t film_frames;  /* number of the newest frame, unwrapped */
 };
-#define SLOTS 4u
+#define LANDING_SLOTS 4u
 
 /* Number of hellos and identities of another board, without one of this board, that show a change
  * of board. A board sends each about once a second. */
@@ -59,9 +59,9 @@ struct side {
     const char *spec; /* NULL: the link is not used */
     bool ended;
     struct account account;
-    struct timebase time;
+    struct timebase timebase;
     struct timebase_doubt time_doubt;
-    struct timemap map;
+    struct timemap time_map;
     /* the newest sync, which waits for its sync_at, and its time of reception; 0: none waits */
     struct mr_sync sync;
     uint64_t sync_host_us;
@@ -69,8 +69,8 @@ struct side {
     /* frames held since a hello on CAN, or since a loss on serial */
     struct held_frame held[COLLECT_HELD_MAX];
     size_t held_count;
-    struct slot *current;
-    struct slot *last; /* the landing left most recently */
+    struct landing_slot *current_landing;
+    struct landing_slot *last_landing; /* the landing left most recently */
     struct mr_deframer deframer;
     /* First half of a zone or motion message that waits for its second half. zone16 and motion16
      * have the low 16 bits of its block. */
@@ -102,9 +102,9 @@ struct side {
 };
 
 /* Identical answers to one command within a second. A burst of them is reported once a second. */
-#define COLLECT_ANSWERS_MAX 8u
-#define REPEATED_MAX        32u
-struct repeated {
+#define COLLECT_ANSWERS_MAX  8u
+#define REPEATED_ANSWERS_MAX 32u
+struct repeated_answer {
     bool known, is_own;
     int8_t status;
     uint8_t code;
@@ -146,13 +146,14 @@ struct collector {
     uint16_t can_base;
     const struct collector_listener *listener; /* NULL: no listener */
     struct board_report reported;
-    struct slot slot[SLOTS];
-    int64_t finished[SLOTS]; /* RUNs not read yet */
+    struct landing_slot slot[LANDING_SLOTS];
+    int64_t finished[LANDING_SLOTS]; /* RUNs not read yet */
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored;     /* newest report from either link */
-    bool stored_known, stored_changed; /* stored_changed: the caller has not read it yet */
+    struct mr_runway_store stored_runway; /* newest report from either link */
+    /* stored_runway_changed: the caller has not read it yet */
+    bool stored_runway_known, stored_runway_changed;
     bool config_stored; /* the database has the configuration with CRC config_stored_crc */
     uint32_t config_stored_crc;
     struct crash_report crash[LINK_KINDS]; /* being assembled, one per link */
@@ -164,12 +165,13 @@ struct collector {
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
     unsigned answers, answers_read;
-    struct repeated repeated[REPEATED_MAX]; /* indexed by code modulo REPEATED_MAX */
+    struct repeated_answer
+        repeated[REPEATED_ANSWERS_MAX]; /* indexed by code modulo REPEATED_ANSWERS_MAX */
 };
 
 /* Adds a row to the landing that the side is in. */
 #define COLLECT_PUT(table, value) \
-    store_##table##_put(collector->store, side->current->row.id, value, error)
+    store_##table##_put(collector->store, side->current_landing->row.id, value, error)
 
 /* Newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
@@ -207,11 +209,11 @@ enum mr_status collect_put_state_event(struct collector *collector, const struct
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error);
 /* Writes the known parameters of the predictor for a landing that begins. */
-enum mr_status collect_write_parameters(struct collector *collector, const struct slot *slot,
-                                        struct error *error);
+enum mr_status collect_write_parameters(struct collector *collector,
+                                        const struct landing_slot *slot, struct error *error);
 /* Writes the known parts of the configuration for a landing that begins. */
-enum mr_status collect_write_configuration(struct collector *collector, const struct slot *slot,
-                                           struct error *error);
+enum mr_status collect_write_configuration(struct collector *collector,
+                                           const struct landing_slot *slot, struct error *error);
 
 /* Pairs of board and host time, and film frames. collect_put_time_map writes the resulting clock of
  * a landing that is over (`slot` NULL: of the boot that is over). */
@@ -221,7 +223,7 @@ void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint6
 /* Discards the pairs, because this computer's clock was set. */
 void collect_discard_time(struct side *side);
 enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
-                                    const struct slot *slot, struct error *error);
+                                    const struct landing_slot *slot, struct error *error);
 enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
                                          const struct mr_film_frame *frame, struct error *error);
 
@@ -233,9 +235,10 @@ enum mr_status collect_handle_landing(struct collector *collector, struct side *
 /* Ends the side's landing, if there is one. */
 void collect_leave_landing(struct side *side);
 /* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
-enum mr_status collect_finish(struct collector *collector, struct slot *slot, struct error *error);
-/* Calls collect_finish for each landing that every link has left, during which it ended, or that it
- * is known to have missed. */
-enum mr_status collect_finish_ended(struct collector *collector, struct error *error);
+enum mr_status collect_finish_landing(struct collector *collector, struct landing_slot *slot,
+                                      struct error *error);
+/* Calls collect_finish_landing for each landing that every link has left, during which it ended, or
+ * that it is known to have missed. */
+enum mr_status collect_finish_ended_landings(struct collector *collector, struct error *error);
 
 #endif

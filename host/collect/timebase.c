@@ -14,10 +14,10 @@
 
 bool timebase_apply_block(struct timebase *timebase, uint32_t block)
 {
-    if (timebase->known && (int64_t)block + RESTART_BLOCKS < timebase->block)
+    if (timebase->known && (int64_t)block + RESTART_BLOCKS < timebase->newest_block)
         return true;
-    if (!timebase->known || block > timebase->block)
-        timebase->block = block;
+    if (!timebase->known || block > timebase->newest_block)
+        timebase->newest_block = block;
     timebase->known = true;
     return false;
 }
@@ -27,14 +27,14 @@ bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t ti
     if (timebase_apply_block(timebase, block))
         return true;
     timebase->tick_known = true;
-    timebase->clock = block;
+    timebase->newest_clock = block;
     timebase->origin = mr_boardtime_origin(block, tick);
     return false;
 }
 
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block)
 {
-    return timebase->known && (int64_t)block + OVERTAKE_BLOCKS < timebase->block;
+    return timebase->known && (int64_t)block + OVERTAKE_BLOCKS < timebase->newest_block;
 }
 
 static bool has_same_origin(uint32_t a, uint32_t b)
@@ -48,12 +48,12 @@ enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct tim
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
     bool first = !timebase->known || !timebase->tick_known;
-    int64_t least = hello ? timebase->clock : timebase->block - RESTART_BLOCKS;
+    int64_t least = hello ? timebase->newest_clock : timebase->newest_block - RESTART_BLOCKS;
     bool goes_on = has_same_origin(origin, timebase->origin) && (int64_t)block >= least;
     bool confirms = doubt->pending && has_same_origin(origin, doubt->origin) &&
                     block > doubt->block;
     if (first || goes_on || confirms) {
-        bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->clock;
+        bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->newest_clock;
         doubt->pending = false;
         if (back)
             return TIMEBASE_RESTARTED;
@@ -70,21 +70,22 @@ int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)
 {
     if (!timebase->known)
         return -1;
-    int64_t block = timebase->block + (int16_t)(uint16_t)(block16 - (uint16_t)timebase->block);
+    int64_t block = timebase->newest_block +
+                    (int16_t)(uint16_t)(block16 - (uint16_t)timebase->newest_block);
     if (block < 0)
         return -1;
-    if (block > timebase->block && block - timebase->block < CONTINUE_BLOCKS)
-        timebase->block = block;
+    if (block > timebase->newest_block && block - timebase->newest_block < CONTINUE_BLOCKS)
+        timebase->newest_block = block;
     return block;
 }
 
 int64_t timebase_now_us(const struct timebase *timebase)
 {
-    return timebase->known ? 1000 * timebase->block : -1;
+    return timebase->known ? 1000 * timebase->newest_block : -1;
 }
 
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick)
 {
-    int64_t ticks = mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->block, tick);
+    int64_t ticks = mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->newest_block, tick);
     return timebase->tick_known ? (double)ticks / MR_TICKS_PER_US : (double)NAN;
 }

@@ -9,9 +9,9 @@
 struct timebase {
     bool known; /* a whole block index was received */
     bool tick_known;
-    int64_t block;   /* newest block */
-    int64_t clock;   /* block of the newest clock */
-    uint32_t origin; /* common/block.h */
+    int64_t newest_block; /* newest block */
+    int64_t newest_clock; /* block of the newest clock */
+    uint32_t origin;      /* common/block.h */
 };
 
 /* Applies a whole block index. Returns true if it is a second or more before the newest one: the

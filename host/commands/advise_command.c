@@ -173,7 +173,7 @@ static int run(struct request *r, const struct cli *cli)
     struct progress progress;
     struct mr_risk_plan plan;
     struct store *store = program_open_campaign(r->db, r->keep_runway ? STORE_OPEN : STORE_READ);
-    store_run_find(store, &r->advise.before_run, fatal);
+    store_find_run(store, &r->advise.before_run, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
     if (r->load)
         begin_load(r, store, &advise, &talk);

@@ -320,7 +320,7 @@ static int read_record(const struct request *request, struct box_client *client)
         absent += !present[i];
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     int64_t run = request->run;
-    store_run_find(store, &run, fatal);
+    store_find_run(store, &run, fatal);
     boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
                          count, &filled, fatal);
     store_configuration(request, client, store, filled.run);

@@ -21,7 +21,7 @@ struct request {
 
 static json_t *number_or_word(const struct bringup_line *line)
 {
-    if (!line || line->none)
+    if (!line || line->is_absent)
         return json_null();
     return isnan(line->number) || strncmp(line->value, "0x", 2) == 0 ? json_string(line->value)
                                                                      : json_real(line->number);
@@ -68,7 +68,7 @@ static size_t find_group_size(const struct bringup_result *judged, size_t count,
 {
     size_t n = 1;
     if (!judged[at].limit || !bringup_limit_is_group(judged[at].limit) || judged[at].verdict ||
-        judged[at].line->none)
+        judged[at].line->is_absent)
         return 1;
     while (at + n < count && judged[at + n].limit == judged[at].limit && !judged[at + n].verdict &&
            judged[at + n].line && strcmp(judged[at + n].line->unit, judged[at].line->unit) == 0)
@@ -148,7 +148,7 @@ static int check_values(const struct request *request, const struct bringup *b)
     answer_close(answer);
     print_advice(answer, judged, count);
     answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
-                    verdicts[BRINGUP_LOOK], verdicts[BRINGUP_WRONG]);
+                    verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
     return answer_show(request->cli, answer,
                        worst == BRINGUP_WRONG ? mr_status_exit_code(MR_LIMIT) : 0);
 }

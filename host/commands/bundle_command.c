@@ -78,7 +78,7 @@ static enum mr_status make_bundle(struct request *r, const struct cli *cli, size
         error_set(error, MR_USAGE, "file exists already: %s; give a different file", r->path);
     if (error->status == MR_OK &&
         store_open(r->words[0], STORE_READ_FOR_BUNDLE, &store, error) == MR_OK &&
-        store_run_find(store, &r->run, error) == MR_OK &&
+        store_find_run(store, &r->run, error) == MR_OK &&
         find_image(r, store, cli, &image, error) == MR_OK &&
         store_bundle_make(store, r->run, draft, (const uint8_t *)image.text, image.length, error) ==
             MR_OK &&

@@ -447,7 +447,7 @@ static int recompute_landings(struct request *r)
     config_text_load(r->recompute, &config, fatal);
     /* all landings are recalibrated in one transaction */
     struct store *store = program_open_campaign(r->word, STORE_OPEN);
-    store_run_find(store, &r->run, fatal);
+    store_find_run(store, &r->run, fatal);
     store_begin(store, fatal);
     store_landings(store, &rows, &count, fatal);
     for (size_t i = 0; i < count; i++) {

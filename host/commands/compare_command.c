@@ -151,7 +151,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     bool stored = access(request.db, F_OK) != 0 ||
                   store_check_writable(request.db, &cannot) == MR_OK;
     struct store *store = program_open_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
-    store_run_find(store, &request.run, fatal);
+    store_find_run(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
     model.is_not_stored = !stored;
     if (!stored)

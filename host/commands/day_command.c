@@ -98,7 +98,7 @@ static void read_links(struct store *store, struct day_facts *f)
 {
     struct store_session_row row = {0};
     int64_t session = 0;
-    store_day_session(store, &session, fatal);
+    store_newest_logged_session(store, &session, fatal);
     if (!session)
         return;
     store_session_get(store, session, &row, fatal);
@@ -114,7 +114,7 @@ static void read_landings(struct store *store, struct day_facts *f)
 {
     struct store_landing landing;
     char note[STORE_JOURNAL_TEXT_SIZE];
-    store_day_newest(store, &f->run, fatal);
+    store_newest_logged_run(store, &f->run, fatal);
     store_count_landings_since(store, local_midnight_us(f->now_us), &f->landings_today, fatal);
     if (!f->run)
         return;
@@ -148,8 +148,8 @@ static void read_survey(struct store *store, struct day_facts *f)
         f->survey_us = row->made_us;
         memcpy(f->edges, row->edges, sizeof f->edges);
         survey_load(store, row->id, survey, fatal);
-        f->survey_read = survey_desk_count_read(&survey->desk);
-        f->survey_items = survey->desk.plan.count;
+        f->survey_read = survey_progress_count_read(&survey->progress);
+        f->survey_items = survey->progress.plan.count;
         store_gage_loaded(store, row->id, &f->loaded_us, fatal);
         free(survey);
     }

@@ -142,7 +142,7 @@ static void export_film(const struct measured *measured, const struct film *film
         out,
         "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        film->rate_hz, (long long)film->missing);
+        film->rate_hz, (long long)film->missing_frames);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
             measured_origin_text(measured));
     fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
@@ -283,7 +283,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
         run_parse(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);
         store = program_open_campaign(words[0], STORE_READ);
-        store_run_find(store, &run, fatal);
+        store_find_run(store, &run, fatal);
         store_landing_get(store, run, &landing, fatal);
     }
     write_export(store, run, &r, cli, &rows);

@@ -383,7 +383,7 @@ static void add_result(const struct session *session, bool already, struct answe
 {
     add_image(&session->image, answer);
     answer_count(answer, "verified_bytes", already ? NULL : "read back",
-                 already ? 0 : session->image.count)
+                 already ? 0 : session->image.given_count)
         ->suffix = " bytes, identical to the file";
     answer_flag(answer, "already", NULL, already);
     answer_flag(answer, "runs", NULL, session->firmware_runs || already);

@@ -196,7 +196,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
            import_readings(&file, request, &mapping, &result, &error) == MR_OK &&
            (is_new = program_is_new_campaign(words[0]),
             store_open(words[0], STORE_CREATE, &store, &error)) == MR_OK &&
-           store_run_find(store, &request->template_run, &error) == MR_OK &&
+           store_find_run(store, &request->template_run, &error) == MR_OK &&
            import_file(store, &file, request, &mapping, &row, r.again, &result, &error));
     if (is_new && store)
         program_note_new_campaign(cli, words[0]);

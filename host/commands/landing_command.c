@@ -390,7 +390,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
                             ? program_open_or_create_campaign(cli, r.words[0])
                             : program_open_campaign(
                                   r.words[0], acts || r.withdraw_series ? STORE_OPEN : STORE_READ);
-    store_run_find(store, &r.run, fatal);
+    store_find_run(store, &r.run, fatal);
     if (r.series)
         begin_series(&r, store);
     else if (r.withdraw_series)

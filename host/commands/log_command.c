@@ -43,8 +43,8 @@ static void check_clock(struct logger *logger)
     /* The change is queued after data received earlier. Only one link carries the size of the
      * jump. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool told = link > 0 && logger->open[0];
-        if (logger->open[link])
+        bool told = link > 0 && logger->link_open[0];
+        if (logger->link_open[link])
             link_queue_put_clock(link_reader_queue(logger->reader[link]), told ? 0 : jump_us);
     }
 }
@@ -80,7 +80,7 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
     int wait_ms = poll_timeout_ms(logger, deadline_us);
     uint64_t counted;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool takes = logger->open[link] && !held;
+        bool takes = logger->link_open[link] && !held;
         ready[link] = takes && (link_queue_request_event(link_reader_queue(logger->reader[link])) ||
                                 logger->more_buffered[link]);
         polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
@@ -100,7 +100,7 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
-                      (logger->open[link] && !held &&
+                      (logger->link_open[link] && !held &&
                        link_queue_has_unread(link_reader_queue(logger->reader[link])));
     *signalled = polled[SIGNALS].revents & POLLIN && logger_is_signalled(logger, signals);
     if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
@@ -129,7 +129,7 @@ static bool is_any_link_open(const struct logger *logger)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
-        any |= logger->open[link];
+        any |= logger->link_open[link];
     return any;
 }
 
@@ -174,9 +174,9 @@ static enum mr_status collect_data(struct logger *logger, int signals, double fo
 static enum mr_status open_collector(struct logger *logger, struct error *error)
 {
     const struct link *can = logger->link[LINK_CAN], *serial = logger->link[LINK_SERIAL];
-    enum mr_status status = collector_open(logger->store, can ? link_spec(can) : NULL, logger->base,
-                                           serial ? link_spec(serial) : NULL, &logger->collector,
-                                           error);
+    enum mr_status status = collector_open(logger->store, can ? link_spec(can) : NULL,
+                                           logger->can_base, serial ? link_spec(serial) : NULL,
+                                           &logger->collector, error);
     if (status == MR_OK &&
         !((can && link_is_recorded(can)) || (serial && link_is_recorded(serial))))
         collector_set_own_commands(logger->collector, &logger->own_commands);
@@ -296,22 +296,24 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
 static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec, int signals,
                                 struct error *error)
 {
-    bool waits = !isnan(logger->wait_s) && link_device_can_return(spec), told = false, ends = false;
-    uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->wait_s * 1e6 : 0.0);
+    bool waits = !isnan(logger->absence_max_s) && link_device_can_return(spec), told = false,
+         ends = false;
+    uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->absence_max_s * 1e6 : 0.0);
     enum mr_status status;
     /* without --wait, a missing device is an error, because the name may be mistyped */
     while ((status = link_open(spec, (enum link_kind)link, &logger->link[link], error)) == MR_IO &&
            waits && !ends && monotonic_us() < until_us) {
         if (!told)
-            cli_note(logger->cli, "%s (waiting %.3g s for it)", error->text, logger->wait_s);
+            cli_note(logger->cli, "%s (waiting %.3g s for it)", error->text, logger->absence_max_s);
         told = true;
         error->status = MR_OK;
         ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, ABSENCE_POLL_MS) > 0;
     }
     if (status == MR_OK)
-        link_set_absence_limit(logger->link[link],
-                               isnan(logger->wait_s) ? ABSENCE_MAX_S : logger->wait_s);
-    logger->open[link] = status == MR_OK;
+        link_set_absence_limit(logger->link[link], isnan(logger->absence_max_s)
+                                                       ? ABSENCE_MAX_S
+                                                       : logger->absence_max_s);
+    logger->link_open[link] = status == MR_OK;
     return status;
 }
 
@@ -329,7 +331,7 @@ static enum mr_status open_all(struct logger *logger, int signals, const char *c
     if (status == MR_OK && can)
         status = open_link(logger, LINK_CAN, can, signals, error);
     if (status == MR_OK && can)
-        logger->base = link_base(logger->link[LINK_CAN]);
+        logger->can_base = link_base(logger->link[LINK_CAN]);
     if (status == MR_OK && serial)
         status = open_link(logger, LINK_SERIAL, serial, signals, error);
     if (status == MR_OK && !logger->store) {
@@ -389,7 +391,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
 
     struct logger logger = {.cli = cli,
                             .landings = json_array(),
-                            .wait_s = r.wait_s,
+                            .absence_max_s = r.wait_s,
                             .db = r.db,
                             .page = r.page,
                             .full_summaries = r.all};
@@ -399,7 +401,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
-    if (status == MR_OK && logger.typed.enabled && logger.typed.terminal)
+    if (status == MR_OK && logger.typed.enabled && logger.typed.is_terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
         status = run_session(&logger, signals, r.for_s, &error);

@@ -134,7 +134,7 @@ static void read_push(const struct params_request *request, struct reader *r, st
 static void plot_rigid(struct plot *plot, const struct push_series *series,
                        const struct push_fit *fit)
 {
-    double top_lb = 0.0, right_in = fit->zero_in;
+    double top_lb = 0.0, right_in = fit->dial_zero_in;
     bool known = fit->slid_count > 0;
     for (size_t i = 0; i < series->count; i++) {
         top_lb = fmax(top_lb, series->force_lb[i]);
@@ -142,14 +142,14 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
     }
     if (known)
         top_lb = fabs(fit->limit_lb);
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
-                                          .key = known ? "Coulomb, rigid, up to its limit"
-                                                       : "Coulomb, rigid",
-                                          .colour = 5,
-                                          .dashed = true,
-                                          .x = (double[]){fit->zero_in, fit->zero_in, right_in},
-                                          .y = (double[]){0.0, top_lb, top_lb},
-                                          .count = known ? 3 : 2});
+    plot_draw(plot, &(struct plot_series){
+                        .kind = PLOT_LINE,
+                        .key = known ? "Coulomb, rigid, up to its limit" : "Coulomb, rigid",
+                        .colour = 5,
+                        .dashed = true,
+                        .x = (double[]){fit->dial_zero_in, fit->dial_zero_in, right_in},
+                        .y = (double[]){0.0, top_lb, top_lb},
+                        .count = known ? 3 : 2});
 }
 
 static void plot_push(const struct params_request *request, const struct push *push)
@@ -521,8 +521,8 @@ static struct answer *make_answer(const struct reader *r, json_t *scene, const s
     answer_json_value(answer, "scene", json_incref(scene));
     if (push) {
         answer_open(answer, "push", "");
-        push_answer_law(answer, &push->ground, &push->setting);
-        push_answer_tests(answer, &push->readings, &push->ground);
+        push_add_law(answer, &push->ground, &push->setting);
+        push_add_tests(answer, &push->readings, &push->ground);
         answer_close(answer);
     }
     return answer;

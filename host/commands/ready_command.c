@@ -45,7 +45,7 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     store_set_wait_s(store, LOCK_WAIT_S);
     if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
-        snprintf(f->database, sizeof f->database, "%.180s", wrong.text);
+        snprintf(f->database_fault, sizeof f->database_fault, "%.180s", wrong.text);
     wrong = (struct error){0};
     f->landing_bytes = READY_LANDING_BYTES;
     if (store_size_get(store, &bytes, &landings, &wrong) == MR_OK && landings > 0 &&
@@ -156,7 +156,7 @@ static int run_checks(const struct request *request, struct ready_facts *f)
     dialogue_close(dialogue);
     check_recent(store, f);
     ready_judge(f, &report);
-    if (!f->database[0])
+    if (!f->database_fault[0])
         save_report(store, &f->identity, "ready", &report, &f->shunts, made_us);
     return show_report(request->cli, "ready", &report, &f->identity, made_us,
                        monotonic_s() - begun_s);
@@ -181,15 +181,15 @@ struct walk_session {
 /* Prints one line for each switch or gage that responds. */
 static void print_response(const struct walk_session *w, enum walk_kind kind)
 {
-    const struct walk_response *a = &w->walk.response[kind][w->walk.count[kind] - 1];
+    const struct walk_response *a = &w->walk.response[kind][w->walk.response_count[kind] - 1];
     if (w->request->cli->quiet || w->request->cli->json)
         return;
     if (kind == WALK_SWITCH && a->number >= 1 && a->number <= MR_CONFIG_SWITCHES)
         printf("switch %u (%.1f ft): step of %.1f codes, configured %u\n", a->number,
-               (double)w->walk.config->gate[a->number - 1].station_ft, a->codes,
+               (double)w->walk.config->gate[a->number - 1].station_ft, a->step_codes,
                w->walk.config->gate[a->number - 1].step_codes);
     else if (kind == WALK_SWITCH)
-        printf("edge %u: step of %.1f codes\n", w->walk.count[kind], a->codes);
+        printf("edge %u: step of %.1f codes\n", w->walk.response_count[kind], a->step_codes);
     else
         printf("%s %u\n", walk_names[kind], a->number);
     fflush(stdout);
@@ -230,7 +230,8 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
      * real time. */
     uint32_t renew_ms = 0;
     enum mr_status status = MR_OK;
-    while (status == MR_OK && !walk_is_over(&w->walk) && !interrupted && monotonic_s() < until_s) {
+    while (status == MR_OK && !walk_is_complete(&w->walk) && !interrupted &&
+           monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
             status = config_client_set_live(dialogue, LIVE_S, error);
             renew_s = monotonic_s() + LIVE_RENEW_S;

@@ -82,7 +82,7 @@ static void read_place(const struct request *r, struct store *store, struct stor
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
                   r->kind->name, needs[r->kind->place]);
     else if (r->place && r->kind->place == INSPECTION_LANDING)
-        (void)(run_parse(r->place, &row->run, error) ?: store_run_find(store, &row->run, error)
+        (void)(run_parse(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
     else if (r->place &&
              quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
@@ -344,8 +344,8 @@ static int record_command(int argc, char **argv, const struct cli *cli)
                             : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
         run_parse(r.place, &run, fatal);
-    store_run_find(store, &run, fatal);
-    store_run_find(store, &r.compare, fatal);
+    store_find_run(store, &run, fatal);
+    store_find_run(store, &r.compare, fatal);
     if (adds)
         store_begin(store, fatal);
     inspection_load(store, &all, fatal);

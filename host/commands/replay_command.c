@@ -37,8 +37,8 @@ static void default_paths(struct replay *replay)
     data_dir_find(DATA_BOARD, replay->program, sizeof replay->program);
     data_dir_find(DATA_FIRMWARE, replay->elf, sizeof replay->elf);
     replay->board.program = replay->program;
-    if (!replay->board.elf)
-        replay->board.elf = replay->elf;
+    if (!replay->board.elf_path)
+        replay->board.elf_path = replay->elf;
 }
 
 static void remove_directory(const struct replay *replay)
@@ -68,7 +68,7 @@ static enum mr_status run_board(struct replay *replay, const struct cli *cli, st
     int64_t run = 0;
     replay->board.duration_s =
         (double)(replay->input.last_block - replay->input.shift_blocks) / 1e3 + 2.0;
-    cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf);
+    cli_note(cli, "playing %.3f s to %s", replay->board.duration_s, replay->board.elf_path);
     enum mr_status status = replay_board_run(&replay->board, replay->directory, &answers, &run,
                                              error)
                               ?: board_messages_load(answers, run, &replay->replayed, error);
@@ -115,10 +115,10 @@ static enum mr_status find_image(struct replay *replay, struct store *store, str
              replay->directory);
     enum mr_status status = store_bundle_extract(store, replay->run, replay->elf_unpacked, &bundled,
                                                  error);
-    if (replay->board.elf != replay->elf)
+    if (replay->board.elf_path != replay->elf)
         return status;
     if (bundled)
-        replay->board.elf = replay->elf_unpacked;
+        replay->board.elf_path = replay->elf_unpacked;
     else
         replay_image_path(&replay->recorded, replay->elf, sizeof replay->elf);
     return status;
@@ -139,16 +139,16 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
           temporary_folder_create(replay->directory, "replay", error) == MR_OK &&
           find_image(replay, store, error) == MR_OK &&
           replay_board_check(&replay->board, error) == MR_OK &&
-          replay_image_check(replay->board.elf, &replay->recorded, error) == MR_OK &&
+          replay_image_check(replay->board.elf_path, &replay->recorded, error) == MR_OK &&
           write_input(replay, store, error) == MR_OK &&
           write_configuration(replay, store, error) == MR_OK &&
           load_losses(store, replay, &options, error) == MR_OK &&
           run_board(replay, cli, error) == MR_OK))
         return error->status;
     replay->same_image = replay->recorded.landing.image_crc == replay->replayed.landing.image_crc;
-    options.exact = replay->exact_asked || replay->same_image;
+    options.is_exact = replay->exact_asked || replay->same_image;
     options.shift_blocks = replay->input.shift_blocks;
-    diff_answers(&replay->recorded, &replay->replayed, &options, &replay->diff);
+    diff_messages(&replay->recorded, &replay->replayed, &options, &replay->diff);
     return MR_OK;
 }
 
@@ -205,7 +205,7 @@ static enum mr_status parse_request(struct replay *replay, int argc, char **argv
     if (status == MR_OK && words[1])
         status = run_parse(words[1], &replay->run, error);
     replay->db = words[0];
-    replay->board.real_time = replay->speed && strcmp(replay->speed, "real") == 0;
+    replay->board.is_real_time = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
 }
 
@@ -218,7 +218,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     default_paths(replay);
     if (status == MR_OK)
         status = store_open(replay->db, STORE_READ, &store, &error)
-                   ?: store_run_find(store, &replay->run, &error);
+                   ?: store_find_run(store, &replay->run, &error);
     if (status == MR_OK)
         status = replay_run(replay, store, cli, &error);
     store_close(store);
@@ -226,8 +226,8 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct answer *answer = answer_new(cli->si);
     if (status == MR_OK)
         add_replay(replay, answer);
-    int exit_code = answer_end(cli, answer,
-                               replay->diff.differing ? mr_status_exit_code(MR_LIMIT) : 0, &error);
+    int exit_code = answer_end(
+        cli, answer, replay->diff.differing_fields ? mr_status_exit_code(MR_LIMIT) : 0, &error);
     board_messages_free(&replay->recorded);
     board_messages_free(&replay->replayed);
     free(replay);
@@ -240,7 +240,7 @@ static const struct command_part parts[] = {
                           "digests are checked and its image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
                   "max, or real (real time); default: max"),
-    OPTION_TEXT("--elf", "F", board.elf,
+    OPTION_TEXT("--elf_path", "F", board.elf_path,
                 "firmware image; default: that of the bundle, or the one installed with matrig"),
     OPTION_FLAG("--exact", exact_asked,
                 "require equal fields even when a different image recorded the landing; default: "

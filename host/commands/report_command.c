@@ -39,7 +39,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     }
     output_check(r.path, words[0], fatal);
     report.store = program_open_campaign(words[0], STORE_READ);
-    store_run_find(report.store, &report.run, fatal);
+    store_find_run(report.store, &report.run, fatal);
     if (report.run)
         store_refuse_void(report.store, report.run, r.voided, fatal);
     report_begin(&report, r.voided, fatal);

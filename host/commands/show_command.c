@@ -75,7 +75,7 @@ static void state_text(const struct preview *preview, char *out, size_t size)
     snprintf(out, size, "%lld, %s%s%s%s", (long long)preview->measured.landing.board_landing,
              mr_landing_state_text((unsigned)preview->measured.landing.state),
              preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
-             measured->dates_known ? measured_marks(measured)
+             measured->dates_known ? measured_marks_text(measured)
              : measured->torn      ? ", torn"
                                    : "");
 }
@@ -129,10 +129,10 @@ static void add_lost(const struct preview *preview, struct answer *answer)
     const struct summary_link *can = &preview->link[LINK_CAN],
                               *serial = &preview->link[LINK_SERIAL];
     answer_words(answer, NULL, "frames|lost", "%lld%s", (long long)(can->lost + serial->lost),
-                 can->silent || serial->silent ? ", more" : "");
+                 can->was_silent || serial->was_silent ? ", more" : "");
     answer_count(answer, "lost", NULL, can->lost + serial->lost);
     answer_count(answer, "dropped", NULL, can->dropped + serial->dropped);
-    answer_flag(answer, "silent", NULL, can->silent || serial->silent);
+    answer_flag(answer, "silent", NULL, can->was_silent || serial->was_silent);
 }
 
 static void append_text(char *out, size_t size, const char *text)
@@ -213,7 +213,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     answer_flag(answer, "void", NULL, preview->journal.is_void);
     answer_flag(answer, "imported", NULL, preview->imported);
     answer_flag(answer, "torn", NULL, preview->measured.torn);
-    summary_add_dates(&preview->measured, answer);
+    summary_add_calibration(&preview->measured, answer);
     add_motion(&preview->measured, answer);
     add_warning(preview, answer);
     add_lost(preview, answer);
@@ -332,7 +332,7 @@ static int show_command(int argc, char **argv, const struct cli *cli)
     if (words[1])
         run_parse(words[1], &run, fatal);
     struct store *store = program_open_campaign(words[0], STORE_READ);
-    store_run_find(store, &run, fatal);
+    store_find_run(store, &run, fatal);
     if (run)
         show_landing(store, run, answer);
     else

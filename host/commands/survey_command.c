@@ -35,9 +35,10 @@ static void add_head(const struct survey *survey, struct answer *answer)
     else
         answer_count(answer, "after_run", "after RUN", row->after_run);
     answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed",
-                 survey_desk_count_read(&survey->desk), survey->desk.plan.count, survey->confirmed);
-    answer_count(answer, "read", NULL, (int64_t)survey_desk_count_read(&survey->desk));
-    answer_count(answer, "of", NULL, (int64_t)survey->desk.plan.count);
+                 survey_progress_count_read(&survey->progress), survey->progress.plan.count,
+                 survey->confirmed);
+    answer_count(answer, "read", NULL, (int64_t)survey_progress_count_read(&survey->progress));
+    answer_count(answer, "of", NULL, (int64_t)survey->progress.plan.count);
     answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed);
     answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
@@ -47,7 +48,7 @@ static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "li
 
 /* Adds the changes between gage points along the runway. The printed table has only places with
  * readings; the JSON also has add_matrices. */
-static void add_spans(const struct survey *survey, const struct survey_found *found,
+static void add_spans(const struct survey *survey, const struct survey_results *found,
                       struct answer *answer)
 {
     bool changed = found->previous != 0;
@@ -115,7 +116,7 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
 }
 
 /* Adds the movement every 10 ft, at the nearest gage point. */
-static void add_movement(const struct survey_found *found, struct answer *answer)
+static void add_movement(const struct survey_results *found, struct answer *answer)
 {
     answer_table(answer, NULL,
                  "movement downfield since the previous survey, and bow since the first survey");
@@ -176,7 +177,7 @@ static json_t *moved_json(const struct survey_change *change, double factor)
     return lines;
 }
 
-static void add_worst_bow(const struct survey_found *found, struct answer *answer)
+static void add_worst_bow(const struct survey_results *found, struct answer *answer)
 {
     const bool si = answer_is_si(answer);
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
@@ -208,7 +209,7 @@ static void add_worst_bow(const struct survey_found *found, struct answer *answe
 }
 
 /* Adds the readings of all places, also places without a reading, to the JSON only. */
-static void add_matrices(const struct survey *survey, const struct survey_found *found,
+static void add_matrices(const struct survey *survey, const struct survey_results *found,
                          struct answer *answer, double factor)
 {
     answer_json_value(answer, "readings", readings_json(&survey->readings, factor));
@@ -220,7 +221,7 @@ static void add_matrices(const struct survey *survey, const struct survey_found 
     answer_json_value(answer, "bow", estimates_json(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
-static void add_survey(const struct survey *survey, const struct survey_found *found,
+static void add_survey(const struct survey *survey, const struct survey_results *found,
                        struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
@@ -265,31 +266,32 @@ static double display_value(const struct request *request, double value_in)
 
 static void print_prompt(const struct entry_session *typist)
 {
-    const struct survey_desk *desk = &typist->survey->desk;
+    const struct survey_progress *progress = &typist->survey->progress;
     bool si = typist->request->cli->si;
     char text[120];
-    if (typist->request->cli->quiet || desk->current == desk->plan.count)
+    if (typist->request->cli->quiet || progress->current == progress->plan.count)
         return;
-    survey_item_text(&desk->plan.item[desk->current], si, text, sizeof text);
-    fprintf(stderr, "%zu/%zu  %s", survey_desk_count_read(desk), desk->plan.count, text);
-    if (!isnan(desk->value_in[desk->current]))
+    survey_item_text(&progress->plan.item[progress->current], si, text, sizeof text);
+    fprintf(stderr, "%zu/%zu  %s", survey_progress_count_read(progress), progress->plan.count,
+            text);
+    if (!isnan(progress->value_in[progress->current]))
         fprintf(stderr, ", read: %.*f", si ? 2 : 3,
-                display_value(typist->request, desk->value_in[desk->current]));
-    if (!isnan(desk->previous_in[desk->current]))
+                display_value(typist->request, progress->value_in[progress->current]));
+    if (!isnan(progress->previous_in[progress->current]))
         fprintf(stderr, ", last %.*f", si ? 2 : 3,
-                display_value(typist->request, desk->previous_in[desk->current]));
+                display_value(typist->request, progress->previous_in[progress->current]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
 static void store_reading(struct entry_session *typist, size_t item, enum survey_outcome outcome,
                           const char *note)
 {
-    const struct survey_desk *desk = &typist->survey->desk;
-    const struct survey_item *place = &desk->plan.item[item];
+    const struct survey_progress *progress = &typist->survey->progress;
+    const struct survey_item *place = &progress->plan.item[item];
     struct store_gage_reading reading = {.line = place->line,
                                          .place = place->place,
-                                         .value_in = desk->value_in[item],
-                                         .skipped = desk->skipped[item],
+                                         .value_in = progress->value_in[item],
+                                         .skipped = progress->skipped[item],
                                          .confirmed = outcome == SURVEY_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
     snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);
@@ -301,20 +303,20 @@ static void store_reading(struct entry_session *typist, size_t item, enum survey
 static void report_outcome(const struct entry_session *typist, enum survey_outcome outcome,
                            size_t item, const struct survey_entry *entry)
 {
-    const struct survey_desk *desk = &typist->survey->desk;
+    const struct survey_progress *progress = &typist->survey->progress;
     const struct request *r = typist->request;
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
     if (r->cli->quiet)
         return;
     if (outcome == SURVEY_DOUBTFUL) {
-        double away_in = entry->value_in - survey_desk_expected_in(desk, item);
+        double away_in = entry->value_in - survey_progress_expected_in(progress, item);
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
                 cli_can_draw() ? "\a" : "", display_value(r, entry->value_in), unit->text,
                 display_value(r, away_in),
-                isnan(desk->previous_in[item]) ? "the design distance" : "the last reading",
-                display_value(r, survey_item_limit_in(&desk->plan.item[item])));
+                isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
+                display_value(r, survey_item_limit_in(&progress->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         const char *bell = cli_can_draw() ? "\a" : "";
         if (entry->error.what[0])
@@ -327,7 +329,7 @@ static void report_outcome(const struct entry_session *typist, enum survey_outco
                         : "not here");
     } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
         char text[120];
-        survey_item_text(&desk->plan.item[item], r->cli->si, text, sizeof text);
+        survey_item_text(&progress->plan.item[item], r->cli->si, text, sizeof text);
         fprintf(stderr, "  %s: %s\n",
                 outcome == SURVEY_UNDONE    ? "undone"
                 : outcome == SURVEY_SKIPPED ? "skipped"
@@ -352,7 +354,7 @@ static void handle_line(struct entry_session *typist, const char *line)
             stderr);
         return;
     }
-    enum survey_outcome outcome = survey_desk_apply(&typist->survey->desk, &entry, &item);
+    enum survey_outcome outcome = survey_progress_apply(&typist->survey->progress, &entry, &item);
     if (outcome == SURVEY_STORED || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
         store_reading(typist, item, outcome, entry.note);
@@ -384,7 +386,7 @@ static void handle_bytes(struct entry_session *typist, struct line *line, const 
         bool empty = line->length == 0;
         line->length = 0;
         line->too_long = false;
-        if (typist->survey->desk.current == typist->survey->desk.plan.count)
+        if (typist->survey->progress.current == typist->survey->progress.plan.count)
             typist->quit = true;
         if (!typist->quit && !empty)
             print_prompt(typist);
@@ -397,7 +399,7 @@ static void enter_readings(struct entry_session *typist)
     struct line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
-    typist->quit = typist->survey->desk.current == typist->survey->desk.plan.count;
+    typist->quit = typist->survey->progress.current == typist->survey->progress.plan.count;
     if (!typist->quit)
         print_prompt(typist);
     while (!typist->quit && count > 0) {
@@ -417,35 +419,35 @@ static void enter_readings(struct entry_session *typist)
 static void read_sheet(struct entry_session *typist)
 {
     static struct survey_sheet sheet;
-    struct survey_desk *desk = &typist->survey->desk;
+    struct survey_progress *progress = &typist->survey->progress;
     const struct request *request = typist->request;
     size_t doubted = 0, item;
-    survey_sheet_read(request->from, &desk->plan, &sheet, fatal);
+    survey_sheet_read(request->from, &progress->plan, &sheet, fatal);
     store_begin(typist->store, fatal);
-    for (size_t i = 0; i < desk->plan.count; i++) {
+    for (size_t i = 0; i < progress->plan.count; i++) {
         struct survey_entry entry = {.kind = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
             continue;
-        desk->current = i;
-        desk->has_doubtful = false;
-        enum survey_outcome outcome = survey_desk_apply(desk, &entry, &item);
+        progress->current = i;
+        progress->has_doubtful = false;
+        enum survey_outcome outcome = survey_progress_apply(progress, &entry, &item);
         if (outcome == SURVEY_DOUBTFUL && request->doubtful) {
-            outcome = survey_desk_apply(desk, &entry, &item);
+            outcome = survey_progress_apply(progress, &entry, &item);
         } else if (outcome == SURVEY_DOUBTFUL) {
             char text[120];
-            survey_item_text(&desk->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
-                     display_value(request, entry.value_in - survey_desk_expected_in(desk, i)),
-                     unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
-                     isnan(desk->previous_in[i]) ? "the design distance" : "the last reading",
-                     text);
+            survey_item_text(&progress->plan.item[i], request->cli->si, text, sizeof text);
+            cli_note(
+                request->cli, "reading not accepted, %+.3f %s away from %s: %s",
+                display_value(request, entry.value_in - survey_progress_expected_in(progress, i)),
+                unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
+                isnan(progress->previous_in[i]) ? "the design distance" : "the last reading", text);
             doubted++;
             continue;
         }
         store_reading(typist, i, outcome, sheet.note[i]);
     }
     store_commit(typist->store, fatal);
-    survey_desk_move_to_next(desk, 0);
+    survey_progress_move_to_next(progress, 0);
     if (doubted)
         error_set(
             fatal, MR_LIMIT,
@@ -469,10 +471,11 @@ static void refuse_same(const struct request *request, struct store *store,
     if (request->doubtful || survey_load(store, 0, &newest, &none) != MR_OK ||
         strcmp(newest.row.edges, survey_edges_text[request->edges]) != 0)
         return;
-    for (size_t i = 0; i < newest.desk.plan.count; i++) {
+    for (size_t i = 0; i < newest.progress.plan.count; i++) {
         read += isnan(sheet->value_in[i]) ? 0u : 1u;
-        same += fabs(sheet->value_in[i] - newest.desk.value_in[i]) < SAME_READING_TOLERANCE_IN ? 1u
-                                                                                               : 0u;
+        same += fabs(sheet->value_in[i] - newest.progress.value_in[i]) < SAME_READING_TOLERANCE_IN
+                  ? 1u
+                  : 0u;
     }
     if (same == read && read >= SAME_READINGS_MIN)
         error_set(fatal, MR_LIMIT,
@@ -485,12 +488,12 @@ static void refuse_same(const struct request *request, struct store *store,
  * campaign. `store`: NULL if the campaign does not exist. */
 static void check_sheet(const struct request *request, struct store *store)
 {
-    static struct survey_desk desk;
+    static struct survey_progress progress;
     static struct survey_sheet sheet;
     if (!request->from)
         return;
-    survey_desk_init(&desk, request->edges);
-    survey_sheet_read(request->from, &desk.plan, &sheet, fatal);
+    survey_progress_init(&progress, request->edges);
+    survey_sheet_read(request->from, &progress.plan, &sheet, fatal);
     if (store)
         refuse_same(request, store, &sheet);
 }
@@ -503,8 +506,8 @@ static void begin_survey(const struct request *request, struct store *store, str
     if (found) {
         cli_note(request->cli,
                  "continuing survey %lld, %zu of %zu points read (--new begins a new survey)",
-                 (long long)survey->row.id, survey_desk_count_read(&survey->desk),
-                 survey->desk.plan.count);
+                 (long long)survey->row.id, survey_progress_count_read(&survey->progress),
+                 survey->progress.plan.count);
         return;
     }
     check_sheet(request, store);
@@ -532,7 +535,7 @@ static int withdraw_survey(const struct request *request, struct store *store)
     store_withdraw(store, &row, fatal);
     store_gage_loaded(store, row.item, &loaded_us, fatal);
     cli_note(request->cli, "survey %lld was withdrawn, with %zu readings%s", (long long)row.item,
-             survey_desk_count_read(&survey.desk),
+             survey_progress_count_read(&survey.progress),
              loaded_us ? "; the board still uses it: load a different survey, or reset the board"
                        : "");
     return request->cli->json
@@ -549,7 +552,7 @@ static void check_before_end(const struct request *request, struct store *store,
     if (!found)
         error_set(fatal, MR_NOT_NOW, "no unfinished survey: %s; --show prints the newest survey",
                   request->db);
-    if (survey_desk_count_read(&survey->desk) == 0)
+    if (survey_progress_count_read(&survey->progress) == 0)
         error_set(fatal, MR_NOT_NOW,
                   "no readings: survey %lld of %s; enter readings, or withdraw the survey: "
                   "--withdraw %lld --reason T",
@@ -572,7 +575,7 @@ static void run_survey(const struct request *request, struct store *store, struc
         read_sheet(&typist);
     else if (!request->end)
         enter_readings(&typist);
-    if (request->end || survey->desk.current == survey->desk.plan.count)
+    if (request->end || survey->progress.current == survey->progress.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
     survey_load(store, id, survey, fatal);
 }
@@ -657,7 +660,7 @@ static void compare_slacks(const struct loading *l, const struct survey_slack *s
 /* Loads the joint openings of a survey into a board (command `survey`, common/command.h), and reads
  * them back from the board. */
 static void load_board(const struct request *request, struct store *store,
-                       const struct survey *survey, const struct survey_found *found,
+                       const struct survey *survey, const struct survey_results *found,
                        struct load_result *loaded)
 {
     struct loading loading = {.received = {false}};
@@ -712,14 +715,14 @@ static size_t write_sheet(const struct request *request, struct store *store, st
         /* a new survey, whose previous readings are those of the newest survey */
         static struct survey newest;
         struct error none = {0};
-        survey_desk_init(&survey->desk, request->edges);
+        survey_progress_init(&survey->progress, request->edges);
         if (survey_load(store, 0, &newest, &none) == MR_OK) {
-            for (size_t i = 0; i < newest.desk.plan.count; i++) {
-                int at = survey_plan_find(&survey->desk.plan, &newest.desk.plan.item[i]);
+            for (size_t i = 0; i < newest.progress.plan.count; i++) {
+                int at = survey_plan_find(&survey->progress.plan, &newest.progress.plan.item[i]);
                 if (at >= 0)
-                    survey->desk.previous_in[at] = isnan(newest.desk.value_in[i])
-                                                     ? newest.desk.previous_in[i]
-                                                     : newest.desk.value_in[i];
+                    survey->progress.previous_in[at] = isnan(newest.progress.value_in[i])
+                                                         ? newest.progress.previous_in[i]
+                                                         : newest.progress.value_in[i];
             }
         }
     }
@@ -727,15 +730,15 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     const char *sheet = strcmp(request->sheet, "-") == 0 ? NULL : request->sheet;
     output_check_new(sheet, request->force, fatal);
     output_begin(&output, sheet, fatal);
-    survey_sheet_write(output.file, &survey->desk, request->cli->si);
+    survey_sheet_write(output.file, &survey->progress, request->cli->si);
     output_end(&output, fatal);
-    return survey->desk.plan.count;
+    return survey->progress.plan.count;
 }
 
 static int run(const struct request *request)
 {
     static struct survey survey;
-    static struct survey_found found;
+    static struct survey_results found;
     struct load_result loaded = {.sent = 0};
     /* a campaign can be created by its first --sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;

@@ -60,7 +60,7 @@ static void load_landing(struct store *store, const struct request *r, struct su
     size_t count = 0;
     store_landings(store, &rows, &count, fatal);
     s->run = r->run ? r->run : count ? rows[count - 1].id : 0;
-    store_run_find(store, &s->run, fatal);
+    store_find_run(store, &s->run, fatal);
     free(rows);
     if (!s->run)
         error_set(

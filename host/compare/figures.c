@@ -170,7 +170,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 /* error of the stop time if it has none: about the time between the last edges */
 #define STOP_UNKNOWN_S 0.1
 
-void compare_clock_init(const struct measured *measured, struct compare_clock *clock)
+void compare_timing_init(const struct measured *measured, struct compare_timing *clock)
 {
     struct track track;
     double unused;
@@ -179,8 +179,8 @@ void compare_clock_init(const struct measured *measured, struct compare_clock *c
     clock->stop_error_s = measured->summary.stop_t_s.error;
     if (!(clock->stop_error_s >= 0.0))
         clock->stop_error_s = STOP_UNKNOWN_S;
-    for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++) {
-        double t_s = clock->stop_s * (double)i / COMPARE_CLOCK_POINTS,
+    for (size_t i = 0; i <= COMPARE_TIMING_POINTS; i++) {
+        double t_s = clock->stop_s * (double)i / COMPARE_TIMING_POINTS,
                speed_ft_s = measured_speed_ft_s(measured, t_s, &unused);
         struct mr_estimate station_ft = track_at(&track, t_s);
         double error_ft = isnan(station_ft.error) ? measured->landing.switch_error_ft
@@ -190,12 +190,12 @@ void compare_clock_init(const struct measured *measured, struct compare_clock *c
     }
 }
 
-double compare_time_error(const struct compare_clock *clock, double t_s)
+double compare_time_error(const struct compare_timing *clock, double t_s)
 {
-    double k = t_s / clock->stop_s * COMPARE_CLOCK_POINTS;
+    double k = t_s / clock->stop_s * COMPARE_TIMING_POINTS;
     if (!(k > 0.0))
         return clock->error_s[0];
-    if (k >= COMPARE_CLOCK_POINTS)
+    if (k >= COMPARE_TIMING_POINTS)
         return clock->stop_error_s;
     size_t i = (size_t)k;
     return clock->error_s[i] + (k - (double)i) * (clock->error_s[i + 1] - clock->error_s[i]);
@@ -249,8 +249,8 @@ struct compare_overlap compare_find_overlap(const struct compare_zone *a,
 }
 
 /* Returns the board's newest zone and prediction at a time. */
-static struct compare_zone board_zone(const struct measured *measured,
-                                      const struct compare_board_reports *said, double t_s)
+static struct compare_zone find_board_zone(const struct measured *measured,
+                                           const struct compare_board_reports *said, double t_s)
 {
     struct compare_zone zone = {.is_known = false};
     const struct store_zone *row = NULL;
@@ -283,13 +283,13 @@ static bool has_movement(const struct measured *measured, size_t sample)
     return readings >= 2;
 }
 
-static struct compare_zone measured_zone(const struct measured *measured,
-                                         const struct zones_closure *survey, double t_s)
+static struct compare_zone find_measured_zone(const struct measured *measured,
+                                              const struct zones_closure *survey, double t_s)
 {
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone run;
     double sample = (t_s - measured_time_s(measured, 0)) * 1000.0;
-    if (survey->surveyed == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
+    if (survey->surveyed_segments == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
     zones_find_closed(measured, survey, (size_t)sample, remaining_in, &run);
@@ -298,8 +298,8 @@ static struct compare_zone measured_zone(const struct measured *measured,
         true, (double)run.mats, (double)run.start_ft, (double)run.end_ft, error_ft, error_ft};
 }
 
-static struct compare_zone simulated_zone(const struct compare_segments *segments, double t_s,
-                                          double wheel_ft)
+static struct compare_zone find_simulated_zone(const struct compare_segments *segments, double t_s,
+                                               double wheel_ft)
 {
     double row = floor(t_s / segments->dt_s + 0.5);
     if (segments->rows == 0 || !(row >= 0.0))
@@ -321,9 +321,9 @@ static void extend_range(const struct zone_input *in, const char *what, double t
     moment->description = what;
     moment->t_s = t_s;
     moment->wheel_ft = measured_station_ft(in->measured, t_s);
-    moment->zone[COMPARE_MEASURED] = measured_zone(in->measured, in->survey, t_s);
-    moment->zone[COMPARE_BOARD] = board_zone(in->measured, in->reports, t_s);
-    moment->zone[COMPARE_SIMULATED] = simulated_zone(in->segments, t_s, moment->wheel_ft);
+    moment->zone[COMPARE_MEASURED] = find_measured_zone(in->measured, in->survey, t_s);
+    moment->zone[COMPARE_BOARD] = find_board_zone(in->measured, in->reports, t_s);
+    moment->zone[COMPARE_SIMULATED] = find_simulated_zone(in->segments, t_s, moment->wheel_ft);
     moment->board = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
                                          &moment->zone[COMPARE_BOARD]);
     moment->simulated = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
@@ -332,8 +332,8 @@ static void extend_range(const struct zone_input *in, const char *what, double t
 
 /* Returns the time of the longest zone while the gear moves: of the measured zone; without one, of
  * the board's; without either, of the simulated zone. */
-static double longest_s(const struct zone_input *in, double stop_s,
-                        enum compare_zone_source *source)
+static double find_longest_zone_s(const struct zone_input *in, double stop_s,
+                                  enum compare_zone_source *source)
 {
     double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
     for (double t_s = 0.0; t_s < stop_s; t_s += STEP_S) {
@@ -363,7 +363,7 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
     double stop_s = measured->summary.stop_t_s.value,
            end_s = measured_time_s(measured, measured->samples - 1);
     enum compare_zone_source source;
-    double t_s = longest_s(&in, stop_s, &source);
+    double t_s = find_longest_zone_s(&in, stop_s, &source);
     zones->count = 0;
     if (!isnan(t_s))
         extend_range(&in, longest[source], t_s, &zones->moment[zones->count++]);
@@ -392,7 +392,7 @@ static double interpolate(const struct store_simulation *row, const float *value
     return (double)values[i] + (k - (double)i) * (double)(values[i + 1] - values[i]);
 }
 
-void compare_fill_curves(const struct measured *measured, const struct compare_clock *clock,
+void compare_fill_curves(const struct measured *measured, const struct compare_timing *clock,
                          const struct measured_channel *channel, const struct store_simulation *row,
                          double solver_error_in, struct compare_curves *s)
 {
@@ -497,7 +497,7 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
         of += t_s >= 0.0 && t_s <= end_s;
         valid += t_s >= 0.0 && t_s <= end_s && !isnan(measured_value(channel, i));
     }
-    out->valid = of ? (double)valid / (double)of : 0.0;
+    out->valid_share = of ? (double)valid / (double)of : 0.0;
     if (!row || row->length == 0)
         snprintf(out->reason, sizeof out->reason, "not simulated; compare the landing again");
     else if (!channel->raw || of == 0)
@@ -505,16 +505,16 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
     else if (isnan(channel->baseline))
         snprintf(out->reason, sizeof out->reason, "no reading at rest before the landing: %s",
                  most_frequent_reason(measured, channel));
-    else if (out->valid < COMPARE_MIN_VALID)
+    else if (out->valid_share < COMPARE_MIN_VALID)
         snprintf(out->reason, sizeof out->reason,
                  "only %.0f %% of its readings are valid, at least half are needed: %s",
-                 100.0 * out->valid, most_frequent_reason(measured, channel));
+                 100.0 * out->valid_share, most_frequent_reason(measured, channel));
     else
         return true;
     return false;
 }
 
-static void add_channel(const struct measured *measured, const struct compare_clock *clock,
+static void add_channel(const struct measured *measured, const struct compare_timing *clock,
                         const struct measured_channel *channel, const struct store_simulation *row,
                         double solver_error_in, struct compare_channel *out)
 {
@@ -547,13 +547,13 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
     measured_format_torn(measured, figures->torn);
-    figures->marks = measured_marks(measured);
-    snprintf(figures->against, sizeof figures->against, "%s", head->file);
+    figures->marks = measured_marks_text(measured);
+    snprintf(figures->model_file, sizeof figures->model_file, "%s", head->file);
     figures->run_ms = head->run_ms;
     figures->error_in = head->error_in;
     figures->seeds = head->seeds;
-    figures->surveyed = survey->surveyed;
-    compare_clock_init(measured, &figures->clock);
+    figures->surveyed_segments = survey->surveyed_segments;
+    compare_timing_init(measured, &figures->timing);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         const struct store_simulation *row = NULL;
@@ -564,7 +564,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
         double solver_error_in = !isnan(head->error_in) ? head->error_in
                                : row                    ? row->peak_simulated_error_in
                                                         : 0.0;
-        add_channel(measured, &figures->clock, &measured->channel[c], row, solver_error_in,
+        add_channel(measured, &figures->timing, &measured->channel[c], row, solver_error_in,
                     &figures->channel[figures->channels++]);
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,
@@ -572,7 +572,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
     compare_find_zones(measured, survey, said, &segments, &figures->zones);
 }
 
-struct compare_mean compare_mean_of(const struct compare_figures *figures)
+struct compare_mean compare_average(const struct compare_figures *figures)
 {
     struct compare_mean mean = {0};
     double sum = 0.0, squares = 0.0;
@@ -600,8 +600,8 @@ struct compare_mean compare_mean_of(const struct compare_figures *figures)
 void compare_find_agreement(const struct compare_figures *figures, struct compare_agreement *a)
 {
     *a = (struct compare_agreement){.run = figures->run,
-                                    .against = figures->against[0] ? figures->against
-                                                                   : "the simulation",
+                                    .model_file = figures->model_file[0] ? figures->model_file
+                                                                         : "the simulation",
                                     .en = (double)NAN};
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
@@ -640,14 +640,14 @@ void compare_write_sentence(const struct compare_agreement *a, bool si,
     if (!a->channel) {
         snprintf(out, COMPARE_SENTENCE_SIZE,
                  "No peak, end or arrival of RUN %" PRId64 " could be compared with %s", a->run,
-                 a->against);
+                 a->model_file);
         return;
     }
     snprintf(out, COMPARE_SENTENCE_SIZE,
              "RUN %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
              "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
              "simulated %s, En %.3g",
-             a->run, a->values_differing ? "differs from" : "agrees with", a->against,
+             a->run, a->values_differing ? "differs from" : "agrees with", a->model_file,
              a->values_differing, a->values_judged, a->value, a->channel->number,
              a->channel->station_ft * station->factor, station->text,
              unit_value_text(kind, si, a->measured, 4, measured),

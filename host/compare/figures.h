@@ -71,13 +71,14 @@ double signal_normalized_error(double measured, double measured_error, double si
  * its speed, limited to the error of the stop time. It is the uncertainty with which two movements
  * can be aligned, due to the timing of edges and the positions of switches. Times are in seconds
  * since touchdown. */
-#define COMPARE_CLOCK_POINTS 128
-struct compare_clock {
+#define COMPARE_TIMING_POINTS 128
+struct compare_timing {
     double stop_s, stop_error_s;
-    double error_s[COMPARE_CLOCK_POINTS + 1]; /* errors at equal steps from touchdown to the stop */
+    double
+        error_s[COMPARE_TIMING_POINTS + 1]; /* errors at equal steps from touchdown to the stop */
 };
-void compare_clock_init(const struct measured *measured, struct compare_clock *clock);
-double compare_time_error(const struct compare_clock *clock, double t_s);
+void compare_timing_init(const struct measured *measured, struct compare_timing *clock);
+double compare_time_error(const struct compare_timing *clock, double t_s);
 
 /* Zones of closed mats at the same moment: measured (survey and transducers, common/closure.h),
  * reported by the board, and simulated.
@@ -160,8 +161,8 @@ struct compare_channel {
     int64_t number;
     double station_ft;
     bool compared;
-    char reason[100]; /* reason if the channel was not compared; otherwise a remark, or empty */
-    double valid;     /* share of the samples that are valid */
+    char reason[100];   /* reason if the channel was not compared; otherwise a remark, or empty */
+    double valid_share; /* share of the samples that are valid */
     struct signal_figures figures;
     struct signal_moment end_measured, end_simulated; /* means over the last 0.2 s */
     double bias_en, peak_en, end_en, arrival_en;
@@ -169,17 +170,17 @@ struct compare_channel {
 
 struct compare_figures {
     int64_t run;
-    char against[120]; /* the model's file; empty: not stored */
+    char model_file[120]; /* the model's file; empty: not stored */
     /* reason to doubt the measured numbers (measured_format_torn); "": none */
     char torn[MEASURED_TORN_SIZE];
-    const char *marks;       /* marks of the landing, from measured_marks */
+    const char *marks;       /* marks of the landing, from measured_marks_text */
     double run_ms, error_in; /* duration of the simulation, and its error estimate */
     int64_t seeds;
-    size_t surveyed; /* number of segments with known slack */
-    size_t channels; /* number of fitted channels */
+    size_t surveyed_segments; /* number of segments with known slack */
+    size_t channels;          /* number of fitted channels */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
-    struct compare_clock clock;
+    struct compare_timing timing;
 };
 
 /* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
@@ -196,14 +197,14 @@ struct compare_mean {
     double samples, bias_in, rms_in;
     double worst_rms_in, peak_en; /* largest value of all channels */
 };
-struct compare_mean compare_mean_of(const struct compare_figures *figures);
+struct compare_mean compare_average(const struct compare_figures *figures);
 /* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
  * compared. The caller frees `storage`. */
 struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
         *time_error_s, *alignment_in;
 };
-void compare_fill_curves(const struct measured *measured, const struct compare_clock *clock,
+void compare_fill_curves(const struct measured *measured, const struct compare_timing *clock,
                          const struct measured_channel *channel, const struct store_simulation *row,
                          double solver_error_in, struct compare_curves *curves);
 
@@ -212,7 +213,7 @@ void compare_fill_curves(const struct measured *measured, const struct compare_c
  * 1. */
 struct compare_agreement {
     int64_t run;
-    const char *against;
+    const char *model_file;
     /* number of values with a known En, and of those with En above 1 */
     size_t values_judged, values_differing;
     /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is

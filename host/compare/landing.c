@@ -73,8 +73,9 @@ static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene
     free(gap_ft);
 }
 
-enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
-                             struct sim_scene *scene, struct error *error)
+enum mr_status compare_prepare_scene(const struct measured *measured,
+                                     const struct zones_closure *survey, struct sim_scene *scene,
+                                     struct error *error)
 {
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON_SIZE];
@@ -99,8 +100,8 @@ enum mr_status compare_scene(const struct measured *measured, const struct zones
 
 /* Checks that the scene has the mats and the runway of the rig. Otherwise MR_USAGE, with the
  * command that converts the scene. */
-static enum mr_status compare_scale(const struct sim_scene *scene, const char *where,
-                                    struct error *error)
+static enum mr_status check_scale(const struct sim_scene *scene, const char *where,
+                                  struct error *error)
 {
     const double rig_ft = MR_SEGMENTS * (double)MR_SEGMENT_LENGTH_FT;
     double runway_ft = scene->mats * scene->length_ft;
@@ -119,7 +120,7 @@ static enum mr_status compare_scale(const struct sim_scene *scene, const char *w
 
 /* Returns true for a study file, which has landings. The scene loader reports the error of invalid
  * JSON. */
-static bool is_campaign(const char *path)
+static bool is_study_file(const char *path)
 {
     json_error_t ignored;
     json_t *root = json_load_file(path, 0, &ignored);
@@ -138,7 +139,7 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         model->survey_in[s] = MR_NAN;
     const struct sim_scene *scene = &model->scene;
-    if (is_campaign(path)) {
+    if (is_study_file(path)) {
         if (series_load(&model->series, path, error) != MR_OK)
             return error->status;
         model->ensemble = true;
@@ -151,7 +152,7 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
     } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
         return error->status;
     }
-    if (compare_scale(scene, path, error) != MR_OK)
+    if (check_scale(scene, path, error) != MR_OK)
         compare_model_free(model);
     else
         model->joints = (size_t)scene->mats + 1;
@@ -247,7 +248,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     struct zones_closure none;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         none.slack_in[s] = MR_NAN;
-    none.surveyed = 0;
+    none.surveyed_segments = 0;
     if (model->ensemble && index >= c->landing_count)
         return error_set(error, MR_USAGE,
                          "no such landing: %s has %zu landings, this is number %zu of the series; "
@@ -259,7 +260,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     scene->path_count = 0;
     if (model->ensemble)
         scene->model = SIM_CHAIN;
-    enum mr_status status = compare_scene(measured, &none, scene, error);
+    enum mr_status status = compare_prepare_scene(measured, &none, scene, error);
     double share = c->weight_lb / c->axles * COMPARE_STRIPS / COMPARE_AIRCRAFT_LB;
     for (size_t i = 0; model->ensemble && i < scene->path_count; i++)
         scene->path[i].force_lb *= share;
@@ -662,7 +663,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
     enum mr_status status = compare_run_landing(store, out->run, model, index, &landing, &why);
     if (status == MR_OK) {
         out->compared = true;
-        set->compared++;
+        set->compared_count++;
         out->figures = landing.figures;
         pool_figures(set, &out->figures);
     } else if (status == MR_TOO_FEW || status == MR_TRUNCATED || status == MR_NUMERICS) {
@@ -681,7 +682,7 @@ enum mr_status compare_series_run(struct store *store, const char *name,
 {
     int64_t *runs = NULL;
     memset(set, 0, sizeof *set);
-    snprintf(set->against, sizeof set->against, "%s", model->name);
+    snprintf(set->model_file, sizeof set->model_file, "%s", model->name);
     snprintf(set->name, sizeof set->name, "%s", name ? name : "");
     if (select_runs(store, name, &runs, &set->count, error) == MR_OK)
         set->landing = xcalloc(set->count, sizeof *set->landing);
@@ -691,7 +692,7 @@ enum mr_status compare_series_run(struct store *store, const char *name,
         if (progress)
             progress(ctx, i + 1, set->count);
     }
-    if (error->status == MR_OK && set->compared == 0)
+    if (error->status == MR_OK && set->compared_count == 0)
         error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store),
                   set->landing[0].reason);
     if (error->status == MR_OK)

@@ -18,8 +18,9 @@
 /* Sets the run's motion (path) and survey (gap0) in a scene that contains everything else. The path
  * has the station of the fitted motion and thrust = (aircraft / strips) a / g. MR_TOO_FEW: the
  * motion is not known. MR_TRUNCATED: the record ends before the stop. */
-enum mr_status compare_scene(const struct measured *measured, const struct zones_closure *survey,
-                             struct sim_scene *scene, struct error *error);
+enum mr_status compare_prepare_scene(const struct measured *measured,
+                                     const struct zones_closure *survey, struct sim_scene *scene,
+                                     struct error *error);
 
 /* The model with which a landing is compared: a scene, or an ensemble of runways of a campaign. It
  * is simulated with the measured motions.
@@ -118,9 +119,9 @@ struct compare_pooled {
 
 struct compare_series {
     /* the model's file; the name of the series, empty for all landings */
-    char against[120], name[80];
+    char model_file[120], name[80];
     struct compare_series_landing *landing;
-    size_t count, compared;
+    size_t count, compared_count;
     /* Results of each transducer, by its number: means over all landings, weighted by the number of
      * samples. landings 0: there is no data. */
     struct {

@@ -104,9 +104,9 @@ static void record_failure(struct check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
     double size = isnan(beyond) ? (double)INFINITY : beyond / fmax(fabs(check->limit), 1e-12);
-    if (v->failed++ > 0 && !(size > v->worst))
+    if (v->failed++ > 0 && !(size > v->worst_excess))
         return;
-    v->worst = size;
+    v->worst_excess = size;
     snprintf(v->text, sizeof v->text, "%s", text);
 }
 

@@ -31,7 +31,7 @@ struct compare_limits {
 struct compare_verdict {
     size_t checked, failed;
     char text[300]; /* description of the failure that is largest relative to its limit */
-    double worst;
+    double worst_excess;
 };
 
 /* Adds the limits of a file. MR_IO: the file cannot be read. MR_MALFORMED: it is not a file of

@@ -33,7 +33,7 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
     answer_count(answer, "number", "no", c->number);
     answer_flag(answer, "compared", NULL, c->compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
-    answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid, 3);
+    answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid_share, 3);
     if (c->reason[0])
         answer_words(answer, "why", NULL, "%s", c->reason);
     if (c->compared) {
@@ -192,7 +192,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
         answer_sentence(answer, "torn", "%s", figures->torn);
     else
         answer_none(answer, "torn", NULL, NULL);
-    answer_words(answer, "scene", "against", "%s", figures->against);
+    answer_words(answer, "scene", "against", "%s", figures->model_file);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->suffix = " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)
         ->suffix = ", estimated by its solver";
@@ -202,8 +202,9 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
                      "%lld: the simulation is the mean over these runways, and its error includes "
                      "their spread",
                      (long long)figures->seeds);
-    answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed, MR_SEGMENTS);
-    answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed);
+    answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segments,
+                 MR_SEGMENTS);
+    answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
     size_t missing = 0;
     for (size_t i = 0; i < figures->channels; i++)
         missing += !figures->channel[i].compared;
@@ -219,7 +220,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
 void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer)
 {
-    const struct compare_mean mean = compare_mean_of(figures);
+    const struct compare_mean mean = compare_average(figures);
     const struct compare_zone_moment *rest = compare_find_moment(&figures->zones, true);
     struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE_SIZE];
@@ -229,7 +230,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
     answer_count(answer, NULL, "RUN", figures->run)->suffix = figures->marks;
     if (figures->torn[0])
         answer_sentence(answer, NULL, "%s", figures->torn);
-    answer_words(answer, NULL, "against", "%s", figures->against);
+    answer_words(answer, NULL, "against", "%s", figures->model_file);
     answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
                  figures->channels);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->suffix =
@@ -251,7 +252,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
 static void add_landing(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
-    const struct compare_mean mean = compare_mean_of(&landing->figures);
+    const struct compare_mean mean = compare_average(&landing->figures);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
     if (!landing->compared)
@@ -319,7 +320,7 @@ static void add_worst_agreement(const struct compare_series *set, struct answer 
             continue;
         compare_find_agreement(&set->landing[i].figures, &one);
         differ += one.values_differing > 0;
-        if (!worst.against || (one.channel && !(one.en <= worst.en)))
+        if (!worst.model_file || (one.channel && !(one.en <= worst.en)))
             worst = one;
     }
     answer_count(answer, "landings_differ", "differ", (int64_t)differ);
@@ -328,10 +329,10 @@ static void add_worst_agreement(const struct compare_series *set, struct answer 
 
 void compare_series_to_answer(const struct compare_series *set, struct answer *answer)
 {
-    answer_words(answer, "scene", "against", "%s", set->against);
+    answer_words(answer, "scene", "against", "%s", set->model_file);
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
     answer_count(answer, NULL, "landings", (int64_t)set->count);
-    answer_count(answer, "compared", "compared", (int64_t)set->compared);
+    answer_count(answer, "compared", "compared", (int64_t)set->compared_count);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->suffix = " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->suffix =
         " (largest), estimated by its solver";
@@ -377,13 +378,15 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         if (set->landing[i].compared) {
             compare_judge(&set->landing[i].figures, limits, one);
         } else { /* a landing that was not compared fails its limits */
-            *one = (struct compare_verdict){.checked = 1, .failed = 1, .worst = (double)INFINITY};
+            *one = (struct compare_verdict){
+                .checked = 1, .failed = 1, .worst_excess = (double)INFINITY};
             snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
                      set->landing[i].run, set->landing[i].reason);
         }
         set->verdict.checked += one->checked;
-        if (one->failed > 0 && (set->verdict.failed == 0 || one->worst > set->verdict.worst)) {
-            set->verdict.worst = one->worst;
+        if (one->failed > 0 &&
+            (set->verdict.failed == 0 || one->worst_excess > set->verdict.worst_excess)) {
+            set->verdict.worst_excess = one->worst_excess;
             memcpy(set->verdict.text, one->text, sizeof set->verdict.text);
         }
         set->verdict.failed += one->failed;
@@ -419,7 +422,7 @@ static void channel_curves_make(const struct compare_landing *landing, struct ch
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_fill_curves(measured, &landing->figures.clock, &measured->channel[c], row,
+        compare_fill_curves(measured, &landing->figures.timing, &measured->channel[c], row,
                             isnan(landing->head.error_in) ? row->peak_simulated_error_in
                                                           : landing->head.error_in,
                             &sides->curves[sides->count]);

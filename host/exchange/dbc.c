@@ -67,7 +67,7 @@ static const struct {
     unsigned first, last;
     int sign;
     const char *(*text)(unsigned number);
-} named[] = {
+} named_values[] = {
     {MR_ID_FAULT, "code", 0, MR_FAULT_COUNT - 1, 1, mr_fault_text},
     {MR_ID_CRASH, "item", 0, MR_CRASH_ITEMS - 1, 1, mr_crash_item_name},
     {MR_ID_CAN_ALARM, "state", 0, MR_CAN_MISSING, 1, mr_can_state_text},
@@ -83,12 +83,14 @@ static void list_values(FILE *out, const struct mr_message_info *message,
 {
     if (field->per_unit > 0.0f)
         write_value(out, field->type == MR_WIRE_u16 ? 65535 : -32768, "missing");
-    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++) {
-        bool is = named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
-        for (unsigned number = named[i].first; is && number <= named[i].last; number++) {
-            const char *text = named[i].text(number);
+    for (size_t i = 0; i < sizeof named_values / sizeof named_values[0]; i++) {
+        bool is = named_values[i].id == message->id &&
+                  strcmp(named_values[i].field, field->name) == 0;
+        for (unsigned number = named_values[i].first; is && number <= named_values[i].last;
+             number++) {
+            const char *text = named_values[i].text(number);
             if (strcmp(text, "unknown fault") != 0) /* an unknown fault is an unused number */
-                write_value(out, named[i].sign * (long)number, text);
+                write_value(out, named_values[i].sign * (long)number, text);
         }
     }
     for (const struct mr_value *value = field->values;
@@ -102,8 +104,9 @@ static void write_values(FILE *out, const struct mr_message_info *message,
                          const struct mr_field_info *field, uint16_t base)
 {
     bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_CODE;
-    for (size_t i = 0; i < sizeof named / sizeof named[0]; i++)
-        coded |= named[i].id == message->id && strcmp(named[i].field, field->name) == 0;
+    for (size_t i = 0; i < sizeof named_values / sizeof named_values[0]; i++)
+        coded |= named_values[i].id == message->id &&
+                 strcmp(named_values[i].field, field->name) == 0;
     if (!coded)
         return;
     fprintf(out, "VAL_ %u %s", mr_can_to_bus(message->id, base), field->name);

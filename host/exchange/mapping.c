@@ -314,7 +314,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     if (header_lines < 0 || header_lines > 1000)
         refuse_value(r, "", "header_lines", "give 0 to 1000");
     m->header_lines = (unsigned)header_lines;
-    m->last_line_open = last_line_open;
+    m->may_lack_newline = last_line_open;
     m->touchdown_ft = read_number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);
     m->switch_error_ft = read_number(r, "", "switch_error_ft", switch_error, "ft", (double)NAN);
     m->gap_s = read_number(r, "", "gap_s", gap, "s", (double)NAN);

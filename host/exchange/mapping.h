@@ -64,7 +64,7 @@ struct mapping {
     unsigned header_lines;
     char missing[MAPPING_MISSING_MAX][16];
     size_t missing_count;
-    bool last_line_open; /* the last line may lack a newline */
+    bool may_lack_newline; /* the last line may lack a newline */
     char time_column[MAPPING_NAME_SIZE];
     unsigned time_column_index;
     double time_unit_s, shift_s;

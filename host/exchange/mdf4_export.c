@@ -21,8 +21,8 @@
  * rows (DT); attached files (AT). Layouts follow the base part of the standard. Bus logging follows
  * its associated standard: a channel CAN_DataFrame with parts.
  *
- * One table is open at a time: mdf4_table, mdf4_channel for each column, mdf4_row for each row,
- * mdf4_table_end. */
+ * One table is open at a time: mdf4_begin_table, mdf4_add_channel for each column, mdf4_add_row for
+ * each row, mdf4_end_table. */
 
 struct mdf4 {
     uint8_t *bytes; /* content of the file so far */
@@ -38,7 +38,7 @@ struct mdf4 {
 
 enum mdf4_type { MDF4_UNSIGNED = 0, MDF4_SIGNED = 2, MDF4_REAL = 4, MDF4_BYTES = 10 };
 
-struct mdf4_channel {
+struct mdf4_add_channel {
     const char *name, *unit, *comment; /* unit and comment may be NULL */
     enum mdf4_type type;
     unsigned offset, bytes; /* position and size in the row */
@@ -90,7 +90,7 @@ static void put_integer(uint8_t *at, uint64_t value, unsigned bytes)
 }
 
 /* Extends the file by `bytes`. */
-static uint8_t *reserve(struct mdf4 *file, size_t bytes)
+static uint8_t *extend_file(struct mdf4 *file, size_t bytes)
 {
     if (file->length + bytes > file->capacity) {
         file->capacity = 2 * (file->length + bytes) + 65536;
@@ -105,7 +105,7 @@ static uint8_t *reserve(struct mdf4 *file, size_t bytes)
 /* Pads the file: blocks start at multiples of eight bytes. */
 static void align_block(struct mdf4 *file)
 {
-    reserve(file, (8 - file->length % 8) % 8);
+    extend_file(file, (8 - file->length % 8) % 8);
 }
 
 /* Appends a block with links and data. The length includes `more` bytes, which may follow.
@@ -117,7 +117,7 @@ static uint64_t append_block(struct mdf4 *file, const char *id, const uint64_t *
     align_block(file);
     uint64_t address = file->length,
              length = BLOCK_HEAD + 8u * link_count + data_bytes + more_bytes;
-    uint8_t *at = reserve(file, length);
+    uint8_t *at = extend_file(file, length);
     memcpy(at, "##", 2);
     memcpy(at + 2, id, 2);
     put_integer(at + 8, length, 8);
@@ -178,11 +178,11 @@ static uint64_t append_history(struct mdf4 *file, uint64_t start_ns, const char 
     return append_block(file, "FH", links, FH_LINKS, data, sizeof data, NULL, 0);
 }
 
-static void mdf4_start(struct mdf4 *file, uint64_t start_ns, const char *comment,
+static void mdf4_begin(struct mdf4 *file, uint64_t start_ns, const char *comment,
                        const char *tool_version)
 {
     memset(file, 0, sizeof *file);
-    uint8_t *id = reserve(file, 64);
+    uint8_t *id = extend_file(file, 64);
     memcpy(id, "MDF     4.10    matrig  ", 24);
     put_integer(id + 28, 410, 2);
     uint64_t links[HD_LINKS] = {0};
@@ -236,8 +236,8 @@ static uint64_t append_can_source(struct mdf4 *file, unsigned can_channel)
     return append_block(file, "SI", links, SI_LINKS, data, sizeof data, NULL, 0);
 }
 
-static void mdf4_table(struct mdf4 *file, const char *name, const char *comment, unsigned row_bytes,
-                       unsigned invalid_bytes, unsigned can_channel)
+static void mdf4_begin_table(struct mdf4 *file, const char *name, const char *comment,
+                             unsigned row_bytes, unsigned invalid_bytes, unsigned can_channel)
 {
     uint64_t links[DG_LINKS] = {0}, group[CG_LINKS] = {0};
     uint8_t data[32] = {0};
@@ -258,7 +258,7 @@ static void mdf4_table(struct mdf4 *file, const char *name, const char *comment,
     file->invalid_bytes = invalid_bytes;
 }
 
-static void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
+static void mdf4_add_channel(struct mdf4 *file, const struct mdf4_add_channel *channel)
 {
     uint64_t links[CN_LINKS + 1] = {0};
     uint8_t data[72] = {0};
@@ -287,19 +287,19 @@ static void mdf4_channel(struct mdf4 *file, const struct mdf4_channel *channel)
         file->parent_channel = address;
 }
 
-static void mdf4_row(struct mdf4 *file, const uint8_t *row)
+static void mdf4_add_row(struct mdf4 *file, const uint8_t *row)
 {
     size_t bytes = file->row_bytes + file->invalid_bytes;
     if (!file->rows_block) {
         file->rows_block = append_block(file, "DT", NULL, 0, NULL, 0, NULL, 0);
         set_link(file, file->group, DG_DATA, file->rows_block);
     }
-    uint8_t *at = reserve(file, bytes);
+    uint8_t *at = extend_file(file, bytes);
     memcpy(at, row, bytes);
     file->rows++;
 }
 
-static void mdf4_table_end(struct mdf4 *file)
+static void mdf4_end_table(struct mdf4 *file)
 {
     put_integer(file->bytes + file->channel_group + BLOCK_HEAD + 8u * CG_LINKS + CG_CYCLES,
                 file->rows, 8);
@@ -365,13 +365,14 @@ static void describe_reading(struct export_context *place, const struct measured
         snprintf(comment + n, sizeof comment - (size_t)n,
                  "; standard error of one reading at the peak %.4g %s", one * factor,
                  unit_of_channel(channel, si)->text);
-    mdf4_channel(place->file, &(struct mdf4_channel){.name = name,
-                                                     .unit = unit_of_channel(channel, si)->text,
-                                                     .comment = comment,
-                                                     .type = MDF4_REAL,
-                                                     .offset = 8 * FIXED_COLUMNS + 4 * column,
-                                                     .bytes = 4,
-                                                     .invalid = FIXED_COLUMNS + column + 1});
+    mdf4_add_channel(place->file,
+                     &(struct mdf4_add_channel){.name = name,
+                                                .unit = unit_of_channel(channel, si)->text,
+                                                .comment = comment,
+                                                .type = MDF4_REAL,
+                                                .offset = 8 * FIXED_COLUMNS + 4 * column,
+                                                .bytes = 4,
+                                                .invalid = FIXED_COLUMNS + column + 1});
 }
 
 static void describe_readings(struct export_context *place,
@@ -381,7 +382,7 @@ static void describe_readings(struct export_context *place,
     const char *since = measured->t0_is_touchdown ? "since_touchdown"
                       : measured->gates           ? "since_first_edge"
                                                   : "since_arming";
-    const struct mdf4_channel before[FIXED_COLUMNS] = {
+    const struct mdf4_add_channel before[FIXED_COLUMNS] = {
         {.name = "time",
          .unit = "s",
          .comment = "middle of the 1 ms block",
@@ -405,13 +406,13 @@ static void describe_readings(struct export_context *place,
         comment, sizeof comment,
         "readings, one row per millisecond, from %s; readings that are not valid are marked%s%s",
         source, torn[0] ? "; " : "", torn);
-    mdf4_table(place->file, "readings", comment, 8 * FIXED_COLUMNS + 4 * count,
-               (FIXED_COLUMNS + count + 7) / 8, 0);
+    mdf4_begin_table(place->file, "readings", comment, 8 * FIXED_COLUMNS + 4 * count,
+                     (FIXED_COLUMNS + count + 7) / 8, 0);
     for (unsigned i = 0; i < FIXED_COLUMNS; i++) {
-        struct mdf4_channel column = before[i];
+        struct mdf4_add_channel column = before[i];
         column.offset = 8 * i;
         column.bytes = 8;
-        mdf4_channel(place->file, &column);
+        mdf4_add_channel(place->file, &column);
     }
     for (unsigned c = 0; c < count; c++)
         describe_reading(place, channels[c], c, si);
@@ -447,7 +448,7 @@ static void put_reading_row(struct export_context *place, const struct measured_
         else
             memcpy(row + 8 * FIXED_COLUMNS + 4 * c, &value, 4);
     }
-    mdf4_row(place->file, row);
+    mdf4_add_row(place->file, row);
     place->rows++;
 }
 
@@ -461,7 +462,7 @@ static void put_readings(struct export_context *place, bool si)
     describe_readings(place, channels, count, si);
     for (size_t i = 0; i < measured->samples; i++)
         put_reading_row(place, channels, count, i, si);
-    mdf4_table_end(place->file);
+    mdf4_end_table(place->file);
 }
 
 /* ---- frames ---- */
@@ -476,19 +477,20 @@ static enum frame_kind frame_kind(const struct store_frame *frame)
 /* Returns the error type by the numbers of the standard; 0: other. */
 static uint8_t bus_error_type(const struct store_frame *frame)
 {
-    enum { OTHER, BIT, FORM, STUFFING, CRC, ACK };
-    static const uint8_t by_bit[] = {BIT, FORM, STUFFING, BIT, BIT}; /* bits of CAN_ERR_PROT_... */
+    enum { ERROR_OTHER, ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_CRC, ERROR_ACK };
+    static const uint8_t by_bit[] = {ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_BIT,
+                                     ERROR_BIT}; /* bits of CAN_ERR_PROT_... */
     if (frame->id & CAN_ERR_ACK)
-        return ACK;
+        return ERROR_ACK;
     if (!(frame->id & CAN_ERR_PROT) || frame->length < 4)
-        return OTHER;
+        return ERROR_OTHER;
     if (frame->data[3] == CAN_ERR_PROT_LOC_CRC_SEQ)
-        return CRC;
+        return ERROR_CRC;
     for (unsigned bit = 0; bit < sizeof by_bit; bit++) {
         if (frame->data[2] & 1u << bit)
             return by_bit[bit];
     }
-    return OTHER;
+    return ERROR_OTHER;
 }
 
 static enum mr_status put_frame(void *context, const struct store_frame *frame)
@@ -514,7 +516,7 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
         row[15] = (uint8_t)frame->length;
         memcpy(row + 16, frame->data, frame->length);
     }
-    mdf4_row(place->file, row);
+    mdf4_add_row(place->file, row);
     place->rows++;
     return MR_OK;
 }
@@ -533,26 +535,26 @@ static void describe_frames(struct mdf4 *file, enum frame_kind kind, uint64_t db
         "remote frames of the board's CAN bus, which request DLC bytes and carry none",
         "errors of the board's CAN bus, as reported by the adapter"};
     const char *name = frame_names[kind];
-    mdf4_table(file, name, comments[kind], FRAME_ROW_BYTES, 0, 1);
-    mdf4_channel(
+    mdf4_begin_table(file, name, comments[kind], FRAME_ROW_BYTES, 0, 1);
+    mdf4_add_channel(
         file,
-        &(struct mdf4_channel){
+        &(struct mdf4_add_channel){
             .name = "Timestamp", .unit = "s", .type = MDF4_REAL, .bytes = 8, .is_time = true});
-    mdf4_channel(file, &(struct mdf4_channel){.name = name,
-                                              .type = MDF4_BYTES,
-                                              .offset = 8,
-                                              .bytes = FRAME_ROW_BYTES - 8,
-                                              .has_parts = true,
-                                              .attachment = kind == FRAME_DATA ? dbc : 0});
+    mdf4_add_channel(file, &(struct mdf4_add_channel){.name = name,
+                                                      .type = MDF4_BYTES,
+                                                      .offset = 8,
+                                                      .bytes = FRAME_ROW_BYTES - 8,
+                                                      .has_parts = true,
+                                                      .attachment = kind == FRAME_DATA ? dbc : 0});
     for (unsigned i = 0; i < sizeof parts / sizeof parts[0]; i++) {
         char whole[40];
         snprintf(whole, sizeof whole, "%s.%s", name, parts[i].name);
         if (parts[i].kinds & 1u << kind)
-            mdf4_channel(file, &(struct mdf4_channel){.name = whole,
-                                                      .type = parts[i].bytes == 8 ? MDF4_BYTES
-                                                                                  : MDF4_UNSIGNED,
-                                                      .offset = parts[i].offset,
-                                                      .bytes = parts[i].bytes});
+            mdf4_add_channel(file, &(struct mdf4_add_channel){
+                                       .name = whole,
+                                       .type = parts[i].bytes == 8 ? MDF4_BYTES : MDF4_UNSIGNED,
+                                       .offset = parts[i].offset,
+                                       .bytes = parts[i].bytes});
     }
 }
 
@@ -574,7 +576,7 @@ static enum mr_status put_frames(struct export_context *place, struct store *sto
         describe_frames(place->file, place->kind, attached);
         memset(place->count, 0, sizeof place->count);
         status = store_frames_each(store, run, LINK_CAN, put_frame, place, error);
-        mdf4_table_end(place->file);
+        mdf4_end_table(place->file);
     }
     return status;
 }
@@ -605,7 +607,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
 }
 
 /* Returns the Unix time of second 0; 0: unknown, also if the time map is refused. */
-static uint64_t start_ns(const struct summary *summary, int64_t zero_us)
+static uint64_t find_start_ns(const struct summary *summary, int64_t zero_us)
 {
     double us = summary_time_of_day(summary, (double)zero_us).host_us;
     return us > 0.0 && us < STAMP_MAX_US ? 1000u * (uint64_t)llround(us) : 0;
@@ -616,7 +618,7 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
 {
     const struct store_landing *landing = &summary->measured.landing;
     char comment[400], version[32];
-    uint64_t start = start_ns(summary, zero_us);
+    uint64_t start = find_start_ns(summary, zero_us);
     const char *why = summary->clock_known ? timemap_refusal_text((unsigned)summary->clock.refusal)
                                            : "the board's clock was not followed";
     if (!start)
@@ -627,7 +629,7 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
         "matrig landing: RUN %lld, landing %lld of board %s; second 0 is board time %.6f s%s%s",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
         (double)zero_us / 1e6, start ? "" : ", time of day unknown: ", start ? "" : why);
-    mdf4_start(file, start, comment, version);
+    mdf4_begin(file, start, comment, version);
 }
 
 enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const struct cli *cli,

@@ -288,7 +288,7 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
                            t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
                            t->fields < t->columns ? "fewer columns than the header has"
                                                   : "more columns than the header has");
-    if (!whole && !m->last_line_open)
+    if (!whole && !m->may_lack_newline)
         return refuse_line(t, line, line + length, false, NULL);
     if (m->time_column_index > t->fields)
         return refuse_line(t, line, line + length, whole, "no time column");

@@ -130,8 +130,8 @@ static double station_ft(const double *rise_ft, size_t first, size_t last, doubl
     return (double)(crest - 1) * length_ft;
 }
 
-int find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
-                  const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX])
+int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                         const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX])
 {
     int count = 0;
     size_t first = 0;
@@ -152,14 +152,14 @@ int find_failures(const double *rise_ft, size_t nodes, double length_ft, double 
 #define CLOSED_FT 1e-12
 
 /* One side of a joint that is being flattened. */
-struct side {
+struct joint_side {
     size_t front;     /* next open joint on this side */
     double resist_lb; /* friction of the mats up to `front`, and its resistance against closing */
 };
 
-static struct side find_side(const struct flat_runway *r, size_t joint, int step)
+static struct joint_side find_side(const struct flat_runway *r, size_t joint, int step)
 {
-    struct side side = {joint, 0.0};
+    struct joint_side side = {joint, 0.0};
     while ((step < 0 && side.front > 0) || (step > 0 && side.front + 1 < r->joints)) {
         side.front = (size_t)((long)side.front + step);
         side.resist_lb += r->friction_force_lb;
@@ -183,9 +183,9 @@ void flat_runway_settle(const struct flat_runway *r)
 {
     for (size_t j = 0; j < r->joints; j++) {
         while (r->gap_ft[j] < -CLOSED_FT) {
-            struct side left = find_side(r, j, -1), right = find_side(r, j, 1);
+            struct joint_side left = find_side(r, j, -1), right = find_side(r, j, 1);
             bool to_left = left.resist_lb < right.resist_lb;
-            struct side *side = to_left ? &left : &right;
+            struct joint_side *side = to_left ? &left : &right;
             double over_ft = -r->gap_ft[j] - side->resist_lb / r->kl_lb_ft;
             if (!(over_ft > CLOSED_FT))
                 break;
@@ -230,7 +230,7 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 {
     struct ensemble_work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
     parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, simulate_runs, &work);
-    series_errors(series, runs);
+    series_compute_errors(series, runs);
 }
 
 /* ---- play ---- */
@@ -438,9 +438,9 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
                        : out->waves > 0    ? out->wave_ft
                                            : joint_station_ft(scene, (size_t)result->sag_joint - 1);
-    out->failures = find_failures(result->rise_ft, r->joints, scene->length_ft,
-                                  r->series->buckle_in / IN_PER_FT, out->overrun_ft, out->overruns,
-                                  out->failure_ft);
+    out->failures = series_find_failures(result->rise_ft, r->joints, scene->length_ft,
+                                         r->series->buckle_in / IN_PER_FT, out->overrun_ft,
+                                         out->overruns, out->failure_ft);
     if (out->buckled && out->failures == 0)
         out->failure_ft[out->failures++] = out->buckle_ft;
 }

@@ -79,7 +79,7 @@ void series_run_free(struct series_run *run);
 
 /* Computes the errors in all outcomes, from the runways that were simulated twice: README.md,
  * "Errors of peaks". */
-void series_errors(const struct landing_series *series, struct series_run *runs);
+void series_compute_errors(const struct landing_series *series, struct series_run *runs);
 
 /* Simulates all seeds on `jobs` threads, and computes the errors. One of the threads calls
  * `progress` at intervals; NULL: no calls. A runway that fails stores its error; the others are
@@ -125,8 +125,8 @@ void draw_path_free(struct draw_path *path);
  * failure is where the wheel first reached it (`met_ft`, in order of time); otherwise it is that of
  * the highest node. Returns the number of failures, at most SERIES_FAILURES_MAX, in downfield order
  * in `failure_ft`. */
-int find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
-                  const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
+int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, double limit_ft,
+                         const double *met_ft, int met, double failure_ft[SERIES_FAILURES_MAX]);
 
 /* Flattening of a wave that remains after a landing: the aircraft presses it flat when it is pushed
  * back. */
@@ -150,11 +150,11 @@ void flat_runway_settle(const struct flat_runway *runway);
 
 /* 5th, 50th and 95th percentile (linear between order statistics); all NaN if count is 0. */
 struct series_spread {
-    double low, middle, high;
+    double low, median, high;
     size_t count;
 };
 
-struct series_spread series_spread_of(double *values, size_t count); /* sorts the values */
+struct series_spread series_compute_spread(double *values, size_t count); /* sorts the values */
 
 /* Distribution over the runways of a value's maximum over time. */
 struct series_peak {

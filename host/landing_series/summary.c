@@ -76,7 +76,7 @@ static struct tally make_tally(const struct landing_series *c, const struct seri
 /* Returns the error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences;
  * s: the spread over the runways, because few pairs include a rare impact. README.md describes how
  * this was measured. */
-static double error_of(const struct tally *t, double borrowed2, size_t pairs_in_all)
+static double compute_error(const struct tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
     double freedom = (double)(t->pairs + POOLED_WEIGHT), spread2 = 0.0;
@@ -104,7 +104,7 @@ static void set_errors(const struct landing_series *c, struct series_run *runs, 
             struct series_outcome *o = &runs[i].outcomes[k];
             const struct tally *t = &tallies[2 * k + o->is_from_planar];
             *outcome_field(o, error) = pairs > 0
-                                         ? fmax(error_of(t, apart2 / (double)pairs, pairs),
+                                         ? fmax(compute_error(t, apart2 / (double)pairs, pairs),
                                                 MIN_ERROR_FRACTION * *outcome_field(o, value))
                                          : (double)NAN;
         }
@@ -112,7 +112,7 @@ static void set_errors(const struct landing_series *c, struct series_run *runs, 
     free(tallies);
 }
 
-void series_errors(const struct landing_series *series, struct series_run *runs)
+void series_compute_errors(const struct landing_series *series, struct series_run *runs)
 {
     for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
         set_errors(series, runs, peaks[peak].value, peaks[peak].error);
@@ -139,7 +139,7 @@ static double percentile(const double *sorted, size_t count, double share)
     return sorted[left] + (at - (double)left) * (sorted[left + 1] - sorted[left]);
 }
 
-struct series_spread series_spread_of(double *values, size_t count)
+struct series_spread series_compute_spread(double *values, size_t count)
 {
     if (count == 0)
         return (struct series_spread){(double)NAN, (double)NAN, (double)NAN, 0};
@@ -162,14 +162,14 @@ static const struct series_outcome *outcome_at(const struct gather *g, size_t ru
 
 /* Computes the distribution over the runways of the value at `offset` in the outcomes of a
  * landing. */
-static struct series_spread spread_at(const struct gather *g, size_t offset)
+static struct series_spread compute_spread(const struct gather *g, size_t offset)
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seeds; i++) {
         if (g->runs[i].landings > g->landing)
             g->values[count++] = *outcome_field(outcome_at(g, i), offset);
     }
-    return series_spread_of(g->values, count);
+    return series_compute_spread(g->values, count);
 }
 
 static struct series_spread zone_spread(const struct gather *g)
@@ -179,17 +179,17 @@ static struct series_spread zone_spread(const struct gather *g)
         if (g->runs[i].landings > g->landing)
             g->values[count++] = outcome_at(g, i)->zone_mats;
     }
-    return series_spread_of(g->values, count);
+    return series_compute_spread(g->values, count);
 }
 
-#define SPREAD(g, field) spread_at(g, offsetof(struct series_outcome, field))
+#define SPREAD(g, field) compute_spread(g, offsetof(struct series_outcome, field))
 
 /* Computes spread and mean of a peak. The part of the error that is common to all runways does not
  * shrink with their number. It is estimated from the mean difference of the pairs, which grows with
  * the difference of their steps, and is at most the error of one run. */
-static struct series_peak peak_of(const struct gather *g, size_t peak)
+static struct series_peak compute_peak(const struct gather *g, size_t peak)
 {
-    struct series_peak p = {.spread = spread_at(g, peaks[peak].value)};
+    struct series_peak p = {.spread = compute_spread(g, peaks[peak].value)};
     double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
     for (int by_planar = 0; by_planar < 2; by_planar++) {
         struct tally t = make_tally(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
@@ -227,14 +227,14 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     s->peak_in = SPREAD(g, peak_in);
     s->reach_ft = SPREAD(g, reach_ft);
     s->zone_mats = zone_spread(g);
-    s->lift_ratio = peak_of(g, 0);
-    s->push_lb = peak_of(g, 1);
-    s->pull_lb = peak_of(g, 2);
+    s->lift_ratio = compute_peak(g, 0);
+    s->push_lb = compute_peak(g, 1);
+    s->pull_lb = compute_peak(g, 2);
     for (size_t k = 0; k < g->series->station_count; k++) {
         s->movement_in[k] =
-            spread_at(g, offsetof(struct series_outcome, movement_in) + k * sizeof(double));
-        s->total_in[k] = spread_at(g,
-                                   offsetof(struct series_outcome, total_in) + k * sizeof(double));
+            compute_spread(g, offsetof(struct series_outcome, movement_in) + k * sizeof(double));
+        s->total_in[k] =
+            compute_spread(g, offsetof(struct series_outcome, total_in) + k * sizeof(double));
     }
 }
 
@@ -260,10 +260,10 @@ void series_summarise(struct series_summary *s, const struct landing_series *ser
             g.values[3 * seeds + before++] = last->peak_in;
         }
     }
-    s->station_ft = series_spread_of(g.values, buckled);
-    s->buckle_landing = series_spread_of(g.values + seeds, buckled);
-    s->zone_before = series_spread_of(g.values + 2 * seeds, before);
-    s->peak_before_in = series_spread_of(g.values + 3 * seeds, before);
+    s->station_ft = series_compute_spread(g.values, buckled);
+    s->buckle_landing = series_compute_spread(g.values + seeds, buckled);
+    s->zone_before = series_compute_spread(g.values + 2 * seeds, before);
+    s->peak_before_in = series_compute_spread(g.values + 3 * seeds, before);
     for (g.landing = 0; g.landing < series->landing_count; g.landing++)
         summarise_landing(&s->landing[g.landing], &g);
     free(g.values);
@@ -279,7 +279,7 @@ void series_summary_free(struct series_summary *summary)
 
 static json_t *spread_json(const struct series_spread *s)
 {
-    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->middle, 6),
+    return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->median, 6),
                      cli_json_number(s->high, 6));
 }
 
@@ -293,7 +293,7 @@ static json_t *spreads_json(const struct series_spread *list, size_t count)
 
 /* Returns the number of decimals that show two digits of half the interval, at most `most`. More
  * digits of the median would not be significant. */
-static int decimals_of(const struct series_spread *s, double factor, int most)
+static int count_decimals(const struct series_spread *s, double factor, int most)
 {
     double half = factor * (s->high - s->low) / 2.0;
     int decimals = half > 0.0 && isfinite(half) ? 1 - (int)floor(log10(half)) : most;
@@ -312,9 +312,9 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
     if (!label)
         return;
     snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
-    decimals = decimals_of(s, unit->factor, unit_decimals(kind, answer_is_si(answer), decimals));
+    decimals = count_decimals(s, unit->factor, unit_decimals(kind, answer_is_si(answer), decimals));
     answer_words(answer, NULL, head, s->count > 0 ? "%.*f (%.*f-%.*f)" : "-", decimals,
-                 unit->factor * s->middle, decimals, unit->factor * s->low, decimals,
+                 unit->factor * s->median, decimals, unit->factor * s->low, decimals,
                  unit->factor * s->high);
 }
 
@@ -394,7 +394,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
             answer_value(answer, NULL, label, UNIT_NUMBER,
-                         movement->factor * s[i].total_in[k].middle,
+                         movement->factor * s[i].total_in[k].median,
                          unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
         }
     }
@@ -467,9 +467,9 @@ static double find_largest(const struct landing_series *c, const struct series_r
         if (runs[i].error.status == MR_OK && !isnan(most))
             values[count++] = most;
     }
-    struct series_spread spread = series_spread_of(values, count);
+    struct series_spread spread = series_compute_spread(values, count);
     free(values);
-    return spread.middle;
+    return spread.median;
 }
 
 static double movement_in(const struct series_outcome *outcome)
@@ -489,8 +489,8 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
     /* NaN if there are no runways; null in the JSON */
     double share = (double)(s->runways - s->survived) / (double)s->runways;
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
-    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.middle, 0);
-    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.middle, 1);
+    answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.median, 0);
+    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.median, 1);
     answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, find_largest(c, runs, zone_mats),
                  0);
     answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
@@ -511,7 +511,7 @@ static void add_buckled(struct answer *answer, const struct landing_series *c,
                  s->runways, in);
     if (s->station_ft.count > 0)
         answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
-                      station->factor * s->station_ft.middle, station->factor * s->station_ft.low,
+                      station->factor * s->station_ft.median, station->factor * s->station_ft.low,
                       station->factor * s->station_ft.high, station->text);
     answer_json_value(answer, "buckled_landing", spread_json(&s->buckle_landing));
     answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));

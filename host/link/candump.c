@@ -9,7 +9,7 @@ struct cursor {
 };
 
 /* value of a hexadecimal digit plus 1; 0: not a digit */
-static const uint8_t hex_and_1[256] = {
+static const uint8_t hex_value_plus_1[256] = {
     ['0'] = 1,  ['1'] = 2,  ['2'] = 3,  ['3'] = 4,  ['4'] = 5,  ['5'] = 6,  ['6'] = 7,  ['7'] = 8,
     ['8'] = 9,  ['9'] = 10, ['A'] = 11, ['B'] = 12, ['C'] = 13, ['D'] = 14, ['E'] = 15, ['F'] = 16,
     ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
@@ -17,7 +17,7 @@ static const uint8_t hex_and_1[256] = {
 /* Returns the value of a hexadecimal digit; more than 15: not a digit. */
 static uint32_t hex_value(char c)
 {
-    return hex_and_1[(uint8_t)c] - 1u;
+    return hex_value_plus_1[(uint8_t)c] - 1u;
 }
 
 static bool accept_char(struct cursor *at, char c)

@@ -73,7 +73,7 @@ struct link {
     struct tty *tty;     /* open port, for serial: */
     /* For serial: the adapter that was opened first, as text; only that adapter is opened again.
      * Empty: any adapter at the port. */
-    char usb[USB_TEXT_SIZE];
+    char adapter[USB_TEXT_SIZE];
 };
 
 #define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;

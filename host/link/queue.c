@@ -48,7 +48,7 @@ struct queue_position {
 
 struct link_queue {
     pthread_mutex_t lock;
-    pthread_cond_t room;
+    pthread_cond_t room_freed;
     size_t capacity;
     int event_fd;
     bool wants_event, stopped, was_full;
@@ -77,7 +77,7 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
                          "out of memory for data from a link; close other programs");
     }
     pthread_mutex_init(&made->lock, NULL);
-    pthread_cond_init(&made->room, NULL);
+    pthread_cond_init(&made->room_freed, NULL);
     made->capacity = capacity;
     made->event_fd = news;
     made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
@@ -97,7 +97,7 @@ void link_queue_close(struct link_queue *queue)
     }
     if (queue->spare)
         munmap(queue->spare, sizeof *queue->spare);
-    pthread_cond_destroy(&queue->room);
+    pthread_cond_destroy(&queue->room_freed);
     pthread_mutex_destroy(&queue->lock);
     free(queue);
 }
@@ -113,7 +113,7 @@ static size_t padded_length(size_t length)
 }
 
 /* Advances a position past the next item. */
-static void advance(struct queue_position *place, const struct item_header *head)
+static void advance_position(struct queue_position *place, const struct item_header *head)
 {
     size_t size = sizeof *head + padded_length(head->length);
     place->offset += size;
@@ -147,7 +147,7 @@ static bool append_item(struct link_queue *queue, const struct item_header *head
     if (fits) {
         memcpy(end->piece->bytes + end->offset, head, sizeof *head);
         memcpy(end->piece->bytes + end->offset + sizeof *head, content, head->length);
-        advance(end, head);
+        advance_position(end, head);
         end->piece->used = end->offset;
     } else {
         queue->was_full = true;
@@ -216,7 +216,7 @@ bool link_queue_wait_for_room(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     while (is_nearly_full(queue) && !queue->stopped)
-        pthread_cond_wait(&queue->room, &queue->lock);
+        pthread_cond_wait(&queue->room_freed, &queue->lock);
     bool room = !queue->stopped;
     pthread_mutex_unlock(&queue->lock);
     return room;
@@ -250,7 +250,7 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item)
         const uint8_t *at = queue->read.piece->bytes + queue->read.offset;
         memcpy(&head, at, sizeof head);
         item->bytes = at + sizeof head;
-        advance(&queue->read, &head);
+        advance_position(&queue->read, &head);
         item->is_repeated = queue->read.totals.items <= queue->items_read_max;
         if (!item->is_repeated)
             queue->items_read_max = queue->read.totals.items;
@@ -306,7 +306,7 @@ void link_queue_release(struct link_queue *queue)
             queue->spare = old;
     }
     if (!is_nearly_full(queue))
-        pthread_cond_broadcast(&queue->room);
+        pthread_cond_broadcast(&queue->room_freed);
     pthread_mutex_unlock(&queue->lock);
 }
 
@@ -343,7 +343,7 @@ uint64_t link_queue_oldest_us(struct link_queue *queue)
         skip_piece_end(&place);
         memcpy(&head, place.piece->bytes + place.offset, sizeof head);
         oldest_us = head.host_us;
-        advance(&place, &head);
+        advance_position(&place, &head);
     }
     pthread_mutex_unlock(&queue->lock);
     return oldest_us;
@@ -353,7 +353,7 @@ void link_queue_stop(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     queue->stopped = true;
-    pthread_cond_broadcast(&queue->room);
+    pthread_cond_broadcast(&queue->room_freed);
     pthread_mutex_unlock(&queue->lock);
 }
 
@@ -363,8 +363,8 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
     struct link_queue_depth depth = {
         .bytes = held_bytes(queue),
         .capacity = queue->capacity,
-        .frames = queue->written.totals.frames - queue->released.totals.frames,
-        .octets = queue->written.totals.octets - queue->released.totals.octets};
+        .can_frames = queue->written.totals.frames - queue->released.totals.frames,
+        .serial_bytes = queue->written.totals.octets - queue->released.totals.octets};
     pthread_mutex_unlock(&queue->lock);
     return depth;
 }

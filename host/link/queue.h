@@ -50,8 +50,8 @@ struct link_item {
 };
 
 struct link_queue_depth {
-    size_t bytes, capacity;  /* memory used, and its limit */
-    uint64_t frames, octets; /* CAN frames and serial bytes that are not released */
+    size_t bytes, capacity;            /* memory used, and its limit */
+    uint64_t can_frames, serial_bytes; /* CAN frames and serial bytes that are not released */
 };
 
 /* Opens a queue. `news`: an eventfd that is written when something is put after

@@ -60,7 +60,7 @@ static bool is_above(struct point a, struct point b, struct point c)
 }
 
 /* Computes the lower convex hull of points that are sorted by time. */
-static size_t lower_hull(const struct point *point, size_t n, struct point *hull)
+static size_t compute_lower_hull(const struct point *point, size_t n, struct point *hull)
 {
     size_t count = 0;
     for (size_t i = 0; i < n; i++) {
@@ -101,15 +101,15 @@ static void find_slope_range(const struct point *hull, size_t count, double mean
 }
 
 /* Returns the number of pairs next to the line that are assumed to be evenly dense. */
-static size_t strip_pairs(size_t n)
+static size_t count_strip_pairs(size_t n)
 {
     return 4 + (size_t)sqrt((double)n);
 }
 
 /* Integrates over c = T - D / u, u from 0 to 1, with density ~ u^(m-2) times the width between the
  * tangents. */
-static void integrate(struct timemap_fit *fit, const struct point *hull, size_t count,
-                      double touch_us, double strip_us, double m)
+static void integrate_posterior(struct timemap_fit *fit, const struct point *hull, size_t count,
+                                double touch_us, double strip_us, double m)
 {
     double sum = 0.0;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
@@ -212,7 +212,7 @@ static bool is_clock_set_at(const struct point *point, size_t n, size_t k, size_
     size_t from = k < n - k ? k + gap : 0, to = k < n - k ? n : k, within = 0;
     for (size_t i = from; i < to; i++)
         sum_s += point[i].x_s;
-    size_t count = lower_hull(point + from, to - from, hull);
+    size_t count = compute_lower_hull(point + from, to - from, hull);
     find_touching_line(hull, count, sum_s / (double)(to - from), &at_us, &slope_ppm);
     for (size_t part = 0; part < 2; part++) {
         size_t begin = part ? k + gap : 0, end = part ? n : k;
@@ -249,15 +249,15 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     fit->refusal = TIMEMAP_TOO_FEW;
     if (n < TIMEMAP_PAIRS_MIN)
         return;
-    size_t count = lower_hull(point, n, hull);
+    size_t count = compute_lower_hull(point, n, hull);
     find_touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
     for (size_t i = 0; i < n; i++)
         over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
     sort_numbers(over_us, n);
     fit->spread_us = over_us[n / 2];
-    size_t m = strip_pairs(n);
+    size_t m = count_strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
-    integrate(fit, hull, count, touch_us, fmax(strip_us, SCALE_MIN_US), (double)m);
+    integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, SCALE_MIN_US), (double)m);
     /* gain of host time per board second, us */
     struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
     fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,

@@ -146,9 +146,9 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
-    name_adapter(link->tty->port, link->usb);
-    if (!find_adapter(link->usb, none))
-        link->usb[0] = '\0';
+    name_adapter(link->tty->port, link->adapter);
+    if (!find_adapter(link->adapter, none))
+        link->adapter[0] = '\0';
 }
 
 /* Writes "there are /dev/ttyS0, /dev/ttyUSB0" or "there is none". */
@@ -274,12 +274,12 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     if (status != MR_OK)
         return status;
     if (!realpath(path, real)) {
-        if (!link->usb[0])
+        if (!link->adapter[0])
             return set_no_port_error(link->spec, strerror(errno), error);
         snprintf(real, sizeof real, "%s", path);
     }
-    if (link->usb[0] && !find_adapter(link->usb, real)) {
-        snprintf(away, sizeof away, "%s does not exist", link->usb);
+    if (link->adapter[0] && !find_adapter(link->adapter, real)) {
+        snprintf(away, sizeof away, "%s does not exist", link->adapter);
         return set_no_port_error(link->spec, away, error);
     }
     struct tty *tty = calloc(1, sizeof *tty);
@@ -300,7 +300,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
         serial_close(link);
         return status;
     }
-    if (tty->port && !link->usb[0])
+    if (tty->port && !link->adapter[0])
         remember_adapter(link);
     tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counters_known) == 0;
     link->fd = tty->fd;

@@ -19,7 +19,7 @@ static void reset_buckets(struct live_buckets *b)
         b->reading[i] =
             (struct live_reading){.value = MISSING, .block = -1, .min = MISSING, .max = MISSING};
     for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
-        b->open[i].bucket = -1;
+        b->open_bucket[i].number = -1;
     b->newest[LINK_CAN] = b->newest[LINK_SERIAL] = b->closed_to = b->record_block = -1;
 }
 
@@ -32,14 +32,15 @@ void live_buckets_init(struct live_buckets *buckets)
 static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
 {
     if (b->closed_count == LIVE_CLOSED_BUCKETS) {
-        memmove(b->closed, b->closed + 1, (LIVE_CLOSED_BUCKETS - 1) * sizeof b->closed[0]);
+        memmove(b->closed_bucket, b->closed_bucket + 1,
+                (LIVE_CLOSED_BUCKETS - 1) * sizeof b->closed_bucket[0]);
         b->closed_count--;
         b->late_readings++;
     }
-    b->closed[b->closed_count++] = *bucket;
-    if (bucket->bucket > b->closed_to)
-        b->closed_to = bucket->bucket;
-    bucket->bucket = -1;
+    b->closed_bucket[b->closed_count++] = *bucket;
+    if (bucket->number > b->closed_to)
+        b->closed_to = bucket->number;
+    bucket->number = -1;
 }
 
 /* Closes the open buckets up to `last`, in order. */
@@ -48,9 +49,9 @@ static void close_buckets_to(struct live_buckets *b, int64_t last)
     for (;;) {
         struct live_bucket *oldest = NULL;
         for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++) {
-            struct live_bucket *bucket = &b->open[i];
-            if (bucket->bucket >= 0 && bucket->bucket <= last &&
-                (!oldest || bucket->bucket < oldest->bucket))
+            struct live_bucket *bucket = &b->open_bucket[i];
+            if (bucket->number >= 0 && bucket->number <= last &&
+                (!oldest || bucket->number < oldest->number))
                 oldest = bucket;
         }
         if (!oldest)
@@ -76,15 +77,15 @@ bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t b
 static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
-    struct live_bucket *bucket = &b->open[number % LIVE_OPEN_BUCKETS];
+    struct live_bucket *bucket = &b->open_bucket[number % LIVE_OPEN_BUCKETS];
     if (block < 0 || number <= b->closed_to) {
         b->late_readings += block >= 0;
         return NULL;
     }
     close_buckets_to(b, number - LIVE_OPEN_BUCKETS);
     /* the bucket's old content is LIVE_OPEN_BUCKETS older, so it is closed */
-    if (bucket->bucket != number) {
-        bucket->bucket = number;
+    if (bucket->number != number) {
+        bucket->number = number;
         for (unsigned i = 0; i < LIVE_CHANNELS; i++)
             bucket->min[i] = bucket->max[i] = MISSING;
     }
@@ -215,9 +216,10 @@ void live_buckets_close_complete(struct live_buckets *b)
 unsigned live_buckets_pop(struct live_buckets *b, struct live_bucket *out, unsigned most)
 {
     unsigned count = b->closed_count < most ? b->closed_count : most;
-    memcpy(out, b->closed, count * sizeof *out);
+    memcpy(out, b->closed_bucket, count * sizeof *out);
     b->closed_count -= count;
-    memmove(b->closed, b->closed + count, b->closed_count * sizeof b->closed[0]);
+    memmove(b->closed_bucket, b->closed_bucket + count,
+            b->closed_count * sizeof b->closed_bucket[0]);
     return count;
 }
 

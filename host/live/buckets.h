@@ -23,7 +23,7 @@
 #define LIVE_CLOSED_BUCKETS 256
 
 struct live_bucket {
-    int64_t bucket; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
+    int64_t number; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
     float min[LIVE_CHANNELS], max[LIVE_CHANNELS];
 };
 
@@ -47,9 +47,9 @@ struct live_buckets {
     /* number of records used; number of readings that arrived for a closed bucket or were not read
      * in time */
     uint64_t records, late_readings;
-    struct live_bucket open[LIVE_OPEN_BUCKETS];
+    struct live_bucket open_bucket[LIVE_OPEN_BUCKETS];
     int64_t closed_to; /* all buckets up to this one are closed */
-    struct live_bucket closed[LIVE_CLOSED_BUCKETS];
+    struct live_bucket closed_bucket[LIVE_CLOSED_BUCKETS];
     unsigned closed_count;
 };
 

@@ -47,7 +47,7 @@ struct event {
 };
 
 /* Newest message of a kind, link and subject (channel, switch, ...). */
-struct slot {
+struct message_slot {
     uint32_t key;
     char *text;
 };
@@ -58,9 +58,9 @@ struct live_hub {
     const struct live_source *source;
     struct live_buckets buckets;
     /* random number of this hub; readings with another number belong to an earlier hub */
-    uint32_t run;
+    uint32_t hub_id;
 
-    struct slot slot[SLOTS_MAX]; /* slots in order of arrival */
+    struct message_slot slot[SLOTS_MAX]; /* slots in order of arrival */
     unsigned slots;
     bool has_other_layout; /* the board has another layout: ignore its other messages */
     bool warned, armed;
@@ -174,7 +174,7 @@ static void put_number(FILE *out, const char *key, double value, int digits)
         fprintf(out, ",\"%s\":null", key);
 }
 
-static void put_whole(FILE *out, const char *key, long long value)
+static void put_integer(FILE *out, const char *key, long long value)
 {
     fprintf(out, ",\"%s\":%lld", key, value);
 }
@@ -194,19 +194,19 @@ static void message_json(FILE *out, const struct collector_event *event)
     const struct mr_message *message = event->message;
     char line[160];
     fprintf(out, "{\"m\":\"%s\"", message->info->name);
-    put_whole(out, "t", (long long)event->host_us);
-    put_whole(out, "l", event->link);
+    put_integer(out, "t", (long long)event->host_us);
+    put_integer(out, "l", event->link);
     if (event->board_us == STORE_NONE)
         fputs(",\"b\":null", out);
     else
-        put_whole(out, "b", event->board_us / 1000);
+        put_integer(out, "b", event->board_us / 1000);
     switch (message->index) {
 #define MESSAGE(name, NAME, id, direction, text) \
     case MR_INDEX_##NAME: {                      \
         const struct mr_##name *m = &message->as.name;
-#define INTEGER(name, type, field, unit, text) put_whole(out, #field, (long long)m->field);
+#define INTEGER(name, type, field, unit, text) put_integer(out, #field, (long long)m->field);
 #define CODE(name, type, field, values, text)   \
-    put_whole(out, #field, (long long)m->field); \
+    put_integer(out, #field, (long long)m->field); \
     put_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
 #define REAL(name, type, field, per_unit, unit, text) put_number(out, #field, (double)m->field, 7);
 #define FLOAT(name, field, unit, text) put_number(out, #field, (double)m->field, 7);
@@ -252,7 +252,7 @@ static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_buc
         return NULL;
     fprintf(out, "{\"epoch\":\"%08x-%llu\",\"b\":[", (unsigned)run, (unsigned long long)restarts);
     for (unsigned i = 0; i < count; i++) {
-        fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].bucket);
+        fprintf(out, "%s[%lld", i ? "," : "", (long long)buckets[i].number);
         put_values(out, buckets[i].min);
         put_values(out, buckets[i].max);
         fputc(']', out);
@@ -307,8 +307,9 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_condattr_destroy(&steady);
     made->source = source;
     made->tag = FIRST_TAG;
-    if (getrandom(&made->run, sizeof made->run, GRND_NONBLOCK) != (ssize_t)sizeof made->run)
-        made->run = (uint32_t)monotonic_ms();
+    if (getrandom(&made->hub_id, sizeof made->hub_id, GRND_NONBLOCK) !=
+        (ssize_t)sizeof made->hub_id)
+        made->hub_id = (uint32_t)monotonic_ms();
     live_buckets_init(&made->buckets);
     *hub = made;
     return MR_OK;
@@ -350,7 +351,7 @@ static char *event_text(enum event_kind kind, char *json, uint64_t id)
     return text;
 }
 
-static void publish(struct live_hub *hub, enum event_kind kind, char *json)
+static void publish_event(struct live_hub *hub, enum event_kind kind, char *json)
 {
     char *text = event_text(kind, json, hub->next_event);
     if (!text)
@@ -378,7 +379,8 @@ static void publish_readings(struct live_hub *hub)
     unsigned count;
     hub->readings_ms = monotonic_ms();
     while ((count = live_buckets_pop(&hub->buckets, buckets, BUCKETS_PER_EVENT)) > 0)
-        publish(hub, EVENT_READINGS, buckets_json(hub->run, hub->restarts, buckets, count));
+        publish_event(hub, EVENT_READINGS,
+                      buckets_json(hub->hub_id, hub->restarts, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
@@ -390,7 +392,7 @@ static void publish_messages(struct live_hub *hub)
     bool whole = fclose(hub->pending) == 0;
     hub->pending = NULL;
     if (whole)
-        publish(hub, EVENT_MESSAGES, hub->pending_text);
+        publish_event(hub, EVENT_MESSAGES, hub->pending_text);
     else
         free(hub->pending_text);
     hub->pending_text = NULL;
@@ -432,7 +434,7 @@ static void publish_due(struct live_hub *hub)
         publish_messages(hub);
     if (now - hub->state_ms >= STATE_PERIOD_MS) {
         hub->state_ms = now;
-        publish(hub, EVENT_STATE, dump_and_free(state_json(hub)));
+        publish_event(hub, EVENT_STATE, dump_and_free(state_json(hub)));
     }
     if (now - hub->readings_ms >= READINGS_PERIOD_MS) {
         live_buckets_close_complete(&hub->buckets);
@@ -508,7 +510,7 @@ static uint32_t slot_key(unsigned place, enum link_kind link, unsigned which)
     return (uint32_t)place << 16 | (uint32_t)link << 12 | (which & 0xfffu);
 }
 
-static struct slot *find_slot(struct live_hub *hub, uint32_t key)
+static struct message_slot *find_slot(struct live_hub *hub, uint32_t key)
 {
     for (unsigned i = 0; i < hub->slots; i++) {
         if (hub->slot[i].key == key)
@@ -517,7 +519,7 @@ static struct slot *find_slot(struct live_hub *hub, uint32_t key)
     return NULL;
 }
 
-static void remove_slot(struct live_hub *hub, struct slot *slot)
+static void remove_slot(struct live_hub *hub, struct message_slot *slot)
 {
     free(slot->text);
     hub->slots--;
@@ -527,13 +529,13 @@ static void remove_slot(struct live_hub *hub, struct slot *slot)
 /* Stores `text` in its slot, and takes ownership of it. */
 static void store_slot(struct live_hub *hub, uint32_t key, char *text)
 {
-    struct slot *old = find_slot(hub, key);
+    struct message_slot *old = find_slot(hub, key);
     if (old)
         remove_slot(hub, old);
     else if (hub->slots == SLOTS_MAX)
         remove_slot(hub, &hub->slot[0]);
     if (text)
-        hub->slot[hub->slots++] = (struct slot){key, text};
+        hub->slot[hub->slots++] = (struct message_slot){key, text};
 }
 
 /* Discards the messages of a landing when a new landing is armed or the board has restarted. */
@@ -585,7 +587,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* store the zone at the beginning of the warning, which arrived before its lead time */
     if (warns && !hub->warned) {
-        const struct slot *zone = find_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 0));
+        const struct message_slot *zone = find_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 0));
         store_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
     }
     if (!warns || !hub->warned)
@@ -745,7 +747,7 @@ void live_hub_end(struct live_hub *hub, const char *why)
 {
     pthread_mutex_lock(&hub->lock);
     publish_messages(hub);
-    publish(hub, EVENT_END, dump_and_free(json_pack("{so}", "text", text_to_json(why))));
+    publish_event(hub, EVENT_END, dump_and_free(json_pack("{so}", "text", text_to_json(why))));
     hub->ended = true;
     pthread_cond_broadcast(&hub->event_added);
     pthread_mutex_unlock(&hub->lock);

@@ -261,9 +261,9 @@ static void append_body(struct request *request, const char *data, size_t size)
     request->length += size;
 }
 
-static enum MHD_Result serve(void *context, struct MHD_Connection *connection, const char *url,
-                             const char *method, const char *version, const char *data,
-                             size_t *size, void **kept)
+static enum MHD_Result serve_request(void *context, struct MHD_Connection *connection,
+                                     const char *url, const char *method, const char *version,
+                                     const char *data, size_t *size, void **kept)
 {
     struct live_server *server = context;
     struct request *request = *kept;
@@ -314,7 +314,7 @@ static struct MHD_Daemon *start_daemon(struct live_server *server,
 {
     return MHD_start_daemon(
         MHD_USE_INTERNAL_POLLING_THREAD | MHD_USE_THREAD_PER_CONNECTION | MHD_USE_POLL, 0, NULL,
-        NULL, serve, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
+        NULL, serve_request, server, MHD_OPTION_SOCK_ADDR, address, MHD_OPTION_CONNECTION_LIMIT,
         CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT, CONNECTION_TIMEOUT_S,
         MHD_OPTION_NOTIFY_COMPLETED, free_request, server, MHD_OPTION_END);
 }

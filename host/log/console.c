@@ -28,7 +28,7 @@ static bool logger_has_received_hello(const struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    return p.hello;
+    return p.hello_received;
 }
 
 void logger_clear_progress(const struct logger *logger)
@@ -65,7 +65,7 @@ static enum mr_status set_exchanged_error(const struct logger *logger, struct er
     return error_set(error, MR_IO,
                      "two different boards: CAN base 0x%03x has %s, the serial line has %s; swap "
                      "the serial lines or the bases: %s, %s",
-                     logger->base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
+                     logger->can_base, p.can_uid, p.serial_uid, link_spec(logger->link[LINK_CAN]),
                      link_spec(logger->link[LINK_SERIAL]));
 }
 
@@ -86,7 +86,7 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
     struct mr_message message;
     if (logger->other_board_reported ||
         (frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) != 0 ||
-        mr_message_find((uint16_t)link_id_from_bus(frame->id, logger->base)))
+        mr_message_find((uint16_t)link_id_from_bus(frame->id, logger->can_base)))
         return;
     if (logger->other_board_seen && frame->length == 8 &&
         frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_base) {
@@ -183,10 +183,10 @@ void logger_set_nonblocking(struct logger *logger, bool on)
         struct stat info;
         char path[40];
         snprintf(path, sizeof path, "/proc/self/fd/%d", fd);
-        if (!on && logger->output[i] > 0) {
-            dup2(logger->output[i], fd);
-            close(logger->output[i]);
-            logger->output[i] = 0;
+        if (!on && logger->original_output[i] > 0) {
+            dup2(logger->original_output[i], fd);
+            close(logger->original_output[i]);
+            logger->original_output[i] = 0;
         } else if (on && fstat(fd, &info) == 0 &&
                    (S_ISFIFO(info.st_mode) || (S_ISCHR(info.st_mode) && isatty(fd)))) {
             /* the output is opened again, because the inherited description is shared with the
@@ -195,8 +195,8 @@ void logger_set_nonblocking(struct logger *logger, bool on)
         }
         if (other < 0)
             continue;
-        logger->output[i] = fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
-        if (logger->output[i] > 0)
+        logger->original_output[i] = fcntl(fd, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+        if (logger->original_output[i] > 0)
             dup2(other, fd);
         close(other);
     }
@@ -207,7 +207,7 @@ void logger_print_pending(struct logger *logger)
     size_t said = 0;
     if (logger->pending_output_length == 0)
         return;
-    if (logger->output[0] > 0) {
+    if (logger->original_output[0] > 0) {
         ssize_t count = write(STDOUT_FILENO, logger->pending_output, logger->pending_output_length);
         said = count > 0 ? (size_t)count : 0;
     } else {
@@ -322,7 +322,7 @@ void logger_note_answers(struct logger *logger)
 {
     struct collector_answer order;
     while (collector_pop_answer(logger->collector, &order)) {
-        struct typed *typed = &logger->typed;
+        struct typed_commands *typed = &logger->typed;
         enum mr_status status = (enum mr_status)order.ack.status;
         bool is_typed = order.is_own && typed->sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
@@ -350,7 +350,7 @@ void logger_note_answers(struct logger *logger)
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.hold_us ||
+    if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.typing_until_us ||
         (!last && monotonic_us() - logger->progress_us < PROGRESS_US))
         return;
     char queue[40] = "";
@@ -358,9 +358,9 @@ void logger_show_progress(struct logger *logger, bool last)
     unsigned permille = watch_fill_permille(&logger->watch);
     logger->progress_us = monotonic_us();
     collector_get_progress(logger->collector, &p);
-    const char *state = p.run   ? mr_landing_state_text(p.state)
-                      : p.hello ? "no landing"
-                                : "waiting for a board";
+    const char *state = p.run            ? mr_landing_state_text(p.state)
+                      : p.hello_received ? "no landing"
+                                         : "waiting for a board";
     if (permille >= QUEUE_SHOWN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
     fprintf(stderr,
@@ -395,7 +395,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     collector_get_progress(logger->collector, &p);
     const struct store_link_counts *c = p.counts;
     bool line = serial && link_counters(serial)->rx.baud != 0;
-    if (p.hello)
+    if (p.hello_received)
         return set_exchanged_error(logger, error);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
@@ -420,7 +420,7 @@ void logger_note_missing_board(struct logger *logger)
         return;
     logger->no_board_reported = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (!logger->open[link] || logger_has_received_hello(logger))
+        if (!logger->link_open[link] || logger_has_received_hello(logger))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
@@ -445,7 +445,7 @@ static void count_received(struct logger *logger, const struct collector_progres
     logger->presence_check_us = now_us;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         bool more = p->counts[link].received != logger->received[link];
-        bool waits = logger->open[link] &&
+        bool waits = logger->link_open[link] &&
                      link_queue_has_unread(link_reader_queue(logger->reader[link]));
         logger->received[link] = p->counts[link].received;
         if (more || (logger->received_us[link] && !logger->silence_reported && (stood || waits)))
@@ -515,7 +515,8 @@ void logger_note_presence(struct logger *logger)
     uint64_t now_us = monotonic_us();
     char state[80];
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (logger->reader[link] && (!logger->open[link] || link_is_recorded(logger->link[link])))
+        if (logger->reader[link] &&
+            (!logger->link_open[link] || link_is_recorded(logger->link[link])))
             return;
     }
     collector_get_progress(logger->collector, &p);
@@ -595,7 +596,7 @@ static void add_board(const struct logger *logger, struct answer *answer)
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
     answer_count(answer, "session", NULL, collector_session(logger->collector));
-    answer_count(answer, "base", NULL, logger->base);
+    answer_count(answer, "base", NULL, logger->can_base);
     answer_open(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (logger->link[kind])
@@ -603,7 +604,8 @@ static void add_board(const struct logger *logger, struct answer *answer)
     }
     answer_close(answer);
     answer_words_or_none(answer, "unheard", NULL,
-                         p.hello ? NULL : diagnosis_word(diagnose_links(logger, &link)), NULL);
+                         p.hello_received ? NULL : diagnosis_word(diagnose_links(logger, &link)),
+                         NULL);
 }
 
 int logger_show_session(struct logger *logger, const char *db, const struct error *error, int code)
@@ -649,25 +651,25 @@ void logger_end_live(struct logger *logger, const struct error *error)
 /* reply to an unknown command */
 #define HELP "type arm [N] (0 to 65535; default: the next number), or disarm"
 
-void typed_begin(struct typed *typed, bool commands, bool listen)
+void typed_begin(struct typed_commands *typed, bool commands, bool listen)
 {
-    typed->terminal = isatty(STDIN_FILENO) == 1;
-    typed->enabled = !listen && (commands || typed->terminal);
+    typed->is_terminal = isatty(STDIN_FILENO) == 1;
+    typed->enabled = !listen && (commands || typed->is_terminal);
     typed->tag = (uint16_t)(link_now_us() / 1000u); /* unlikely to be a tag of another program */
     if (typed->enabled)
         /* in the background, reading the terminal must not stop the log */
         signal(SIGTTIN, SIG_IGN);
 }
 
-int typed_fd(const struct typed *typed)
+int typed_fd(const struct typed_commands *typed)
 {
-    bool background = typed->terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
+    bool background = typed->is_terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
     return typed->enabled && !typed->ended && !background && typed->length < sizeof typed->text
              ? STDIN_FILENO
              : -1;
 }
 
-void typed_read(struct typed *typed)
+void typed_read(struct typed_commands *typed)
 {
     ssize_t length = read(STDIN_FILENO, typed->text + typed->length,
                           sizeof typed->text - typed->length);
@@ -691,7 +693,7 @@ __attribute__((format(printf, 2, 3))) static void print_reply(const struct logge
 }
 
 /* Removes the first line from the buffer. Returns false if there is no complete line. */
-static bool read_line(struct typed *typed, char line[sizeof typed->text])
+static bool read_line(struct typed_commands *typed, char line[sizeof typed->text])
 {
     char *end = memchr(typed->text, '\n', typed->length);
     size_t length = end ? (size_t)(end - typed->text) : typed->length;
@@ -712,10 +714,10 @@ static bool read_line(struct typed *typed, char line[sizeof typed->text])
 
 static void send_command(struct logger *logger)
 {
-    struct typed *typed = &logger->typed;
+    struct typed_commands *typed = &logger->typed;
     typed->command.tag = ++typed->tag;
     typed->confirming = false;
-    typed->hold_us = 0;
+    typed->typing_until_us = 0;
     typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
     typed->answered = false;
     typed->sent = logger_send(logger, &typed->command, false);
@@ -729,14 +731,14 @@ static void handle_command(struct logger *logger, const char *line);
 /* Handles the reply to a request for confirmation. A new command instead of `yes` is executed. */
 static void handle_reply(struct logger *logger, const char *line)
 {
-    struct typed *typed = &logger->typed;
+    struct typed_commands *typed = &logger->typed;
     char word[4] = "", more = '\0';
     if (sscanf(line, " %3s %c", word, &more) == 1 && strcmp(word, "yes") == 0) {
         send_command(logger);
         return;
     }
     typed->confirming = false;
-    typed->hold_us = 0;
+    typed->typing_until_us = 0;
     print_reply(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
         handle_command(logger, line);
@@ -752,13 +754,13 @@ static const char *recorded_state_text(const struct logger *logger)
 
 static void handle_command(struct logger *logger, const char *line)
 {
-    struct typed *typed = &logger->typed;
+    struct typed_commands *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
-        typed->hold_us = monotonic_us() + TYPING_HOLD_US;
+        typed->typing_until_us = monotonic_us() + TYPING_HOLD_US;
         print_reply(logger, "%s: ", HELP);
         return;
     }
-    typed->hold_us = 0;
+    typed->typing_until_us = 0;
     if (mr_command_parse(line, 0, &typed->command) != MR_OK ||
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
@@ -780,7 +782,7 @@ static void handle_command(struct logger *logger, const char *line)
         end = at + strcspn(at, "\n");
         print_reply(logger, "%.*s\n", (int)(end - at), at);
     }
-    typed->until_us = typed->hold_us = monotonic_us() + CONFIRM_TIMEOUT_US;
+    typed->until_us = typed->typing_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
         print_reply(logger,
                     "disarm? The board is %s; this ends its recording. Type yes: ", recording);
@@ -799,7 +801,7 @@ static void handle_command(struct logger *logger, const char *line)
 /* Reports the outcome of the sent command. */
 static void report_answer(struct logger *logger)
 {
-    struct typed *typed = &logger->typed;
+    struct typed_commands *typed = &logger->typed;
     const char *name = mr_command_name(typed->command.code);
     if (typed->answered) {
         typed->sent = false;
@@ -818,7 +820,7 @@ static void report_answer(struct logger *logger)
 
 void typed_update(struct logger *logger)
 {
-    struct typed *typed = &logger->typed;
+    struct typed_commands *typed = &logger->typed;
     char line[sizeof typed->text];
     if (!typed->enabled)
         return;
@@ -831,7 +833,7 @@ void typed_update(struct logger *logger)
         handle_reply(logger, "");
     bool there = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
-    bool nobody = !there && !typed->terminal;
+    bool nobody = !there && !typed->is_terminal;
     if (typed->sent || nobody || !read_line(typed, line))
         return;
     if (typed->confirming)

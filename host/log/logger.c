@@ -35,7 +35,7 @@
 #define RETRY_US             250000u
 
 /* Finds out whether the campaign's path still leads to the file that is being logged. */
-static enum store_file_state find_place(struct logger *logger)
+static enum store_file_state find_file_state(struct logger *logger)
 {
     enum store_file_state place = watch_file_state(&logger->watch);
     if (logger->campaign_lost)
@@ -146,7 +146,7 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_refusal_pop(logger->store);
     /* the file is checked even if the store reported no refusal */
-    bool other = is_content_gone(find_place(logger));
+    bool other = is_content_gone(find_file_state(logger));
     if (error->status == MR_OK || (refused == STORE_NO_RETRY && !other))
         return error->status;
     roll_back(logger);
@@ -177,7 +177,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
                                struct error *error)
 {
     struct error tail = {0};
-    logger->open[link] = false;
+    logger->link_open[link] = false;
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK) {
         status = collector_end_link(logger->collector, (enum link_kind)link, &tail);
@@ -275,7 +275,7 @@ void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KIN
  * table, gets no more requests. */
 #define REQUESTS_MAX      5u
 /* an idle board without CAN sends readings for this time after a request */
-#define LIVE_S            30
+#define LIVE_DURATION_S   30
 #define LIVE_PERIOD_US    20000000u /* time between two requests for readings */
 
 /* Sends the operator's proof for a command, if the board requires one. */
@@ -291,7 +291,7 @@ static void send_proof(struct logger *logger, unsigned link, const uint8_t *comm
         return;
     if (keyfile_prove(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
         memcpy(logger->nonce, p.nonce, sizeof logger->nonce);
-        (void)link_send_message(logger->link[link], logger->base, 0, MR_ID_PROOF, proof,
+        (void)link_send_message(logger->link[link], logger->can_base, 0, MR_ID_PROOF, proof,
                                 sizeof proof, &why);
     }
     if (why.status != MR_OK) {
@@ -316,10 +316,10 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};
-        if (!logger->open[link] || (unasked && logger->cannot_send[link]))
+        if (!logger->link_open[link] || (unasked && logger->cannot_send[link]))
             continue;
         send_proof(logger, link, payload);
-        enum mr_status status = link_send_message(logger->link[link], logger->base, 0,
+        enum mr_status status = link_send_message(logger->link[link], logger->can_base, 0,
                                                   MR_ID_COMMAND, payload, length, &reason);
         logger->cannot_send[link] = logger->cannot_send[link] || (unasked && status != MR_OK);
         if (status == MR_OK)
@@ -339,14 +339,14 @@ void logger_ask_for_configuration(struct logger *logger)
         collector_get_progress(logger->collector, &p);
         /* arming interrupted the board's answer, so ask again when the landing is done */
         if (p.run)
-            logger->request_us = logger->requests = 0;
+            logger->config_request_us = logger->config_requests = 0;
         return;
     }
-    if (logger->requests == REQUESTS_MAX ||
-        (logger->request_us && now_us - logger->request_us < REQUEST_PERIOD_US))
+    if (logger->config_requests == REQUESTS_MAX ||
+        (logger->config_request_us && now_us - logger->config_request_us < REQUEST_PERIOD_US))
         return;
-    logger->request_us = now_us;
-    logger->requests++;
+    logger->config_request_us = now_us;
+    logger->config_requests++;
     (void)logger_send(logger, &command, true);
 }
 
@@ -354,14 +354,14 @@ void logger_ask_for_configuration(struct logger *logger)
  * the live page shows present values. */
 static void request_live_readings(struct logger *logger)
 {
-    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_S};
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_DURATION_S};
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
     uint64_t now_us = monotonic_us();
-    if (logger->open[LINK_CAN] || p.run || !p.hello ||
-        (logger->live_us && now_us - logger->live_us < LIVE_PERIOD_US))
+    if (logger->link_open[LINK_CAN] || p.run || !p.hello_received ||
+        (logger->live_request_us && now_us - logger->live_request_us < LIVE_PERIOD_US))
         return;
-    logger->live_us = now_us;
+    logger->live_request_us = now_us;
     (void)logger_send(logger, &command, true);
 }
 
@@ -671,7 +671,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
 
 enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error)
 {
-    enum store_file_state place = find_place(logger);
+    enum store_file_state place = find_file_state(logger);
     uint64_t now_us = monotonic_us();
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
         logger->removal_text[0] = '\0'; /* the file returned before it could be saved */
@@ -791,12 +791,12 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
 static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
     (void)watch_check_file_state(&logger->watch);
-    bool gone = is_content_gone(find_place(logger));
+    bool gone = is_content_gone(find_file_state(logger));
     logger->rescue_us = 0;
     enum mr_status status = logger_rescue_campaign(logger, error);
     if (status != MR_OK || !gone)
         return status;
-    return is_content_gone(find_place(logger))
+    return is_content_gone(find_file_state(logger))
              ? error_set(error, MR_IO,
                          "%s, and no new campaign could be created: the logged data is lost",
                          logger->removal_text)

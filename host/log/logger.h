@@ -20,8 +20,8 @@
 #include "host/log/watch.h"
 
 /* Commands that the user types at standard input. */
-struct typed {
-    bool enabled, terminal;
+struct typed_commands {
+    bool enabled, is_terminal;
     bool ended;     /* end of input */
     char text[256]; /* text read but not yet processed */
     size_t length;
@@ -32,14 +32,14 @@ struct typed {
     enum mr_status answer;
     uint16_t tag; /* tag of the last command */
     uint64_t until_us;
-    uint64_t hold_us; /* until this time no progress is drawn over the text being typed */
+    uint64_t typing_until_us; /* until this time no progress is drawn over the text being typed */
 };
 
 struct logger {
     const struct cli *cli;
     struct store *store;
     struct collector *collector; /* NULL until the session begins */
-    uint16_t base;               /* base of the board on CAN */
+    uint16_t can_base;           /* base of the board on CAN */
     const char *db, *page;       /* page: NULL if no page is written */
     pid_t page_child;            /* process that writes the page; 0: none */
     bool page_outdated;          /* the page must be written once more after that process */
@@ -47,14 +47,14 @@ struct logger {
     uint64_t silent_us;          /* time since which the block has not changed; 0: not started */
     int64_t silent_run;          /* landing whose silence was reported */
     /* time of the last request for the configuration; 0: none, or a landing followed it */
-    uint64_t request_us;
-    unsigned requests;       /* number of requests since the beginning or the last landing */
-    bool exchanged_reported; /* the user was informed that CAN and serial have different boards */
-    bool other_board_seen;   /* a hello of another board was received at other_base */
+    uint64_t config_request_us;
+    unsigned config_requests; /* number of requests since the beginning or the last landing */
+    bool exchanged_reported;  /* the user was informed that CAN and serial have different boards */
+    bool other_board_seen;    /* a hello of another board was received at other_base */
     uint16_t other_base;
     bool other_board_reported; /* the user was informed of the other board */
     struct link *link[LINK_KINDS];
-    bool open[LINK_KINDS];
+    bool link_open[LINK_KINDS];
     /* the link is a recording and may have buffered more data, where poll does not see it */
     bool more_buffered[LINK_KINDS];
     struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
@@ -79,7 +79,7 @@ struct logger {
     uint64_t rescue_us;    /* time of the last attempt to save the campaign */
     uint64_t progress_us;
     bool cannot_send[LINK_KINDS]; /* sending on this link is not possible */
-    double wait_s;                /* how long to wait for a device that disappeared */
+    double absence_max_s;         /* how long to wait for a device that disappeared */
     const char *ended_by;         /* reason for the end; NULL: still running */
     bool end_repeated;            /* the end was requested twice */
     uint64_t signalled_us;        /* time of the first request to end; 0: none yet */
@@ -90,7 +90,7 @@ struct logger {
     char *pending_output;
     size_t pending_output_length;
     /* original standard output and standard error during logger_set_nonblocking; 0: not active */
-    int output[2];
+    int original_output[2];
     bool full_summaries;      /* print the full summary of each landing */
     unsigned landings_shown;  /* number of landings whose summary was printed */
     char newest_landing[80];  /* the newest of these landings, as text */
@@ -98,14 +98,14 @@ struct logger {
     int64_t clock_ahead_us;   /* time of day minus the monotonic clock; 0: not determined yet */
     uint64_t no_board_due_us; /* time at which to report that no board answers; 0: not started */
     bool no_board_reported;
-    uint64_t live_us;                 /* time of the last request for live readings; 0: none yet */
+    uint64_t live_request_us;         /* time of the last request for live readings; 0: none yet */
     bool board_reported;              /* the board that answered was reported */
     uint64_t presence_check_us;       /* time of the previous check for messages */
     int64_t received[LINK_KINDS];     /* number of messages at that check */
     uint64_t received_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
     /* the user was informed of silence: of all links, of one link */
     bool silence_reported, link_silence_reported[LINK_KINDS];
-    struct typed typed;
+    struct typed_commands typed;
     struct collector_own_commands own_commands; /* commands that this program sent */
     uint8_t nonce[MR_PROOF_BYTES];              /* nonce in the proof of the last command */
 };
@@ -193,10 +193,10 @@ void logger_update_page(struct logger *logger, bool end);
 
 /* `commands`: read commands even if standard input is not a terminal. `listen`: never read
  * commands. */
-void typed_begin(struct typed *typed, bool commands, bool listen);
+void typed_begin(struct typed_commands *typed, bool commands, bool listen);
 /* Returns the descriptor to wait for before typed_read; -1: none. */
-int typed_fd(const struct typed *typed);
-void typed_read(struct typed *typed);
+int typed_fd(const struct typed_commands *typed);
+void typed_read(struct typed_commands *typed);
 /* Processes a line, and checks for the answer to the previous command. Call it every turn. */
 void typed_update(struct logger *logger);
 

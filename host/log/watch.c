@@ -48,7 +48,7 @@ static void queue_amount(const struct watch *watch, bool lost, char *out, size_t
             continue;
         enum link_kind kind = (enum link_kind)link;
         struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
-        uint64_t waits = kind == LINK_CAN ? depth.frames : depth.octets;
+        uint64_t waits = kind == LINK_CAN ? depth.can_frames : depth.serial_bytes;
         count[kind] += lost ? link_reader_lost(watch->reader[link]) : waits;
     }
     const unsigned long long frames = count[LINK_CAN], bytes = count[LINK_SERIAL];
@@ -74,9 +74,9 @@ static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, ui
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
                                               WATCH_FAILING, WATCH_FULL_DISK};
-    if (watch->refused != STORE_NO_RETRY) {
+    if (watch->refusal != STORE_NO_RETRY) {
         *since_us = watch->refused_us;
-        return causes[watch->refused];
+        return causes[watch->refusal];
     }
     *since_us = watch->call_start_us;
     if (watch->call_start_us && at_us - watch->call_start_us > SLOW_CALL_US)
@@ -140,8 +140,8 @@ static bool is_blocked(const struct watch *watch)
     return any;
 }
 
-static void describe(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us,
-                     char *line, size_t size)
+static void describe_delay(const struct watch *watch, enum watch_cause cause, uint64_t lasts_us,
+                           char *line, size_t size)
 {
     char what[320], lost[200];
     unsigned full = permille(watch);
@@ -202,14 +202,14 @@ static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t s
     watch->max_since_written_permille = full > watch->max_since_written_permille
                                           ? full
                                           : watch->max_since_written_permille;
-    bool again = watch->reported == cause && at_us - watch->reported_us < REPORT_PERIOD_US;
+    bool again = watch->reported_cause == cause && at_us - watch->reported_us < REPORT_PERIOD_US;
     watch->min_permille = full < watch->min_permille ? full : watch->min_permille;
     bool catching_up = since_us == watch->caught_up_us &&
                        full < watch->min_permille + BEHIND_PERMILLE / 2;
     if (cause != WATCH_NONE && at_us - since_us >= REPORT_AFTER_US && !again && !catching_up) {
-        watch->reported = cause;
+        watch->reported_cause = cause;
         watch->reported_us = at_us;
-        describe(watch, cause, at_us - since_us, line, size);
+        describe_delay(watch, cause, at_us - since_us, line, size);
     }
     check_call(watch, at_us);
 }
@@ -219,7 +219,7 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
     pthread_mutex_lock(&watch->lock);
-    bool due = now || at_us - watch->place_us >= PLACE_PERIOD_US;
+    bool due = now || at_us - watch->file_checked_us >= PLACE_PERIOD_US;
     struct store_identity identity = watch->identity;
     memcpy(path, watch->path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
@@ -227,9 +227,9 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
         return;
     enum store_file_state place = store_check_identity(path, &identity);
     pthread_mutex_lock(&watch->lock);
-    watch->place_us = at_us;
+    watch->file_checked_us = at_us;
     if (strcmp(path, watch->path) == 0 && identity.file_inode == watch->identity.file_inode)
-        watch->place = place;
+        watch->file_state = place;
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -263,7 +263,8 @@ void watch_open(struct watch *watch, const struct cli *cli)
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-    *watch = (struct watch){.cli = cli, .reported = WATCH_NONE, .caught_up_us = monotonic_us()};
+    *watch =
+        (struct watch){.cli = cli, .reported_cause = WATCH_NONE, .caught_up_us = monotonic_us()};
     pthread_mutex_init(&watch->lock, NULL);
     pthread_cond_init(&watch->wake, &monotonic);
     pthread_condattr_destroy(&monotonic);
@@ -302,14 +303,14 @@ void watch_set_path(struct watch *watch, const char *path)
     pthread_mutex_lock(&watch->lock);
     snprintf(watch->path, sizeof watch->path, "%s", path);
     store_identity_get(path, &watch->identity);
-    watch->place = STORE_FILE_SAME;
+    watch->file_state = STORE_FILE_SAME;
     pthread_mutex_unlock(&watch->lock);
 }
 
 enum store_file_state watch_file_state(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    enum store_file_state place = watch->place;
+    enum store_file_state place = watch->file_state;
     pthread_mutex_unlock(&watch->lock);
     return place;
 }
@@ -336,10 +337,10 @@ void watch_note_refusal(struct watch *watch, enum store_refusal refused, const c
 {
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
-    if (watch->refused != refused) {
-        if (watch->refused == STORE_NO_RETRY)
+    if (watch->refusal != refused) {
+        if (watch->refusal == STORE_NO_RETRY)
             watch->refused_us = at_us;
-        watch->refused = refused;
+        watch->refusal = refused;
         snprintf(watch->reason, sizeof watch->reason, "%s", reason);
     }
     pthread_mutex_unlock(&watch->lock);
@@ -353,7 +354,7 @@ void watch_note_written(struct watch *watch)
     pthread_mutex_lock(&watch->lock);
     unsigned full = permille(watch);
     watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
-    if (watch->refused != STORE_NO_RETRY) {
+    if (watch->refusal != STORE_NO_RETRY) {
         cause = find_cause(watch, at_us, &since_us);
         held_us = at_us - watch->refused_us;
     } else if (watch->call_took_us > SLOW_CALL_US) {
@@ -366,19 +367,19 @@ void watch_note_written(struct watch *watch)
     }
     full = full > watch->max_since_written_permille ? full : watch->max_since_written_permille;
     watch->max_since_written_permille = 0;
-    watch->refused = STORE_NO_RETRY;
-    if (watch->reported == cause && cause != WATCH_NONE) {
+    watch->refusal = STORE_NO_RETRY;
+    if (watch->reported_cause == cause && cause != WATCH_NONE) {
         char lost[200];
         lost_text(watch, lost, sizeof lost);
         snprintf(line, sizeof line,
                  "the campaign can be written again after %.1f s; the queue was %u %% full, %s",
                  (double)held_us / 1e6, full / 10, lost);
-        watch->reported = WATCH_NONE;
+        watch->reported_cause = WATCH_NONE;
     }
     if (permille(watch) <= CAUGHT_UP_PERMILLE) {
         watch->caught_up_us = at_us;
         watch->calls_total_us = 0;
-        watch->reported = WATCH_NONE;
+        watch->reported_cause = WATCH_NONE;
     }
     pthread_mutex_unlock(&watch->lock);
     print_note(watch, line);
@@ -387,7 +388,7 @@ void watch_note_written(struct watch *watch)
 uint64_t watch_refusal_start_us(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    uint64_t since_us = watch->refused == STORE_NO_RETRY ? 0 : watch->refused_us;
+    uint64_t since_us = watch->refusal == STORE_NO_RETRY ? 0 : watch->refused_us;
     pthread_mutex_unlock(&watch->lock);
     return since_us;
 }

@@ -32,7 +32,7 @@ struct watch {
     struct link_reader *reader[LINK_KINDS]; /* NULL: the link is not used */
 
     /* Times are by the monotonic clock, microseconds. */
-    enum store_refusal refused;
+    enum store_refusal refusal;
     char reason[200];        /* message of the store */
     uint64_t refused_us;     /* start of the refusal */
     uint64_t call_start_us;  /* start of the current call of the store; 0: none */
@@ -42,10 +42,10 @@ struct watch {
     uint64_t end_us;         /* time at which the end was requested; 0: not yet */
     char path[4096];
     struct store_identity identity;
-    enum store_file_state place;
-    uint64_t place_us;
+    enum store_file_state file_state;
+    uint64_t file_checked_us;
 
-    enum watch_cause reported; /* cause that was last reported to the user */
+    enum watch_cause reported_cause; /* cause that was last reported to the user */
     uint64_t reported_us;
     uint64_t delay_us[WATCH_CAUSES];     /* total delay by cause, in the session */
     unsigned max_permille;               /* maximum fill of a queue in the session */

@@ -20,7 +20,7 @@
 #define CELL_SHOWN_MAX 40
 #define HEADER_EXAMPLE "`test,load (lb),force (lb),displacement (in)`"
 
-enum role { TEST, LOAD, FORCE, MOVED, ROLES };
+enum role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLES };
 
 static const struct {
     const char *name, *word, *alternative; /* words that identify the column */
@@ -28,11 +28,11 @@ static const struct {
     const char *units;
     double max; /* largest plausible value, in or lb */
 } roles[ROLES] = {
-    [TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
-    [LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
-    [FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
-    [MOVED] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT, "in, mm, cm, m or ft",
-               PUSH_MAX_IN},
+    [ROLE_TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
+    [ROLE_LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
+    [ROLE_FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
+    [ROLE_DISPLACEMENT] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT,
+                           "in, mm, cm, m or ft", PUSH_MAX_IN},
 };
 
 struct table {
@@ -78,7 +78,7 @@ static size_t split_cells(char *line, char *cell[CELLS_MAX])
 static enum mr_status parse_unit(struct table *t, enum role role, const char *name)
 {
     struct calibrate_column column = calibrate_column_parse(name);
-    if (!column.known || column.codes)
+    if (!column.is_known || column.is_codes)
         return error_set(t->error, MR_MALFORMED,
                          "column name not understood: %s, line %u: '%.*s'; name the column %s with "
                          "its unit, as in %s",
@@ -112,10 +112,10 @@ static enum mr_status parse_header(struct table *t, char *cell[CELLS_MAX])
                              "and displacement, as in %s",
                              t->path, t->line, CELL_SHOWN_MAX, cell[i], HEADER_EXAMPLE);
         t->column[found] = (int)i;
-        if (found != TEST && parse_unit(t, (enum role)found, cell[i]) != MR_OK)
+        if (found != ROLE_TEST && parse_unit(t, (enum role)found, cell[i]) != MR_OK)
             return t->error->status;
     }
-    for (int role = LOAD; role < ROLES; role++) {
+    for (int role = ROLE_LOAD; role < ROLES; role++) {
         if (t->column[role] < 0)
             return error_set(
                 t->error, MR_MALFORMED,
@@ -129,14 +129,14 @@ static enum mr_status parse_value(struct table *t, enum role role, const char *t
 {
     struct quantity_error wrong;
     if (calibrate_value_parse(text, roles[role].kind, t->unit[role], value, &wrong)) {
-        if (fabs(*value) <= roles[role].max && (role != LOAD || *value > 0.0))
+        if (fabs(*value) <= roles[role].max && (role != ROLE_LOAD || *value > 0.0))
             return MR_OK;
         return error_set(
             t->error, MR_MALFORMED,
             "reading out of range: %s, line %u: %s %.*s; give at most %g %s, and a load "
             "above 0",
             t->path, t->line, roles[role].name, CELL_SHOWN_MAX, text, roles[role].max,
-            role == MOVED ? "in" : "lb");
+            role == ROLE_DISPLACEMENT ? "in" : "lb");
     }
     if (strstr(wrong.what, "instead of"))
         return error_set(t->error, MR_MALFORMED, "%s: %s, line %u: %s '%.*s'; give it in %s",
@@ -177,9 +177,9 @@ static enum mr_status parse_row(struct table *t, char *cell[CELLS_MAX])
 {
     struct push_series *series;
     double force_lb, moved_in;
-    const char *load = cell[t->column[LOAD]];
-    if (t->column[TEST] >= 0 && cell[t->column[TEST]][0]) {
-        const char *test = cell[t->column[TEST]];
+    const char *load = cell[t->column[ROLE_LOAD]];
+    if (t->column[ROLE_TEST] >= 0 && cell[t->column[ROLE_TEST]][0]) {
+        const char *test = cell[t->column[ROLE_TEST]];
         if (strlen(test) >= PUSH_NAME_SIZE)
             return error_set(
                 t->error, MR_TOO_LONG,
@@ -187,10 +187,10 @@ static enum mr_status parse_row(struct table *t, char *cell[CELLS_MAX])
                 t->path, t->line, CELL_SHOWN_MAX, test, PUSH_NAME_SIZE - 1);
         snprintf(t->test, sizeof t->test, "%s", test);
     }
-    if ((load[0] || isnan(t->load_lb)) && parse_value(t, LOAD, load, &t->load_lb) != MR_OK)
+    if ((load[0] || isnan(t->load_lb)) && parse_value(t, ROLE_LOAD, load, &t->load_lb) != MR_OK)
         return t->error->status;
-    if (parse_value(t, FORCE, cell[t->column[FORCE]], &force_lb) != MR_OK ||
-        parse_value(t, MOVED, cell[t->column[MOVED]], &moved_in) != MR_OK ||
+    if (parse_value(t, ROLE_FORCE, cell[t->column[ROLE_FORCE]], &force_lb) != MR_OK ||
+        parse_value(t, ROLE_DISPLACEMENT, cell[t->column[ROLE_DISPLACEMENT]], &moved_in) != MR_OK ||
         find_or_add_series(t, &series) != MR_OK)
         return t->error->status;
     series->force_lb[series->count] = force_lb;
@@ -640,7 +640,7 @@ static double peak_log_odds(const struct push_fit *fit, double stretch2)
     double width = 2.0 * PUSH_PRIOR_DECADES * log(10.0);
     double of_k = log(fit->k_lb_in.high / fit->k_lb_in.low) / (2.0 * Z_95);
     double of_rho = fit->unloading_count > 0
-                      ? (fit->unloading.high - fit->unloading.low) / (2.0 * Z_95)
+                      ? (fit->unloading_ratio.high - fit->unloading_ratio.low) / (2.0 * Z_95)
                       : 1.0;
     return -0.5 * (fit->chi_square - fit->rigid_chi_square) / stretch2 +
            log(fmin(1.0, sqrt(2.0 * M_PI) * of_k / width)) +
@@ -671,14 +671,14 @@ static void find_intervals(struct fit_work *w, double a, double b, double best, 
     bool told = down < a;
     fit->k_lb_in = (struct push_interval){told ? 1.0 / a : (double)NAN, 1.0 / (a + up),
                                           told ? 1.0 / (a - down) : (double)INFINITY};
-    fit->unloading = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
+    fit->unloading_ratio = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
     if (!told || w->path.falling == 0)
         return;
-    fit->unloading.value = rho;
-    fit->unloading.high = rho +
-                          find_interval_distance(w, 1, rho, a, least_chi, q, 0.05, 100.0, scale);
-    fit->unloading.low = rho -
-                         find_interval_distance(w, 1, rho, a, least_chi, q, -0.05, 100.0, scale);
+    fit->unloading_ratio.value = rho;
+    fit->unloading_ratio.high = rho + find_interval_distance(w, 1, rho, a, least_chi, q, 0.05,
+                                                             100.0, scale);
+    fit->unloading_ratio.low = rho - find_interval_distance(w, 1, rho, a, least_chi, q, -0.05,
+                                                            100.0, scale);
 }
 
 static void fit_series(struct fit_work *w, double expected_lb_in, double stretch,
@@ -698,7 +698,7 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     fit->unloading_count = w->path.falling;
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
-    fit->slid_from = w->slid_from;
+    fit->first_sliding = w->slid_from;
     double force = has_slid(w) ? slide_chi_square(w, &fit->limit_lb) : 0.0;
     fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
     size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
@@ -709,7 +709,7 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     size_t before = has_slid(w) ? w->slid_from : n;
     for (size_t i = 0; i < before; i++)
         sum += w->series->moved_in[i] - a * w->loading_lb[i] - b * w->unloading_lb[i];
-    fit->zero_in = sum / (double)before;
+    fit->dial_zero_in = sum / (double)before;
 }
 
 enum mr_status push_fit(const struct push_series *series, struct push_errors gages,
@@ -742,16 +742,16 @@ void push_fit_curve(const struct push_series *series, struct push_errors gages,
     struct push_path *path = xmalloc(sizeof *path);
     bool told = !isnan(fit->k_lb_in.value);
     double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
-           b = isnan(fit->unloading.value) ? a : fit->unloading.value * a;
+           b = isnan(fit->unloading_ratio.value) ? a : fit->unloading_ratio.value * a;
     bool made = make_path(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {
         double sum = 0.0;
         for (size_t m = 0; made && m <= i; m++)
             sum += (a * path->loading[i][m] + b * path->unloading[i][m]) * series->force_lb[m];
-        if (made && fit->slid_count > 0 && i >= fit->slid_from &&
-            i < fit->slid_from + fit->slid_count)
-            shift_in = series->moved_in[i] - fit->zero_in - sum;
-        moved_in[i] = made ? fit->zero_in + sum + shift_in : (double)NAN;
+        if (made && fit->slid_count > 0 && i >= fit->first_sliding &&
+            i < fit->first_sliding + fit->slid_count)
+            shift_in = series->moved_in[i] - fit->dial_zero_in - sum;
+        moved_in[i] = made ? fit->dial_zero_in + sum + shift_in : (double)NAN;
     }
     free(path);
 }

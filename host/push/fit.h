@@ -87,12 +87,12 @@ struct push_interval {
 };
 
 struct push_fit {
-    struct push_interval k_lb_in, unloading;
+    struct push_interval k_lb_in, unloading_ratio;
     double limit_lb; /* force at which the mat slid; NaN: it did not slide */
     /* first sliding reading, from 0, and number of sliding readings */
-    size_t slid_from, slid_count;
-    double max_lb;  /* largest magnitude of the force */
-    double zero_in; /* dial reading at force 0, by the elastic law */
+    size_t first_sliding, slid_count;
+    double max_lb;       /* largest magnitude of the force */
+    double dial_zero_in; /* dial reading at force 0, by the elastic law */
     double chi_square, rigid_chi_square;
     size_t degrees_of_freedom; /* degrees of freedom of the elastic fit */
     double log_odds; /* natural logarithm of the odds of elastic to rigid, with equal prior odds */

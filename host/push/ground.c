@@ -107,8 +107,8 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
                         ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
 }
 
-void push_answer_law(struct answer *answer, const struct push_ground *ground,
-                     const struct push_setting *setting)
+void push_add_law(struct answer *answer, const struct push_ground *ground,
+                  const struct push_setting *setting)
 {
     const struct push_interval *k = &ground->k_lb_ft.interval;
     add_law(answer, ground);
@@ -152,8 +152,8 @@ static void add_interval(struct answer *answer, const char *name, const char *la
         answer_words(answer, NULL, label, "-");
 }
 
-void push_answer_tests(struct answer *answer, const struct push_readings *readings,
-                       const struct push_ground *ground)
+void push_add_tests(struct answer *answer, const struct push_readings *readings,
+                    const struct push_ground *ground)
 {
     answer_table(answer, "tests", "Tests");
     for (size_t i = 0; i < readings->count; i++) {
@@ -165,7 +165,7 @@ void push_answer_tests(struct answer *answer, const struct push_readings *readin
         answer_count(answer, "readings", "readings", (int64_t)series->count);
         answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_lb, 1);
         add_interval(answer, "k_lb_in", "all mats,|lb/in (95 %)", &fit->k_lb_in, 0);
-        add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading, 2);
+        add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading_ratio, 2);
         answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->limit_lb, 1);
         answer_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
         answer_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
@@ -347,7 +347,7 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
     struct pooled p = {.terms = 1};
     size_t falling = 0;
     for (size_t i = 0; i < readings->count; i++) {
-        const struct push_interval *rho = &ground->fit[i].unloading;
+        const struct push_interval *rho = &ground->fit[i].unloading_ratio;
         falling += ground->fit[i].unloading_count;
         if (isnan(rho->value) || !isfinite(rho->high - rho->low))
             continue;

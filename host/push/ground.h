@@ -71,10 +71,10 @@ void push_ground_free(struct push_ground *ground);
 
 /* Adds the law and its basis, the parameters that are not determined, with the reason, and the rig
  * for which the results are valid. */
-void push_answer_law(struct answer *answer, const struct push_ground *ground,
-                     const struct push_setting *setting);
+void push_add_law(struct answer *answer, const struct push_ground *ground,
+                  const struct push_setting *setting);
 /* Adds one row per test. */
-void push_answer_tests(struct answer *answer, const struct push_readings *readings,
-                       const struct push_ground *ground);
+void push_add_tests(struct answer *answer, const struct push_readings *readings,
+                    const struct push_ground *ground);
 
 #endif

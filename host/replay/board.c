@@ -22,7 +22,7 @@
 #define BYTES_PER_TURN  65536
 #define FRAMES_PER_TURN 1024
 
-enum { REPLAY, CAN, SERIAL, BOARD_TEXT, FLASH, FILES };
+enum { FILE_REPLAY, FILE_CAN, FILE_SERIAL, FILE_BOARD_TEXT, FILE_FLASH, FILES };
 
 /* Links to the files in the directory: "file:" and the path. */
 struct paths {
@@ -49,31 +49,32 @@ static enum mr_status start_board(const struct replay_board *board, const struct
     snprintf(can_base, sizeof can_base, "%u", board->can_base);
     const char *const words[] = {board->program,
                                  "--elf",
-                                 board->elf,
+                                 board->elf_path,
                                  "--can",
-                                 paths->link[CAN],
+                                 paths->link[FILE_CAN],
                                  "--serial",
-                                 paths->link[SERIAL],
+                                 paths->link[FILE_SERIAL],
                                  "--replay",
-                                 file_path(paths, REPLAY),
+                                 file_path(paths, FILE_REPLAY),
                                  "--speed",
-                                 board->real_time ? "real" : "max",
+                                 board->is_real_time ? "real" : "max",
                                  "--can-base",
                                  can_base,
                                  board->has_flash_file ? "--flash" : NULL,
-                                 file_path(paths, FLASH),
+                                 file_path(paths, FILE_FLASH),
                                  NULL};
-    int told = open(file_path(paths, BOARD_TEXT), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-    int nothing = open("/dev/null", O_RDWR | O_CLOEXEC);
-    if (told < 0 || nothing < 0)
+    int output_fd = open(file_path(paths, FILE_BOARD_TEXT),
+                         O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+    int null_fd = open("/dev/null", O_RDWR | O_CLOEXEC);
+    if (output_fd < 0 || null_fd < 0)
         error_set(error, MR_IO, "cannot write (%s): %s; free disk space", strerror(errno),
-                  file_path(paths, BOARD_TEXT));
+                  file_path(paths, FILE_BOARD_TEXT));
     else
-        process_start(words, (const int[]){nothing, nothing, told}, child, error);
-    if (told >= 0)
-        close(told);
-    if (nothing >= 0)
-        close(nothing);
+        process_start(words, (const int[]){null_fd, null_fd, output_fd}, child, error);
+    if (output_fd >= 0)
+        close(output_fd);
+    if (null_fd >= 0)
+        close(null_fd);
     return error->status;
 }
 
@@ -91,12 +92,12 @@ static void read_last_line(const char *path, char *out, size_t size)
 
 enum mr_status replay_board_check(const struct replay_board *board, struct error *error)
 {
-    if (access(board->elf, R_OK) != 0)
+    if (access(board->elf_path, R_OK) != 0)
         return error_set(error, MR_IO,
                          "no firmware image (%s): %s; build it with make all, install the package "
                          "matrig, or name one "
                          "with --elf",
-                         strerror(errno), board->elf);
+                         strerror(errno), board->elf_path);
     if (access(board->program, X_OK) != 0)
         return error_set(error, MR_IO,
                          "no emulated board (%s): %s; build it with make all, install the package "
@@ -108,7 +109,7 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
 static enum mr_status run_board(const struct replay_board *board, const struct paths *paths,
                                 struct error *error)
 {
-    char told[400];
+    char output_fd[400];
     int status = 0;
     pid_t child;
     if (start_board(board, paths, &child, error) != MR_OK)
@@ -119,15 +120,16 @@ static enum mr_status run_board(const struct replay_board *board, const struct p
             error, MR_TIMEOUT,
             "the emulated board timed out after %.0f s: %s; check the load of this computer",
             limit_s, board->program);
-    read_last_line(file_path(paths, BOARD_TEXT), told, sizeof told);
+    read_last_line(file_path(paths, FILE_BOARD_TEXT), output_fd, sizeof output_fd);
     if (WIFSIGNALED(status))
         return error_set(error, MR_IO, "the emulated board was killed by signal %d: %s; try again",
                          WTERMSIG(status), board->program);
     if (WEXITSTATUS(status) != 0)
-        return error_set(error, MR_IO,
-                         "the emulated board failed with exit code %d: %s; its message: %s",
-                         WEXITSTATUS(status), board->elf, told[0] ? told : "nothing");
-    if (access(file_path(paths, CAN), R_OK) != 0 || access(file_path(paths, SERIAL), R_OK) != 0)
+        return error_set(
+            error, MR_IO, "the emulated board failed with exit code %d: %s; its message: %s",
+            WEXITSTATUS(status), board->elf_path, output_fd[0] ? output_fd : "nothing");
+    if (access(file_path(paths, FILE_CAN), R_OK) != 0 ||
+        access(file_path(paths, FILE_SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
                          "the emulated board wrote no answers: %s; check that this is matrig-board",
                          board->program);
@@ -178,11 +180,12 @@ static enum mr_status store_answers(const struct paths *paths, uint16_t can_base
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
     struct collector *collector = NULL;
-    bool good = link_open(paths->link[CAN], LINK_CAN, &link[LINK_CAN], error) == MR_OK &&
-                link_open(paths->link[SERIAL], LINK_SERIAL, &link[LINK_SERIAL], error) == MR_OK &&
+    bool good = link_open(paths->link[FILE_CAN], LINK_CAN, &link[LINK_CAN], error) == MR_OK &&
+                link_open(paths->link[FILE_SERIAL], LINK_SERIAL, &link[LINK_SERIAL], error) ==
+                    MR_OK &&
                 store_begin(store, error) == MR_OK &&
-                collector_open(store, paths->link[CAN], can_base, paths->link[SERIAL], &collector,
-                               error) == MR_OK &&
+                collector_open(store, paths->link[FILE_CAN], can_base, paths->link[FILE_SERIAL],
+                               &collector, error) == MR_OK &&
                 collect_links(collector, link, error) == MR_OK &&
                 collector_end(collector, "end", error) == MR_OK;
     enum mr_status status = good ? store_commit(store, error) : error->status;
@@ -212,7 +215,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
         status = error_set(
             error, MR_TRUNCATED,
             "the board sent no frame that matrig can read: %s; use a firmware image of matrig",
-            board->elf);
+            board->elf_path);
     }
     if (status == MR_OK)
         status = store_landings(store, &landings, &count, error);
@@ -220,7 +223,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
         status = error_set(
             error, MR_TRUNCATED,
             "the board reported no landing: %s; it runs a different firmware, or was not armed",
-            board->elf);
+            board->elf_path);
     if (status != MR_OK) {
         store_close(store);
         return status;

@@ -9,8 +9,8 @@
 
 struct replay_board {
     const char *program; /* path of matrig-board */
-    const char *elf;
-    bool real_time;
+    const char *elf_path;
+    bool is_real_time;
     /* the directory has flash.bin, the content of the board's flash without the image */
     bool has_flash_file;
     uint16_t can_base; /* base of the board on CAN, from its configuration */

@@ -22,7 +22,7 @@ static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 /* ---- how each field of the catalogue is compared ---- */
 
 enum field_rule {
-    FIELD_PLAIN,   /* the values are equal, or differ by at most the tolerance of the unit */
+    FIELD_VALUE,   /* the values are equal, or differ by at most the tolerance of the unit */
     FIELD_BLOCK,   /* a block index, minus the shift */
     FIELD_BLOCK16, /* the low 16 bits of a block index, minus the shift */
     FIELD_TICK,    /* a tick of TIM2, minus the shift */
@@ -70,7 +70,7 @@ static const struct {
 };
 
 /* True if a message as a whole is not determined by the record. */
-static bool message_is_circumstance(uint16_t id)
+static bool is_circumstance(uint16_t id)
 {
 #define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
     return false
@@ -79,7 +79,7 @@ static bool message_is_circumstance(uint16_t id)
 }
 
 /* True if the message is sent in turn, when the bus has room. */
-static bool message_is_in_rotation(uint16_t id)
+static bool is_sent_in_turn(uint16_t id)
 {
 #define IN_TURN(name, NAME) || id == MR_ID_##NAME
     return false
@@ -95,7 +95,7 @@ static enum field_rule find_field_rule(const struct mr_message_info *info,
             strcmp(rules[i].field, field->name) == 0)
             return rules[i].rule;
     }
-    return FIELD_PLAIN;
+    return FIELD_VALUE;
 }
 
 /* Returns the tolerance of a unit if another image ran; 0: values must be equal. */
@@ -149,7 +149,7 @@ struct comparison {
 static void add_difference(struct comparison *c, struct difference difference)
 {
     struct diff_row *row = c->row;
-    if (row->differing + row->only_recorded + row->only_replayed == 0)
+    if (row->differing_fields + row->only_recorded + row->only_replayed == 0)
         row->first = difference;
     if (!c->diff->has_difference || difference.block < c->diff->first.block) {
         c->diff->first = difference;
@@ -162,10 +162,10 @@ static void add_value_difference(struct comparison *c, const char *field, int64_
 {
     add_difference(c, (struct difference){DIFF_VALUE, c->row->link, c->row->message, field, block,
                                           recorded, replayed});
-    c->row->differing++;
+    c->row->differing_fields++;
 }
 
-static double value_of(const struct board_message *answer, const char *name)
+static double get_field_value(const struct board_message *answer, const char *name)
 {
     for (unsigned i = 0; i < answer->info->field_count; i++) {
         if (strcmp(answer->info->fields[i].name, name) == 0)
@@ -174,7 +174,7 @@ static double value_of(const struct board_message *answer, const char *name)
     return (double)NAN;
 }
 
-static bool is_near(double a, double b, double tolerance)
+static bool is_within_tolerance(double a, double b, double tolerance)
 {
     if (isnan(a) || isnan(b))
         return isnan(a) && isnan(b);
@@ -196,7 +196,7 @@ static double count_queued_frames(const struct board_messages *answers, int link
     double others = 0.0;
     for (const struct board_message *before = answers->message[link]; before < answer; before++)
         others += is_independent(before->info->id);
-    return value_of(answer, "sent") + value_of(answer, "dropped") - others;
+    return get_field_value(answer, "sent") + get_field_value(answer, "dropped") - others;
 }
 
 /* Converts the two values of a field to a common base. Returns false if the field is not
@@ -208,7 +208,7 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
     *replayed = mr_field_value(field, b->data);
-    *tolerance = c->options->exact ? 0.0 : field_tolerance(field->unit);
+    *tolerance = c->options->is_exact ? 0.0 : field_tolerance(field->unit);
     switch (find_field_rule(a->info, field)) {
     case FIELD_BLOCK: *replayed += (double)shift; return true;
     case FIELD_BLOCK16: *replayed = (uint16_t)((int64_t)*replayed + shift); return true;
@@ -223,16 +223,16 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
         }
         *recorded = count_queued_frames(c->recorded, c->row->link, a) - c->queued_recorded;
         *replayed = count_queued_frames(c->replayed, c->row->link, b) - c->queued_replayed;
-        return c->options->exact && c->links_faultless && c->late_blocks == 0;
+        return c->options->is_exact && c->links_faultless && c->late_blocks == 0;
     case FIELD_FAULTS:
         *recorded = (uint32_t)*recorded & RECORD_FAULTS;
         *replayed = (uint32_t)*replayed & RECORD_FAULTS;
         return true;
     case FIELD_IMAGE:
-        return c->options->exact &&
+        return c->options->is_exact &&
                c->recorded->landing.image_crc == c->replayed->landing.image_crc;
     case FIELD_CIRCUMSTANCE: return false;
-    case FIELD_PLAIN: break;
+    case FIELD_VALUE: break;
     }
     return true;
 }
@@ -247,7 +247,7 @@ static void compare_pair(struct comparison *c, const struct board_message *a,
         if (!align_values(c, field, a, b, &recorded, &replayed, &tolerance))
             continue;
         c->row->fields++;
-        if (!is_near(recorded, replayed, tolerance))
+        if (!is_within_tolerance(recorded, replayed, tolerance))
             add_value_difference(c, field->name, a->block, recorded, replayed);
     }
 }
@@ -257,15 +257,15 @@ static void compare_pair(struct comparison *c, const struct board_message *a,
 static bool is_determined_by_record(const struct board_message *answer, int64_t first_block)
 {
     if (answer->info->id == MR_ID_ACK &&
-        (value_of(answer, "code") == (double)MR_COMMAND_BACKLOG ||
-         value_of(answer, "code") == (double)MR_COMMAND_NONE ||
-         mr_command_is_sender_refused((int)value_of(answer, "status"))))
+        (get_field_value(answer, "code") == (double)MR_COMMAND_BACKLOG ||
+         get_field_value(answer, "code") == (double)MR_COMMAND_NONE ||
+         mr_command_is_sender_refused((int)get_field_value(answer, "status"))))
         return false; /* a command that the replay itself sends, or one that replaces another */
     if (answer->info->id == MR_ID_ACK || answer->info->id == MR_ID_MARK)
-        return value_of(answer, "block") >= (double)first_block;
+        return get_field_value(answer, "block") >= (double)first_block;
     if (answer->info->id != MR_ID_FAULT)
         return true;
-    double code = value_of(answer, "code");
+    double code = get_field_value(answer, "code");
     return code < MR_FAULT_COUNT && (RECORD_FAULTS >> (unsigned)code & 1u);
 }
 
@@ -321,9 +321,9 @@ static void add_unmatched(struct comparison *c, const struct board_message *answ
         /* messages about the last block may be missing, because the record ended before they were
          * sent */
         return;
-    if (!c->options->exact && (double)(c->end_block - block) <= field_tolerance("ms"))
+    if (!c->options->is_exact && (double)(c->end_block - block) <= field_tolerance("ms"))
         return; /* the time of the end itself may differ by this much */
-    if (message_is_in_rotation(answer->info->id) && c->late_blocks > c->end_block - block)
+    if (is_sent_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end of the record */
     if (!recorded && c->options->lossy[c->row->link]) {
         c->diff->not_recorded++;
@@ -347,9 +347,9 @@ static bool has_same_subject(const struct board_message *a, const struct board_m
     const char *first = a->info->fields[0].name;
     for (size_t i = 0; i < sizeof subjects / sizeof subjects[0]; i++) {
         if (strcmp(first, subjects[i]) == 0)
-            return value_of(a, first) == value_of(b, first) &&
+            return get_field_value(a, first) == get_field_value(b, first) &&
                    (strcmp(a->info->fields[1].name, "item") != 0 ||
-                    value_of(a, "item") == value_of(b, "item"));
+                    get_field_value(a, "item") == get_field_value(b, "item"));
     }
     return true;
 }
@@ -358,9 +358,9 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
 {
     struct message_iterator old, new;
     begin_iterators(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->exact           ? 0
-                  : message_is_in_rotation(info->id) && c->late_blocks ? c->late_blocks
-                                                                       : BLOCK_TOLERANCE;
+    int64_t slack = has_own_block(info) && c->options->is_exact ? 0
+                  : is_sent_in_turn(info->id) && c->late_blocks ? c->late_blocks
+                                                                : BLOCK_TOLERANCE;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
         const struct board_message *a = next_message(&old, info), *b = next_message(&new, info);
@@ -426,7 +426,7 @@ static int64_t find_bus_delay(const struct comparison *c)
     int64_t most = 0;
     const struct mr_message_info *info = mr_catalogue(&count);
     for (size_t i = 0; i < count; i++) {
-        for (int link = 0; link < LINK_KINDS && message_is_in_rotation(info[i].id); link++) {
+        for (int link = 0; link < LINK_KINDS && is_sent_in_turn(info[i].id); link++) {
             int64_t late = c->options->lossy[link] ? 0 : find_largest_delay(c, link, &info[i]);
             most = late > most ? late : most;
         }
@@ -502,7 +502,7 @@ static void end_row(struct comparison *c)
     const struct diff_row *row = c->row;
     c->diff->messages += row->pairs;
     c->diff->fields += row->fields;
-    c->diff->differing += row->differing + row->only_recorded + row->only_replayed;
+    c->diff->differing_fields += row->differing_fields + row->only_recorded + row->only_replayed;
     if ((row->pairs || row->only_recorded || row->only_replayed) &&
         c->diff->rows + 1 < DIFF_MESSAGES_MAX)
         c->diff->rows++;
@@ -517,14 +517,14 @@ static int64_t count_messages(const struct board_messages *answers, int link,
     return count;
 }
 
-void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
-                  const struct diff_options *options, struct diff *diff)
+void diff_messages(const struct board_messages *recorded, const struct board_messages *replayed,
+                   const struct diff_options *options, struct diff *diff)
 {
     struct comparison c = {
         .recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
     size_t count;
     const struct mr_message_info *info = mr_catalogue(&count);
-    *diff = (struct diff){.exact = options->exact};
+    *diff = (struct diff){.is_exact = options->is_exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->blocks - 1].index;
     c.landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
@@ -539,7 +539,7 @@ void diff_answers(const struct board_messages *recorded, const struct board_mess
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
         for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (message_is_circumstance(info[i].id) || is_independent(info[i].id)) {
+            if (is_circumstance(info[i].id) || is_independent(info[i].id)) {
                 diff->circumstances += count_messages(recorded, link, &info[i]);
                 continue;
             }
@@ -593,14 +593,14 @@ static void difference_answer(const struct difference *d, struct answer *answer)
 /* Prints a row if it has differences. */
 static void add_row(const struct diff_row *row, struct answer *answer)
 {
-    bool differs = row->differing + row->only_recorded + row->only_replayed > 0;
+    bool differs = row->differing_fields + row->only_recorded + row->only_replayed > 0;
     char text[300];
     answer_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
     answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
     answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
     answer_count(answer, "fields", NULL, row->fields);
-    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing);
+    answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);
     answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL, row->only_recorded);
     answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL, row->only_replayed);
     difference_answer(differs ? &row->first : NULL, answer);
@@ -620,7 +620,7 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300], within[FIELD_TOLERANCES_TEXT];
     field_tolerances_text(answer_is_si(answer), within);
-    answer_words(answer, "compared", "compared", "%s", diff->exact ? "exactly" : within);
+    answer_words(answer, "compared", "compared", "%s", diff->is_exact ? "exactly" : within);
     difference_answer(diff->has_difference ? &diff->first : NULL, answer);
     if (diff->has_difference) {
         difference_text(&diff->first, text, sizeof text);
@@ -647,8 +647,9 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
                         "order is compared, but not their times and the counts of frames",
                         (long long)diff->delay_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
-                 (long long)diff->differing, (long long)diff->fields, (long long)diff->messages);
-    answer_count(answer, "differ", NULL, diff->differing);
+                 (long long)diff->differing_fields, (long long)diff->fields,
+                 (long long)diff->messages);
+    answer_count(answer, "differ", NULL, diff->differing_fields);
     answer_count(answer, "fields", NULL, diff->fields);
     answer_count(answer, "messages", NULL, diff->messages);
 }

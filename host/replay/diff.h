@@ -29,17 +29,17 @@ struct diff_row { /* comparison of one message on one link */
     int link;
     int64_t pairs;
     int64_t fields; /* number of compared fields */
-    int64_t differing;
+    int64_t differing_fields;
     int64_t only_recorded, only_replayed;
     struct difference first; /* first difference, if there is one */
 };
 
 struct diff {
-    bool exact;
+    bool is_exact;
     struct diff_row row[DIFF_MESSAGES_MAX];
     size_t rows;
     /* totals; a message that only one side has counts as one difference */
-    int64_t messages, fields, differing;
+    int64_t messages, fields, differing_fields;
     /* largest time difference, in blocks, of messages that are sent in turn and that a full bus
      * delayed; 0: no delay */
     int64_t delay_blocks;
@@ -56,13 +56,13 @@ struct diff {
 };
 
 struct diff_options {
-    bool exact;             /* values must be equal; false: within tolerances */
+    bool is_exact;          /* values must be equal; false: within tolerances */
     int64_t shift_blocks;   /* block of the record minus block of the replay */
     bool lossy[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };
 
-void diff_answers(const struct board_messages *recorded, const struct board_messages *replayed,
-                  const struct diff_options *options, struct diff *diff);
+void diff_messages(const struct board_messages *recorded, const struct board_messages *replayed,
+                   const struct diff_options *options, struct diff *diff);
 
 void diff_to_answer(const struct diff *diff, struct answer *answer);
 

@@ -152,8 +152,8 @@ struct writer {
     uint32_t crc;
 };
 
-__attribute__((format(printf, 2, 3))) static void put(struct writer *writer, const char *format,
-                                                      ...)
+__attribute__((format(printf, 2, 3))) static void put_line(struct writer *writer,
+                                                           const char *format, ...)
 {
     char line[2 * MR_BLOCK_BYTES_MAX + 40];
     va_list arguments;
@@ -166,25 +166,25 @@ __attribute__((format(printf, 2, 3))) static void put(struct writer *writer, con
 
 /* ---- checks ---- */
 
-struct holes {
+struct record_gaps {
     int64_t from, to; /* first hole */
     int64_t blocks;   /* total length of all holes; 0: none */
 };
 
-static void add_hole(struct holes *holes, int64_t from, int64_t to)
+static void add_gap(struct record_gaps *record_gaps, int64_t from, int64_t to)
 {
-    if (!holes->blocks) {
-        holes->from = from;
-        holes->to = to;
+    if (!record_gaps->blocks) {
+        record_gaps->from = from;
+        record_gaps->to = to;
     }
-    holes->blocks += to - from + 1;
+    record_gaps->blocks += to - from + 1;
 }
 
 static enum mr_status check_complete(const struct board_messages *recorded, const char *path,
                                      struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
-    struct holes holes = {0};
+    struct record_gaps record_gaps = {0};
     if (recorded->blocks == 0)
         return error_set(
             error, MR_TRUNCATED,
@@ -201,19 +201,20 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
                          "different landing",
                          (long long)landing->id, path);
     if ((int64_t)recorded->block[0].index > landing->armed_block)
-        add_hole(&holes, landing->armed_block, (int64_t)recorded->block[0].index - 1);
+        add_gap(&record_gaps, landing->armed_block, (int64_t)recorded->block[0].index - 1);
     for (size_t i = 1; i < recorded->blocks; i++) {
         if (recorded->block[i].index != recorded->block[i - 1].index + 1u)
-            add_hole(&holes, (int64_t)recorded->block[i - 1].index + 1,
-                     (int64_t)recorded->block[i].index - 1);
+            add_gap(&record_gaps, (int64_t)recorded->block[i - 1].index + 1,
+                    (int64_t)recorded->block[i].index - 1);
     }
-    if (holes.blocks)
+    if (record_gaps.blocks)
         return error_set(
             error, MR_TRUNCATED,
             "cannot be replayed, because %lld blocks are lost: RUN %lld of %s, first blocks %lld "
             "to %lld (%.3f s to %.3f s); complete the landing from the black box",
-            (long long)holes.blocks, (long long)landing->id, path, (long long)holes.from,
-            (long long)holes.to, (double)holes.from / 1e3, (double)(holes.to + 1) / 1e3);
+            (long long)record_gaps.blocks, (long long)landing->id, path,
+            (long long)record_gaps.from, (long long)record_gaps.to, (double)record_gaps.from / 1e3,
+            (double)(record_gaps.to + 1) / 1e3);
     return MR_OK;
 }
 
@@ -327,8 +328,8 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
         memcpy(&bits, &zero[i].zero_code, sizeof bits);
         if (!zero[i].measured)
             continue;
-        put(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND_BLOCK + input->zeros,
-            MR_COMMAND_ZERO, i + 1, MR_SEGMENTS + 1u + input->zeros, bits);
+        put_line(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND_BLOCK + input->zeros,
+                 MR_COMMAND_ZERO, i + 1, MR_SEGMENTS + 1u + input->zeros, bits);
         input->zeros++;
     }
 }
@@ -347,13 +348,13 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
         return status;
     size_t block = FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments;
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
-        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
-            RUNWAY_TAG + i, mr_runway_word_argument(&state, i));
+        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
+                 RUNWAY_TAG + i, mr_runway_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
-        put(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
-            RUNWAY_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
-    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE, RUNWAY_TAG - 1u,
-        (int32_t)mr_runway_crc(&state));
+        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
+                 RUNWAY_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
+    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
+             RUNWAY_TAG - 1u, (int32_t)mr_runway_crc(&state));
     return MR_OK;
 }
 
@@ -375,11 +376,11 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
         memcpy(&bits, &value, sizeof bits);
         if (isnan(value))
             continue;
-        put(writer, "command %zu %d %u %u %" PRId32 "\n", block + words++ / COMMANDS_PER_BLOCK,
-            MR_COMMAND_CHART_WORD, i, CHART_TAG + i, bits);
+        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block + words++ / COMMANDS_PER_BLOCK,
+                 MR_COMMAND_CHART_WORD, i, CHART_TAG + i, bits);
     }
-    put(writer, "command %zu %d 0 %u %" PRId32 "\n", block + words / COMMANDS_PER_BLOCK + 1u,
-        MR_COMMAND_CHART_TAKE, CHART_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
+    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block + words / COMMANDS_PER_BLOCK + 1u,
+             MR_COMMAND_CHART_TAKE, CHART_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
     return MR_OK;
 }
 
@@ -397,10 +398,10 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
     for (size_t i = 0; i < segments; i++) {
         if (isnan(segment[i].slack_in))
             continue;
-        put(writer, "command %zu %d %lld %zu %ld\n",
-            FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments, MR_COMMAND_SURVEY,
-            (long long)segment[i].segment, input->survey_segments + 1,
-            lround(segment[i].slack_in * 10000.0));
+        put_line(writer, "command %zu %d %lld %zu %ld\n",
+                 FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments, MR_COMMAND_SURVEY,
+                 (long long)segment[i].segment, input->survey_segments + 1,
+                 lround(segment[i].slack_in * 10000.0));
         input->survey_segments++;
     }
     free(segment);
@@ -411,14 +412,14 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
         return status;
     bool fits = collect_commands(recorded, &commands);
     if (!commands.armed)
-        put(writer, "command %lld %d 0 0 %lld\n",
-            (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
-            (long long)recorded->landing.board_landing);
+        put_line(writer, "command %lld %d 0 0 %lld\n",
+                 (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
+                 (long long)recorded->landing.board_landing);
     for (size_t i = 0; i < commands.count; i++) {
         const struct mr_command *message = &commands.row[i].message;
-        put(writer, "command %lld %u %u %u %" PRId32 "\n",
-            (long long)(commands.row[i].block - input->shift_blocks), message->code, message->index,
-            message->tag, message->argument);
+        put_line(writer, "command %lld %u %u %u %" PRId32 "\n",
+                 (long long)(commands.row[i].block - input->shift_blocks), message->code,
+                 message->index, message->tag, message->argument);
         fits = fits && (i < COMMANDS_PER_BLOCK ||
                         commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
     }
@@ -461,14 +462,14 @@ static enum mr_status put_captures(struct writer *writer, struct store *store,
         store_film_frames(store, run, &frame, &input->frames, error) == MR_OK &&
         store_braking_edges(store, run, &braking, &brakings, error) == MR_OK) {
         for (size_t i = 0; i < input->edges; i++)
-            put(writer, "edge %" PRIu64 "\n",
-                capture_tick(edge[i].board_us, edge[i].tick, first, shift));
+            put_line(writer, "edge %" PRIu64 "\n",
+                     capture_tick(edge[i].board_us, edge[i].tick, first, shift));
         for (size_t i = 0; i < input->frames; i++)
-            put(writer, "frame %" PRIu64 "\n",
-                capture_tick(frame[i].board_us, frame[i].tick, first, shift));
+            put_line(writer, "frame %" PRIu64 "\n",
+                     capture_tick(frame[i].board_us, frame[i].tick, first, shift));
         for (size_t i = 0; i < brakings; i++)
-            put(writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
-                capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
+            put_line(writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
+                     capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
     }
     free(edge);
     free(frame);
@@ -487,7 +488,7 @@ static void put_block(struct writer *writer, struct mr_block block, int64_t shif
     size_t length = mr_block_put(&block, record);
     for (size_t i = 0; i < length; i++)
         snprintf(hex + 2 * i, 3, "%02x", record[i]);
-    put(writer, "block %s\n", hex);
+    put_line(writer, "block %s\n", hex);
 }
 
 static int64_t shift_blocks(int64_t armed_block)
@@ -507,9 +508,9 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
     fputs("matrig-replay 1\n", writer->file);
     writer->crc = mr_crc32(0, (const uint8_t *)"matrig-replay 1\n", 16);
     if (strlen(landing->board_uid) == 24)
-        put(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
-            landing->board_uid + 16);
-    put(writer, "crystal %d\n", input->uses_crystal);
+        put_line(writer, "uid %.8s %.8s %.8s\n", landing->board_uid, landing->board_uid + 8,
+                 landing->board_uid + 16);
+    put_line(writer, "crystal %d\n", input->uses_crystal);
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
         status = put_captures(writer, store, recorded, input, error);

@@ -582,7 +582,7 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_words(answer, NULL, "zone reached", "%s",
                  row->is_void ? "void" : came[outcome->reached]);
     answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
-    answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->t_s, 1);
+    answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->reached_t_s, 1);
     answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
     answer_count(answer, NULL, "waves observed", (int64_t)outcome->waves);
     answer_count(answer, NULL, "breaks observed", (int64_t)outcome->breaks);
@@ -652,8 +652,8 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
                  facts ? facts->deceleration_ft_s2.value : none, 2);
     answer_words(answer, NULL, "followed", "%s",
                  !facts || facts->record.advice.id != advice->id ? "\xe2\x80\x93"
-                 : facts->record.followed                        ? "yes"
-                 : facts->record.off_plan                        ? "plan not followed"
+                 : facts->record.followed_advice                 ? "yes"
+                 : facts->record.is_off_plan                     ? "plan not followed"
                  : strcmp(advice->verdict, "against") == 0       ? "no"
                                                                  : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",

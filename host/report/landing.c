@@ -34,7 +34,7 @@ static void write_facts(const struct report *report, const struct report_landing
     answer_words(answer, NULL, "links", "CAN %s, serial %s",
                  session->can_link[0] ? session->can_link : "not used",
                  session->serial_link[0] ? session->serial_link : "not used");
-    answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed,
+    answer_words(answer, NULL, "survey", "%zu of %u segments", landing->survey.surveyed_segments,
                  MR_SEGMENTS);
     if (landing->summary.measured.source != MEASURED_IMPORT)
         answer_words(answer, NULL, "sample rate and filter",
@@ -344,7 +344,7 @@ static void draw_closed(struct figure *figure, const struct report_landing *land
 {
     double start_ft = (double)MR_SEGMENT_LENGTH_FT * segment,
            end_ft = start_ft + (double)MR_SEGMENT_LENGTH_FT;
-    double passed_s = measured_reach_s(&landing->summary.measured, end_ft);
+    double passed_s = measured_arrival_s(&landing->summary.measured, end_ft);
     if (measured_station_ft(&landing->summary.measured, from_s) > end_ft)
         passed_s = from_s;
     passed_s = isnan(passed_s) ? to_s : fmin(to_s, fmax(from_s, passed_s));
@@ -682,9 +682,9 @@ static void write_compared_text(FILE *out, const struct compare_figures *figures
     struct compare_agreement agreement;
     char sentence[COMPARE_SENTENCE_SIZE];
     fputs("<p class=\"say\">", out);
-    if (figures->against[0]) {
+    if (figures->model_file[0]) {
         fputs("Simulation: ", out);
-        html_text(out, figures->against);
+        html_text(out, figures->model_file);
         fputs(", ", out);
     }
     if (figures->seeds > 1)
@@ -692,7 +692,7 @@ static void write_compared_text(FILE *out, const struct compare_figures *figures
     if (!isnan(figures->error_in))
         fprintf(out, "standard error (estimated by its solver) %.*f %s, ", si ? 2 : 4,
                 figures->error_in * length->factor, length->text);
-    fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed, MR_SEGMENTS);
+    fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed_segments, MR_SEGMENTS);
     compare_find_agreement(figures, &agreement);
     compare_write_sentence(&agreement, si, sentence);
     fputs("<p class=\"say\"><strong>", out);
@@ -738,7 +738,7 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_fill_curves(measured, &landing->compared->clock, &measured->channel[c], row,
+        compare_fill_curves(measured, &landing->compared->timing, &measured->channel[c], row,
                             error_in, &curves);
         snprintf(title, sizeof title, "Transducer %" PRId64 ": %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);

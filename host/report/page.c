@@ -449,11 +449,11 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
     html_text(out, record_verdict_text(facts->record.verdict));
     fputs(".</strong> ", out);
-    if (outcome->reached == OUTCOME_REACHED && isfinite(outcome->t_s))
+    if (outcome->reached == OUTCOME_REACHED && isfinite(outcome->reached_t_s))
         fprintf(out,
                 "According to survey and transducers (resolution: ten mats), the wheel reached %d "
                 "closed mats about %.1f s after touchdown; ",
-                OUTCOME_MATS, outcome->t_s);
+                OUTCOME_MATS, outcome->reached_t_s);
     else if (outcome->reached == OUTCOME_REACHED)
         fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));
     else if (outcome->reached == OUTCOME_NOT_REACHED)

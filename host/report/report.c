@@ -121,9 +121,9 @@ static void set_comparison(const struct report_landing *landing, struct report_f
     if (!figures)
         return;
     snprintf(facts->compared.compared_with, sizeof facts->compared.compared_with, "%s",
-             figures->against);
+             figures->model_file);
     facts->compared.channels = figures->channels;
-    facts->compared.mean = compare_mean_of(figures);
+    facts->compared.mean = compare_average(figures);
     facts->compared.longest = find_overlap(&figures->zones, false, false);
     facts->compared.longest_board = find_overlap(&figures->zones, false, true);
     facts->compared.rest = find_overlap(&figures->zones, true, false);
@@ -139,7 +139,7 @@ static unsigned find_problems(const struct summary *summary, const struct report
                      (summary->faults ? REPORT_FAULT : 0u) |
                      (facts->lost_frames ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        wrong |= summary->link[kind].used && summary->link[kind].silent ? REPORT_LOST : 0u;
+        wrong |= summary->link[kind].is_used && summary->link[kind].was_silent ? REPORT_LOST : 0u;
     for (size_t i = 0; i < summary->channel_events; i++)
         wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_CHANNEL : 0u;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -149,7 +149,7 @@ static unsigned find_problems(const struct summary *summary, const struct report
             wrong |= REPORT_CHANNEL;
     }
     for (int kind = 0; kind < (int)SUMMARY_READY_KINDS; kind++)
-        wrong |= summary->ready[kind].known && !summary->ready[kind].go ? REPORT_NO_GO : 0u;
+        wrong |= summary->ready[kind].is_known && !summary->ready[kind].is_go ? REPORT_NO_GO : 0u;
     return wrong;
 }
 
@@ -195,13 +195,13 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->source = measured->source;
     facts->incomplete = measured->torn;
     facts->emulated = measured_is_emulated(&measured->landing);
-    facts->marks = measured_marks(measured);
+    facts->marks = measured_marks_text(measured);
     facts->recalibrated = measured->recalibrated_channels;
     facts->has_motion_fit = measured->fit_status == MR_OK;
     facts->gates = measured->gates;
     facts->switches = measured->switches;
     facts->command_rights = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
-    facts->surveyed = landing->survey.surveyed;
+    facts->surveyed = landing->survey.surveyed_segments;
     facts->speed_ft_s = facts->has_motion_fit ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->has_motion_fit ? measured->summary.mean_deceleration_ft_s2
                                                       : none;

@@ -58,7 +58,7 @@ struct report_facts {
     enum measured_source source;
     bool incomplete, has_motion_fit, config_read, emulated;
     const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
-    const char *marks;          /* marks of the landing, from measured_marks */
+    const char *marks;          /* marks of the landing, from measured_marks_text */
     int64_t recalibrated;
     size_t gates, switches, surveyed, statements;
     size_t sensors, serials; /* channels that measure, and those with a serial number */

@@ -23,7 +23,7 @@ static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 }
 
 /* Draws the opening of the joints, or the movement of the mats, along each gage line. */
-static void draw_lines(struct figure *figure, const struct survey_found *found, bool moved)
+static void draw_lines(struct figure *figure, const struct survey_results *found, bool moved)
 {
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
     struct chart_axes axes = survey_axes(x);
@@ -62,7 +62,7 @@ static unsigned load_since_first(const struct report *report, const struct store
 {
     unsigned loaded = 0;
     struct survey *survey = xmalloc(sizeof *survey);
-    struct survey_found *found = xmalloc(sizeof *found);
+    struct survey_results *found = xmalloc(sizeof *found);
     for (size_t i = count; i-- > 0 && loaded < SURVEYS_DRAWN_MAX;) {
         if (survey_load(report->store, rows[i].id, survey, report->error) != MR_OK ||
             survey_evaluate(report->store, survey, found, report->error) != MR_OK)
@@ -124,15 +124,15 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
 }
 
 static void write_survey_text(FILE *out, const struct survey *survey,
-                              const struct survey_found *found, bool si)
+                              const struct survey_results *found, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si),
                       *station = unit_of(UNIT_STATION, si);
     fprintf(out,
             "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
             "known for %zu of %u segments.",
-            (long long)survey->row.id, survey_desk_count_read(&survey->desk),
-            survey->desk.plan.count, survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
+            (long long)survey->row.id, survey_progress_count_read(&survey->progress),
+            survey->progress.plan.count, survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
         fprintf(out,
                 " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
@@ -149,7 +149,7 @@ void report_surveys(const struct report *report, FILE *out)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = xmalloc(sizeof *survey);
-    struct survey_found *found = xmalloc(sizeof *found);
+    struct survey_results *found = xmalloc(sizeof *found);
     size_t count = 0;
     bool any = store_gage_surveys(report->store, &rows, &count, report->error) == MR_OK && count &&
                survey_load(report->store, 0, survey, report->error) == MR_OK &&

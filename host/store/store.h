@@ -84,7 +84,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
                                  struct error *error);
 /* If *run is negative, -*run is a landing number of the board, and *run is set to the RUN of that
  * landing. Fails with MR_UNKNOWN if there is no such landing, or more than one. */
-enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error);
+enum mr_status store_find_run(struct store *store, int64_t *run, struct error *error);
 
 /* Functions that read all rows of one kind of a landing, in order. A function named by a plural
  * reads an array: store_edges(store, run, &rows, &count, error) reads rows of struct store_edge,
@@ -108,8 +108,8 @@ enum mr_status store_run_find(struct store *store, int64_t *run, struct error *e
     X(store_switch_events, fault, SWITCH_EVENTS)        \
     X(store_channel_events, fault, CHANNEL_EVENTS)      \
     X(store_restarts, fault, RESTARTS)                  \
-    X(store_orders, fault, ORDERS)                      \
-    X(store_keys, fault, KEYS)                          \
+    X(store_command_events, fault, COMMAND_EVENTS)      \
+    X(store_key_states, fault, KEY_STATES)              \
     X(store_bands, band, BANDS)                         \
     X(store_band_events, band_event, BAND_EVENTS)       \
     X(store_risks, risk, RISKS)                         \
@@ -160,13 +160,13 @@ STORE_ROWS_OF_CAMPAIGN(STORE_DECLARE_ALL_ROWS)
                             struct error *error);
 STORE_PUT_OF_CAMPAIGN(STORE_DECLARE_ADD)
 
-/* Functions that read one number of the campaign; 0: there is none. store_day_newest(store, &run,
- * error) reads the newest RUN that was logged into this campaign, not imported, and not disarmed
- * before the gear arrived. store_day_session reads the newest session that was not imported.
- * store_newest_session reads the newest session of all. */
-#define STORE_NUMBERS_OF_CAMPAIGN(X)  \
-    X(store_day_newest, DAY_NEWEST)   \
-    X(store_day_session, DAY_SESSION) \
+/* Functions that read one number of the campaign; 0: there is none. store_newest_logged_run(store,
+ * &run, error) reads the newest RUN that was logged into this campaign, not imported, and not
+ * disarmed before the gear arrived. store_newest_logged_session reads the newest session that was
+ * not imported. store_newest_session reads the newest session of all. */
+#define STORE_NUMBERS_OF_CAMPAIGN(X)                      \
+    X(store_newest_logged_run, LOGGED_RUN_NEWEST)         \
+    X(store_newest_logged_session, LOGGED_SESSION_NEWEST) \
     X(store_newest_session, SESSION_NEWEST)
 #define STORE_DECLARE_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t *value, struct error *error);
@@ -243,8 +243,8 @@ enum mr_status store_block_indexes_each(struct store *store, int64_t run,
                                         void (*each)(void *context, int64_t index), void *context,
                                         struct error *error);
 /* Reads the index of the first block of a landing from `from` to `to`; -1: none. */
-enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
-                                  int64_t *index, struct error *error);
+enum mr_status store_find_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
+                                       int64_t *index, struct error *error);
 
 struct store_frame {
     int64_t run;   /* landing of the frame; STORE_NONE outside landings */

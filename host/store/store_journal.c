@@ -263,7 +263,7 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
 {
     struct mr_channel_config becomes = *old;
     becomes.unit_per_code = new->unit_per_code;
-    if (old->kind != MR_KIND_TENSION || how->zeros)
+    if (old->kind != MR_KIND_TENSION || how->changes_gage_zeros)
         becomes.zero_code = new->zero_code;
     *changed = 0;
     enum mr_status status = put_recalibration(store, run, index, STORE_ITEM_UNIT,

@@ -59,7 +59,7 @@ struct store_recalibration {
     int64_t made_us;
     const char *who, *reason;
     /* the zeros of gages are changed too, although they were measured before the landing */
-    bool zeros;
+    bool changes_gage_zeros;
 };
 /* Changes the calibration of channel `index` of a landing, in the caller's transaction. *changed is
  * the number of changed values. */

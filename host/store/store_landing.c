@@ -71,7 +71,7 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
                      (long long)run, store->path, number);
 }
 
-enum mr_status store_run_find(struct store *store, int64_t *run, struct error *error)
+enum mr_status store_find_run(struct store *store, int64_t *run, struct error *error)
 {
     int64_t number = -*run, found = 0;
     enum mr_status status =
@@ -171,8 +171,8 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
-enum mr_status store_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
-                                  int64_t *index, struct error *error)
+enum mr_status store_find_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
+                                       int64_t *index, struct error *error)
 {
     return STORE_READ_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
 }

@@ -138,7 +138,7 @@ static void add_named_landings(struct store *store, const struct fit_request *re
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
         run_parse(request->words[i + 1], &runs[i], fatal);
-        store_run_find(store, &runs[i], fatal);
+        store_find_run(store, &runs[i], fatal);
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
                 error_set(fatal, MR_USAGE, "given twice: RUN %s; leave one out",

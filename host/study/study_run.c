@@ -31,7 +31,7 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
         if (i + 1 != played && (i + 1) % every != 0)
             continue;
         for (size_t k = 0; k < c->station_count; k++)
-            middle[k] = s->landing[i].total_in[k].middle;
+            middle[k] = s->landing[i].total_in[k].median;
         snprintf(key, sizeof key, "landing %zu", i + 1);
         plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
                                               .key = key,

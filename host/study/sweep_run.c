@@ -73,7 +73,8 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
     output_begin(&output, r->output, fatal);
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
-        json_t *line = sweep_line(sweep, i, sweep_case_run(sweep, i, sweep_simulation(sweep)));
+        json_t *line = sweep_make_line(sweep, i,
+                                       sweep_run_case(sweep, i, sweep_get_simulation(sweep)));
         failed += strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
         write_line(line, all, output.file);
     }

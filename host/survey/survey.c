@@ -155,7 +155,7 @@ double survey_item_limit_in(const struct survey_item *item)
     return is_span(item) ? SURVEY_SPAN_CHANGE_MAX_IN : SURVEY_STATION_CHANGE_MAX_IN;
 }
 
-/* ---- desk ---- */
+/* ---- a survey in progress ---- */
 
 /* three reading errors; a second reading that differs by less confirms a doubtful one */
 #define CONFIRM_TOLERANCE_IN 0.015
@@ -209,123 +209,126 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     }
 }
 
-void survey_desk_init(struct survey_desk *desk, enum survey_edges edges)
+void survey_progress_init(struct survey_progress *progress, enum survey_edges edges)
 {
-    memset(desk, 0, sizeof *desk);
-    survey_plan_init(&desk->plan, edges);
+    memset(progress, 0, sizeof *progress);
+    survey_plan_init(&progress->plan, edges);
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
-        desk->value_in[i] = desk->previous_in[i] = (double)NAN;
+        progress->value_in[i] = progress->previous_in[i] = (double)NAN;
 }
 
-static void discard_reading(struct survey_desk *desk, size_t item)
+static void discard_reading(struct survey_progress *progress, size_t item)
 {
     size_t kept = 0;
-    for (size_t i = 0; i < desk->history_count; i++) {
-        if (desk->history[i] != item)
-            desk->history[kept++] = desk->history[i];
+    for (size_t i = 0; i < progress->history_count; i++) {
+        if (progress->history[i] != item)
+            progress->history[kept++] = progress->history[i];
     }
-    desk->history_count = kept;
+    progress->history_count = kept;
 }
 
 /* Restores a stored reading when a survey resumes. NaN deletes the reading; `skipped` marks it as
- * skipped. Call survey_desk_move_to_next afterwards. */
-static void survey_desk_restore(struct survey_desk *desk, size_t item, double value_in,
-                                bool skipped)
+ * skipped. Call survey_progress_move_to_next afterwards. */
+static void survey_progress_restore(struct survey_progress *progress, size_t item, double value_in,
+                                    bool skipped)
 {
-    discard_reading(desk, item);
-    desk->value_in[item] = value_in;
-    desk->skipped[item] = skipped;
+    discard_reading(progress, item);
+    progress->value_in[item] = value_in;
+    progress->skipped[item] = skipped;
     if (!isnan(value_in) || skipped)
-        desk->history[desk->history_count++] = item;
+        progress->history[progress->history_count++] = item;
 }
 
-void survey_desk_move_to_next(struct survey_desk *desk, size_t from)
+void survey_progress_move_to_next(struct survey_progress *progress, size_t from)
 {
-    size_t count = desk->plan.count;
-    desk->has_doubtful = false;
+    size_t count = progress->plan.count;
+    progress->has_doubtful = false;
     for (size_t step = 0; step < count; step++) {
         size_t item = (from + step) % count;
-        if (isnan(desk->value_in[item]) && !desk->skipped[item]) {
-            desk->current = item;
+        if (isnan(progress->value_in[item]) && !progress->skipped[item]) {
+            progress->current = item;
             return;
         }
     }
-    desk->current = count;
+    progress->current = count;
 }
 
-double survey_desk_expected_in(const struct survey_desk *desk, size_t item)
+double survey_progress_expected_in(const struct survey_progress *progress, size_t item)
 {
-    return isnan(desk->previous_in[item]) ? survey_item_nominal_in(&desk->plan.item[item])
-                                          : desk->previous_in[item];
+    return isnan(progress->previous_in[item]) ? survey_item_nominal_in(&progress->plan.item[item])
+                                              : progress->previous_in[item];
 }
 
-static enum survey_outcome handle_number(struct survey_desk *desk, double value_in, size_t *item)
+static enum survey_outcome handle_number(struct survey_progress *progress, double value_in,
+                                         size_t *item)
 {
-    size_t at = desk->current;
-    if (at == desk->plan.count)
+    size_t at = progress->current;
+    if (at == progress->plan.count)
         return SURVEY_REFUSED;
-    double expected_in = survey_desk_expected_in(desk, at);
+    double expected_in = survey_progress_expected_in(progress, at);
     /* false if no value is expected (NaN) */
-    bool beyond = fabs(value_in - expected_in) > survey_item_limit_in(&desk->plan.item[at]) + 1e-9;
-    bool again = desk->has_doubtful && fabs(value_in - desk->doubtful_in) <= CONFIRM_TOLERANCE_IN;
+    bool beyond = fabs(value_in - expected_in) >
+                  survey_item_limit_in(&progress->plan.item[at]) + 1e-9;
+    bool again = progress->has_doubtful &&
+                 fabs(value_in - progress->doubtful_in) <= CONFIRM_TOLERANCE_IN;
     *item = at;
     if (beyond && !again) {
-        desk->has_doubtful = true;
-        desk->doubtful_in = value_in;
+        progress->has_doubtful = true;
+        progress->doubtful_in = value_in;
         return SURVEY_DOUBTFUL;
     }
-    survey_desk_restore(desk, at, value_in, false);
-    survey_desk_move_to_next(desk, at);
+    survey_progress_restore(progress, at, value_in, false);
+    survey_progress_move_to_next(progress, at);
     return beyond ? SURVEY_CONFIRMED : SURVEY_STORED;
 }
 
-static enum survey_outcome undo_reading(struct survey_desk *desk, size_t *item)
+static enum survey_outcome undo_reading(struct survey_progress *progress, size_t *item)
 {
-    if (desk->has_doubtful) { /* the doubtful reading is not stored yet, so it is discarded */
-        desk->has_doubtful = false;
+    if (progress->has_doubtful) { /* the doubtful reading is not stored yet, so it is discarded */
+        progress->has_doubtful = false;
         return SURVEY_MOVED;
     }
-    if (desk->history_count == 0)
+    if (progress->history_count == 0)
         return SURVEY_REFUSED;
-    *item = desk->history[desk->history_count - 1];
-    survey_desk_restore(desk, *item, (double)NAN, false);
-    desk->current = *item;
+    *item = progress->history[progress->history_count - 1];
+    survey_progress_restore(progress, *item, (double)NAN, false);
+    progress->current = *item;
     return SURVEY_UNDONE;
 }
 
-enum survey_outcome survey_desk_apply(struct survey_desk *desk, const struct survey_entry *entry,
-                                      size_t *item)
+enum survey_outcome survey_progress_apply(struct survey_progress *progress,
+                                          const struct survey_entry *entry, size_t *item)
 {
-    *item = desk->current;
+    *item = progress->current;
     switch (entry->kind) {
-    case SURVEY_NUMBER: return handle_number(desk, entry->value_in, item);
+    case SURVEY_NUMBER: return handle_number(progress, entry->value_in, item);
     case SURVEY_SKIP:
-        if (desk->current == desk->plan.count)
+        if (progress->current == progress->plan.count)
             return SURVEY_REFUSED;
-        survey_desk_restore(desk, desk->current, (double)NAN, true);
-        survey_desk_move_to_next(desk, desk->current);
+        survey_progress_restore(progress, progress->current, (double)NAN, true);
+        survey_progress_move_to_next(progress, progress->current);
         return SURVEY_SKIPPED;
-    case SURVEY_UNDO: return undo_reading(desk, item);
+    case SURVEY_UNDO: return undo_reading(progress, item);
     case SURVEY_BACK:
-        if (desk->current == 0)
+        if (progress->current == 0)
             return SURVEY_REFUSED;
-        desk->current--;
-        desk->has_doubtful = false;
+        progress->current--;
+        progress->has_doubtful = false;
         return SURVEY_MOVED;
     case SURVEY_NOTE:
-        if (desk->history_count == 0)
+        if (progress->history_count == 0)
             return SURVEY_REFUSED;
-        *item = desk->history[desk->history_count - 1];
+        *item = progress->history[progress->history_count - 1];
         return SURVEY_NOTED;
     default: return SURVEY_REFUSED;
     }
 }
 
-size_t survey_desk_count_read(const struct survey_desk *desk)
+size_t survey_progress_count_read(const struct survey_progress *progress)
 {
     size_t read = 0;
-    for (size_t i = 0; i < desk->plan.count; i++)
-        read += isnan(desk->value_in[i]) ? 0u : 1u;
+    for (size_t i = 0; i < progress->plan.count; i++)
+        read += isnan(progress->value_in[i]) ? 0u : 1u;
     return read;
 }
 
@@ -336,20 +339,20 @@ size_t survey_desk_count_read(const struct survey_desk *desk)
 
 enum column { KIND, LINE, PLACE, READING, NOTE, COLUMNS };
 
-void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si)
+void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si)
 {
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, si);
     fprintf(out, "kind,line,place,reading_%s,previous_%s,where,note\n", unit->suffix, unit->suffix);
-    for (size_t i = 0; i < desk->plan.count; i++) {
-        const struct survey_item *item = &desk->plan.item[i];
+    for (size_t i = 0; i < progress->plan.count; i++) {
+        const struct survey_item *item = &progress->plan.item[i];
         char text[120];
         survey_item_text(item, si, text, sizeof text);
         fprintf(out, "%s,%u,%u,", survey_kind_text[item->kind], item->line, item->place);
-        if (!isnan(desk->value_in[i]))
-            fprintf(out, "%.4f", desk->value_in[i] * unit->factor);
+        if (!isnan(progress->value_in[i]))
+            fprintf(out, "%.4f", progress->value_in[i] * unit->factor);
         fputc(',', out);
-        if (!isnan(desk->previous_in[i]))
-            fprintf(out, "%.4f", desk->previous_in[i] * unit->factor);
+        if (!isnan(progress->previous_in[i]))
+            fprintf(out, "%.4f", progress->previous_in[i] * unit->factor);
         fprintf(out, ",\"%s\",\n", text);
     }
 }
@@ -686,7 +689,8 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
         value_in[at] = rows[i].value_in;
         if (!survey)
             continue;
-        survey_desk_restore(&survey->desk, (size_t)at, rows[i].value_in, rows[i].skipped != 0);
+        survey_progress_restore(&survey->progress, (size_t)at, rows[i].value_in,
+                                rows[i].skipped != 0);
         *survey_reading_at(&survey->readings, &item) = rows[i].value_in;
         survey->confirmed += rows[i].confirmed != 0;
     }
@@ -708,19 +712,21 @@ static enum mr_status load_survey(struct store *store, const struct store_gage_s
                          (long long)row->id, row->edges, store_path(store));
     memset(survey, 0, sizeof *survey);
     survey->row = *row;
-    survey_desk_init(&survey->desk, edges);
+    survey_progress_init(&survey->progress, edges);
     survey_readings_init(&survey->readings);
     survey->readings.error_in = row->error_in;
     for (size_t k = 0; k < i && status == MR_OK; k++) {
-        status = load_readings(store, rows[k].id, &survey->desk.plan, value_in, NULL, error);
-        for (size_t at = 0; at < survey->desk.plan.count; at++)
-            survey->desk.previous_in[at] = isnan(value_in[at]) ? survey->desk.previous_in[at]
-                                                               : value_in[at];
+        status = load_readings(store, rows[k].id, &survey->progress.plan, value_in, NULL, error);
+        for (size_t at = 0; at < survey->progress.plan.count; at++)
+            survey->progress.previous_in[at] = isnan(value_in[at])
+                                                 ? survey->progress.previous_in[at]
+                                                 : value_in[at];
     }
     if (status == MR_OK)
-        status = load_readings(store, row->id, &survey->desk.plan, value_in, survey, error);
-    size_t lasts = survey->desk.history_count; /* continue after the last reading */
-    survey_desk_move_to_next(&survey->desk, lasts ? survey->desk.history[lasts - 1] : 0);
+        status = load_readings(store, row->id, &survey->progress.plan, value_in, survey, error);
+    size_t lasts = survey->progress.history_count; /* continue after the last reading */
+    survey_progress_move_to_next(&survey->progress,
+                                 lasts ? survey->progress.history[lasts - 1] : 0);
     return status;
 }
 
@@ -786,7 +792,7 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
     return status;
 }
 
-static void find_worst_bow(struct survey_found *found)
+static void find_worst_bow(struct survey_results *found)
 {
     found->worst_bow_in = found->worst_bow_error_in = found->worst_bow_ft = (double)NAN;
     for (unsigned k = 0; found->first && k < SURVEY_POINTS; k++) {
@@ -800,7 +806,7 @@ static void find_worst_bow(struct survey_found *found)
 }
 
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
-                               struct survey_found *found, struct error *error)
+                               struct survey_results *found, struct error *error)
 {
     struct store_gage_survey *rows = NULL;
     size_t count = 0, i = 0;
@@ -829,7 +835,8 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
 }
 
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
-                                       struct survey_found *found, bool *there, struct error *error)
+                                       struct survey_results *found, bool *there,
+                                       struct error *error)
 {
     static struct survey survey; /* static, because it takes tens of kilobytes */
     struct store_gage_survey *rows = NULL;
@@ -862,7 +869,7 @@ void survey_time_text(int64_t host_us, char *out, size_t size)
         strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);
 }
 
-const char *survey_bow_verdict(const struct survey_found *found)
+const char *survey_bow_verdict(const struct survey_results *found)
 {
     double bow_in = fabs(found->worst_bow_in);
     if (isnan(bow_in))

@@ -116,7 +116,7 @@ struct survey_entry {
 /* Parses an entry. A number without a unit is in inches, or in millimetres with `si`. */
 void survey_entry_parse(const char *line, bool si, struct survey_entry *entry);
 
-struct survey_desk {
+struct survey_progress {
     struct survey_plan plan;
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
     bool skipped[SURVEY_ITEMS_MAX];
@@ -140,17 +140,18 @@ enum survey_outcome {
 };
 
 /* Starts a survey without readings; previous_in is NaN. */
-void survey_desk_init(struct survey_desk *desk, enum survey_edges edges);
+void survey_progress_init(struct survey_progress *progress, enum survey_edges edges);
 /* Moves to the first item from `from` on that is neither read nor skipped; then from the
  * beginning. */
-void survey_desk_move_to_next(struct survey_desk *desk, size_t from);
+void survey_progress_move_to_next(struct survey_progress *progress, size_t from);
 /* Applies an entry except quit, help and an empty line. `item`: the item that the entry changed. */
-enum survey_outcome survey_desk_apply(struct survey_desk *desk, const struct survey_entry *entry,
-                                      size_t *item);
+enum survey_outcome survey_progress_apply(struct survey_progress *progress,
+                                          const struct survey_entry *entry, size_t *item);
 /* Returns the value with which a reading is compared: that of the previous survey, otherwise the
  * design value; NaN: none. */
-double survey_desk_expected_in(const struct survey_desk *desk, size_t item);
-size_t survey_desk_count_read(const struct survey_desk *desk); /* number of items with a value */
+double survey_progress_expected_in(const struct survey_progress *progress, size_t item);
+size_t survey_progress_count_read(
+    const struct survey_progress *progress); /* number of items with a value */
 
 /* A survey as a sheet: CSV in walking order, to be printed and written on, or filled in elsewhere
  * and read in.
@@ -168,7 +169,7 @@ struct survey_sheet {
     size_t count;
 };
 
-void survey_sheet_write(FILE *out, const struct survey_desk *desk, bool si);
+void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si);
 /* Reads a sheet. MR_IO: it cannot be opened. MR_MALFORMED: `error` has line and cause; the values
  * must not be used. */
 enum mr_status survey_sheet_read(const char *path, const struct survey_plan *plan,
@@ -232,13 +233,13 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
 /* A survey of a campaign: its row, its readings by index, and the values of the previous survey. */
 struct survey {
     struct store_gage_survey row;
-    struct survey_desk desk; /* values, skipped items, and values of the previous survey */
-    size_t confirmed;        /* number of readings that were confirmed after a doubt */
+    struct survey_progress progress; /* values, skipped items, and values of the previous survey */
+    size_t confirmed;                /* number of readings that were confirmed after a doubt */
     struct survey_readings readings;
 };
 
 /* Results of a survey. `previous` and `first` are ids; 0: there is no earlier survey. */
-struct survey_found {
+struct survey_results {
     int64_t previous, first;
     struct survey_change since_previous, since_first;
     struct survey_slack slack;
@@ -254,16 +255,16 @@ enum mr_status survey_load(struct store *store, int64_t id, struct survey *surve
 enum mr_status survey_load_open(struct store *store, struct survey *survey, bool *found,
                                 struct error *error);
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
-                               struct survey_found *found, struct error *error);
+                               struct survey_results *found, struct error *error);
 /* Evaluates the newest survey that was started between two times and has readings of segments;
  * *there is false if there is none. */
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
-                                       struct survey_found *found, bool *there,
+                                       struct survey_results *found, bool *there,
                                        struct error *error);
 
 /* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
  * interval), "beyond", "not known". */
-const char *survey_bow_verdict(const struct survey_found *found);
+const char *survey_bow_verdict(const struct survey_results *found);
 /* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_US, which are
  * the board's times in a recording without times of day. */
 #define SURVEY_EARLIEST_US INT64_C(946684800000000) /* 2000-01-01 */

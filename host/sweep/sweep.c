@@ -145,12 +145,12 @@ static enum mr_status read_scale(struct design_range *range, const json_t *value
         (strcmp(name, "linear") != 0 && strcmp(name, "log") != 0 && strcmp(name, "whole") != 0))
         return error_set(error, MR_MALFORMED,
                          "unknown choice: %s: scale; give \"linear\", \"log\" or \"whole\"", where);
-    range->log = strcmp(name, "log") == 0;
+    range->is_logarithmic = strcmp(name, "log") == 0;
     range->is_integer = strcmp(name, "whole") == 0;
     if (range->from == range->to ||
         (range->is_integer &&
          (range->from != floor(range->from) || range->to != floor(range->to))) ||
-        (range->log && !(range->from > 0.0 && range->to > 0.0)))
+        (range->is_logarithmic && !(range->from > 0.0 && range->to > 0.0)))
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s goes from %g to %g; give two different ends "
                          "(whole ends for whole numbers; a log range above 0)",
@@ -215,8 +215,8 @@ double design_number(const struct design_range *range, double u)
         double part = range->from < range->to ? u : 1.0 - u;
         return fmin(low + floor(part * (high - low + 1.0)), high);
     }
-    double value = range->log ? range->from * elementary_pow(range->to / range->from, u)
-                              : range->from + (range->to - range->from) * u;
+    double value = range->is_logarithmic ? range->from * elementary_pow(range->to / range->from, u)
+                                         : range->from + (range->to - range->from) * u;
     return design_round(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
 }
 
@@ -346,14 +346,14 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
 {
     const char *key;
     json_t *factor;
-    axis->set = json_is_object(value) ? json_object_get(value, "set") : NULL;
-    if (!axis->set)
+    axis->factors = json_is_object(value) ? json_object_get(value, "set") : NULL;
+    if (!axis->factors)
         return check_key(sweep, where, axis->name, error);
-    if (!json_is_object(axis->set) || json_object_size(axis->set) == 0)
+    if (!json_is_object(axis->factors) || json_object_size(axis->factors) == 0)
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}",
                          where);
-    json_object_foreach(axis->set, key, factor)
+    json_object_foreach(axis->factors, key, factor)
     {
         if (!is_factor(factor))
             return error_set(error, MR_MALFORMED,
@@ -373,7 +373,7 @@ static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, con
 
 /* Returns the unit of a scene's key; of another key, the unit with which its name ends
  * ("aircraft.weight_lb"). */
-static const char *unit_of_axis(const struct sweep *sweep, const char *name)
+static const char *get_axis_unit(const struct sweep *sweep, const char *name)
 {
     const struct sim_key *key = !sweep->is_study ? sim_key_find(name) : NULL;
     const char *unit = key ? key->unit : quantity_unit_of_name(name);
@@ -394,7 +394,7 @@ static enum mr_status read_axis(struct sweep *sweep, struct sweep_axis *axis, co
         return error_set(error, MR_MALFORMED, "name too long: %s; give 1 to %d letters", where,
                          SWEEP_NAME_MAX - 1);
     snprintf(axis->name, sizeof axis->name, "%s", name);
-    if (design_range_read(&axis->range, values ? values : value, unit_of_axis(sweep, name), where,
+    if (design_range_read(&axis->range, values ? values : value, get_axis_unit(sweep, name), where,
                           error) != MR_OK)
         return error->status;
     return read_set(sweep, axis, value, where, error);
@@ -470,7 +470,7 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
                          "{\"KEY\": {\"from\": A, \"to\": B}}}",
                          path, part);
     size_t points = (size_t)json_integer_value(n);
-    sweep->points = indices ? points : 0;
+    sweep->index_points = indices ? points : 0;
     sweep->samples = indices ? points * (count + 2) : points;
     if (sweep->grid_cases > SWEEP_CASES_MAX / sweep->samples)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
@@ -546,9 +546,9 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
                              path, name);
     }
     find->beyond_when = when;
-    find->below = !isnan(below) || is == 0;
+    find->is_below_level = !isnan(below) || is == 0;
     find->level = is >= 0 ? 0.5 : isnan(above) ? below : above;
-    find->scan = (unsigned)scan;
+    find->part_count = (unsigned)scan;
     find->is_given = true;
     return MR_OK;
 }
@@ -631,10 +631,10 @@ static bool apply_value(const struct sweep_axis *axis, json_t *input, json_t *va
 {
     const char *key;
     json_t *factor;
-    if (!axis->set)
+    if (!axis->factors)
         return jsonpath_set(input, axis->name, value);
     bool done = true;
-    json_object_foreach(axis->set, key, factor)
+    json_object_foreach(axis->factors, key, factor)
     {
         json_t *product = multiply(factor, json_number_value(value));
         done &= jsonpath_set(input, key, product);

@@ -38,10 +38,10 @@ uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
 /* A range of numbers, or a list of any values. */
 struct design_range {
     double from, to;
-    bool log;        /* equal steps of the logarithm; from and to are above 0 */
-    bool is_integer; /* whole numbers, both ends included */
-    size_t count;    /* number of steps in a range; 0: not given */
-    json_t *levels;  /* list of values, which the range owns; NULL: a range */
+    bool is_logarithmic; /* equal steps of the logarithm; from and to are above 0 */
+    bool is_integer;     /* whole numbers, both ends included */
+    size_t count;        /* number of steps in a range; 0: not given */
+    json_t *levels;      /* list of values, which the range owns; NULL: a range */
 };
 
 /* Reads [..] or {"from":, "to":, ["count":,] ["scale": "linear"|"log"|"whole"]}. `unit`: unit of
@@ -70,7 +70,7 @@ struct sweep_axis {
     struct design_range range;
     /* object whose keys are the base's keys that are set, and whose values are factors; NULL: the
      * value is set in the key `name`. Borrowed from the sweep's root */
-    json_t *set;
+    json_t *factors;
     double *u; /* samples of this axis, u[sample]; NULL in the Cartesian part */
 };
 
@@ -79,12 +79,12 @@ struct sweep_search {
     bool is_given;
     /* the key and its range, which is searched from the low end; it has no levels */
     struct sweep_axis key;
-    const char *field; /* path in the result */
-    bool below;        /* "beyond" means below the level; false: above the level */
+    const char *field;   /* path in the result */
+    bool is_below_level; /* "beyond" means below the level; false: above the level */
     double level;
     /* Number of equal parts of the range, which are evaluated in ascending order until the field is
      * beyond. */
-    unsigned scan;
+    unsigned part_count;
     double tolerance; /* width of the bracket, relative to the magnitude of its upper end */
     const json_t *beyond_when; /* statuses that count as beyond, such as "folded"; NULL: none */
 };
@@ -100,7 +100,7 @@ struct sweep {
     size_t samples;
     /* Points of the design for sensitivity indices; `samples` is then points times (number of
      * sampled keys + 2). 0: no indices. */
-    size_t points;
+    size_t index_points;
     struct sweep_search search;
     size_t cases;
     uint64_t hash; /* hash of the file with its base */

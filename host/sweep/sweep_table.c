@@ -89,7 +89,7 @@ static json_t *simulate_study(const json_t *input)
     return object;
 }
 
-sweep_simulate *sweep_simulation(const struct sweep *sweep)
+sweep_simulate *sweep_get_simulation(const struct sweep *sweep)
 {
     return sweep->is_study ? simulate_study : simulate_scene;
 }
@@ -189,7 +189,7 @@ static bool is_beyond(struct search *s, double value)
     } else if (!counts && isnan(number)) {
         s->failed = missing_field_json(s->sweep, "number", find->field);
     } else if (!counts) {
-        is = find->below ? number < find->level : number > find->level;
+        is = find->is_below_level ? number < find->level : number > find->level;
     }
     if (!s->failed && is) {
         replace_json(&s->first, result);
@@ -205,7 +205,7 @@ static bool is_beyond(struct search *s, double value)
 /* Returns the midpoint of two values on the scale of the range. */
 static double middle_value(const struct design_range *range, double low, double high)
 {
-    return range->log ? sqrt(low * high) : low + (high - low) / 2.0;
+    return range->is_logarithmic ? sqrt(low * high) : low + (high - low) / 2.0;
 }
 
 /* Steps upwards through the range until the field is beyond its level, then bisects. Returns false
@@ -216,8 +216,8 @@ static bool search_range(struct search *s, double *low, double *high)
     const struct design_range *range = &find->key.range;
     bool found = false;
     *low = (double)NAN;
-    for (unsigned i = 0; i <= find->scan && !found && !s->failed; i++) {
-        double value = design_number(range, (double)i / find->scan);
+    for (unsigned i = 0; i <= find->part_count && !found && !s->failed; i++) {
+        double value = design_number(range, (double)i / find->part_count);
         found = is_beyond(s, value);
         *(found ? high : low) = value;
     }
@@ -258,7 +258,7 @@ static json_t *run_search(struct search *s)
     return outcome;
 }
 
-json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate)
+json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *simulate)
 {
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
@@ -286,7 +286,7 @@ static void hash_text(const struct sweep *sweep, char text[17])
     snprintf(text, 17, "%016llx", (unsigned long long)sweep->hash);
 }
 
-json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome)
+json_t *sweep_make_line(const struct sweep *sweep, size_t index, json_t *outcome)
 {
     char hash[17];
     hash_text(sweep, hash);
@@ -297,7 +297,7 @@ json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome)
     return line;
 }
 
-static const char *status_of(const json_t *line)
+static const char *get_status(const json_t *line)
 {
     const char *status = json_string_value(json_object_get(line, "status"));
     return status ? status : "";
@@ -310,7 +310,7 @@ static enum mr_status add_line(struct sweep_table *table, const char *path, size
     const char *of = json_string_value(json_object_get(line, "sweep"));
     json_int_t index = json_integer_value(json_object_get(line, "case"));
     hash_text(table->sweep, hash);
-    if (!of || !*status_of(line) || !json_is_object(json_object_get(line, "values")))
+    if (!of || !*get_status(line) || !json_is_object(json_object_get(line, "values")))
         return error_set(error, MR_MALFORMED,
                          "not a result: %s line %zu; give files that matrig sweep --cases wrote",
                          path, number);
@@ -325,7 +325,7 @@ static enum mr_status add_line(struct sweep_table *table, const char *path, size
     }
     table->line[index - 1] = json_incref(line);
     table->count++;
-    table->failed += strcmp(status_of(line), "ok") != 0;
+    table->failed += strcmp(get_status(line), "ok") != 0;
     return MR_OK;
 }
 
@@ -385,8 +385,8 @@ struct pair {
 };
 
 /* Computes the indices from the points `row`; NaN if the values do not vary. */
-static struct pair pair_of(const double *values, size_t points, size_t key, const size_t *row,
-                           size_t count)
+static struct pair compute_indices(const double *values, size_t points, size_t key,
+                                   const size_t *row, size_t count)
 {
     const double *a = values, *b = values + points, *ab = values + (2 + key) * points;
     double sum = 0.0, squares = 0.0, first = 0.0, total = 0.0, n = 2.0 * (double)count;
@@ -420,13 +420,13 @@ static void estimate_indices(const double *values, size_t points, size_t key, co
 {
     uint64_t state = 0x9e3779b97f4a7c15u;
     size_t good = 0;
-    struct pair pair = pair_of(values, points, key, row, count);
+    struct pair pair = compute_indices(values, points, key, row, count);
     result->first.value = pair.first;
     result->total.value = pair.total;
     for (size_t d = 0; d < BOOTSTRAP_DRAWS; d++) {
         for (size_t i = 0; i < count; i++)
             picked[i] = row[draw_index(&state, count)];
-        pair = pair_of(values, points, key, picked, count);
+        pair = compute_indices(values, points, key, picked, count);
         if (isnan(pair.first))
             continue;
         drawn[good] = pair.first;
@@ -450,13 +450,13 @@ static size_t select_complete(const double *values, size_t points, size_t keys, 
     return count;
 }
 
-bool sweep_indices(const double *values, size_t points, size_t keys,
-                   struct sweep_influence *influence, size_t *used)
+bool sweep_compute_indices(const double *values, size_t points, size_t keys,
+                           struct sweep_influence *influence, size_t *used)
 {
     size_t *row = xcalloc(2 * points + 1, sizeof *row);
     double *drawn = xcalloc(2 * (size_t)BOOTSTRAP_DRAWS, sizeof *drawn);
     *used = select_complete(values, points, keys, row);
-    bool good = *used >= MIN_POINTS && !isnan(pair_of(values, points, 0, row, *used).first);
+    bool good = *used >= MIN_POINTS && !isnan(compute_indices(values, points, 0, row, *used).first);
     for (size_t k = 0; good && k < keys; k++)
         estimate_indices(values, points, k, row, *used, row + points, drawn, &influence[k]);
     free(row);
@@ -466,16 +466,16 @@ bool sweep_indices(const double *values, size_t points, size_t keys,
 
 /* Returns the threshold, which is the upper end of the bracket. JSON null or NULL: there is
  * none. */
-static const json_t *threshold_of(const json_t *line)
+static const json_t *get_threshold(const json_t *line)
 {
     return json_object_get(json_object_get(line, "find"), "high");
 }
 
 /* Returns a result as a number (true is 1, false is 0; NaN: none). `field` NULL: the threshold. */
-static double number_of(const json_t *line, const char *field)
+static double get_number(const json_t *line, const char *field)
 {
     const json_t *value = field ? json_object_get(json_object_get(line, "result"), field)
-                                : threshold_of(line);
+                                : get_threshold(line);
     if (json_is_boolean(value))
         return json_is_true(value) ? 1.0 : 0.0;
     return json_is_number(value) ? json_number_value(value) : (double)NAN;
@@ -507,12 +507,13 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
                         size_t place)
 {
     const struct sweep *sweep = table->sweep;
-    size_t first = place * sweep->samples, keys = sweep->samples / sweep->points - 2, used, key = 0;
+    size_t first = place * sweep->samples, keys = sweep->samples / sweep->index_points - 2, used,
+           key = 0;
     double *values = xcalloc(sweep->samples, sizeof *values);
     struct sweep_influence *influence = xcalloc(keys, sizeof *influence);
     for (size_t i = 0; i < sweep->samples; i++)
-        values[i] = number_of(table->line[first + i], field);
-    bool known = sweep_indices(values, sweep->points, keys, influence, &used);
+        values[i] = get_number(table->line[first + i], field);
+    bool known = sweep_compute_indices(values, sweep->index_points, keys, influence, &used);
     json_t *at = place_json(sweep, place);
     char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
@@ -562,7 +563,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
     struct reason reasons[REASONS_MAX];
     size_t count = 0;
     for (size_t i = 0; i < table->sweep->cases; i++) {
-        const char *status = status_of(table->line[i]);
+        const char *status = get_status(table->line[i]);
         const char *text = json_string_value(json_object_get(table->line[i], "reason"));
         size_t k = 0;
         if (!table->line[i] || strcmp(status, "ok") == 0)
@@ -639,7 +640,7 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     answer_count(answer, "missing", "missing", (int64_t)table->missing);
     answer_count(answer, "repeated", table->repeated ? "repeated" : NULL, (int64_t)table->repeated);
     add_failures(answer, table);
-    if (table->sweep->points)
+    if (table->sweep->index_points)
         add_all_indices(answer, table);
     answer_table(answer, NULL, "all cases");
     for (size_t i = 0; i < table->sweep->cases; i++) {

@@ -17,11 +17,11 @@
 typedef json_t *sweep_simulate(const json_t *input);
 
 /* Returns the function that simulates the sweep's base: a scene or a study. */
-sweep_simulate *sweep_simulation(const struct sweep *sweep);
+sweep_simulate *sweep_get_simulation(const struct sweep *sweep);
 
 /* Runs a case in this process. Returns a new object: "status", "reason" unless the status is "ok",
  * "result" with the wanted outputs, and for a search "find" (README.md). */
-json_t *sweep_case_run(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
+json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
 
 struct sweep_table {
     const struct sweep *sweep;
@@ -30,7 +30,7 @@ struct sweep_table {
 };
 
 /* Makes the line of a finished case; takes ownership of `outcome`. */
-json_t *sweep_line(const struct sweep *sweep, size_t index, json_t *outcome);
+json_t *sweep_make_line(const struct sweep *sweep, size_t index, json_t *outcome);
 
 /* Reads the files. MR_MALFORMED with the line number: a line that is not a result, or that belongs
  * to another sweep. If a case occurs twice, the first line is used. The caller frees the table,
@@ -62,7 +62,7 @@ struct sweep_influence {
 /* `values` is in blocks, as in design_radial: A, B, AB1 ..; NaN: no value. A point with a missing
  * value is not used. Writes `keys` results to `influence`, and the number of used points to *used.
  * Returns false if there are fewer than 8 points, or no variance. */
-bool sweep_indices(const double *values, size_t points, size_t keys,
-                   struct sweep_influence *influence, size_t *used);
+bool sweep_compute_indices(const double *values, size_t points, size_t keys,
+                           struct sweep_influence *influence, size_t *used);
 
 #endif

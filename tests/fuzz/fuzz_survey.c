@@ -5,7 +5,7 @@
 #include "host/survey/survey.h"
 #include "tests/fuzz/fuzz.h"
 
-static void type_lines(struct survey_desk *desk, const char *text, size_t size)
+static void type_lines(struct survey_progress *progress, const char *text, size_t size)
 {
     char line[200];
     for (const char *end = text + size; text < end;) {
@@ -19,24 +19,24 @@ static void type_lines(struct survey_desk *desk, const char *text, size_t size)
         survey_entry_parse(line, false, &entry);
         FUZZ_REQUIRE(entry.kind != SURVEY_NUMBER || isfinite(entry.value_in));
         if (entry.kind != SURVEY_QUIT && entry.kind != SURVEY_HELP && entry.kind != SURVEY_EMPTY)
-            survey_desk_apply(desk, &entry, &item);
-        FUZZ_REQUIRE(desk->current <= desk->plan.count &&
-                     survey_desk_count_read(desk) <= desk->plan.count);
+            survey_progress_apply(progress, &entry, &item);
+        FUZZ_REQUIRE(progress->current <= progress->plan.count &&
+                     survey_progress_count_read(progress) <= progress->plan.count);
         text += length + 1;
     }
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static struct survey_desk desk;
+    static struct survey_progress progress;
     static struct survey_sheet sheet;
     struct error error = {0};
-    survey_desk_init(&desk, SURVEY_EDGE_LEFT);
-    enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &desk.plan,
+    survey_progress_init(&progress, SURVEY_EDGE_LEFT);
+    enum mr_status status = survey_sheet_read(fuzz_file("sheet.csv", data, size), &progress.plan,
                                               &sheet, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
-    for (size_t i = 0; status == MR_OK && i < desk.plan.count; i++)
+    for (size_t i = 0; status == MR_OK && i < progress.plan.count; i++)
         FUZZ_REQUIRE(isnan(sheet.value_in[i]) || isfinite(sheet.value_in[i]));
-    type_lines(&desk, (const char *)data, size);
+    type_lines(&progress, (const char *)data, size);
     return 0;
 }

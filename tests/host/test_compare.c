@@ -39,7 +39,7 @@ TEST(path_and_thrust)
     struct sim_scene scene;
     load_one(&s, &m, &survey);
     runway(&scene);
-    assert_int_equal(compare_scene(&m, &survey, &scene, &s.error), MR_OK);
+    assert_int_equal(compare_prepare_scene(&m, &survey, &scene, &s.error), MR_OK);
     assert_true(scene.path_count > 200);
     assert_near(scene.path[0].t_s, 0.0, 0.0);
     assert_near(scene.path[0].x_ft, 3.0, 0.001);
@@ -69,7 +69,7 @@ TEST(gaps_from_the_survey)
     runway(&scene);
     survey.slack_in[7] = 0.36f;  /* joints 71 to 80: 0.036 in each */
     survey.slack_in[8] = MR_NAN; /* joints 81 to 90: the scene's own 0.0015 ft */
-    assert_int_equal(compare_scene(&m, &survey, &scene, &s.error), MR_OK);
+    assert_int_equal(compare_prepare_scene(&m, &survey, &scene, &s.error), MR_OK);
     assert_int_equal(scene.gap0_ft.count, 421);
     assert_near(sim_scene_joint(&scene.gap0_ft, 70), 0.02 / 12.0, 1e-9);
     assert_near(sim_scene_joint(&scene.gap0_ft, 71), 0.036 / 12.0, 1e-9);
@@ -195,7 +195,7 @@ TEST(kept_and_made_again)
     store_simulation_head_get(s.store, 1, &head, &s.error);
     compare_find_figures(&m, &survey, &nothing, &head, rows, count, &again);
     assert_no_error(&s.error);
-    assert_string_equal(again.against, "model_runway.json");
+    assert_string_equal(again.model_file, "model_runway.json");
     assert_int_equal(again.seeds, 1);
     for (size_t c = 0; c < 8; c++) {
         assert_true(again.channel[c].figures.rms == landing.figures.channel[c].figures.rms);
@@ -221,7 +221,7 @@ TEST(errors_of_a_sample)
     struct session s;
     struct measured m;
     struct zones_closure survey;
-    struct compare_clock clock;
+    struct compare_timing clock;
     struct compare_curves series;
     load_one(&s, &m, &survey);
     float slope[1001], spread[1001];
@@ -231,13 +231,13 @@ TEST(errors_of_a_sample)
     }
     const struct store_simulation row = {
         .number = 3, .dt_s = 0.004, .series_in = slope, .spread_in = spread, .length = 1001};
-    compare_clock_init(&m, &clock);
+    compare_timing_init(&m, &clock);
     /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest
      * to no more than the stop's */
     assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
     assert_near(compare_time_error(&clock, 100.0), clock.stop_error_s, 0.0);
     assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
-    for (size_t i = 0; i <= COMPARE_CLOCK_POINTS; i++)
+    for (size_t i = 0; i <= COMPARE_TIMING_POINTS; i++)
         clock.error_s[i] = 0.02;
     compare_fill_curves(&m, &clock, &m.channel[2], &row, 0.03, &series);
     size_t compared = 0;
@@ -360,7 +360,7 @@ TEST(a_series_of_one)
     compare_model_load(&model, "host/scenes/model_runway.json", 0, &s.error);
     compare_series_run(s.store, NULL, &model, NULL, NULL, &set, &s.error);
     assert_no_error(&s.error);
-    assert_int_equal(set.compared, 1);
+    assert_int_equal(set.compared_count, 1);
     for (size_t c = 0; c < 8; c++) {
         const struct signal_figures *f = &set.landing[0].figures.channel[c].figures;
         n += (double)f->compared;
@@ -479,7 +479,7 @@ TEST(limits_that_are_wrong)
 /* Two transducers that agree in all six values. */
 static struct compare_figures agreeing(void)
 {
-    struct compare_figures figures = {.run = 7, .against = "x.json", .channels = 2};
+    struct compare_figures figures = {.run = 7, .model_file = "x.json", .channels = 2};
     for (size_t i = 0; i < 2; i++) {
         struct compare_channel *c = &figures.channel[i];
         c->number = (int64_t)(3 + i);

@@ -91,7 +91,7 @@ static void reads(const char *path)
         fail_msg("%s", error.text);
     assert_true(image.has_header);
     assert_int_equal(image.header.commit, 0xc7a3136a);
-    assert_int_equal(image.count, MR_IMAGE_HEAD + PROGRAM_BYTES);
+    assert_int_equal(image.given_count, MR_IMAGE_HEAD + PROGRAM_BYTES);
     assert_memory_equal(image.bytes, content, sizeof content);
     for (uint32_t i = 0; i < IMAGEFILE_BYTES; i++)
         assert_int_equal(image.is_given[i],

@@ -114,7 +114,7 @@ TEST(one_block_of_a_thousand_is_not_lost)
             least = fmin(least, inches_at(block));
             most = fmax(most, inches_at(block));
         }
-        assert_int_equal(buckets[b].bucket, b);
+        assert_int_equal(buckets[b].number, b);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             /* half a step of the converter's sums: 0.0002 in */
             assert_near(buckets[b].min[i], least, 0.00021);
@@ -168,7 +168,7 @@ TEST(links_out_of_step_lose_nothing)
             count += take_all(model, buckets + count, 200 - count);
     }
     for (unsigned i = 0; i < count; i++)
-        assert_int_equal(buckets[i].bucket, i);
+        assert_int_equal(buckets[i].number, i);
     assert_in_range(count, 80, 85);
     assert_int_equal(model->late_readings, 0);
     free(model);

@@ -167,7 +167,7 @@ TEST(torn_has_no_movements)
     char text[MEASURED_TORN_SIZE];
     lost_from = 290;
     log_lossy(&s, lose_the_beginning, &m);
-    assert_true(m.torn && m.no_rest);
+    assert_true(m.torn && m.has_no_baseline);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_true(isnan(m.channel[i].baseline) && isnan(m.channel[i].peak));
     for (unsigned i = 0; i < MR_GAGES; i++) {
@@ -192,7 +192,7 @@ TEST(torn_with_its_rest)
     for (int n = 0; n < 2; n++) {
         lost_from = 310;
         log_lossy(&s, n ? lose_edges : lose_the_beginning, &m);
-        assert_true(m.torn && !m.no_rest);
+        assert_true(m.torn && !m.has_no_baseline);
         assert_int_equal(m.gates > 0, !n);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             assert_near(m.channel[i].peak, moved_in(i), 0.001);
@@ -250,9 +250,9 @@ TEST(warning_and_wheel)
     assert_near(w->lead_t_s, w->t_s, 0.0);
     assert_near(w->lead_actual_s, w->true_lead_s, 1e-12);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
-    assert_near(measured_reach_s(&summary.measured, 79.0),
+    assert_near(measured_arrival_s(&summary.measured, 79.0),
                 (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);
-    assert_true(isnan(measured_reach_s(&summary.measured, 79.7)));
+    assert_true(isnan(measured_arrival_s(&summary.measured, 79.7)));
     assert_int_equal(summary.link[LINK_CAN].lost, 0);
     assert_int_equal(summary.faults, 0);
     summary_free(&summary);

@@ -75,11 +75,11 @@ TEST(order_is_kept)
         }
     }
     assert_false(link_queue_read(queue, &item));
-    assert_int_equal(link_queue_depth(queue).frames, COUNT); /* taken is not written */
+    assert_int_equal(link_queue_depth(queue).can_frames, COUNT); /* taken is not written */
     link_queue_release(queue);
     struct link_queue_depth depth = link_queue_depth(queue);
     assert_int_equal(depth.bytes, 0);
-    assert_int_equal(depth.frames + depth.octets, 0);
+    assert_int_equal(depth.can_frames + depth.serial_bytes, 0);
     link_queue_close(queue);
 }
 
@@ -283,11 +283,11 @@ TEST(a_full_queue_loses_and_says_so)
     /* All is read when it is either in the queue or lost. */
     for (int i = 0;
          i < WAIT_MS / 5 &&
-         link_queue_depth(link_reader_queue(reader)).octets + link_reader_lost(reader) < sent;
+         link_queue_depth(link_reader_queue(reader)).serial_bytes + link_reader_lost(reader) < sent;
          i++)
         poll(NULL, 0, 5);
     uint64_t lost = link_reader_lost(reader);
-    assert_int_equal(link_queue_depth(link_reader_queue(reader)).octets + lost, sent);
+    assert_int_equal(link_queue_depth(link_reader_queue(reader)).serial_bytes + lost, sent);
     assert_true(lost > SENT - CAPACITY);
     uint64_t came = drain(reader, &counters, sent - lost);
     assert_int_equal(came, sent - lost);

@@ -22,7 +22,7 @@ static int all_well(void **state)
     memset(&f, 0, sizeof f);
     f.today_day = 20000;
     f.now_s = 20000 * 86400 + 43200;
-    f.shunt_done = f.tested = f.box_known = f.temperature_known = f.alarm_known = true;
+    f.shunt_done = f.self_test_done = f.box_known = f.temperature_known = f.alarm_known = true;
     f.can_used = f.database_checked = f.has_previous = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.key_known = true;
@@ -56,7 +56,7 @@ static int all_well(void **state)
     f.channel[8] = f.channel[9] =
         (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
     f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
-    f.time = (struct timemap_fit){
+    f.time_fit = (struct timemap_fit){
         .refusal = TIMEMAP_OK, .pairs = 30, .rate_ppm = {.value = 20.0, .half_width = 50.0}};
     f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
@@ -67,7 +67,7 @@ static int all_well(void **state)
         f.shunts.check[i] = (struct mr_shunt_check){.gage = (uint8_t)(i + 1), .expected_lb = 40.0f};
         f.previous_span_lb[i] = 40.1f;
     }
-    f.test.done = 0x7f;
+    f.self_test.done = 0x7f;
     f.box = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
     f.temperature.temperature_c = 21.0f;
     f.can_frames = 1000;
@@ -157,7 +157,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.alarm_known = false;
     f.can_frames = 0;
     no_go_advises("CAN", "see clock");
-    f.time.rate_ppm.value = 260.0;
+    f.time_fit.rate_ppm.value = 260.0;
     only_no_go("time of day", "+260");
     f.blocks_lost = 1;
     only_no_go("readings", "1 lost");
@@ -195,13 +195,13 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.box.wait_s = NAN;
     f.box.records = 26;
     only_no_go("black box", "26 records to free");
-    f.test.failed = 1u << MR_SELF_TEST_NOR;
+    f.self_test.failed = 1u << MR_SELF_TEST_NOR;
     only_no_go("self-test", "memory of the black box");
-    f.test.done = 0x7d;
+    f.self_test.done = 0x7d;
     only_no_go("self-test", "not tested: the program's checksum");
-    f.test.failed = 1u << MR_SELF_TEST_LAMP_OFF;
+    f.self_test.failed = 1u << MR_SELF_TEST_LAMP_OFF;
     only_no_go("warning lamp", "does not go out");
-    f.test.done = 0x1f;
+    f.self_test.done = 0x1f;
     only_no_go("warning lamp", "not tested");
     f.temperature.temperature_c = NAN;
     only_no_go("thermometer", "no reading");
@@ -223,11 +223,11 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     f.can_frames = 10;
     f.can_base = 0x190;
     f.identity.uid[0] = 0x00310042;
-    f.on_can.uid[0] = 0x00310043;
+    f.board_on_can.uid[0] = 0x00310043;
     only_no_go("CAN", "another board at base 0x190: UID on CAN 0031004300000000");
     f.serial_dropped = 1;
     only_no_go("serial", "1 dropped");
-    snprintf(f.database, sizeof f.database, "read-only");
+    snprintf(f.database_fault, sizeof f.database_fault, "read-only");
     only_no_go("database", "read-only");
 }
 
@@ -235,7 +235,7 @@ TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
     f.has_previous = f.can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
-    f.time.refusal = TIMEMAP_OTHER_RATE;
+    f.time_fit.refusal = TIMEMAP_OTHER_RATE;
     f.config.channel[0].calibrated_day = 0;
     f.fault[MR_FAULT_WATCHDOG_RESET].count = 1; /* of some time before */
     /* less than 1 % and three errors from 40.1: 0.401 + 0.15 */
@@ -298,7 +298,7 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     walked(6, "abcdef");
     assert_int_equal(ready_verdict(&report), READY_GO);
     assert_string_equal(check_named("switch walk")->value, "all 6 responded, in order");
-    assert_true(walk_is_over(&walk));
+    assert_true(walk_is_complete(&walk));
     walked(6, "fedcba"); /* from the other end */
     assert_int_equal(ready_verdict(&report), READY_GO);
     walked(6, "abbgcdef"); /* one twice, one that is not fitted */
@@ -313,7 +313,7 @@ TEST_IN(an_order_is_compared_with_what_is_fitted, all_well, NULL)
     walked(6, "abdef");
     assert_int_equal(report.count, 1);
     assert_string_equal(check_named("switch 3")->value, "did not respond");
-    assert_false(walk_is_over(&walk));
+    assert_false(walk_is_complete(&walk));
     walked(6, "abdfe"); /* one dead, two swapped */
     assert_int_equal(report.count, 3);
     assert_string_equal(check_named("switch 5")->value, "responded when 6 was next");
@@ -340,7 +340,7 @@ TEST_IN(a_bounce_is_no_answer, all_well, NULL)
         walk_add_event(&walk, &(struct mr_switch_event){.reason = MR_SWITCH_BOUNCE,
                                                         .count = (uint8_t)(n - 1)});
     }
-    assert_int_equal(walk.count[WALK_SWITCH], 2);
+    assert_int_equal(walk.response_count[WALK_SWITCH], 2);
     assert_int_equal(walk.unexpected_events, 0);
 }
 

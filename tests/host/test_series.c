@@ -230,12 +230,12 @@ TEST(test_neither_jobs_nor_skipping_change_an_answer)
 TEST(test_spreads)
 {
     double values[] = {5, 1, 4, 2, 3}, one = 7.0;
-    struct series_spread s = series_spread_of(values, 5);
-    assert_near(s.middle, 3.0, 0.0);
+    struct series_spread s = series_compute_spread(values, 5);
+    assert_near(s.median, 3.0, 0.0);
     assert_near(s.low, 1.2, 1e-12);
     assert_near(s.high, 4.8, 1e-12);
-    assert_near(series_spread_of(&one, 1).high, 7.0, 0.0);
-    assert_true(isnan(series_spread_of(&one, 0).middle));
+    assert_near(series_compute_spread(&one, 1).high, 7.0, 0.0);
+    assert_true(isnan(series_compute_spread(&one, 0).median));
 }
 
 /* By hand: six runways, of which two were played twice, -3 and 4 lb apart: root mean square 3.5355
@@ -255,7 +255,7 @@ TEST(test_errors_of_peaks)
         runs[i] = (struct series_run){.landings = 1, .outcomes = &outcomes[i], .check = &other[i]};
         runs[i].check_landings = again_lb[i] > 0.0;
     }
-    series_errors(&series, runs);
+    series_compute_errors(&series, runs);
     for (int i = 0; i < 6; i++)
         assert_near(outcomes[i].push_error_lb, 9.44871, 1e-3);
     series_summarise(&summary, &series, runs);
@@ -266,11 +266,11 @@ TEST(test_errors_of_peaks)
     /* the other engine's runways, the pair of 3 lb among them, are no pairs, but borrow: a pair of
      * 4 lb at a mean of 16 lb is a quarter of it */
     outcomes[1].is_from_planar = outcomes[2].is_from_planar = true;
-    series_errors(&series, runs);
+    series_compute_errors(&series, runs);
     assert_near(outcomes[1].push_error_lb, 21.765, 1e-2);
     assert_near(outcomes[4].push_error_lb, 28.009, 1e-2);
     runs[4].check_landings = 0;
-    series_errors(&series, runs);
+    series_compute_errors(&series, runs);
     assert_true(isnan(outcomes[1].push_error_lb) && isnan(outcomes[4].push_error_lb));
     series_free(&series);
 }
@@ -725,18 +725,18 @@ TEST(test_failures)
     static const double met_ft[] = {4.5, 1.5}, low_ft[] = {2.5};
     double at_ft[SERIES_FAILURES_MAX];
     /* the ends are held */
-    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
+    assert_int_equal(series_find_failures(rise_ft, 12, 0.5, 0.25, NULL, 0, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12); /* crests: nodes 4 and 9 */
     assert_near(at_ft[1], 4.0, 1e-12);
-    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
+    assert_int_equal(series_find_failures(rise_ft, 12, 0.5, 0.25, met_ft, 2, at_ft), 2);
     assert_near(at_ft[0], 1.5, 1e-12);
     assert_near(at_ft[1], 4.5, 1e-12);
     /* met between them: neither's */
-    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2);
+    assert_int_equal(series_find_failures(rise_ft, 12, 0.5, 0.25, low_ft, 1, at_ft), 2);
     assert_near(at_ft[1], 4.0, 1e-12);
     /* nothing lies between them */
-    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1);
-    assert_int_equal(find_failures(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
+    assert_int_equal(series_find_failures(rise_ft, 12, 0.5, 0.2, NULL, 0, at_ft), 1);
+    assert_int_equal(series_find_failures(rise_ft, 12, 0.5, 0.5, NULL, 0, at_ft), 0);
 }
 
 TEST(test_agreement)
@@ -754,7 +754,7 @@ TEST(test_agreement)
     assert_int_equal(fact.agree, 1);
     assert_true(fact.enough);
     assert_int_equal(fact.value.count, 2);
-    assert_near(fact.value.middle, 30.0, 1e-12);
+    assert_near(fact.value.median, 30.0, 1e-12);
     /* the other never came to landing 4: it does not agree */
     fact = facts_summarise(&series, &facts.fact[1], c.runs);
     assert_int_equal(fact.agree, 1);

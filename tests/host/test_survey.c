@@ -74,72 +74,73 @@ TEST(lines_are_read_as_calipers_type_them)
         entry(nonsense[i], false, SURVEY_INVALID, 0);
 }
 
-static enum survey_outcome typed(struct survey_desk *desk, const char *line, size_t *item)
+static enum survey_outcome typed(struct survey_progress *progress, const char *line, size_t *item)
 {
     struct survey_entry e;
     survey_entry_parse(line, false, &e);
-    return survey_desk_apply(desk, &e, item);
+    return survey_progress_apply(progress, &e, item);
 }
 
 TEST(a_reading_beyond_the_joints_is_asked_again)
 {
-    struct survey_desk desk;
+    struct survey_progress progress;
     size_t item;
-    survey_desk_init(&desk, SURVEY_EDGE_NONE);
-    for (size_t i = 0; i < desk.plan.count; i++)
-        desk.previous_in[i] = 33.60;
+    survey_progress_init(&progress, SURVEY_EDGE_NONE);
+    for (size_t i = 0; i < progress.plan.count; i++)
+        progress.previous_in[i] = 33.60;
     /* 0.36: ten joints of 0.036 can do that */
-    assert_int_equal(typed(&desk, "33.24", &item), SURVEY_STORED);
-    assert_int_equal(typed(&desk, "33.96", &item), SURVEY_STORED);
-    assert_int_equal(typed(&desk, "33.239", &item), SURVEY_DOUBTFUL);
-    assert_int_equal(desk.current, 2);
-    assert_true(isnan(desk.value_in[2]));
+    assert_int_equal(typed(&progress, "33.24", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "33.96", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "33.239", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(progress.current, 2);
+    assert_true(isnan(progress.value_in[2]));
     /* read again, and right this time */
-    assert_int_equal(typed(&desk, "33.241", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "33.241", &item), SURVEY_STORED);
     assert_int_equal(item, 2);
-    assert_int_equal(typed(&desk, "36.60", &item), SURVEY_DOUBTFUL);
-    assert_int_equal(typed(&desk, "36.65", &item), SURVEY_DOUBTFUL); /* another one: doubted anew */
-    assert_int_equal(typed(&desk, "36.66", &item), SURVEY_CONFIRMED);
+    assert_int_equal(typed(&progress, "36.60", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&progress, "36.65", &item),
+                     SURVEY_DOUBTFUL); /* another one: doubted anew */
+    assert_int_equal(typed(&progress, "36.66", &item), SURVEY_CONFIRMED);
     assert_int_equal(item, 3);
-    assert_true(desk.value_in[3] == 36.66);
-    assert_int_equal(typed(&desk, "30", &item), SURVEY_DOUBTFUL);
+    assert_true(progress.value_in[3] == 36.66);
+    assert_int_equal(typed(&progress, "30", &item), SURVEY_DOUBTFUL);
     /* forget the doubtful one, not the one before */
-    assert_int_equal(typed(&desk, "u", &item), SURVEY_MOVED);
-    assert_true(desk.value_in[3] == 36.66);
-    desk.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
-    assert_int_equal(typed(&desk, "33.861", &item), SURVEY_DOUBTFUL);
-    assert_int_equal(typed(&desk, "33.859", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_MOVED);
+    assert_true(progress.value_in[3] == 36.66);
+    progress.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
+    assert_int_equal(typed(&progress, "33.861", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&progress, "33.859", &item), SURVEY_STORED);
 }
 
 TEST(undo_skip_back)
 {
-    struct survey_desk desk;
+    struct survey_progress progress;
     size_t item;
-    survey_desk_init(&desk, SURVEY_EDGE_NONE);
-    assert_int_equal(typed(&desk, "u", &item), SURVEY_REFUSED);
-    assert_int_equal(typed(&desk, "b", &item), SURVEY_REFUSED);
-    assert_int_equal(typed(&desk, "n lost", &item), SURVEY_REFUSED);
-    typed(&desk, "33.51", &item);
-    typed(&desk, "33.52", &item);
-    assert_int_equal(typed(&desk, "s", &item), SURVEY_SKIPPED);
-    typed(&desk, "33.54", &item);
-    assert_int_equal(typed(&desk, "n dirt", &item), SURVEY_NOTED);
+    survey_progress_init(&progress, SURVEY_EDGE_NONE);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&progress, "b", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&progress, "n lost", &item), SURVEY_REFUSED);
+    typed(&progress, "33.51", &item);
+    typed(&progress, "33.52", &item);
+    assert_int_equal(typed(&progress, "s", &item), SURVEY_SKIPPED);
+    typed(&progress, "33.54", &item);
+    assert_int_equal(typed(&progress, "n dirt", &item), SURVEY_NOTED);
     assert_int_equal(item, 3);
-    assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_UNDONE);
     assert_int_equal(item, 3);
-    assert_true(isnan(desk.value_in[3]) && desk.current == 3);
-    assert_int_equal(typed(&desk, "u", &item), SURVEY_UNDONE); /* the skipped one */
-    assert_true(item == 2 && !desk.skipped[2] && desk.current == 2);
-    assert_int_equal(typed(&desk, "b", &item), SURVEY_MOVED);
-    assert_int_equal(desk.current, 1);
-    typed(&desk, "33.53", &item); /* in its place */
-    assert_true(desk.value_in[1] == 33.53 && desk.current == 2);
-    assert_int_equal(survey_desk_count_read(&desk), 2);
-    typed(&desk, "s", &item);
-    while (desk.current < desk.plan.count)
-        assert_int_equal(typed(&desk, "33.5", &item), SURVEY_STORED);
-    assert_int_equal(survey_desk_count_read(&desk), 167);
-    assert_int_equal(typed(&desk, "33.5", &item), SURVEY_REFUSED);
+    assert_true(isnan(progress.value_in[3]) && progress.current == 3);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_UNDONE); /* the skipped one */
+    assert_true(item == 2 && !progress.skipped[2] && progress.current == 2);
+    assert_int_equal(typed(&progress, "b", &item), SURVEY_MOVED);
+    assert_int_equal(progress.current, 1);
+    typed(&progress, "33.53", &item); /* in its place */
+    assert_true(progress.value_in[1] == 33.53 && progress.current == 2);
+    assert_int_equal(survey_progress_count_read(&progress), 2);
+    typed(&progress, "s", &item);
+    while (progress.current < progress.plan.count)
+        assert_int_equal(typed(&progress, "33.5", &item), SURVEY_STORED);
+    assert_int_equal(survey_progress_count_read(&progress), 167);
+    assert_int_equal(typed(&progress, "33.5", &item), SURVEY_REFUSED);
 }
 
 /* ---- what it comes to ---- */

@@ -131,7 +131,7 @@ static struct found search(const char *condition, sweep_simulate *simulate)
              "\"tolerance\": 0.001, %s}}",
              condition);
     load(&sweep, text);
-    json_t *outcome = sweep_case_run(&sweep, 0, simulate), *find = json_object_get(outcome, "find");
+    json_t *outcome = sweep_run_case(&sweep, 0, simulate), *find = json_object_get(outcome, "find");
     sweep_free(&sweep);
     return (struct found){json_string_value(json_object_get(find, "verdict")),
                           json_string_value(json_object_get(outcome, "status")),
@@ -195,7 +195,7 @@ static void ishigami_indices(size_t points, uint64_t seed, struct sweep_influenc
     for (size_t i = 0; i < count; i++)
         values[i] = ishigami(u[0][i], u[1][i], u[2][i]);
     values[points + 3] = (double)NAN; /* one point has failed */
-    assert_true(sweep_indices(values, points, 3, result, &used));
+    assert_true(sweep_compute_indices(values, points, 3, result, &used));
     assert_int_equal(used, points - 1);
     free(values);
     for (size_t k = 0; k < 3; k++)
@@ -239,10 +239,10 @@ TEST(nothing_varies_nothing_is_said)
     double values[40] = {0.0};
     struct sweep_influence found[2];
     size_t used;
-    assert_false(sweep_indices(values, 10, 2, found, &used));
+    assert_false(sweep_compute_indices(values, 10, 2, found, &used));
     for (size_t i = 0; i < 7 * 4; i++)
         values[i] = (double)i;
-    assert_false(sweep_indices(values, 7, 2, found, &used)); /* too few */
+    assert_false(sweep_compute_indices(values, 7, 2, found, &used)); /* too few */
 }
 
 TEST(whole_ranges_have_both_ends)

@@ -93,7 +93,7 @@ static void check(const char *name, double most_ripple, double least, double mos
             continue;
         landings++;
         track_make(&m, &track);
-        assert_true(track.known);
+        assert_true(track.is_known);
         double first_s = (double)m.t0_us * 1e-9, last_s = m.gate[m.gates - 1].t_s + first_s;
         for (unsigned i = 0; i < MOMENTS; i++) {
             double t_s = SEEDED_TOUCHDOWN_S + 0.05 +

@@ -202,7 +202,7 @@ struct series_fact_summary facts_summarise(const struct landing_series *c,
             values[count++] = value;
     }
     s.enough = runways > 0 && (double)s.agree >= fact->needed * (double)runways;
-    s.value = series_spread_of(values, count);
+    s.value = series_compute_spread(values, count);
     free(values);
     return s;
 }

@@ -29,7 +29,7 @@ static void print_movements(const struct landing_series *c, const struct series_
     double sum = 0.0, most = 0.0;
     size_t waved = 0, played = 0;
     for (size_t i = 0; i < c->landing_count; i++) {
-        sum += s->landing[i].peak_in.middle / (double)c->landing_count;
+        sum += s->landing[i].peak_in.median / (double)c->landing_count;
         most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
         waved += s->landing[i].with_wave;
         played += s->landing[i].runways;
@@ -63,12 +63,12 @@ static void print_predicted(const struct landing_series *c, const struct series_
     if (s->survived > 0)
         printf("%s (%zux)", s->survived == s->runways ? "never" : ", none", s->survived);
     if (s->station_ft.count > 0)
-        printf("; station %.0f (%.0f to %.0f)", s->station_ft.middle, s->station_ft.low,
+        printf("; station %.0f (%.0f to %.0f)", s->station_ft.median, s->station_ft.low,
                s->station_ft.high);
     if (s->zone_before.count > 0)
         printf("; the landing before: %.2f in (%.2f to %.2f), zone %.0f mats (%.0f to %.0f)",
-               s->peak_before_in.middle, s->peak_before_in.low, s->peak_before_in.high,
-               s->zone_before.middle, s->zone_before.low, s->zone_before.high);
+               s->peak_before_in.median, s->peak_before_in.low, s->peak_before_in.high,
+               s->zone_before.median, s->zone_before.low, s->zone_before.high);
     else if (s->survived == s->runways)
         print_movements(c, s);
     print_torn(c, s);
@@ -115,7 +115,7 @@ static void print_fact(const struct played *p, size_t i)
     if (fact.value.count == 0)
         printf("none has it");
     else
-        printf("%.3g (%.3g to %.3g)%s", fact.value.middle, fact.value.low, fact.value.high,
+        printf("%.3g (%.3g to %.3g)%s", fact.value.median, fact.value.low, fact.value.high,
                fact.value.count < p->summary.runways ? " of those that have it" : "");
     printf("; ");
     print_share(fact.agree, p->summary.runways, facts->fact[i].needed);

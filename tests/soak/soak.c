@@ -257,7 +257,7 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
     if (again)
         begin_boot(soak, LINK_SERIAL, false);
     else if (frame->type == MR_ID_HELLO && frame->seq == 0 && account->seq_known &&
-             account->seq_next != 0)
+             account->next_seq != 0)
         begin_boot(soak, LINK_SERIAL, true);
     account_add_serial_frame(account, frame->seq, -1);
     if (timed)

@@ -798,8 +798,8 @@ struct misfit misfit_check(const struct fit_landings *list, const struct fit_res
 enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int64_t board,
                                struct fit_survey *surveyed, struct error *error)
 {
-    static struct survey_found found;
-    struct zones_closure told = {.surveyed = 0};
+    static struct survey_results found;
+    struct zones_closure told = {.surveyed_segments = 0};
     struct store_landing *rows = NULL;
     size_t count = 0;
     bool there = false;
@@ -931,13 +931,13 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     landing->survey_error_in = before.error_in;
     landing->gages = before.gages;
     landing->has_earlier_landings = measured->landing.board_landing > 1;
-    struct zones_closure survey = {.surveyed = (unsigned)before.segments};
+    struct zones_closure survey = {.surveyed_segments = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
     if (load_after(store, &measured->landing, landing, error) != MR_OK ||
         sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
         return error->status;
-    enum mr_status status = compare_scene(measured, &survey, &landing->scene, error);
+    enum mr_status status = compare_prepare_scene(measured, &survey, &landing->scene, error);
     if (status == MR_OK && landing->scene.model != SIM_CHAIN)
         status = error_set(error, MR_USAGE,
                            "not a chain: %s is of model %s; give a scene of model chain",
