@@ -146,7 +146,8 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 
 /* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
-    const char *name, *at_heading, *ahead_heading; /* at, ahead: column headings */
+    /* headings of the columns with the gage's time and position */
+    const char *name, *at_heading, *ahead_heading;
     double tension_lb, error_lb;
     int64_t gage, block;
 };

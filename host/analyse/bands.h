@@ -7,7 +7,7 @@
 #include "host/analyse/measured.h"
 #include "host/store/store.h"
 
-struct bands_shunt { /* calibrations of one gage, before and after the landing */
+struct bands_shunt { /* Shunt calibrations of one gage, before and after the landing. */
     unsigned gage;
     double expected_lb, before_lb, after_lb; /* NaN: not calibrated at that time, or not valid */
     /* verdicts that the board sent; STORE_NONE: not calibrated */

@@ -129,7 +129,7 @@ static unsigned find_silent_switch(const struct measured *measured)
     return silent > 1 ? first : 0;
 }
 
-/* Returns true if in the last received state the gear is awaited or moving. */
+/* Returns true if the gear is awaited or moving in the last state that was received. */
 static bool is_moving_at_end(const struct measured *measured)
 {
     return measured->landing.state == MR_LANDING_ARMED ||
@@ -296,7 +296,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
         return (double)NAN;
     double low_s = 0.0;
     double high_s = summary->stop_t_s.value;
-    for (int i = 0; i < 60; i++) { /* bisection to full precision */
+    for (int i = 0; i < 60; i++) { /* 60 bisections give full double precision */
         double middle_s = 0.5 * (low_s + high_s);
         if (measured_station_ft(measured, middle_s) < station_ft)
             low_s = middle_s;
@@ -408,7 +408,7 @@ static void find_missing(const struct measured *measured, struct measured_channe
 {
     size_t begin = from, longest = MEASURED_WINDOW_BLOCKS;
     channel->missing_from = channel->missing_to = 0;
-    if (channel->valid == 0) /* no valid sample: no results */
+    if (channel->valid == 0) /* without a valid sample there are no results */
         return;
     for (size_t i = from; i <= measured->samples; i++) {
         if (i < measured->samples && channel->validity[i] != MR_VALID)
@@ -433,7 +433,7 @@ void measured_find_results(struct measured *measured)
         for (size_t i = 0; i < measured->samples; i++)
             channel->valid += channel->validity[i] == MR_VALID;
         find_baseline(channel, from, to);
-        if (measured->has_no_baseline) /* the noise is known, but the zero is not */
+        if (measured->has_no_baseline) /* the noise is known, but not the zero */
             channel->baseline = (double)NAN;
         find_extremes(measured, channel, edge < measured->samples ? edge : 0);
         find_missing(measured, channel, edge < measured->samples ? edge : 0);
@@ -584,7 +584,7 @@ double measured_peak_samples(const struct measured_channel *channel)
 struct sums {
     struct running {
         int64_t sum, count;
-    } * half[2]; /* samples + 1 entries each */
+    } * half[2]; /* each array has samples + 1 entries */
     double unit;
 };
 
@@ -601,10 +601,10 @@ static struct sums make_sums(const struct measured *measured,
     (void)frexp(most, &value_bits);
     (void)frexp((double)measured->samples, &count_bits);
     sums.unit = ldexp(1.0, value_bits + count_bits - SUM_BITS);
-    double per_unit = 1.0 / sums.unit; /* exact: unit is a power of two */
+    double per_unit = 1.0 / sums.unit; /* the reciprocal is exact, because unit is a power of two */
     for (size_t half = 0; half < 2; half++)
         sums.half[half] = xcalloc(measured->samples + 1, sizeof *sums.half[half]);
-    /* counters, because a division per sample is slow */
+    /* counters replace the divisions, which are slow */
     size_t within = channel->phase % channel->stride, half = channel->phase / channel->stride % 2;
     for (size_t i = 0; i < measured->samples; i++) {
         double value = measured_value(channel, i);

@@ -32,8 +32,8 @@
 /* length of the moving mean in which peaks are located, blocks */
 #define MEASURED_WINDOW_BLOCKS   11
 #define MEASURED_END_BLOCKS      200 /* blocks of the mean that is a channel's final value */
-#define MEASURED_LOST            255 /* validity: the block is missing */
-#define MEASURED_NOT_VALID       254 /* validity: not valid, and CAN gave no reason */
+#define MEASURED_LOST            255 /* value of `validity`: the block is missing */
+#define MEASURED_NOT_VALID       254 /* value of `validity`: not valid, and CAN gave no reason */
 
 enum measured_source {
     MEASURED_NO_SOURCE,
@@ -48,7 +48,7 @@ enum measured_source {
  * messages filled any channel. */
 struct measured_stretch {
     enum measured_source source;
-    int64_t from_block, to_block; /* first and last block, both included */
+    int64_t from_block, to_block; /* first and last block of the stretch */
 };
 
 struct measured_channel {
@@ -57,7 +57,7 @@ struct measured_channel {
     uint8_t *validity;   /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
     uint8_t *source;     /* enum measured_source: the source of each sample */
     size_t valid;        /* number of samples with MR_VALID */
-    double baseline;     /* mean at rest, before the first edge; NaN: none */
+    double baseline;     /* mean at rest, before the first edge; NaN: unknown */
     double noise;        /* standard deviation of one sample before the first edge */
     size_t rest_samples; /* number of samples in the baseline */
     /* Number of consecutive samples that share one value. 1 for block records; if any sample is
@@ -99,7 +99,8 @@ struct measured {
     int64_t t0_us; /* board time of t_s = 0 */
     bool t0_is_touchdown;
 
-    struct mr_gate gate[MR_GATES_MAX]; /* named edges in order; t_s counts as in the file comment */
+    /* edges of known switches in order of time; t_s is defined in the file comment */
+    struct mr_gate gate[MR_GATES_MAX];
     size_t gates;
     size_t edges;             /* number of captured edges, named or not */
     size_t switches;          /* number of fitted switches in the board's table */
@@ -133,24 +134,24 @@ struct measured {
     bool dates_known;           /* the configuration was read, so calibration dates are known */
     struct mr_site_config site; /* 0 if the configuration was not read */
     double thrust_lb_per_g;     /* parameter of the predictor; NaN: not known */
-    /* some channel that was not recalibrated has no calibration date; false if dates are not
-     * known */
+    /* at least one channel that was not recalibrated has no calibration date; false if dates are
+     * not known */
     bool uncalibrated;
 };
 
 void measured_free(struct measured *measured);
-/* Text "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
+/* Writes "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
 #define MEASURED_TORN_SIZE 120u
 void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE]);
-/* Origin of t_s: "touchdown", "the first switch edge" (with " received" for a torn landing),
- * "arming" or "the record's begin". Static text. */
+/* Returns the origin of t_s as text: "touchdown", "the first switch edge" (with " received" for a
+ * torn landing), "arming" or "the record's begin". Static storage. */
 const char *measured_origin_text(const struct measured *measured);
 /* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
 bool measured_is_emulated(const struct store_landing *landing);
-/* Marks to print after any number of the landing: ""; ", incomplete"; ", UNCALIBRATED" or ",
- * calibration unknown" (its configuration was not read); or ", incomplete" followed by one of the
- * latter two. Static storage. */
+/* Returns the marks to print after any number of the landing: ""; ", incomplete"; ", UNCALIBRATED"
+ * or ", calibration unknown" (its configuration was not read); or ", incomplete" followed by one of
+ * the latter two. Static storage. */
 const char *measured_marks_text(const struct measured *measured);
 /* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
 #define MEASURED_REASON_SIZE 100
@@ -158,23 +159,23 @@ void measured_format_no_stop(const struct measured *measured, char out[MEASURED_
 
 /* Returns true if the record ends while the gear moves or may still move. */
 bool measured_is_cut_short(const struct measured *measured);
-/* "moves" or "may still move", for a record that ends early. Static storage. */
+/* Returns "moves" or "may still move", for a record that ends early. Static storage. */
 const char *measured_motion_at_end_text(const struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
-/* Start of a block of the board, as t_s. */
+/* Converts the start of a block of the board to t_s. */
 double measured_block_s(const struct measured *measured, int64_t block);
-/* Value of a channel in its unit: displacement relative to the baseline, tension absolute. NaN:
- * missing. */
+/* Returns the value of a channel in its unit: displacement relative to the baseline, tension
+ * absolute. NaN: missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
-/* Mean of the valid values within `half` samples of `sample`; NaN if none is valid. */
+/* Returns the mean of the valid values within `half` samples of `sample`; NaN if none is valid. */
 double measured_moving_mean(const struct measured *measured, const struct measured_channel *channel,
                             size_t sample, size_t half);
-/* Standard error (common/channels.h) of `value`, the mean of `samples` samples. `value` is as
- * returned by measured_value. */
+/* Returns the standard error (common/channels.h) of `value`, the mean of `samples` samples. `value`
+ * is as returned by measured_value. */
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
                       double value, double samples);
-/* Input from which measured_error computes the standard error. */
+/* Returns the input from which measured_error computes the standard error. */
 struct mr_error_case measured_error_case(const struct measured *measured,
                                          const struct measured_channel *channel, double value,
                                          double samples);
@@ -186,14 +187,14 @@ void measured_find_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
 void measured_find_results(struct measured *measured);
-/* Station and speed of the lead wheel at a time. NaN before touchdown or without a fit. After the
- * stop the wheel is at rest. */
+/* Return station and speed of the lead wheel at a time. NaN before touchdown or without a fit.
+ * After the stop the wheel is at rest. */
 double measured_station_ft(const struct measured *measured, double t_s);
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s);
-/* Time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops before that
- * station, or there is no fit. */
+/* Returns the time at which the lead wheel reaches a station beyond touchdown. NaN: the wheel stops
+ * before that station, or there is no fit. */
 double measured_arrival_s(const struct measured *measured, double station_ft);
-/* Channel index of transducer or gage `number`; -1: none. */
+/* Returns the index of the channel of transducer or gage `number`; -1: none. */
 int measured_channel_index(const struct measured *measured, enum mr_channel_kind kind,
                            unsigned number);
 /* Lists the measuring channels in the order of tables: displacements from 1, then tensions from 1.
@@ -206,14 +207,14 @@ size_t measured_list_channels(const struct measured *measured,
  * used (see the file comment). NaN: no mean has a valid reading. */
 void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
                          size_t from, double *high, double *low);
-/* Number of samples in the mean of a peak, for measured_error. */
+/* Returns the number of samples in the mean of a peak, for measured_error. */
 double measured_peak_samples(const struct measured_channel *channel);
 
 #define MEASURED_SOURCE_SIZE 600
 
 /* Name of a source: "serial", "can", "blackbox", "import", "none". Static storage. */
 const char *measured_source_name(enum measured_source source);
-/* Source as one letter for tables: S, C, B, I, and - for none. */
+/* Returns a source as one letter for tables: S, C, B, I, and - for none. */
 char measured_source_letter(enum measured_source source);
 /* Describes the sources of the samples: "serial block records, 1 kHz", the parts filled from CAN
  * and the black box, and the missing parts. */
@@ -221,7 +222,7 @@ void measured_format_source(const struct measured *measured, char out[MEASURED_S
 /* Prints the excluded records as a note, for output without measured_format_source, which
  * also contains them. */
 void measured_print_excluded(const struct measured *measured, const struct cli *cli);
-/* The numbers of excluded records as JSON; null if there are none. */
+/* Returns the numbers of excluded records as JSON; null if there are none. */
 json_t *measured_excluded_json(const struct measured *measured);
 
 #endif

@@ -23,7 +23,7 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
 {
     measured->edges = edge_count;
     for (size_t p = 0; p < place_count; p++) {
-        /* possible in a damaged campaign */
+        /* a damaged campaign may have such rows */
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted_switches |= 1ull << (places[p].position - 1);
@@ -131,13 +131,13 @@ static bool time_groups_contain(const struct time_groups *groups, int64_t second
 struct series_data {
     struct measured *measured;
     struct time_groups groups;
-    int64_t from_block; /* earlier blocks are skipped */
+    int64_t from_block; /* first block that is loaded */
     struct mr_block *block;
     uint8_t *source; /* enum measured_source, one per block */
     size_t blocks;
     struct message {
         const struct mr_series_pack *pack;
-        int64_t newest; /* newest block of the message */
+        int64_t newest; /* newest block in the message */
         uint8_t data[MR_MESSAGE_MAX];
     } * message;
     size_t messages;
@@ -459,7 +459,7 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
             rows[r].first_block >= BLOCK_MAX)
-            rows[r].count = 0; /* possible in a damaged campaign */
+            rows[r].count = 0; /* a damaged campaign may have such a row */
         else
             extend_span(record, rows[r].first_block,
                         rows[r].first_block + (int64_t)rows[r].count - 1);
@@ -639,7 +639,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
         return status;
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
-    measured->samples = SIZE_MAX / 4; /* an endless record, to find the stop first */
+    measured->samples = SIZE_MAX / 4; /* treat the record as endless, to find the stop first */
     measured_fit_gear(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;

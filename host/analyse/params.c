@@ -91,7 +91,7 @@ struct estimate params_mean(const double *readings, size_t count, double each)
     return (struct estimate){mean, sqrt(scatter2 + each * each)};
 }
 
-/* Student's t for a two-sided probability of 1 %, by degrees of freedom. */
+/* Returns Student's t for a two-sided probability of 1 %, by degrees of freedom. */
 static double student_t(size_t freedom)
 {
     static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,

@@ -170,7 +170,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
  * mats. */
 struct reached_zone {
     unsigned mats;
-    /* zone start and time of reaching 50 closed mats; NaN: none lasted MIN_ZONE_STEPS */
+    /* start of the zone; time of reaching 50 closed mats; NaN: no zone lasted MIN_ZONE_STEPS */
     double start_ft, t_s;
 };
 
@@ -228,7 +228,7 @@ static double covered_share(const struct measured *measured)
 static void judge_by_transducers(const struct measured *measured, const struct zones_closure *slack,
                                  struct outcome *outcome)
 {
-    struct zones_closure closed = *slack; /* segments without survey count as closed */
+    struct zones_closure closed = *slack; /* segments that were not surveyed count as closed */
     if (measured->fit_status != MR_OK) {
         outcome->reason = "the motion of the gear up to its stop is unknown";
         return;
@@ -441,7 +441,7 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
 static enum mr_status load_landing(struct store *store, const struct neighbours *between,
                                    struct record_row *row, struct error *error)
 {
-    static struct measured measured; /* static because of its size, some ten kilobytes */
+    static struct measured measured; /* static, because it takes some ten kilobytes */
     struct zones zones = {0};
     bool surveyed = false;
     enum mr_status status = has_survey(store, row->run, &surveyed, error);

@@ -46,10 +46,10 @@ enum outcome_basis {
 struct outcome {
     enum outcome_reached reached;
     enum outcome_basis basis;
-    const char *reason; /* why the outcome is unknown; static */
+    const char *reason; /* why the outcome is unknown; static storage */
     /* Longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known. */
     int64_t mats;
-    double start_ft; /* start of that longest zone */
+    double start_ft; /* start of the longest zone */
     /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
      * known */
     double reached_t_s;
@@ -60,7 +60,7 @@ struct outcome {
     size_t waves, breaks; /* numbers of waves and breaks that were observed and not withdrawn */
 };
 
-/* Basis as text for tables, such as "transducers and survey". Static storage. */
+/* Returns the basis as text for tables, such as "transducers and survey". Static storage. */
 const char *outcome_basis_text(enum outcome_basis basis);
 
 /* A landing is off plan if its braking or speed differs from the plan by more than this share. The
@@ -78,9 +78,9 @@ enum record_verdict {
     RECORD_NOT_KNOWN,
     RECORD_HIT,           /* warned before the wheel reached the zone */
     RECORD_LATE,          /* warned after the wheel reached the zone */
-    RECORD_MISS,          /* zone without a warning */
-    RECORD_FALSE_ALARM,   /* warning without a zone */
-    RECORD_TRUE_NEGATIVE, /* no warning and no zone */
+    RECORD_MISS,          /* no warning, but the wheel reached a zone */
+    RECORD_FALSE_ALARM,   /* warning, but the wheel reached no zone */
+    RECORD_TRUE_NEGATIVE, /* no warning, and the wheel reached no zone */
     RECORD_VERDICTS
 };
 enum record_advice { RECORD_CLEAR, RECORD_CAUTION, RECORD_AGAINST, RECORD_ADVICES };
@@ -90,7 +90,9 @@ struct record_row {
     bool is_judged; /* false: the fields after `advice` have not been computed yet */
     bool is_void;
     enum record_warned warned;
-    double warned_t_s, warned_ft, wheel_ft; /* first warning; NaN: none */
+    /* time and start of the zone at the first warning, and position of the wheel; NaN: no
+     * warning */
+    double warned_t_s, warned_ft, wheel_ft;
     /* time from the warning until the wheel reached a zone; NaN: no warning, or no zone */
     double lead_s;
     double max_risk; /* largest risk reported during the landing; NaN: none */
@@ -105,7 +107,7 @@ struct record_row {
     bool followed_advice;
     struct outcome outcome;
     enum record_verdict verdict;
-    const char *reason; /* reason for RECORD_NOT_KNOWN; static */
+    const char *reason; /* reason for RECORD_NOT_KNOWN; static storage */
 };
 
 struct record {
@@ -115,7 +117,7 @@ struct record {
     /* Totals over the landings that are not void. */
     size_t landings, void_landings;
     size_t verdict[RECORD_VERDICTS];
-    size_t advice[RECORD_ADVICES][3]; /* counts by enum outcome_reached */
+    size_t advice[RECORD_ADVICES][3]; /* number of landings by advice and by enum outcome_reached */
     /* number of landings that differed from their plan or followed the advice against it; not
      * counted in `advice` */
     size_t off_plan_landings;

@@ -54,7 +54,7 @@ enum mr_status rig_height(const struct rig_marks *marks, struct estimate distanc
                          "no scale: the points of known distance are %.3g pixels apart; mark three "
                          "points, and these two more than 20 errors of a mark apart",
                          between);
-    /* y counts downwards */
+    /* y increases downwards in a picture */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),
                  along = (dx * px + dy * py) / (between * between);
     /* An error of one end shifts the line at the point in proportion to the distance of the other

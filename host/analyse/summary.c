@@ -331,7 +331,7 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
     answer_close(answer);
 }
 
-#define TIME_MAX_US 1e17 /* the year 5138 */
+#define TIME_MAX_US 1e17 /* a time in the year 5138 */
 
 /* Returns true if time map `a` is better than `b`. Usable maps are better than refused ones. Of two
  * usable maps, CAN is better, because its delay is shorter. Of two refused maps, the refusal with

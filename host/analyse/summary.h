@@ -24,7 +24,7 @@
 struct summary_ready {
     bool is_known;
     bool is_go;
-    double before_min; /* time of the result before arming, minutes */
+    double before_min; /* age of the result when the landing was armed, minutes */
     char no_go[400];   /* failed checks: "switch 12: did not answer; ..." */
 };
 
@@ -92,9 +92,8 @@ void summary_to_answer(const struct summary *summary, struct answer *answer);
 /* Adds what makes the landing doubtful: incomplete, recorded twice, restarted, commands received,
  * or not ready. */
 void summary_add_alerts(const struct summary *summary, struct answer *answer);
-/* Adds the outcome and the recorder. */
+/* Adds alerts, motion, events, sources of the data, and the board. */
 void summary_add_facts(const struct summary *summary, struct answer *answer);
-/* Adds the first warning. */
 void summary_add_zone(const struct summary *summary, struct answer *answer);
 /* Adds clock, film, links, gaps and faults. */
 void summary_add_health(const struct summary *summary, struct answer *answer);
@@ -102,14 +101,15 @@ void summary_add_health(const struct summary *summary, struct answer *answer);
 void summary_add_channels(const struct measured *measured, enum mr_channel_kind kind,
                           const char *label, struct answer *answer);
 
-/* The content of summary_to_answer as JSON. The caller owns the object. */
+/* Returns the content of summary_to_answer as JSON. The caller owns the object. */
 json_t *summary_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
 /* Writes the state of the switches: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size);
 /* Writes LINK_TROUBLES counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
 void summary_format_troubles(const int64_t *trouble, char *out, size_t size);
-/* LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the object. */
+/* Returns LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the
+ * object. */
 json_t *summary_troubles_json(const int64_t *trouble);
 
 /* Adds up the gaps of each link: lost frames, dropped frames, silence. */

@@ -9,7 +9,7 @@
 #include "host/base/xmalloc.h"
 
 #define PARABOLA_TERMS 3u
-#define SPEED_OFFSET_S 1e-3 /* offset from a gate at which its speed is taken */
+#define SPEED_OFFSET_S 1e-3 /* time from a gate over which the speed at the gate is computed */
 #define MIN_HALF_POWER (-16)
 #define MAX_HALF_POWER 6
 
@@ -270,7 +270,7 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 
 /* ---- the film ---- */
 
-#define GAP_PERIODS_MAX 1e9 /* limit of a gap, for damaged times */
+#define GAP_PERIODS_MAX 1e9 /* largest gap in periods, because damaged times may give any value */
 /* number of steps on each side that are in the median; up to half of them may be gaps */
 #define MEDIAN_STEPS    7u
 

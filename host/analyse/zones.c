@@ -110,9 +110,9 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
-#define PAUSE_BLOCKS 100 /* two messages: a single lost frame does not hide a warning for long */
+#define PAUSE_BLOCKS 100 /* duration of two zone messages; a longer pause may hide a warning */
 
-/* `row`: sorted by time. */
+/* Summarizes the zone messages `row`, which must be sorted by time. */
 static struct zones_received find_received(const struct measured *measured,
                                            const struct store_zone *row, size_t count)
 {

@@ -11,14 +11,14 @@
 /* Completeness of the recorded zone messages. The board sends them 20 times a second from arming
  * until the end of the landing; a warning may have been sent during a longer gap. */
 
-/* Times are t_s of the landing. */
+/* The times of this struct are t_s of the landing. */
 struct zones_received {
     bool has_messages; /* at least one zone message was received */
     bool begins_late;  /* the first message was received late: the record begins after arming */
-    bool has_end;      /* the board reported the end of the landing */
+    bool has_end;
     double first_s, last_s;
     double pause_from_s, pause_to_s; /* longest pause between two zone messages; NaN: none */
-    const char *origin;              /* origin of t_s */
+    const char *origin;              /* origin of t_s as text */
 };
 
 #define ZONES_DOUBT_SIZE 300
@@ -61,7 +61,7 @@ struct zone_warning {
      * time. */
     double lead_s; /* predicted time to the zone; NaN: never sent */
     double lead_t_s;
-    double lead_start_ft; /* start of the zone at that time */
+    double lead_start_ft; /* start of the zone at lead_t_s */
     /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or the time is not
      * known */
     double lead_actual_s;
@@ -118,7 +118,7 @@ struct foresight {
     /* number of predictor messages; 0: the board has no predictor, or sent none */
     size_t messages;
     int64_t source;    /* enum mr_runway_source; STORE_NONE: not reported */
-    unsigned landings; /* number of landings in the history of its runway */
+    unsigned landings; /* number of landings in the history of the board's runway */
     double resistance; /* joint resistance, relative to the configured one; NaN: not reported */
     struct foresight_span condition[FORESIGHT_CONDITIONS];
     int64_t worst_level; /* simplest model that the predictor had to use */
@@ -128,7 +128,7 @@ struct foresight {
     struct foresight_span excluded[MR_TRANSDUCERS];
     bool still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
     double max_risk, max_risk_s;         /* largest risk and its time; NaN: no risk was reported */
-    unsigned risk_basis;                 /* basis of the largest risk */
+    unsigned risk_basis;                 /* basis of the prediction of the largest risk */
     double off_plan_s;                   /* time from which the landing was off plan; NaN: never */
     bool chart_is_old;
 };

@@ -32,7 +32,8 @@ enum mr_status arm_client_begin(struct arm_client *client, struct dialogue *dial
 enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t number,
                                struct error *error);
 
-/* Reason why a board refuses `arm` or `disarm`, and what to do, as text. Static storage. */
+/* Returns the reason why a board refuses `arm` or `disarm`, and what to do, as text. Static
+ * storage. */
 const char *arm_client_refusal_text(enum mr_status answer);
 /* True if a landing in this state is in progress and being recorded. */
 bool arm_client_is_recording(unsigned state);

@@ -69,7 +69,7 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
     return MR_OK;
 }
 
-/* Length without the line end; SIZE_MAX: no line end. */
+/* Returns the length of the first line without its end, or SIZE_MAX if it has no end. */
 static size_t line_length(const char *text, size_t length)
 {
     const char *end = memchr(text, '\n', length);

@@ -63,7 +63,7 @@ struct bringup_limit {
 
 struct bringup_result {
     const char *name;
-    const struct bringup_line *line;   /* reported line; NULL: not reported */
+    const struct bringup_line *line;   /* the line that the board reported; NULL: not reported */
     const struct bringup_limit *limit; /* NULL: there is no limit for this name */
     double min, max;                   /* limits for this board; NaN: the board is not known */
     enum bringup_verdict verdict;

@@ -30,12 +30,12 @@ enum mr_status certificates_parse(const char *text, struct store_certificate *ro
 /* Compares a certificate with its channel in the board's configuration at the Unix time `now_s`. */
 enum certificate_state certificates_state(const struct store_certificate *certificate,
                                           const struct mr_channel_config *channel, int64_t now_s);
-/* State as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
+/* Writes the state as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
 #define CERTIFICATES_TEXT_SIZE 160
 void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
                        const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT_SIZE]);
 
-/* Standard uncertainty at the reading `value`, in or lb. */
+/* Returns the standard uncertainty at the reading `value`, in or lb. */
 double certificates_standard_uncertainty(const struct store_certificate *certificate, double value);
 
 #endif

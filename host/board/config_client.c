@@ -56,7 +56,7 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
 /* ---- reading and changing ---- */
 
 #define WINDOW_S     2.0 /* time after which a window of words is sent again */
-#define WINDOW_WORDS 16u /* words; fits into the board's queues */
+#define WINDOW_WORDS 16u /* number of words in a window, which must fit into the board's queues */
 #define ATTEMPTS     6   /* attempts to request missing words, or to send words again */
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,

@@ -25,8 +25,8 @@ void config_words_receive(struct config_words *words, const uint8_t *bytes, size
  * the last one and `*config` is now the whole configuration. */
 bool config_words_add(struct config_words *words, const struct mr_config_image *word,
                       struct mr_config *config);
-/* Index of the first missing word, to be requested next; MR_CONFIG_WORDS: all words were
- * received. */
+/* Returns the index of the first missing word, to be requested next; MR_CONFIG_WORDS: all words
+ * were received. */
 unsigned config_words_first_missing(const struct config_words *words);
 /* Decodes a complete set of words: the configuration, and the CRC at its end. Statuses as
  * mr_config_decode. */
@@ -41,7 +41,7 @@ struct config_client {
     struct mr_config_refused reason;
     struct mr_config_state state;     /* newest state, sent by the board after its hello */
     struct mr_config_staged progress; /* progress of the words being sent */
-    struct config_words words;        /* words being read */
+    struct config_words words;        /* words received while reading a configuration */
     size_t received;                  /* number of received words, repetitions included */
 };
 

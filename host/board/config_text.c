@@ -118,7 +118,7 @@ static void write_text(const char *text, unsigned count, char *out, size_t size)
     out[used] = '\0';
 }
 
-/* Nine digits represent a float exactly. */
+/* Writes floats with nine digits, which represent a float exactly. */
 static void write_reals(const float *values, unsigned count, char *out, size_t size)
 {
     size_t used = 0;
@@ -546,7 +546,7 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
     return true;
 }
 
-/* Does not check limits of reals: mr_config_check does. */
+/* Reads the value of a field. mr_config_check, not this function, checks the limits of reals. */
 static bool read_value(const struct mr_config_field *field, const char *p, void *bytes)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT)

@@ -15,7 +15,7 @@
 #define CONFIG_FIELD_VALUE_SIZE 200u /* length of a value as text and its terminating zero */
 
 struct config_field_ref {
-    unsigned group, index, field; /* counted from 0 */
+    unsigned group, index, field; /* indexes from 0 */
 };
 
 #define CONFIG_DATE_SIZE 11 /* length of "2026-03-14" and its terminating zero */
@@ -44,10 +44,11 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
 /* As config_text_read, from a file. MR_IO: the file cannot be read. */
 enum mr_status config_text_load(const char *path, struct mr_config *config, struct error *error);
 
-/* Fitted sensors without a calibration date: bit mask by channel index. */
+/* Returns the fitted sensors without a calibration date as a bit mask by channel index. */
 uint32_t config_text_undated_channels(const struct mr_config *config);
 
-/* Reason why a configuration is refused: "channel[3].number is 2, which channel[1] has; ...". */
+/* Writes the reason why a configuration is refused: "channel[3].number is 2, which channel[1] has;
+ * ...". */
 void config_text_reason(const struct mr_config *config, const struct mr_config_reason *reason,
                         char *out, size_t size);
 

@@ -17,9 +17,10 @@
 
 #define SERIAL_BYTES_PER_TURN 16384u
 #define CAN_FRAMES_PER_TURN   64
-#define KEY_AFTER_HELLO_S     0.2 /* the key state follows a hello within this time */
-#define KEY_PERIOD_S          1.5 /* hello and nonce are sent once a second */
-#define PROOF_TRIES           3u  /* per command: another program may use the nonce first */
+#define KEY_AFTER_HELLO_S     0.2 /* the board sends the key state within this time after a hello */
+#define KEY_PERIOD_S          1.5 /* longer than the second between two hellos or two nonces */
+/* number of tries per command, because another program may use the nonce first */
+#define PROOF_TRIES           3u
 /* additional turns after a deadline, as long as received data is still unread */
 #define TURNS_AFTER_DEADLINE  16
 
@@ -51,7 +52,7 @@ void identity_receive(struct identity *identity, uint32_t id, const uint8_t *byt
         break;
     case MR_ID_BOARD_IMAGE: update_image(identity, bytes, length); break;
     case MR_ID_IMAGE_COMMIT: (void)mr_image_commit_get(&identity->commit, bytes, length); break;
-    case MR_ID_IMAGE_HEADER: /* the last message of the identity */
+    case MR_ID_IMAGE_HEADER: /* this message is the last one of the identity */
         identity->commit_known |= identity->image_known &&
                                   mr_image_header_get(&identity->header, bytes, length) == MR_OK;
         break;

@@ -36,14 +36,15 @@
 #include "host/base/error.h"
 #include "host/link/link.h"
 
-#define DIALOGUE_HELLO_S     10.0 /* a board sends a hello once a second */
-#define DIALOGUE_ANSWER_S    10.0 /* the slowest command, a shunt calibration, takes 0.9 s */
-#define DIALOGUE_TURN_S      0.1  /* longest duration of one call of dialogue_receive */
+#define DIALOGUE_HELLO_S     10.0 /* time limit for a hello, which a board sends once a second */
+/* time limit for an answer; the slowest command, a shunt calibration, takes 0.9 s */
+#define DIALOGUE_ANSWER_S    10.0
+#define DIALOGUE_TURN_S      0.1 /* longest duration of one call of dialogue_receive */
 #define DIALOGUE_SUBSCRIBERS 4u
 
 /* A board's messages about itself and its image, sent once a second: hello and the messages after
  * it. */
-#define IDENTITY_UID_SIZE 25 /* 24 hexadecimal digits */
+#define IDENTITY_UID_SIZE 25 /* 24 hexadecimal digits and the terminating zero */
 
 struct identity {
     bool hello_known;
@@ -95,12 +96,12 @@ typedef enum mr_status dialogue_handler(void *context, const struct dialogue_mes
 typedef bool dialogue_done(const void *context);
 
 struct dialogue {
-    /* From the board's messages about itself since the beginning, or since dialogue_reset. */
+    /* built from the board's messages about itself, since the beginning or since dialogue_reset */
     struct identity identity;
     bool accepts_any_layout; /* set for flashing: a board with another layout is accepted too */
     double (*now_s)(void);   /* the monotonic clock; a test may replace it */
 
-    /* The next fields are private. */
+    /* the next fields are private */
     struct link *link[LINK_KINDS];
     enum link_kind kind; /* link over which commands are sent */
     struct mr_deframer deframer;
@@ -111,7 +112,7 @@ struct dialogue {
     } subscriber[DIALOGUE_SUBSCRIBERS];
     unsigned subscribers;
     bool awaits_answer, answered;
-    struct mr_ack answer; /* code and tag of the awaited answer; then the answer */
+    struct mr_ack answer; /* first the code and tag of the awaited answer, then the answer */
 };
 
 /* Opens the links. `can` and `serial` are LINK texts; NULL: not used; at least one is required.
@@ -126,10 +127,10 @@ void dialogue_begin(struct dialogue *dialogue, struct link *can, struct link *se
 /* Closes the links. Does nothing if the dialogue is all zero or closed. */
 void dialogue_close(struct dialogue *dialogue);
 
-/* The link over which commands are sent, and its name. The dialogue owns both. */
+/* Return the link over which commands are sent, and its name. The dialogue owns both. */
 struct link *dialogue_link(const struct dialogue *dialogue);
 const char *dialogue_spec(const struct dialogue *dialogue);
-/* Time by the clock of the deadlines. */
+/* Returns the time of the clock that deadlines use, s. */
 double dialogue_now_s(const struct dialogue *dialogue);
 
 /* Calls `handle` for every later message, after the dialogue itself and earlier subscribers.
@@ -196,7 +197,7 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                      struct error *error);
 /* True if executing the command twice has the same effect as once, so that it may be sent again. */
 bool dialogue_is_repeatable(unsigned code);
-/* Tag of the last command, for messages that refer to it. */
+/* Returns the tag of the last command, for messages that refer to it. */
 uint16_t dialogue_tag(const struct dialogue *dialogue);
 /* Makes a new tag, for messages that are not commands. */
 uint16_t dialogue_next_tag(struct dialogue *dialogue);

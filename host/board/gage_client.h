@@ -15,14 +15,16 @@ struct shunts {
     bool begun; /* a calibration began during this dialogue; earlier results are ignored */
     unsigned count;
     struct mr_shunt_result result[MR_GAGES];
-    struct mr_shunt_check check[MR_GAGES]; /* NaN: not reported */
+    /* change since the previous calibration; NaN: not reported */
+    struct mr_shunt_check check[MR_GAGES];
 };
 
 /* Updates the results from a message; messages of other kinds change nothing. An all-zero struct
  * has no results. */
 void shunts_receive(struct shunts *shunts, uint32_t id, const uint8_t *bytes, size_t length);
 
-/* Verdict of a shunt calibration as text; STORE_NONE: "not calibrated". Static storage. */
+/* Returns the verdict of a shunt calibration as text; STORE_NONE: "not calibrated". Static
+ * storage. */
 const char *shunts_verdict_text(int64_t verdict);
 
 /* A client that makes a board measure the zeros of its channels or calibrate its gages with the

@@ -15,7 +15,7 @@ bool crash_receive(struct crash_report *report, const struct mr_crash *message)
 {
     if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
         return false;
-    if (message->item == 0 || message->age != report->age) /* a new report begins */
+    if (message->item == 0 || message->age != report->age) /* the word begins a new report */
         *report = (struct crash_report){.age = message->age};
     bool whole = report->present == ALL_CRASH_WORDS;
     report->word[message->item] = message->value;
@@ -34,7 +34,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size)
              (unsigned)word[MR_CRASH_PC], running, (unsigned)word[MR_CRASH_BLOCK]);
 }
 
-/* Prints headline, registers and stack: object `crash`. */
+/* Adds the report of a crash: headline, registers and stack. */
 static void add_crash(const struct crash_report *report, struct answer *answer)
 {
     char text[300], label[20];
@@ -171,7 +171,6 @@ static void health_client_receive(struct health_client *client)
                   dialogue_spec(client->dialogue));
 }
 
-/* Runs the self-test and waits for its results. */
 static void health_client_self_test(struct health_client *client)
 {
     send_command(client, MR_COMMAND_SELF_TEST);
@@ -181,7 +180,6 @@ static void health_client_self_test(struct health_client *client)
                   dialogue_spec(client->dialogue));
 }
 
-/* Resets the board and waits for it to restart. */
 static void health_client_reset(struct health_client *client)
 {
     send_command(client, MR_COMMAND_RESET);
@@ -287,7 +285,7 @@ static void add_test(const struct mr_self_test *test, struct answer *answer)
     }
 }
 
-/* Exit code 1: the board reports a fault. */
+/* Prints the checks. Returns exit code 1 if the board reports a fault. */
 static int print_checks(const char *verb, const struct health_client *client, const struct cli *cli)
 {
     struct answer *answer = answer_new(cli->si);

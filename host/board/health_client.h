@@ -12,7 +12,7 @@
 #include "host/base/error.h"
 #include "host/board/dialogue.h"
 
-/* A processor fault, assembled from the board's `crash` messages, and its description as text. */
+/* A processor fault, assembled from the board's `crash` messages. */
 struct crash_report {
     uint32_t word[MR_CRASH_ITEMS];
     uint64_t present; /* bit n: word n was received */
@@ -24,10 +24,11 @@ _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word"
 /* Adds one word. Returns true if this word completes the report. */
 bool crash_receive(struct crash_report *report, const struct mr_crash *message);
 
-/* Causes of a reset as text, from reset_cause of hello: "pin, software"; "": no cause is known. */
+/* Writes the causes of a reset, from reset_cause of hello: "pin, software"; "": no cause is
+ * known. */
 void health_reset_text(int64_t cause, char *out, size_t size);
-/* One line without newline: "the board restarted after a usage fault at 0x0801234a, in channels,
- * block 1234". */
+/* Writes one line without newline: "the board restarted after a usage fault at 0x0801234a, in
+ * channels, block 1234". */
 void crash_headline(const struct crash_report *report, char *out, size_t size);
 
 /* A client for a board's health over serial: the commands state, self-test and reset, and the

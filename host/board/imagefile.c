@@ -10,7 +10,7 @@
 #include "common/wire.h"
 #include "host/base/xmalloc.h"
 
-#define FILE_BYTES_MAX (64u << 20) /* most of an ELF is debug information */
+#define FILE_BYTES_MAX (64u << 20) /* large enough for an ELF file with debug information */
 
 struct source {
     const char *path;

@@ -22,7 +22,7 @@ struct imagefile {
     uint8_t *bytes;       /* IMAGEFILE_BYTES of flash, 0xff where the image has no data */
     uint8_t *is_given;    /* 1: the image contains this byte */
     uint32_t given_count; /* number of bytes that the image contains */
-    bool has_header;      /* the image contains a valid header */
+    bool has_header;
     struct mr_image header;
 };
 

@@ -50,7 +50,7 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     char path[KEYFILE_PATH_SIZE], text[DIGITS + 2];
     struct stat info;
     keyfile_path(uid, path);
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* a pipe must not block */
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* opening a pipe must not block */
     if (fd < 0 && errno == ENOENT)
         return error_set(error, MR_UNKNOWN,
                          "board %s accepts commands only with its key, and this computer does not "

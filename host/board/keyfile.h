@@ -11,7 +11,7 @@
 
 #define KEYFILE_PATH_SIZE 4096u
 
-/* Path of the key file of the board `uid` (24 digits). */
+/* Writes the path of the key file of the board `uid` (24 digits). */
 void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE]);
 /* Computes the proof of a command (common/proof.h) with the board's key. `words`: the identity
  * `uid` as the board sends it. MR_UNKNOWN: there is no key. MR_IO: the key cannot be read, or other

@@ -57,7 +57,6 @@ static enum ready_verdict verdict_if(bool good)
     return good ? READY_GO : READY_NO_GO;
 }
 
-/* Appends text to `out` of `size` bytes. */
 static void append_text(char *out, size_t size, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 static void append_text(char *out, size_t size, const char *format, ...)
@@ -94,7 +93,7 @@ json_t *ready_json(const struct ready_report *report)
     return checks;
 }
 
-#define VALUE_COLUMN 29u /* column of the found values */
+#define VALUE_COLUMN 29u /* column in which the values begin */
 #define COLUMNS_MIN  60u
 
 static void print_check(const struct ready_check *c, unsigned columns, FILE *out)
@@ -172,7 +171,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
                   sensors);
 }
 
-/* Older firmware may hold a gain that is refused today. */
+/* Checks the gains: older firmware may have stored a gain that is refused today. */
 static void judge_gains(const struct ready_facts *f, struct ready_report *report)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
@@ -286,7 +285,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
               mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
 }
 
-/* The CRC that the board must have for the expected configuration. */
+/* Returns the CRC that the board must have for the expected configuration. */
 static uint32_t expected_crc(const struct ready_facts *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE];
@@ -348,7 +347,7 @@ static void judge_key(const struct ready_facts *f, struct ready_report *report)
               who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
-/* The factory setting, off, is not a no-go: supply dips are rare. */
+/* Checks the brown-out reset. Off, the factory setting, is go: supply dips are rare. */
 static void judge_brown_out(const struct ready_facts *f, struct ready_report *report)
 {
     bool set = f->restarts.brown_out > 0;
@@ -514,7 +513,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
               "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
-/* An open switch adds to the staircase until someone sets it. */
+/* Checks that all switches are closed; an open switch adds its step to the staircase. */
 static void judge_switches(const struct ready_facts *f, struct ready_report *report)
 {
     const unsigned i = MR_TRANSDUCERS + MR_ADC1_STAIRCASE;
@@ -648,7 +647,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
     unsigned rising = 0, count = 0;
     bool rises[MR_FAULT_COUNT];
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
-        /* self-test and channels have their own checks */
+        /* the self-test and the channels have separate checks */
         rises[i] = f->fault_rise[i] && i != MR_FAULT_SELFTEST && i != MR_FAULT_CHANNEL;
         count += f->fault[i].count != 0;
         rising += rises[i];
@@ -757,7 +756,8 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 #define TEST_TIMEOUT_S   5.0
 #define BLOCKS_TIMEOUT_S 5.0
 #define BOX_TIMEOUT_S    3.0
-#define SETTLE_S         3.0 /* for the thermometer, and for faults that persist */
+/* time for the thermometer to settle and for persisting faults to be reported again */
+#define SETTLE_S         3.0
 #define LIVE_DURATION_S  20
 #define PAST_FAULTS_MS   1500u /* board time in which the board sends every past fault once */
 #define EMULATED_PPM     700.0 /* larger clock error: the board is emulated or a recording */
@@ -918,7 +918,7 @@ static void wait_for(struct query *a, dialogue_done *done, const void *context, 
                                   fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
 }
 
-/* The status of the board's answer; MR_TIMEOUT: no answer. */
+/* Sends a command and returns the status of the board's answer; MR_TIMEOUT: no answer. */
 static enum mr_status send_command(struct query *a, uint8_t code, int32_t argument, double most_s)
 {
     struct mr_ack ack;
@@ -941,7 +941,7 @@ static bool is_box_searched(const void *facts)
     return ((const struct ready_facts *)facts)->box.state != MR_BOX_LOOKING;
 }
 
-/* Uses board time: an emulated board may run faster than this computer's clock. */
+/* True after SETTLE_S of board time; an emulated board may be faster than this computer's clock. */
 static bool has_settled(const void *context)
 {
     const struct query *a = context;
@@ -960,7 +960,7 @@ static void request_facts(struct query *a)
     }
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         ready_summarize_channel(&f->config, a->block, f->blocks, c, &f->channel[c]);
-    /* the board answers after the results */
+    /* the board sends its answer after the results */
     f->shunt_status = send_command(a, MR_COMMAND_SHUNT, 0, SHUNT_TIMEOUT_S);
     f->shunt_done = f->shunt_status != MR_TIMEOUT;
     if (send_command(a, MR_COMMAND_SELF_TEST, 0, ANSWER_TIMEOUT_S) == MR_OK)

@@ -24,9 +24,10 @@
 /* Largest distance of a mat at rest from its zero; beyond it, the mat was not moved back after a
  * landing. */
 #define READY_REST_MAX_IN               0.25f
-#define READY_PRETENSION_TOLERANCE      0.10f /* relative limit, for the mean of a band */
-#define READY_GAGE_PRETENSION_TOLERANCE 0.25f /* relative limit, for each gage */
-#define READY_SHUNT_DRIFT_MAX           0.01f /* relative, since the last stored calibration */
+#define READY_PRETENSION_TOLERANCE      0.10f /* relative tolerance of the mean of a band */
+#define READY_GAGE_PRETENSION_TOLERANCE 0.25f /* relative tolerance of each gage */
+/* relative change since the last stored calibration */
+#define READY_SHUNT_DRIFT_MAX           0.01f
 /* Limit of the staircase's level above its zero: below the step of any switch. */
 #define READY_STAIRCASE_MAX_CODES       8.0f
 /* limit of the sum of the errors of the board's crystal and this computer's clock */
@@ -57,7 +58,7 @@ struct ready_report {
     bool uncalibrated; /* a sensor has no calibration date: records are marked as uncalibrated */
 };
 
-/* A channel at rest, from block records. */
+/* Readings of a channel at rest, from block records. */
 struct ready_channel {
     unsigned blocks, invalid;
     uint8_t validity; /* the last validity that was not MR_VALID */
@@ -96,10 +97,10 @@ struct ready_facts {
     uint32_t config_crc;
     struct mr_config config;
     struct mr_config_state config_state;
-    /* bit mask of channels: zero reported; zero measured since reset */
+    /* bit masks of channels: the zero was reported; the zero was measured since reset */
     uint32_t zero_received, zero_measured;
     unsigned blocks;      /* number of received records; 0: no scans, or the board is not idle */
-    unsigned blocks_lost; /* blocks that the board lost meanwhile */
+    unsigned blocks_lost; /* number of blocks that the board lost during the check */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time_fit;
 
@@ -118,7 +119,7 @@ struct ready_facts {
     struct mr_can_alarm alarm;
     bool restarts_known;
     struct mr_restarts restarts;
-    /* frames of this board, or of another board at its base */
+    /* numbers of frames of this board, or of another board at its base */
     int64_t can_frames, can_lost, can_dropped;
     uint16_t can_base;
     struct identity board_on_can; /* the board on CAN; uid 0: not identified */
@@ -134,10 +135,10 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
 void ready_judge(const struct ready_facts *facts, struct ready_report *report);
 /* Makes only the checks of the sensors' certificates. */
 void ready_judge_certificates(const struct ready_facts *facts, struct ready_report *report);
-/* Returns no-go if any check is no-go. */
+/* Returns the overall verdict, which is no-go if any check is no-go. */
 enum ready_verdict ready_verdict(const struct ready_report *report);
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict);
-/* "GO", "NO-GO" or "not done". Static storage. */
+/* Returns "GO", "NO-GO" or "not done". Static storage. */
 const char *ready_verdict_text(enum ready_verdict verdict);
 /* Adds a check; the value is formatted as by printf. `limit` and `advice` may be NULL; advice is
  * dropped if the check is go. More than READY_CHECKS_MAX checks are ignored. */
@@ -146,7 +147,8 @@ void ready_add(struct ready_report *report, enum ready_verdict verdict, const ch
     __attribute__((format(printf, 6, 7)));
 /* Prints each check in lines of at most `columns` characters (minimum 60), then the verdict. */
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);
-/* The checks as a JSON array of {name, verdict, value, limit, advice}; the caller owns it. */
+/* Returns the checks as a JSON array of {name, verdict, value, limit, advice}; the caller owns
+ * it. */
 json_t *ready_json(const struct ready_report *report);
 
 /* Fills the board's part of `facts` within `limit_s`: sets a board that has finished a landing to

@@ -50,7 +50,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
     memcpy(motion->reading[motion->readings++ % WALK_REST_READINGS], value,
            motion->channels * sizeof *value);
     for (unsigned c = 0; motion->at_rest && c < motion->channels; c++) {
-        float moved = fabsf(value[c] - motion->rest_mean[c]); /* NaN compares false */
+        float moved = fabsf(value[c] - motion->rest_mean[c]); /* a comparison with NaN is false */
         if (moved > motion->movement_min)
             motion->moving = true;
         if (moved > motion->peak[c])

@@ -15,7 +15,7 @@
 #include "common/catalogue.h"
 #include "host/board/ready.h"
 
-#define WALK_RESPONSES_MAX 64u /* maximum number of stored answers of each kind */
+#define WALK_RESPONSES_MAX 64u /* maximum number of stored responses of each kind */
 #define WALK_ITEMS         32u
 #define WALK_CHANNELS      16u
 /* Readings in half a second: after a movement, all channels must be at rest for this time. */
@@ -42,7 +42,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value);
 
 struct walk_response {
     unsigned number;    /* number as the board named it, from 1; 0: the edge has no switch */
-    uint8_t edge_count; /* the board's count of the edge */
+    uint8_t edge_count; /* number of the edge by the board's count */
     double step_codes;  /* voltage step of the edge, in codes */
 };
 struct walk {

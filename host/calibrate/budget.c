@@ -6,7 +6,7 @@
 #include "common/channels.h"
 
 #define PER_MILLION       1e-6
-#define INTEGRATION_STEPS 400 /* steps of the sum over a rectangular distribution */
+#define INTEGRATION_STEPS 400 /* number of steps of the sum over a rectangular distribution */
 
 /* values of the reference circuits that this file uses */
 static const struct circuit_values {

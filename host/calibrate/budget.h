@@ -47,24 +47,24 @@ struct budget_case {
     struct mr_error_case reading;
     double certificate_expanded; /* expanded uncertainty at the reading; NaN: no certificate */
     double certificate_factor;
-    double station_error_ft; /* standard uncertainty of the station */
+    double station_error_ft; /* standard uncertainty of the station, ft */
     double slope_max_in_ft;  /* steepest change of movement along the mat */
-    double half_range_k;     /* half width of the temperature range */
+    double half_range_k;     /* half width of the temperature range, K */
 };
 
 struct budget_row {
     double input;                /* uncertainty of the source, in input_unit */
-    double divisor;              /* divisor of its distribution */
-    double standard_uncertainty; /* u(x): input over divisor */
-    double sensitivity;          /* c: in or lb per input_unit */
-    double contribution;         /* c u(x), in or lb */
+    double divisor;              /* divisor that belongs to the source's distribution */
+    double standard_uncertainty; /* u(x): input divided by divisor */
+    double sensitivity;          /* sensitivity coefficient c, in or lb per input_unit */
+    double contribution;         /* contribution c u(x) to the reading, in or lb */
 };
 
 struct budget {
     struct budget_row row[BUDGET_SOURCES];
-    double stated;          /* root sum square of the rows of the stated error: mr_reading_error */
-    double combined;        /* root sum square of all rows */
-    double coverage_factor; /* coverage factor for a probability of BUDGET_COVERAGE */
+    double stated;   /* root sum square of the rows of the stated error: mr_reading_error */
+    double combined; /* root sum square of all rows */
+    double coverage_factor;
     double expanded;
 };
 

@@ -11,7 +11,7 @@
 
 struct calibrate_point {
     double value;  /* known value, in or lb */
-    double code;   /* mean reading, codes times the reference's ratio */
+    double code;   /* mean reading, codes times the ratio of the reference */
     double spread; /* standard deviation of a block's reading, codes; NaN: not known */
 };
 

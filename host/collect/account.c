@@ -12,7 +12,8 @@
 /* Upper limit on CAN: at 1 Mbit/s an empty frame takes 47 bit times, so 21 frames fit into a
  * block. */
 #define FRAMES_PER_BLOCK   21
-#define IDLE_PERIOD_BLOCKS 100 /* between two readings of an idle board (firmware/schedule.def) */
+/* blocks between two readings of an idle board (firmware/schedule.def) */
+#define IDLE_PERIOD_BLOCKS 100
 /* tolerance for lost clock messages, which are sent every 100 blocks */
 #define TOLERANCE_BLOCKS   1000
 

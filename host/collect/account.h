@@ -48,7 +48,8 @@ struct account {
     bool sent_known;
     uint32_t sent; /* count of the last accepted can_health */
     int64_t sent_block;
-    int64_t received_since_health; /* frames received since that can_health, including it */
+    /* number of frames received since that can_health, including it */
+    int64_t received_since_health;
     /* An implausible can_health, stored until a second one continues from it, and the number of
      * frames received since, including that can_health. */
     bool doubt_known;
@@ -60,7 +61,7 @@ struct account {
     size_t suspected_gaps;
     /* number of frames missing since the last can_health, according to the steps of the series */
     int64_t suspected_frames;
-    int64_t step_block[MR_SERIES_PACKS]; /* last block of each series; -1: none */
+    int64_t step_block[MR_SERIES_PACKS]; /* block of the last message of each series; -1: none */
 
     /* all frames that the board sent since its start were sent while logging */
     bool complete_from_start;
@@ -126,7 +127,7 @@ void account_add_can_frame(struct account *account);
 void account_apply_can_health(struct account *account, const struct mr_can_health *health,
                               int64_t block);
 void account_apply_dropped(struct account *account, uint16_t dropped, int64_t block);
-/* `pack`: enum mr_series_pack_number. */
+/* `pack`: an enum mr_series_pack_number. */
 void account_add_series_message(struct account *account, unsigned pack, int64_t block);
 void account_add_block(struct account *account, uint32_t index);
 

@@ -34,7 +34,7 @@ struct collector;
 enum mr_status collector_open(struct store *store, const char *can_spec, uint16_t can_base,
                               const char *serial_spec, struct collector **collector,
                               struct error *error);
-void collector_close(struct collector *collector); /* NULL is allowed; does not write */
+void collector_close(struct collector *collector); /* writes nothing; NULL is allowed */
 
 /* Process frames as received. MR_VERSION: a board with another layout. MR_IO: a board other than
  * before, either on serial, or on CAN without the known board. Both statuses require a new log.
@@ -78,7 +78,7 @@ enum mr_status collector_reopen(const struct collector *before, struct store *st
 enum mr_status collector_end(struct collector *collector, const char *ended_by,
                              struct error *error);
 
-/* Writes the session's counts and link errors so far. */
+/* Stores the session's counts and link errors up to now. */
 enum mr_status collector_put_counts(struct collector *collector, struct error *error);
 
 /* True if the configuration that the board reports is not in the database and may be requested
@@ -99,8 +99,7 @@ struct collector_own_commands {
     struct {
         uint8_t code;
         uint16_t tag;
-        /* block of the answer; -1: none yet. A later answer belongs to another program's
-         * repetition */
+        /* block of the answer; -1: none yet. A later answer was caused by another program */
         int64_t block;
     } command[COLLECTOR_OWN_COMMANDS];
     unsigned next_index;
@@ -128,17 +127,17 @@ struct collector_progress {
     int64_t run;         /* landing in progress; 0: none */
     unsigned state;      /* last reported state of the landing */
     int64_t block;       /* newest block on either link; -1: none */
-    unsigned edges;      /* edges of the landing in progress */
+    unsigned edges;      /* number of edges of the landing in progress */
     /* the next fields are what the board reported about itself; "" or NULL: not reported yet */
     const char *board_uid, *firmware;
     const struct mr_landing *landing;
-    const struct mr_bus_key *key; /* whether commands need a proof */
-    const uint8_t *nonce;         /* nonce for the next proof, MR_PROOF_BYTES */
+    const struct mr_bus_key *key; /* state of the board's key: whether commands need a proof */
+    const uint8_t *nonce;         /* nonce for the next proof, MR_PROOF_BYTES bytes */
     const uint32_t *uid;
     struct store_link_counts counts[LINK_KINDS];
-    /* missing frames of each message, by the board's counts */
+    /* number of missing frames of each message, by the board's counts */
     int64_t missing[LINK_KINDS][MR_MESSAGES];
-    int64_t before_first; /* CAN frames sent before logging began; -1: not known */
+    int64_t before_first; /* number of CAN frames sent before logging began; -1: not known */
     bool other_on_can;    /* only another board than that on serial was seen on CAN at this base */
     /* words 0 and 1 of the two identities if other_on_can is true */
     char can_uid[17], serial_uid[17];

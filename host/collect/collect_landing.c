@@ -18,7 +18,8 @@
 /* CAN fills in this far around a loss on serial, because a message may describe an earlier
  * moment. */
 #define FILL_MARGIN_BLOCKS   1000
-#define CLOCK_AGE_MAX_BLOCKS 1000 /* the newest known block may be this old */
+/* the newest known block may be this much older than the present */
+#define CLOCK_AGE_MAX_BLOCKS 1000
 
 /* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence(struct collector *collector, const struct landing_slot *slot,

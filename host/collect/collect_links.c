@@ -395,7 +395,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
     if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
         return handle_message(collector, side, &message, frame->seq, host_us, error);
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    /* also a page of the black box, or an unknown frame */
+    /* pages of the black box and unknown frames are counted too */
     account_add_message(&side->account, mr_message_index(frame->type));
     side->account.counts.foreign++;
     struct store_frame raw = {.seq = frame->seq,
@@ -414,8 +414,8 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
  * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
  * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define HOLD_MAX_US  1000000u /* limit for a board that sends no time */
-#define FIRST_FRAMES 64u      /* sequence numbers below: just after a start */
+#define HOLD_MAX_US  1000000u /* how long frames are held if the board sends no time */
+#define FIRST_FRAMES 64u      /* a smaller sequence number means that the board has just started */
 
 enum start { START_UNKNOWN, START_SAME, START_NEW };
 

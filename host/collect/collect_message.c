@@ -566,7 +566,7 @@ static void record_slow_row(struct side *side, const struct mr_slow_row *message
     side->slow_gages = 0;
 }
 
-/* Stores a complete row. */
+/* Stores a row of the slow log when it is complete. */
 static enum mr_status record_slow_tension(struct collector *collector, struct side *side,
                                           const struct mr_slow_tension *message,
                                           struct error *error)

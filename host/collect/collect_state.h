@@ -24,13 +24,13 @@ struct landing_slot {
     bool entered[LINK_KINDS];
     bool left[LINK_KINDS];
     bool finished;
-    int64_t state_block;      /* block of the newest reported change of state */
+    int64_t state_block;      /* block of the newest change of state */
     int64_t end_block;        /* block at which the first link left the landing; -1: in progress */
     int64_t begin_mark;       /* row of a frame some seconds before the landing began */
-    bool interrupted;         /* the board restarted during the landing */
+    bool interrupted;         /* the board restarted during the landing, which ended it */
     int64_t interrupted_mark; /* row of the newest CAN frame before the restart; 0: none yet */
     unsigned edges;
-    double first_edge_us; /* board time; 0: no edge yet */
+    double first_edge_us; /* board time of the first edge, us; 0: no edge yet */
     int64_t film_frames;  /* number of the newest frame, unwrapped */
 };
 #define LANDING_SLOTS 4u
@@ -47,13 +47,14 @@ struct held_frame {
 };
 #define COLLECT_HELD_MAX 2048u
 
-/* State of one link. */
+/* State of the collector for one link. */
 struct side {
     enum link_kind kind;
     /* CAN: the newest landing message with state ARMED; armed_us: its time of reception */
     struct mr_landing armed;
     uint64_t armed_us;
-    int64_t clock_block, first_clock; /* block of the newest accepted clock, and of the first */
+    /* blocks of the newest accepted clock message and of the first one */
+    int64_t clock_block, first_clock;
     /* CAN: rows of frames; [1] is at most MARK_BLOCKS old, [0] is the previous mark */
     int64_t mark[2], mark_block;
     const char *spec; /* NULL: the link is not used */
@@ -79,10 +80,10 @@ struct side {
     int32_t zone16, motion16;
     struct store_shunt shunt; /* the shunt calibration in progress; number 0: none */
     struct store_shunt shunt_result;
-    /* slow row being assembled: its number, and the number of its gages received */
+    /* row of the slow log that is being assembled, its number, and the number of gages received */
     struct store_slow slow;
     unsigned slow_number, slow_gages;
-    struct mr_predictor_state runway;         /* runway being assembled */
+    struct mr_predictor_state runway;         /* runway state that is being assembled from parts */
     unsigned runway_parts;                    /* number of the runway's parts received in order */
     struct mr_runway_store runway_store;      /* newest report of the stored runway */
     uint64_t counted_troubles[LINK_TROUBLES]; /* errors that the link has counted */
@@ -122,7 +123,7 @@ struct board_report {
     uint32_t uid_parts;   /* bit 0: words 0 and 1 are known; bit 1: word 2 is known */
     bool uid_from_serial; /* the identity was received on serial */
     bool key_known, nonce_known;
-    struct mr_bus_key key;         /* whether commands need a proof */
+    struct mr_bus_key key;         /* state of the board's key: whether commands need a proof */
     uint8_t nonce[MR_PROOF_BYTES]; /* nonce for the next proof */
     bool channel_known[MR_CHANNELS];
     bool zero_known[MR_CHANNELS];
@@ -151,37 +152,39 @@ struct collector {
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
-    struct mr_runway_store stored_runway; /* newest report from either link */
-    /* stored_runway_changed: the caller has not read it yet */
+    struct mr_runway_store stored_runway; /* newest report of the stored runway, from either link */
+    /* stored_runway_changed: a new report has arrived that the caller has not read */
     bool stored_runway_known, stored_runway_changed;
     bool config_stored; /* the database has the configuration with CRC config_stored_crc */
     uint32_t config_stored_crc;
-    struct crash_report crash[LINK_KINDS]; /* being assembled, one per link */
+    struct crash_report crash[LINK_KINDS]; /* reports being assembled, one per link */
     struct crash_report stored_crash;      /* the newest stored processor fault */
-    bool crash_unread;                     /* not read yet */
+    bool crash_unread;                     /* the caller has not read `stored_crash` */
     struct mr_can_alarm alarm;             /* newest state from either link */
     bool alarm_unread;
-    struct collector_own_commands *own_commands; /* NULL: not known */
+    /* NULL: the commands of this program are not known */
+    struct collector_own_commands *own_commands;
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
     unsigned answers, answers_read;
     struct repeated_answer
-        repeated[REPEATED_ANSWERS_MAX]; /* indexed by code modulo REPEATED_ANSWERS_MAX */
+        /* indexed by the code of the command modulo REPEATED_ANSWERS_MAX */
+        repeated[REPEATED_ANSWERS_MAX];
 };
 
 /* Adds a row to the landing that the side is in. */
 #define COLLECT_PUT(table, value) \
     store_##table##_put(collector->store, side->current_landing->row.id, value, error)
 
-/* Newest block known on a link; -1: none. */
+/* Returns the newest block known on a link; -1: none. */
 int64_t collect_newest_block(const struct side *side);
-/* Board time of a message: that of its block if it has one, otherwise the newest known time.
- * `message` NULL: a frame that is not a message. */
+/* Returns the board time of a message: that of its block if it has one, otherwise the newest known
+ * time. `message` NULL: a frame that is not a message. */
 int64_t collect_board_time(const struct side *side, const struct mr_message *message);
-/* Block of the event that a message reports, if it is recent; -1: not known, or the message has no
- * block. */
+/* Returns the block of the event that a message reports, if it is recent; -1: not known, or the
+ * message has no block. */
 int64_t collect_event_block(struct side *side, const struct mr_message *message);
-/* Bit of the side's link in `links` of a row. */
+/* Returns the bit of the side's link in `links` of a row. */
 int64_t collect_link_bit(const struct side *side);
 /* Adds an event, to the landing that the side is in if there is one. */
 enum mr_status collect_put_event(struct collector *collector, const struct side *side,

@@ -7,10 +7,10 @@
 #include <stdint.h>
 
 struct timebase {
-    bool known; /* a whole block index was received */
+    bool known; /* a full block index was received */
     bool tick_known;
     int64_t newest_block; /* newest block */
-    int64_t newest_clock; /* block of the newest clock */
+    int64_t newest_clock; /* block of the newest clock message */
     uint32_t origin;      /* common/block.h */
 };
 
@@ -38,10 +38,10 @@ bool timebase_is_restart(const struct timebase *timebase, uint32_t block);
  * newest if it is later by less than half a second; larger steps are accepted only from a clock.
  * -1: not known. */
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
-/* Board time of the newest block, microseconds; -1: not known. */
+/* Returns the board time of the newest block, microseconds; -1: not known. */
 int64_t timebase_now_us(const struct timebase *timebase);
-/* Time of a capture within 25 s of the newest block, in microseconds since the scans began; NaN:
- * not known. */
+/* Returns the time of a capture within 25 s of the newest block, in microseconds since the scans
+ * began; NaN: not known. */
 double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
 
 #endif

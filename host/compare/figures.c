@@ -96,7 +96,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
         return peak;
     double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_LIMIT_SIGMAS * noise);
     for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
-        first++; /* the search ends at the peak or before */
+        first++; /* the loop ends at the peak or before */
     peak.error = errors[at];
     peak.t_s = sample_time_s(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
@@ -128,7 +128,7 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
         double slope = fabs(moving_mean(s, values, to) - moving_mean(s, values, from)) /
                        ((double)(to - from) * s->dt_s);
         double u = errors[i];
-        if (measured) /* the noise of the measured value is that of a mean */
+        if (measured) /* replace the noise of one measured sample by that of the mean */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
         arrival.t_s = sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;

@@ -91,7 +91,7 @@ double compare_time_error(const struct compare_timing *clock, double t_s);
 enum compare_zone_source { COMPARE_MEASURED, COMPARE_BOARD, COMPARE_SIMULATED, COMPARE_SOURCES };
 
 struct compare_zone {
-    bool is_known; /* false: not measured, reported or simulated */
+    bool is_known; /* false: the zone was not measured, reported or simulated */
     double mats;   /* length of the zone; 0: no zone */
     double start_ft, end_ft, start_error_ft, end_error_ft;
 };
@@ -99,11 +99,11 @@ struct compare_zone {
 struct compare_overlap {
     bool is_known;
     double common_mats, all_mats; /* length of the intersection and of the union */
-    double share;                 /* common / all; 1 if neither has a zone */
+    double share;                 /* common_mats / all_mats; 1 if neither has a zone */
     double start_ft, end_ft;      /* measured zone minus the other zone; NaN if either is missing */
 };
 
-/* The zones at one moment. */
+/* The zones at the same moment. */
 struct compare_zone_moment {
     const char *description; /* "longest measured", ... */
     double t_s, wheel_ft;
@@ -114,7 +114,7 @@ struct compare_zone_moment {
 #define COMPARE_MOMENTS 2u /* number of moments: when the zone is longest, and at rest */
 
 struct compare_zones {
-    size_t count; /* 0: no moment is known */
+    size_t count; /* number of moments; 0: no moment is known */
     struct compare_zone_moment moment[COMPARE_MOMENTS];
 };
 
@@ -170,14 +170,14 @@ struct compare_channel {
 
 struct compare_figures {
     int64_t run;
-    char model_file[120]; /* the model's file; empty: not stored */
+    char model_file[120]; /* name of the model's file; "": not stored */
     /* reason to doubt the measured numbers (measured_format_torn); "": none */
     char torn[MEASURED_TORN_SIZE];
     const char *marks;       /* marks of the landing, from measured_marks_text */
     double run_ms, error_in; /* duration of the simulation, and its error estimate */
     int64_t seeds;
     size_t surveyed_segments; /* number of segments with known slack */
-    size_t channels;          /* number of fitted channels */
+    size_t channels;          /* number of fitted transducers */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
     struct compare_timing timing;
@@ -218,7 +218,7 @@ struct compare_agreement {
     size_t values_judged, values_differing;
     /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
      * known. */
-    const struct compare_channel *channel; /* points into the figures */
+    const struct compare_channel *channel; /* the channel of that value; points into the figures */
     const char *value;                     /* "peak", "end", "arrival" */
     bool is_time;
     double measured, simulated, en;

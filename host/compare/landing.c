@@ -17,7 +17,7 @@
 #define IN_PER_FT   12.0
 #define SLOPE_S     0.005 /* half the interval over which a deceleration is computed */
 #define DWELL_MIN_S 0.5
-#define PATH_MAX_S  3600.0 /* longer than any landing */
+#define PATH_MAX_S  3600.0 /* a path must be shorter than this; no landing is that long */
 
 static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
 {
@@ -116,7 +116,7 @@ static enum mr_status check_scale(const struct sim_scene *scene, const char *whe
         (double)MR_MAT_LENGTH_FT, rig_ft);
 }
 
-#define POINTS (SURVEY_POINTS - 1u) /* gage points except the one at the fixed edge */
+#define POINTS (SURVEY_POINTS - 1u) /* number of gage points except the one at the fixed edge */
 
 /* Returns true for a study file, which has landings. The scene loader reports the error of invalid
  * JSON. */
@@ -635,7 +635,7 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
     }
 }
 
-/* Converts sums to means. */
+/* Divides the sums of the series by their numbers of samples. */
 static void finish_series(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;

@@ -106,7 +106,7 @@ void compare_landing_free(struct compare_landing *landing);
 struct compare_series_landing {
     int64_t run;
     bool compared;
-    char reason[600]; /* reason if not compared */
+    char reason[600]; /* reason why the landing was not compared */
     struct compare_figures figures;
     struct compare_verdict verdict;
 };
@@ -133,7 +133,7 @@ struct compare_series {
     struct compare_pooled pooled;
     /* run_ms: sum over all simulations; error_in: largest of their error estimates */
     double run_ms, error_in;
-    struct compare_verdict verdict; /* verdict on the landings and the series */
+    struct compare_verdict verdict; /* verdict on all landings and on the series */
 };
 
 /* Compares the landings of series `name` (NULL: of the campaign) that are not void, in order. A

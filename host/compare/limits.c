@@ -92,7 +92,7 @@ void compare_limits_free(struct compare_limits *limits)
 
 struct check {
     const struct compare_limits *limits;
-    const char *pattern; /* path of the limit */
+    const char *pattern; /* path of the limit, with its wildcards */
     double limit;
     const char *where;
     size_t found, skipped;

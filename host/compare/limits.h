@@ -25,7 +25,7 @@
 #include "host/base/error.h"
 
 struct compare_limits {
-    json_t *paths; /* path: number, in file order; NULL: no limits */
+    json_t *paths; /* limit by path, in file order; NULL: no limits */
 };
 
 struct compare_verdict {

@@ -368,7 +368,7 @@ void compare_judge(const struct compare_figures *figures, const struct compare_l
     json_decref(json[1]);
 }
 
-/* The series fails if a landing or a limit of the series fails. */
+/* Judges a series, which fails if a landing or a limit of the series fails. */
 void compare_series_judge(struct compare_series *set, const struct compare_limits *limits)
 {
     json_t *json[2];

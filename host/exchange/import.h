@@ -38,9 +38,10 @@ struct import_result {
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
     size_t runs;
-    size_t rows;                      /* imported frames, or rows of a table */
-    char bus[CANDUMP_INTERFACE_SIZE]; /* interface of the imported frames; "": a table */
-    uint64_t other_interface;         /* number of frames of other interfaces */
+    size_t rows; /* number of imported frames, or of rows of a table */
+    /* interface of the imported frames; "": a table was imported */
+    char bus[CANDUMP_INTERFACE_SIZE];
+    uint64_t other_interface; /* number of frames of other interfaces */
     int64_t trouble[LINK_TROUBLES];
     struct store_link_counts counts;
 };

@@ -30,7 +30,7 @@ struct import_work {
     struct mapping *mapping;
     const struct import_request *request;
     struct measured template; /* landing given with --like */
-    struct store_edge *edge;  /* edges of that landing */
+    struct store_edge *edge;  /* edges of the template landing */
     size_t edges;
     double base_us; /* board time at which the file's time is 0 */
     int64_t first;
@@ -182,7 +182,7 @@ static void resample_by_mean(const struct series *s, double base_us, int64_t fir
 void import_resample(const struct series *s, double base_us, double usual_us, double gap_us,
                      int64_t first, size_t blocks, float *reading)
 {
-    /* times that differ by less are equal: half of the last of six decimals, and rounding */
+    /* times that differ by less are equal, because files have six decimals */
     static const double same_us = 0.6;
     if (usual_us < 0.75 * BLOCK_US) {
         resample_by_mean(s, base_us, first, blocks, reading);

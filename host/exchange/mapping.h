@@ -46,14 +46,14 @@ enum mapping_role {
 struct mapping_channel {
     enum mapping_role role;
     unsigned number; /* number of the transducer, gage or switch */
-    /* empty: the column is given by number, or the channel is a signal */
+    /* name of the column; empty: the column is given by number, or the channel is a signal */
     char column[MAPPING_NAME_SIZE];
-    unsigned column_index; /* column number, from 1; 0: given by name */
+    unsigned column_index; /* column number, from 1; 0: the column is given by its name */
     struct import_signal signal;
-    double scale, offset; /* conversion to the report's unit */
+    double scale, offset; /* conversion of the file's numbers to the report's unit */
     double threshold;
     bool falling;
-    double station_ft; /* NaN: not given */
+    double station_ft; /* NaN: the mapping does not give it */
     double error;      /* standard error, in the report's unit; NaN: not given */
     struct series series;
 };
@@ -71,7 +71,7 @@ struct mapping {
     /* Longest time between samples; a longer one is missing data. NaN: one and a half times the
      * usual time. */
     double gap_s;
-    double touchdown_ft, switch_error_ft; /* NaN: not given */
+    double touchdown_ft, switch_error_ft; /* NaN: the mapping does not give them */
     struct mapping_channel channel[MAPPING_CHANNELS_MAX];
     size_t channels;
     char *text; /* the mapping as JSON, for storage in the campaign */

@@ -41,14 +41,15 @@ enum mdf4_type { MDF4_UNSIGNED = 0, MDF4_SIGNED = 2, MDF4_REAL = 4, MDF4_BYTES =
 struct mdf4_add_channel {
     const char *name, *unit, *comment; /* unit and comment may be NULL */
     enum mdf4_type type;
-    unsigned offset, bytes; /* position and size in the row */
-    bool is_time;           /* time in seconds, master channel of the table */
+    unsigned offset, bytes; /* position and size in the row, bytes */
+    bool is_time;           /* the column is the time in seconds, the table's master channel */
     unsigned invalid;       /* bit in the invalidation bytes, from 1; 0: always valid */
     bool has_parts;         /* the channels added next are its parts */
     uint64_t attachment;    /* attached file that describes the channel; 0: none */
 };
 
-#define BLOCK_HEAD 24u /* "##XX", 4 reserved, u64 length, u64 number of links */
+/* bytes of a block's head: "##XX", 4 reserved, u64 length, u64 number of links */
+#define BLOCK_HEAD 24u
 
 #define CG_BUS_EVENT       2u
 #define CG_PLAIN_BUS_EVENT 4u
@@ -248,7 +249,7 @@ static void mdf4_begin_table(struct mdf4 *file, const char *name, const char *co
     group[CG_SOURCE] = can_channel ? append_can_source(file, can_channel) : 0;
     group[CG_COMMENT] = append_comment(file, "CGcomment", comment, "");
     put_integer(data + 16, can_channel ? CG_BUS_EVENT | CG_PLAIN_BUS_EVENT : 0u, 2);
-    put_integer(data + 18, '.', 2); /* separates the names of channel and part */
+    put_integer(data + 18, '.', 2); /* character between the names of channel and part */
     put_integer(data + 24, row_bytes, 4);
     put_integer(data + 28, invalid_bytes, 4);
     file->channel_group = append_block(file, "CG", group, CG_LINKS, data, sizeof data, NULL, 0);
@@ -437,7 +438,7 @@ static void put_reading_row(struct export_context *place, const struct measured_
     for (unsigned i = 0; i < FIXED_COLUMNS; i++) {
         if (isnan(values[i]))
             mark_invalid(row, row_bytes, i);
-        else /* x86 and ARM store doubles as the file does */
+        else /* x86 and ARM store doubles in the byte order of the file */
             memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {
@@ -479,7 +480,7 @@ static uint8_t bus_error_type(const struct store_frame *frame)
 {
     enum { ERROR_OTHER, ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_CRC, ERROR_ACK };
     static const uint8_t by_bit[] = {ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_BIT,
-                                     ERROR_BIT}; /* bits of CAN_ERR_PROT_... */
+                                     ERROR_BIT}; /* by the bits of CAN_ERR_PROT_... */
     if (frame->id & CAN_ERR_ACK)
         return ERROR_ACK;
     if (!(frame->id & CAN_ERR_PROT) || frame->length < 4)

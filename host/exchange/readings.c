@@ -97,7 +97,7 @@ struct table {
     struct field field[FIELDS_MAX];
     size_t fields, columns; /* number of fields of this line, and of columns of the header (without
                              * one, of the first row) */
-    double last_s;          /* time of the last accepted row; NaN: none */
+    double last_s;          /* time of the last accepted row, s; NaN: none */
     size_t rows;
     struct {
         /* the last consecutive header lines that look like rows: first line, number of lines */

@@ -81,7 +81,7 @@ enum mr_status draw_landing(const struct landing_series *series,
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
         t_s = node_s * (double)k;
         double onset = series->onset_s > 0.0 ? fmin(t_s / series->onset_s, 1.0) : 1.0;
-        /* when the model is towed, its speed is constant */
+        /* a towed model has constant speed */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
             a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
@@ -168,7 +168,7 @@ static struct joint_side find_side(const struct flat_runway *r, size_t joint, in
             return side;
         }
     }
-    side.resist_lb = HUGE_VAL; /* end of the runway */
+    side.resist_lb = HUGE_VAL; /* the runway's end cannot be pushed */
     return side;
 }
 
@@ -236,7 +236,7 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 /* ---- play ---- */
 
 #define IN_PER_FT   12.0
-#define ZONE_JOINTS 10 /* the rig's gage points are 10 mats apart */
+#define ZONE_JOINTS 10 /* number of joints between two gage points of the rig */
 #define ZONE_SHARE  (1.0 / 3.0)
 /* movement that counts, as a share of a mat's length: 0.001 in on the rig */
 #define MOVED_SHARE (0.001 * 7.0 / 24.0)
@@ -249,7 +249,7 @@ struct runway {
     double *storage;
     double *gap_ft, *closing_lb, *ground_ft; /* per joint */
     double laid_ft;       /* mean opening of the joints when the runway was laid */
-    double *u_ft;         /* per mat: total movement, [0] unused */
+    double *u_ft;         /* total movement of each mat; [0] is unused */
     struct sim_mods mods; /* state of the modifications after the last landing; owns its lists */
 };
 
@@ -527,7 +527,7 @@ static void record_bands(const struct sim_scene *scene, const struct mods_state 
     }
 }
 
-/* Updates the gaps after a movement. */
+/* Updates the gaps of the joints after a movement of the mats. */
 static void open_gaps(struct runway *r, const double *u_ft)
 {
     for (size_t j = 0; j < r->joints; j++)

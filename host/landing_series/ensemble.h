@@ -17,7 +17,7 @@
  * is the movement since the runway was laid. */
 struct series_outcome {
     double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
-    bool planar_was_run;                /* the planar engine was run */
+    bool planar_was_run;
     /* largest lift force on a joint due to compression, divided by the weight of a mat */
     double lift_ratio;
     double peak_in;
@@ -34,7 +34,7 @@ struct series_outcome {
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
     /* time steps of the second simulation, s: of the chain, of the planar engine */
     double check_step_s[2];
-    int torn_joints; /* joints that were pulled beyond their strength */
+    int torn_joints; /* number of joints that were pulled beyond their strength */
     int waves;
     double wave_ft; /* station of the highest wave; 0: no wave */
     double rise_in; /* rise of the highest wave */
@@ -57,7 +57,7 @@ struct series_outcome {
     int crest_ahead_mats;
     /* Station of that mat; 0: no mat rose that far while the wheel was on the runway. */
     double crest_ft;
-    int band_slack; /* segments of bands that became slack */
+    int band_slack; /* number of segments of bands that became slack */
 };
 
 struct series_run {
@@ -65,7 +65,7 @@ struct series_run {
     size_t landings;  /* number of simulated landings; a buckled runway has no further landings */
     int buckled;      /* landing in which the runway buckled, from 1; 0: it did not buckle */
     double buckle_ft; /* station at which it buckled */
-    struct series_outcome *outcomes; /* array of landing_count */
+    struct series_outcome *outcomes; /* array of landing_count entries */
     struct error error;              /* reason why this runway could not be simulated to its end */
     /* Second simulation of the same landings with other steps; NULL: this runway has none. */
     struct series_outcome *check;
@@ -135,7 +135,7 @@ struct flat_runway {
     size_t joints;  /* mats + 1; the first and the last are the runway's ends, which are fixed */
     double *gap_ft; /* per joint; negative: the mats are too long by this amount to lie flat */
     double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, updated by flat_runway_settle */
-    const double *closing_lb; /* per joint: closing resistance */
+    const double *closing_lb; /* closing resistance of each joint */
     double friction_force_lb; /* friction of a mat: coefficient times weight */
     double kl_lb_ft;          /* stiffness of a joint in compression */
 };
@@ -146,20 +146,19 @@ struct flat_runway {
  * openings does not change. */
 void flat_runway_settle(const struct flat_runway *runway);
 
-/* Summary: distributions of the results of an ensemble's runways. */
-
 /* 5th, 50th and 95th percentile (linear between order statistics); all NaN if count is 0. */
 struct series_spread {
     double low, median, high;
     size_t count;
 };
 
-struct series_spread series_compute_spread(double *values, size_t count); /* sorts the values */
+struct series_spread series_compute_spread(double *values, size_t count); /* sorts `values` */
 
 /* Distribution over the runways of a value's maximum over time. */
 struct series_peak {
     struct series_spread spread;
-    double mean, mean_error, error; /* standard errors: of the mean, of one runway */
+    /* mean_error: standard error of the mean; error: of one runway */
+    double mean, mean_error, error;
 };
 
 /* Results of all runways on which this landing was simulated. */
@@ -178,9 +177,9 @@ struct series_summary {
     size_t survived; /* number of runways that did not buckle */
     /* distributions over the runways that buckled */
     struct series_spread station_ft, buckle_landing;
-    /* the same runways: distributions for the landing before the buckle */
+    /* distributions over the same runways, for the landing before the buckle */
     struct series_spread zone_before, peak_before_in;
-    struct series_landing_summary *landing; /* array of landing_count */
+    struct series_landing_summary *landing; /* array of landing_count entries */
 };
 
 /* Computes the summary; the caller frees it. */

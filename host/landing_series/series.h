@@ -23,7 +23,7 @@
 #define SERIES_PROFILE_MAX  16
 #define SERIES_STATIONS_MAX 64
 #define SERIES_FAILURES_MAX 8
-/* default values of a landing */
+/* Touchdown and speed of a landing, if the file does not give them. */
 #define SERIES_TOUCHDOWN_FT 3.0
 #define SERIES_SPEED_FT_S   28.0
 
@@ -32,7 +32,7 @@
 enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
 
 struct series_range {
-    double low, high; /* drawn uniformly between them */
+    double low, high; /* ends of the range, from which values are drawn uniformly */
 };
 
 struct series_knot {
@@ -54,7 +54,7 @@ struct series_landing {
     /* The runway at this landing: the scene of the file with all modifications up to this landing.
      * Model and path are not set. */
     struct sim_scene scene;
-    double repeats; /* number of identical landings */
+    double repeats; /* number of identical landings that this entry stands for */
     bool modified;  /* a modification was applied before this landing */
 };
 
@@ -98,7 +98,7 @@ struct series_key {
     enum series_key_kind kind;
     size_t offset; /* offset in struct landing_series */
     double low, high;
-    const char *const *choices; /* allowed words; NULL at the end */
+    const char *const *choices; /* allowed words, terminated by NULL */
 };
 extern const struct series_key series_keys[];
 extern const size_t series_key_count;

@@ -21,7 +21,7 @@
 #define MIN_ERROR_FRACTION 1e-3 /* smallest error, as a share of the value */
 
 static const struct {
-    size_t value, error; /* offsets in an outcome */
+    size_t value, error; /* offsets of the value and of its error in an outcome */
 } peaks[] = {
     {offsetof(struct series_outcome, lift_ratio), offsetof(struct series_outcome, lift_error)},
     {offsetof(struct series_outcome, push_lb), offsetof(struct series_outcome, push_error_lb)},

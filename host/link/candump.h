@@ -25,7 +25,7 @@ enum mr_status candump_parse(const char *text, size_t length, struct link_frame 
 /* A parsed line, including the parts that struct link_frame does not contain. */
 struct candump_line {
     struct link_frame frame;
-    const char *interface; /* points into the text */
+    const char *interface; /* name of the interface, which points into the text */
     size_t interface_length;
     size_t column; /* column, from 1, of the first character that does not fit the format */
 };
@@ -33,10 +33,10 @@ enum mr_status candump_parse_line(const char *text, size_t length, struct candum
 
 /* Result of reading a file. Valid parts are used even after a fault. */
 struct parse_result {
-    enum mr_status status; /* MR_OK complete, MR_TRUNCATED, MR_MALFORMED */
+    enum mr_status status; /* MR_OK: complete; MR_TRUNCATED; MR_MALFORMED */
     size_t line, column;   /* position of the first fault, from 1 */
     size_t bad_lines;      /* number of skipped lines */
-    const char *what;      /* the fault at that position; static storage */
+    const char *what;      /* description of the first fault; static storage */
 };
 /* Sets the result. Only the first call has an effect. */
 void parse_result_set(struct parse_result *result, enum mr_status status, size_t line,

@@ -41,8 +41,8 @@ struct buses {
     struct bus {
         char name[CANDUMP_INTERFACE_SIZE];
         uint64_t hellos;
-        bool has_this_layout; /* one of its hellos has this layout */
-    } bus[BUSES_MAX];         /* in order of appearance */
+        bool has_this_layout; /* a hello of this layout was received on the bus */
+    } bus[BUSES_MAX];         /* buses in order of appearance */
     size_t count;
 };
 

@@ -22,7 +22,8 @@
 #define ABSENCE_MAX_US   10000000u
 #define SERVICE_US       1000000u
 #define SEND_WAIT_MS     1000 /* longest wait while the device is being opened or queried */
-#define CLOCK_READING_US 50   /* width of a reading of both clocks; a wider one was interrupted */
+/* a reading of both clocks that takes longer than this was interrupted */
+#define CLOCK_READING_US 50
 #define CLOCK_READINGS   10
 
 static const struct kind {

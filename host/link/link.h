@@ -29,7 +29,8 @@
 #include "host/base/error.h"
 #include "host/link/link_frame.h"
 
-/* Name of a link error; "unknown trouble" for a number that is not in the table. Static storage. */
+/* Returns the name of a link error; "unknown trouble" for a number that is not in the table. Static
+ * storage. */
 const char *link_trouble_text(unsigned trouble);
 
 #define LINK_BOARD_BAUD 2000000 /* baud rate of the board's USART1 */
@@ -75,7 +76,7 @@ bool link_sender_waits(const struct link *link);
 /* True for a recording: data arrives as fast as it is read. */
 bool link_is_recorded(const struct link *link);
 
-/* The base of the board on CAN; for serial: 0. */
+/* Returns the base of the board on CAN; for serial: 0. */
 uint16_t link_base(const struct link *link);
 /* Sets the base after the board has changed it. */
 void link_set_base(struct link *link, uint16_t base);
@@ -83,7 +84,7 @@ void link_set_base(struct link *link, uint16_t base);
 int link_fd(const struct link *link);
 const char *link_spec(const struct link *link);
 const struct link_counters *link_counters(const struct link *link);
-/* State of reading the log; only for file: links that carry CAN. */
+/* Returns the state of reading the log; only for file: links that carry CAN. */
 const struct candump_log *link_candump(const struct link *link);
 
 /* Receives the next CAN frame; LINK_ID_ERROR marks the adapter's reports about the bus. MR_TOO_FEW:
@@ -118,11 +119,12 @@ enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t l
 enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq, uint16_t id,
                                  const uint8_t *payload, size_t length, struct error *error);
 
-/* Current Unix time, microseconds. */
+/* Returns the current Unix time, microseconds. */
 uint64_t link_now_us(void);
 
-/* Offset of the time of day from the monotonic clock (host/base/monotonic_clock.h), microseconds.
- * If the thread was interrupted between reading the two clocks, they are read again. */
+/* Returns the offset of the time of day from the monotonic clock (host/base/monotonic_clock.h),
+ * microseconds. If the thread was interrupted between reading the two clocks, they are read
+ * again. */
 uint64_t link_clock_ahead_us(void);
 
 /* ---- why no board is understood on a link ----
@@ -135,17 +137,18 @@ uint64_t link_clock_ahead_us(void);
 #define LINK_NO_HELLO       "no hello from a board"
 
 enum diagnosis {
-    DIAGNOSIS_SILENT,     /* no data */
-    DIAGNOSIS_GARBLED,    /* bytes without a valid frame: wrong baud rate */
-    DIAGNOSIS_BUS_ERRORS, /* only error frames: wrong bit rate, or missing termination */
-    DIAGNOSIS_NO_HELLO,   /* frames, but none that identifies the board */
+    DIAGNOSIS_SILENT,  /* no data */
+    DIAGNOSIS_GARBLED, /* bytes were received, but no valid frame: wrong baud rate */
+    /* only error frames were received: wrong bit rate, or missing termination */
+    DIAGNOSIS_BUS_ERRORS,
+    DIAGNOSIS_NO_HELLO, /* frames were received, but none that identifies the board */
 };
 
 /* Finds the reason why no board is understood. `text`: "NAME: what was received; what to do", one
  * line. */
 enum diagnosis link_diagnose(const struct link *link, char text[DIAGNOSIS_TEXT_SIZE]);
-/* The reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello". Static
- * storage. */
+/* Returns the reason as one word for programs: "silent", "garbled", "bus-errors", "no-hello".
+ * Static storage. */
 const char *diagnosis_word(enum diagnosis diagnosis);
 /* Sets the error of a link on which no board identified itself in time: MR_TIMEOUT if nothing was
  * received, otherwise MR_IO. */

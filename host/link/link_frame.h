@@ -32,7 +32,7 @@ static inline uint32_t link_id_to_bus(uint32_t id, uint16_t base)
 }
 
 struct link_frame {
-    uint64_t host_us; /* Unix time of reception; in a file, of recording */
+    uint64_t host_us; /* Unix time of reception, us; in a file, time of recording */
     uint32_t id;
     uint8_t length; /* 0 to 8; for a remote frame the requested length */
     uint8_t data[8];
@@ -46,7 +46,7 @@ struct link_frame {
  * on the path into this computer, the last group losses because the queue to the campaign was full
  * (host/link/queue.h): CAN frames, serial bytes. */
 
-/* name, and text for one or more of them */
+/* name of an error, and its text for a number of errors */
 /* clang-format off */
 #define LINK_TROUBLE_TABLE(X)                                                             \
     X(LINK_BUS_OFF,                "bus off")                                             \
@@ -86,18 +86,18 @@ struct link_rx {
     uint64_t start_us; /* start of the counting, by the monotonic clock */
     uint64_t bytes;
     uint64_t frames;     /* serial: frames with a valid CRC; counting stops after the first one */
-    uint64_t bad_frames; /* frame ends without a valid frame */
+    uint64_t bad_frames; /* number of frame ends without a valid frame */
     int baud;            /* rate of the serial line; 0: the link has none */
     struct mr_deframer deframer;
 };
 
 struct link_counters {
-    uint64_t received; /* frames or bytes received */
+    uint64_t received; /* number of frames or bytes received */
     uint64_t sent;
     uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles;        /* sum of `trouble`; unchanged if there was no new error */
-    uint64_t error_frames;    /* error frames of the adapter; not included in `received` */
-    uint64_t bad_lines;       /* invalid lines of a log, which were skipped */
+    uint64_t troubles;     /* sum of `trouble`; unchanged if there was no new error */
+    uint64_t error_frames; /* number of error frames of the adapter; not included in `received` */
+    uint64_t bad_lines;    /* number of invalid lines of a log, which were skipped */
     uint64_t other_interface; /* frames of other buses in a log, which were skipped */
     struct link_rx rx;
 };

@@ -21,15 +21,16 @@ struct link_ops {
                                     struct error *error);
     enum mr_status (*send)(struct link *link, const uint8_t *bytes, size_t length,
                            struct error *error);
-    /* The functions below may be NULL. */
-    /* Like read(2); NULL: read(2) from fd. */
+    /* the functions below may be NULL */
+    /* like read(2); NULL: read(2) from fd */
     ssize_t (*read)(struct link *link, uint8_t *bytes, size_t size);
-    void (*service)(struct link *link); /* called about once a second */
+    void (*service)(struct link *link); /* periodic work, called about once a second */
     enum mr_status (*set_baud)(struct link *link, int baud, struct error *error);
     void (*close)(struct link *link); /* NULL: close(2) of fd */
 };
 
-#define LINK_INTERFACE_OPTION ",interface=" /* option of file: */
+/* option of file: that names the CAN interface in a log */
+#define LINK_INTERFACE_OPTION ",interface="
 
 #define LINK_BUFFER_SIZE 65536u
 #define USB_TEXT_SIZE    160u
@@ -38,7 +39,7 @@ struct tty;
 
 struct link {
     const struct link_ops *ops;
-    const char *form; /* "unix:PATH", as people write it */
+    const char *form; /* form of the LINK for messages: "unix:PATH" */
     enum link_kind kind;
     int fd;
     char *name;    /* the LINK text with which it was opened, without the base */
@@ -63,14 +64,14 @@ struct link {
     const char *text; /* log in memory; NULL: the log is read from fd */
     size_t text_length, text_at;
 
-    struct error absence;    /* why the device is away; MR_OK: it is not */
+    struct error absence;    /* why the device is away; MR_OK: the device is present */
     uint64_t absence_max_us; /* how long to wait for the device */
     /* absent_since_us, retry_us and service_us are times of the monotonic clock */
     uint64_t absent_since_us;
     uint64_t retry_us;
     uint64_t service_us;
-    uint32_t queue_lost; /* counter of the kernel, for can: */
-    struct tty *tty;     /* open port, for serial: */
+    uint32_t queue_lost; /* counter of the kernel, only for can: */
+    struct tty *tty;     /* open port, only for serial: */
     /* For serial: the adapter that was opened first, as text; only that adapter is opened again.
      * Empty: any adapter at the port. */
     char adapter[USB_TEXT_SIZE];
@@ -87,7 +88,6 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error);
 enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length,
                           struct error *error);
 
-/* Counts an error. */
 void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count);
 /* Restarts the counting of received data. `baud`: rate of the serial line; 0: the link has none. */
 void link_restart_counting(struct link *link, int baud);

@@ -17,14 +17,14 @@
 
 #define PIECE_BYTES (256u * 1024u)
 
-/* Totals of the items before a position. */
+/* Totals of all items before a position. */
 struct queue_totals {
     uint64_t items, memory, frames, octets;
 };
 
 struct piece {
     struct piece *next;
-    size_t used; /* used part of `bytes` */
+    size_t used; /* number of bytes used in `bytes` */
     struct queue_totals before;
     uint8_t bytes[PIECE_BYTES - 48];
 };
@@ -379,14 +379,14 @@ struct link_reader {
     struct link_queue *queue;
     link_cause_finder *find_cause;
     void *context;
-    bool recorded; /* recorded link: read without a thread */
+    bool recorded; /* the link is a recording, which is read without a thread */
     bool ended;
     bool is_dropping;
     /* number of troubles and bad lines of the link that the queue already contains */
     uint64_t queued_troubles;
     pthread_t thread;
     bool started;
-    int wake_fd; /* event that ends a wait */
+    int wake_fd; /* eventfd that ends a wait */
     atomic_bool stop, is_blocked;
     atomic_uint_fast64_t lost;
     uint8_t bytes[LINK_QUEUE_READ_MAX];

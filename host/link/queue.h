@@ -24,13 +24,13 @@
 /* the released items use up to 1/LINK_QUEUE_HISTORY_DIVISOR of the capacity */
 #define LINK_QUEUE_HISTORY_DIVISOR 2u
 
-#define LINK_QUEUE_READ_MAX 16384u /* maximum bytes of one item */
+#define LINK_QUEUE_READ_MAX 16384u /* maximum number of bytes of one item */
 
 struct link_queue;
 
 enum link_item_kind {
     LINK_ITEM_FRAME, /* a CAN frame */
-    LINK_ITEM_BYTES, /* serial bytes, read together */
+    LINK_ITEM_BYTES, /* serial bytes that one call read */
     /* counters of the link, placed before the data received after they changed */
     LINK_ITEM_COUNTERS,
     LINK_ITEM_CLOCK, /* this computer's clock was set: later time stamps use the new time */
@@ -41,8 +41,8 @@ struct link_item {
     enum link_item_kind kind;
     bool is_repeated; /* the item was read before and returned by a rewind */
     struct link_frame frame;
-    uint64_t host_us;     /* time at which the bytes were read, Unix time */
-    const uint8_t *bytes; /* valid until the release */
+    uint64_t host_us;     /* Unix time at which the bytes were read */
+    const uint8_t *bytes; /* bytes, valid until the release of the item */
     size_t length;
     struct link_counters counters;
     int64_t jump_us;  /* change of the clock, for LINK_ITEM_CLOCK */
@@ -50,7 +50,7 @@ struct link_item {
 };
 
 struct link_queue_depth {
-    size_t bytes, capacity;            /* memory used, and its limit */
+    size_t bytes, capacity;            /* bytes of memory used, and their limit */
     uint64_t can_frames, serial_bytes; /* CAN frames and serial bytes that are not released */
 };
 
@@ -62,41 +62,42 @@ void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread m
 
 /* ---- for the thread that reads the link ---- */
 
-/* Return false if there is no room. */
+/* Both functions return false if there is no room. */
 bool link_queue_put_frame(struct link_queue *queue, const struct link_frame *frame);
 bool link_queue_put_bytes(struct link_queue *queue, const uint8_t *bytes, size_t length,
                           uint64_t host_us);
-/* These rare items always have room. */
+/* The next two functions add rare items, for which there is always room. */
 void link_queue_put_counters(struct link_queue *queue, const struct link_counters *counters);
 void link_queue_put_end(struct link_queue *queue, const struct error *reason);
-/* Wakes the reading thread if it requested news. Call it after each batch. */
+/* Writes the eventfd if the other thread requested an event. Call it after each batch. */
 void link_queue_signal(struct link_queue *queue);
-/* Waits until a quarter is free. Returns false after link_queue_stop. */
+/* Waits until a quarter of the queue is free. Returns false after link_queue_stop. */
 bool link_queue_wait_for_room(struct link_queue *queue);
-/* True if the queue was full and less than a quarter has been free since. */
+/* True if the queue was full and less than a quarter of it has been free since. */
 bool link_queue_is_nearly_full(struct link_queue *queue);
 
 /* ---- for the thread that writes the campaign ---- */
 
-/* Return false if there is no item. */
+/* Reads the next item. Returns false if there is none. */
 bool link_queue_read(struct link_queue *queue, struct link_item *item);
 bool link_queue_has_unread(struct link_queue *queue);
 /* As link_queue_has_unread; if it returns false, the eventfd signals later items. */
 bool link_queue_request_event(struct link_queue *queue);
 /* Discards the items read so far, which are stored now. */
 void link_queue_release(struct link_queue *queue);
-/* Returns the items that were read and not released to the queue. */
+/* Puts the items that were read and not released back into the queue. */
 void link_queue_rewind(struct link_queue *queue);
-/* As link_queue_rewind, including all released items that are kept. They are not counted as written
- * again. */
+/* As link_queue_rewind, also for all released items that the queue still has. Such items are
+ * counted only once. */
 void link_queue_rewind_all(struct link_queue *queue);
-/* True if every item that was ever appended is still kept. */
+/* True if the queue still has every item that was ever appended. */
 bool link_queue_is_complete(struct link_queue *queue);
-/* Unix time of arrival of the oldest kept item, microseconds; 0: no item is kept. */
+/* Returns the Unix time of arrival of the oldest item in the queue, microseconds; 0: there is
+ * none. */
 uint64_t link_queue_oldest_us(struct link_queue *queue);
-/* Puts a LINK_ITEM_CLOCK after all items so far. */
+/* Adds a LINK_ITEM_CLOCK after all items so far. */
 void link_queue_put_clock(struct link_queue *queue, int64_t jump_us);
-/* Ends all waiting for room, now and later. */
+/* Ends all waiting for room, also of later calls. */
 void link_queue_stop(struct link_queue *queue);
 
 struct link_queue_depth link_queue_depth(struct link_queue *queue);
@@ -132,12 +133,12 @@ void link_reader_close(struct link_reader *reader); /* NULL is allowed */
 
 struct link_queue *link_reader_queue(const struct link_reader *reader);
 
-/* The descriptor to wait for before link_reader_read. -1: a thread reads the link and signals with
- * `news`. */
+/* Returns the descriptor to wait for before link_reader_read. -1: a thread reads the link and
+ * signals with `news`. */
 int link_reader_fd(const struct link_reader *reader);
-/* Reads one turn of a recording. Returns true if there may be more data at once. */
+/* Reads one turn of a recording. Returns true if more data may be available immediately. */
 bool link_reader_read(struct link_reader *reader);
-/* Amount of data lost so far because the queue was full: CAN frames or serial bytes. */
+/* Returns the amount of data lost so far because the queue was full: CAN frames or serial bytes. */
 uint64_t link_reader_lost(const struct link_reader *reader);
 /* True if the queue is full and the sender is waiting. */
 bool link_reader_is_blocked(const struct link_reader *reader);

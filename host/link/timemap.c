@@ -17,8 +17,8 @@
 /* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
  * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
 #define CLOCK_SET_RATIO      3.0
-#define CLOCK_SET_PAIRS_MIN  6u  /* least number of pairs before and after the change */
-#define CLOCK_SET_PLACES_MAX 60u /* most places that are tried */
+#define CLOCK_SET_PAIRS_MIN  6u  /* smallest number of pairs before and after the change */
+#define CLOCK_SET_PLACES_MAX 60u /* largest number of places that are tried */
 
 struct point {
     double x_s;  /* board time, s */
@@ -258,7 +258,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     size_t m = count_strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
     integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, SCALE_MIN_US), (double)m);
-    /* gain of host time per board second, us */
+    /* how much the host's time gains per second of the board, us */
     struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
     fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,
                                            slower.half_width};

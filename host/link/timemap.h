@@ -45,18 +45,18 @@ struct timemap {
     struct timemap_pair {
         double board_us;
         int64_t host_us;       /* Unix time */
-    } pair[TIMEMAP_PAIRS_MAX]; /* indexed by count modulo TIMEMAP_PAIRS_MAX */
+    } pair[TIMEMAP_PAIRS_MAX]; /* pair n is at index n modulo TIMEMAP_PAIRS_MAX */
 };
 
 /* A value with its 95 % interval, both in the unit of the field's name. */
 struct timemap_value {
     double value;      /* middle of the interval */
-    double half_width; /* half its width */
+    double half_width; /* half the width of the interval */
 };
 
 enum timemap_refusal {
     TIMEMAP_OK,
-    TIMEMAP_TOO_FEW, /* too few pairs */
+    TIMEMAP_TOO_FEW,
     /* The time stamps are not times of day: the recording was made without a clock. */
     TIMEMAP_NO_DATE,
     /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
@@ -89,7 +89,7 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
 /* Converts a board time to the time of day, Unix microseconds. The interval grows with the distance
  * from the pairs. */
 struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us);
-/* Meaning of a refusal and what to do, as text. Static storage. */
+/* Returns the meaning of a refusal and what to do, as text. Static storage. */
 const char *timemap_refusal_text(unsigned refusal);
 
 #endif

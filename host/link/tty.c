@@ -2,7 +2,8 @@
  * pseudo-terminal of an emulated board. */
 #include "host/link/tty.h"
 
-#include <asm/termbits.h> /* struct termios2 for any rate; conflicts with termios.h */
+/* defines struct termios2, which allows any rate; cannot be included with termios.h */
+#include <asm/termbits.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <grp.h>
@@ -50,7 +51,8 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
         return error_set(error, MR_IO,
                          "cannot open the terminal (%s): %s; start the emulated board there first",
                          strerror(errno), link->spec);
-    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0) /* two readers would take bytes from each other */
+    /* two readers would each get only a part of the bytes */
+    if (flock(link->fd, LOCK_EX | LOCK_NB) != 0)
         return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
                          link->spec);
     return pts_set_baud(link, baud, error);
@@ -60,7 +62,7 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 
 #define WRITE_WAIT_MS          1000u
 #define BAUD_MAX               20000000
-/* no serial port, but used like one: socat, or the emulation of an adapter */
+/* devices here are not serial ports but are used like one: socat, or the emulation of an adapter */
 #define PTS_DIRECTORY          "/dev/pts/"
 /* a UART loses bytes if its rate has a larger error */
 #define BAUD_TOLERANCE_PERCENT 2
@@ -326,7 +328,7 @@ static ssize_t serial_read(struct link *link, uint8_t *bytes, size_t size)
                               : read(tty->fd, bytes, size);
     if (count > 0)
         return count;
-    /* a hang-up may follow the waiting data */
+    /* a hang-up may follow while data is still waiting */
     if (!tty->port && count < 0 && (errno == EAGAIN || errno == EINTR))
         count = 0;
     /* A port that hung up reads as empty but stays readable. */

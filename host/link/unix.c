@@ -1,4 +1,4 @@
-/* unix:PATH, the socket of an emulated board. */
+/* Links unix:PATH: the socket of an emulated board. */
 #include <errno.h>
 #include <poll.h>
 #include <string.h>

@@ -14,16 +14,16 @@
 #include "common/catalogue.h"
 #include "host/link/link.h"
 
-/* Transducers, then gages, in the board's order. */
+/* number of channels: transducers, then gages, in the board's order */
 #define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
-#define LIVE_BUCKET_BLOCKS  20 /* 50 buckets a second */
+#define LIVE_BUCKET_BLOCKS  20 /* blocks per bucket: 50 buckets a second */
 /* number of open buckets, which can still be filled because the links are not synchronous */
 #define LIVE_OPEN_BUCKETS   32
 /* number of closed buckets that are not read yet; if full, the oldest is discarded */
 #define LIVE_CLOSED_BUCKETS 256
 
 struct live_bucket {
-    int64_t number; /* block / LIVE_BUCKET_BLOCKS; -1: the bucket is free */
+    int64_t number; /* number of the bucket: block / LIVE_BUCKET_BLOCKS; -1: free */
     float min[LIVE_CHANNELS], max[LIVE_CHANNELS];
 };
 

@@ -27,7 +27,7 @@
 
 /* the events of one minute: 50 of messages, 20 of readings and 5 of state per second */
 #define EVENTS_MAX            4500u
-#define EVENT_BYTES_MAX       0x400000u /* total bytes of all events */
+#define EVENT_BYTES_MAX       0x400000u /* maximum of the total bytes of all events */
 /* shortest time between two message events; a warning is sent at once */
 #define MESSAGES_PERIOD_MS    20
 #define READINGS_PERIOD_MS    50
@@ -62,7 +62,7 @@ struct live_hub {
 
     struct message_slot slot[SLOTS_MAX]; /* slots in order of arrival */
     unsigned slots;
-    bool has_other_layout; /* the board has another layout: ignore its other messages */
+    bool has_other_layout; /* the board has another layout, so its other messages are ignored */
     bool warned, armed;
     struct config_words config[LINK_KINDS];
     /* a sensor is uncalibrated, according to the configuration if it was received */
@@ -78,11 +78,12 @@ struct live_hub {
     char *pending_text;
     size_t pending_length;
     uint64_t restarts; /* number of restarts of the board that viewers were informed of */
-    int64_t messages_ms, readings_ms, state_ms; /* times of the last events */
+    /* times at which the last events of each kind were published */
+    int64_t messages_ms, readings_ms, state_ms;
     bool ended;
 
     struct mr_command command;
-    bool command_given, command_sent, command_answered; /* state of a command */
+    bool command_given, command_sent, command_answered; /* progress of a viewer's command */
     int64_t until_us;
     enum mr_status answer;
     uint16_t tag;

@@ -21,7 +21,8 @@
 
 #define PROGRESS_US          200000u
 #define QUEUE_SHOWN_PERMILLE 10u
-#define NO_BOARD_US          3000000u /* a board sends a hello every second */
+/* three periods of the hello, which a board sends every second */
+#define NO_BOARD_US          3000000u
 #define NOTE_PERIOD_US       1000000u /* the same trouble is reported at most once per second */
 
 static bool logger_has_received_hello(const struct logger *logger)
@@ -330,7 +331,7 @@ void logger_note_answers(struct logger *logger)
         if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
             logger_repeat_command(logger))
             continue;
-        if (is_typed) { /* typed_update reports the outcome */
+        if (is_typed) { /* typed_update reports the outcome of typed commands */
             typed->answered = true;
             typed->answer = status;
             continue;
@@ -432,8 +433,9 @@ void logger_note_missing_board(struct logger *logger)
  *
  * A board sends a hello and the state of its landing every second on each link. */
 
-#define LINKS_SILENT_US   1700000u /* all links are silent: reported within 2 s */
-#define LINK_SILENT_US    4000000u /* one link is silent */
+/* time after which silence of all links is reported, within 2 s */
+#define LINKS_SILENT_US   1700000u
+#define LINK_SILENT_US    4000000u /* time after which silence of one link is reported */
 /* if this program did not run for this long, unread data may be waiting */
 #define PROCESS_PAUSED_US 500000u
 

@@ -222,7 +222,7 @@ static enum mr_status handle_item(struct logger *logger, unsigned link,
         logger->troubles_changed[link] = true;
         return MR_OK;
     }
-    if (logger->live.hub) /* the live page has already shown repeated items */
+    if (logger->live.hub) /* the live page has already shown items that are repeated */
         collector_set_listener(logger->collector,
                                item->is_repeated ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin_transaction(logger, error);
@@ -270,7 +270,7 @@ void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KIN
 
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
-#define REQUEST_PERIOD_US 1000000u /* between two requests for the configuration */
+#define REQUEST_PERIOD_US 1000000u /* time between two requests for the configuration */
 /* Number of requests for the configuration. A board that does not answer them all, or has another
  * table, gets no more requests. */
 #define REQUESTS_MAX      5u
@@ -640,7 +640,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
 {
     struct error why = {0};
     char saved[sizeof logger->saved_path];
-    roll_back(logger); /* uncommitted data is still in the queues */
+    roll_back(logger); /* uncommitted data is still in the queues, so nothing is lost */
     watch_note_call(&logger->watch, true);
     bool copied = save_copy(logger, original, saved, sizeof saved, &why) ||
                   save_copy(logger, now, saved, sizeof saved, &why) ||

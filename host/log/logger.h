@@ -22,11 +22,11 @@
 /* Commands that the user types at standard input. */
 struct typed_commands {
     bool enabled, is_terminal;
-    bool ended;     /* end of input */
+    bool ended;     /* standard input has ended */
     char text[256]; /* text read but not yet processed */
     size_t length;
     struct mr_command command; /* the command to be confirmed, or the command that was sent */
-    bool confirming;           /* confirmation is required; waiting for `yes` */
+    bool confirming;           /* the user must confirm the command with `yes` */
     bool sent;                 /* the command was sent; its answer is awaited until until_us */
     bool answered;             /* the answer was received and is in `answer` */
     enum mr_status answer;
@@ -40,7 +40,7 @@ struct logger {
     struct store *store;
     struct collector *collector; /* NULL until the session begins */
     uint16_t can_base;           /* base of the board on CAN */
-    const char *db, *page;       /* page: NULL if no page is written */
+    const char *db, *page;       /* db: path of the campaign; page: path of the page, or NULL */
     pid_t page_child;            /* process that writes the page; 0: none */
     bool page_outdated;          /* the page must be written once more after that process */
     int64_t silent_block;        /* newest block at the last check for silence */
@@ -78,7 +78,7 @@ struct logger {
     bool watch_knows_file; /* the watch thread knows the campaign and its journal */
     uint64_t rescue_us;    /* time of the last attempt to save the campaign */
     uint64_t progress_us;
-    bool cannot_send[LINK_KINDS]; /* sending on this link is not possible */
+    bool cannot_send[LINK_KINDS]; /* the link does not accept data */
     double absence_max_s;         /* how long to wait for a device that disappeared */
     const char *ended_by;         /* reason for the end; NULL: still running */
     bool end_repeated;            /* the end was requested twice */
@@ -94,15 +94,15 @@ struct logger {
     bool full_summaries;      /* print the full summary of each landing */
     unsigned landings_shown;  /* number of landings whose summary was printed */
     char newest_landing[80];  /* the newest of these landings, as text */
-    struct live live;         /* the live page with --live; otherwise all zero */
+    struct live live;         /* the live page, if --live was given; otherwise all zero */
     int64_t clock_ahead_us;   /* time of day minus the monotonic clock; 0: not determined yet */
     uint64_t no_board_due_us; /* time at which to report that no board answers; 0: not started */
     bool no_board_reported;
     uint64_t live_request_us;         /* time of the last request for live readings; 0: none yet */
     bool board_reported;              /* the board that answered was reported */
     uint64_t presence_check_us;       /* time of the previous check for messages */
-    int64_t received[LINK_KINDS];     /* number of messages at that check */
-    uint64_t received_us[LINK_KINDS]; /* time at which the number last increased; 0: never */
+    int64_t received[LINK_KINDS];     /* number of messages at the previous check */
+    uint64_t received_us[LINK_KINDS]; /* time at which `received` last increased; 0: never */
     /* the user was informed of silence: of all links, of one link */
     bool silence_reported, link_silence_reported[LINK_KINDS];
     struct typed_commands typed;

@@ -117,7 +117,7 @@ static void print_note(const struct watch *watch, const char *line)
 {
     if (watch->cli->quiet || !line[0])
         return;
-    /* overwrite the progress line */
+    /* the line overwrites the progress line */
     fprintf(stderr, "%smatrig: %s\n", cli_can_draw() ? "\r\033[K" : "", line);
     fflush(stderr);
 }

@@ -18,7 +18,7 @@ enum watch_cause {
     WATCH_SLOW_DISK,
     WATCH_FULL_DISK,
     WATCH_FAILING,
-    WATCH_PROCESSOR, /* the computer is too slow */
+    WATCH_PROCESSOR,
     WATCH_CAUSES,
     WATCH_NONE = WATCH_CAUSES
 };
@@ -31,13 +31,13 @@ struct watch {
     bool running, stop;
     struct link_reader *reader[LINK_KINDS]; /* NULL: the link is not used */
 
-    /* Times are by the monotonic clock, microseconds. */
+    /* The times of this struct are by the monotonic clock, microseconds. */
     enum store_refusal refusal;
-    char reason[200];        /* message of the store */
+    char reason[200];        /* reason for the refusal, as the store reported it */
     uint64_t refused_us;     /* start of the refusal */
     uint64_t call_start_us;  /* start of the current call of the store; 0: none */
     uint64_t call_took_us;   /* duration of the last call */
-    uint64_t calls_total_us; /* time in calls since caught_up_us */
+    uint64_t calls_total_us; /* total time spent in calls since caught_up_us */
     uint64_t caught_up_us;   /* last time at which the queues were almost empty */
     uint64_t end_us;         /* time at which the end was requested; 0: not yet */
     char path[4096];
@@ -47,7 +47,7 @@ struct watch {
 
     enum watch_cause reported_cause; /* cause that was last reported to the user */
     uint64_t reported_us;
-    uint64_t delay_us[WATCH_CAUSES];     /* total delay by cause, in the session */
+    uint64_t delay_us[WATCH_CAUSES];     /* total delay in the session, by cause */
     unsigned max_permille;               /* maximum fill of a queue in the session */
     unsigned max_since_written_permille; /* maximum fill since everything was last written */
     unsigned min_permille;               /* minimum fill of a queue since the delay began */
@@ -57,7 +57,7 @@ void watch_open(struct watch *watch, const struct cli *cli);
 /* Starts the thread. `path`: as for watch_set_path. MR_IO: the thread cannot be started. */
 enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader[LINK_KINDS],
                            const char *path, struct error *error);
-void watch_close(struct watch *watch); /* waits for the thread */
+void watch_close(struct watch *watch); /* stops the thread and waits for its end */
 
 /* Sets the file of the campaign to watch. */
 void watch_set_path(struct watch *watch, const char *path);

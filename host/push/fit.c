@@ -38,11 +38,11 @@ static const struct {
 struct table {
     const char *path;
     unsigned line;
-    int column[ROLES]; /* -1: no such column */
+    int column[ROLES]; /* index of each column; -1: there is no such column */
     const struct unit_word *unit[ROLES];
     size_t cells;
     char test[PUSH_NAME_SIZE];
-    double load_lb; /* NaN: not known yet */
+    double load_lb; /* load of the last row; NaN: not known yet */
     struct push_readings *readings;
     struct error *error;
 };
@@ -360,7 +360,8 @@ static bool make_path(struct push_path *path, const struct push_series *series,
 #define CHI_SQUARE_TOLERANCE  1e-7  /* change of chi-square at which the iteration ends */
 #define OFFSET_PRIOR_RANGES   100.0 /* prior error of a free offset, in ranges of the readings */
 #define GRID_K_POINTS         41
-#define NARROW_INTERVAL_RATIO 1.3 /* a narrower interval of K fits between the points of the grid */
+/* an interval of K that is narrower than this ratio may lie between two points of the grid */
+#define NARROW_INTERVAL_RATIO 1.3
 #define GRID_RHO_POINTS       11
 #define SLIDE_READINGS_MAX    20u  /* largest number of readings before the top that are tried */
 #define SLIDE_CHI_SQUARE_MAX  25.0 /* largest chi-square per reading of the forces during a slide */

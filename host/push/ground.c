@@ -180,7 +180,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 
 #define Z_95           1.96
 #define CHI_95_OF_1    3.84
-#define LOAD_TOLERANCE 0.02 /* relative difference of equal loads */
+#define LOAD_TOLERANCE 0.02 /* loads that differ by less are equal */
 #define BISECTIONS     60
 #define SPREAD_MAX     10.0
 

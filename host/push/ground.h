@@ -26,16 +26,17 @@
 
 #define PUSH_ODDS_MIN       20.0
 #define PUSH_REASON_SIZE    200u
-#define PUSH_MATS_MAX       4u /* limited by gear_foot_ft */
-/* Report 2.6: 120 lb sink by 0.050 in. Along the ground the stiffness is 2 (1 - nu)/(2 - nu) = 0.82
- * of that (Mindlin, nu 0.3). Each of two mats has half of it. */
+#define PUSH_MATS_MAX       4u /* maximum number of mats under the load, limited by gear_foot_ft */
+/* Stiffness along the ground of one mat, expected from report 2.6: a load of 120 lb sinks by 0.050
+ * in, and the stiffness along the ground is 2 (1 - nu)/(2 - nu) = 0.82 of that (Mindlin, nu 0.3);
+ * two mats share it. */
 #define PUSH_EXPECTED_LB_FT 11800.0
 
 struct push_setting {
     struct push_errors gages;
     unsigned mats;        /* number of mats under the load, which move together */
-    double mat_weight_lb; /* 0: not known, omitted from the friction */
-    double axle_load_lb;  /* 0: the smallest load tested */
+    double mat_weight_lb; /* 0: not known, and ignored in the friction */
+    double axle_load_lb;  /* 0: the smallest load of the tests */
 };
 
 enum push_law { PUSH_UNDECIDED, PUSH_ELASTIC, PUSH_RIGID };
@@ -57,7 +58,7 @@ struct push_ground {
     double interval_factor;    /* factor by which this scatter widens the intervals, at least 1 */
     double scatter;            /* scatter of the readings divided by the stated errors */
     size_t undetermined_count; /* number of tests whose stiffness is not determined */
-    struct push_fit *fit;      /* one per test; allocated */
+    struct push_fit *fit;      /* array with one fit per test; allocated */
 };
 
 /* Combines all tests. MR_TOO_FEW as push_fit. MR_NUMERICS: the fit failed. The caller frees
@@ -66,8 +67,6 @@ enum mr_status push_ground_find(const struct push_readings *readings,
                                 const struct push_setting *setting, struct push_ground *ground,
                                 struct error *error);
 void push_ground_free(struct push_ground *ground);
-
-/* Results of push tests as an answer for people, programs and pages (host/base/answer.h). */
 
 /* Adds the law and its basis, the parameters that are not determined, with the reason, and the rig
  * for which the results are valid. */

@@ -34,7 +34,7 @@ enum field_rule {
     FIELD_CIRCUMSTANCE, /* not determined by the record, so not compared */
 };
 
-/* Faults that follow from blocks and edges. */
+/* faults that follow from blocks and edges */
 #define RECORD_FAULTS         (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
 #define FIELD_TOLERANCES_TEXT 200
 
@@ -286,7 +286,7 @@ static bool has_own_block(const struct mr_message_info *info)
 struct message_iterator {
     const struct board_message *at, *end;
     int64_t shift;
-    int64_t first_block; /* armed block in the block count of this list */
+    int64_t first_block; /* block in which the board was armed, by the block count of this list */
 };
 
 static void begin_iterators(const struct comparison *c, int link, struct message_iterator *old,

@@ -20,7 +20,7 @@ struct difference {
     int link;
     const char *message;
     const char *field; /* "" for a whole message */
-    int64_t block;     /* block of the record */
+    int64_t block;     /* block by the count of the record */
     double recorded, replayed;
 };
 
@@ -52,7 +52,7 @@ struct diff {
     /* number of messages of the replay that a log with losses may have missed */
     int64_t not_recorded;
     bool has_difference;
-    struct difference first; /* earliest in time */
+    struct difference first; /* earliest difference */
 };
 
 struct diff_options {

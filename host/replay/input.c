@@ -23,10 +23,10 @@
  * second block, then one runway word per block. */
 #define FIRST_COMMAND_BLOCK  40
 #define COMMANDS_PER_BLOCK   4u
-#define HELLO_CLOCK_INTERNAL 1 /* value in the message hello */
+#define HELLO_CLOCK_INTERNAL 1 /* value of the clock field in the message hello */
 #define RUNWAY_TAG           10000u
 #define CHART_TAG            20000u
-#define CHART_BLOCK          415u /* after the last word of a runway */
+#define CHART_BLOCK          415u /* block after the last word of a runway */
 
 /* ---- the board's messages ---- */
 
@@ -36,7 +36,7 @@ struct loader {
     /* block of the newest state change on the link; while idle, few other messages contain a
      * time */
     int64_t state_block;
-    size_t capacity; /* capacity of `block` */
+    size_t capacity; /* number of entries allocated in `block` */
     int64_t run;
     const char *path;
     struct error *error;

@@ -10,7 +10,7 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-/* The messages of a landing by link, and its block records, read from a campaign. */
+/* One message of the board in a recorded landing. */
 struct board_message {
     const struct mr_message_info *info;
     /* block of the message, or the newest block of the link at its reception; -1: not known */

@@ -131,7 +131,8 @@ static bool has_same_schema(sqlite3 *database, char what[STORE_TEXT_SIZE])
     return same;
 }
 
-/* Refuses a foreign schema. Call it before any table of the file is used. */
+/* Refuses a file whose schema is not that of a campaign. Call it before any table of the file is
+ * used. */
 static enum mr_status check_schema(struct store *store, struct error *error)
 {
     char what[STORE_TEXT_SIZE];
@@ -159,7 +160,8 @@ static enum mr_status read_schema_id(struct store *store, struct schema_id *id, 
         status = read_pragma(store, "PRAGMA user_version", &id->version, error);
     if (status == MR_OK)
         status = read_pragma(store, "SELECT count(*) FROM sqlite_schema", &id->object_count, error);
-    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL); /* nothing was written */
+    /* the transaction has only read, so there is nothing to commit */
+    sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
     return status;
 }
 
@@ -691,7 +693,7 @@ void store_find_current_path(const struct store *store, char *out, size_t size)
 
 void store_close_detached(struct store *store, bool moved)
 {
-    if (moved) /* the file must be complete without its journal */
+    if (moved) /* the moved file must be complete without its journal */
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
     /* prevent a checkpoint at closing: it would delete the journal at the old path, which may
      * belong to another campaign */

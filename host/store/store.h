@@ -27,8 +27,8 @@
 #include "host/base/error.h"
 #include "host/store/rows.h"
 
-#define STORE_VERSION        1          /* version of the tables: PRAGMA user_version */
-#define STORE_APPLICATION_ID 0x4d545247 /* "MTRG": PRAGMA application_id */
+#define STORE_VERSION        1          /* PRAGMA user_version: version of the tables */
+#define STORE_APPLICATION_ID 0x4d545247 /* PRAGMA application_id, "MTRG" in ASCII */
 #define STORE_SWITCHES_MAX   64u
 
 enum store_mode {
@@ -209,7 +209,7 @@ STORE_PUT_OF_LANDING(STORE_DECLARE_PUT)
  * An existing text is not changed. */
 enum mr_status store_configuration_put(struct store *store, uint32_t crc, const char *text,
                                        struct error *error);
-/* *text is NULL if the configuration was not stored. The caller frees it. */
+/* Reads a configuration. *text is NULL if it was not stored; the caller frees it. */
 enum mr_status store_configuration_get(struct store *store, uint32_t crc, char **text,
                                        struct error *error);
 
@@ -249,7 +249,7 @@ enum mr_status store_find_block_within(struct store *store, int64_t run, int64_t
 struct store_frame {
     int64_t run;   /* landing of the frame; STORE_NONE outside landings */
     int link;      /* enum link_kind */
-    int direction; /* 0 from the board, 1 to the board */
+    int direction; /* 0: from the board; 1: to the board */
     /* serial: sequence number of the frame; CAN: number of frames received earlier in the
      * session */
     int64_t seq;
@@ -457,9 +457,9 @@ enum mr_status store_follow(struct store *store, struct store_follow_position *p
 
 /* Why the last write failed. A retry may succeed unless the reason is STORE_NO_RETRY. */
 enum store_refusal {
-    STORE_NO_RETRY,   /* no write failed, or a retry cannot succeed */
-    STORE_LOCKED,     /* another program is writing */
-    STORE_DISK_FULL,  /* the disk is full */
+    STORE_NO_RETRY, /* there was no failed write, or a retry cannot succeed */
+    STORE_LOCKED,   /* another program is writing */
+    STORE_DISK_FULL,
     STORE_DISK_ERROR, /* the disk or the file system reported an error */
     STORE_SIZE_LIMIT, /* the file has reached its size limit; a retry needs another file */
 };
@@ -471,7 +471,6 @@ enum store_refusal store_refusal_pop(struct store *store);
 /* Writes the journal back into the file, when a full disk keeps the journal from growing. Returns
  * true if the transaction may succeed now. Call it between transactions. */
 bool store_checkpoint(struct store *store);
-/* Rolls back the open transaction, if there is one. */
 void store_roll_back(struct store *store);
 
 /* State of the file at a path, compared with the file that the store has open. */

@@ -40,7 +40,8 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
         return "survey IN (SELECT id FROM main.surveys WHERE landing=?1)";
     if (strcmp(table, "simulation_channels") == 0)
         return "simulation IN (SELECT id FROM main.simulations WHERE landing=?1)";
-    if (strcmp(table, "readiness") == 0) /* the results that are valid for the landing */
+    /* the results of `matrig ready` that are valid for the landing */
+    if (strcmp(table, "readiness") == 0)
         return "board_uid=" SELECT_BOARD_UID " AND " SELECT_ARMED_US
                " BETWEEN made_us AND made_us + " STORE_READINESS_VALID_US_TEXT;
     /* as in store_landing_series_get: the entered series, otherwise the newest one before the
@@ -95,7 +96,7 @@ static enum mr_status make_copy_sql(struct store *store, const char *table, char
         size_t at = strlen(columns), to = strlen(values);
         fits &= snprintf(columns + at, sizeof columns - at, "%s\"%s\"", comma, name) <
                 (int)(sizeof columns - at);
-        if (number) /* NULL stays NULL: an event outside landings */
+        if (number) /* NULL is not replaced: the event happened outside landings */
             fits &= snprintf(values + to, sizeof values - to,
                              "%sCASE WHEN \"%s\" IS NULL THEN NULL ELSE 1 END", comma,
                              name) < (int)(sizeof values - to);

@@ -70,7 +70,8 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error)
 {
     struct store_buffered_frame *waiting = &store->buffered[store->buffered_count];
-    if (frame->length > sizeof waiting->data) { /* rare: only a serial frame is that long */
+    /* only a serial frame is that long, which is rare */
+    if (frame->length > sizeof waiting->data) {
         const struct store_frame_row row = make_frame_row(session, frame, frame->data);
         enum mr_status status = store_frames_flush(store, error);
         return status == MR_OK ? STORE_PUT(store, error, frame_row, &row) : status;
@@ -132,7 +133,7 @@ struct follow_rows {
     struct store *store;
     sqlite3_stmt *frames, *blocks;
     enum mr_status frame_status,
-        block_status; /* MR_OK: the row is valid; MR_TOO_FEW: no more rows */
+        block_status; /* MR_OK: the next row is valid; MR_TOO_FEW: no more rows */
     struct store_frame_row frame;
     struct store_block block;
 };

@@ -131,7 +131,7 @@ enum mr_status store_check_writable(const char *path, struct error *error)
     snprintf(name, sizeof name, "%s/.matrig-probe-%ld", folder, (long)getpid());
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
-        return MR_OK; /* SQLite reports the reason later */
+        return MR_OK; /* the reason is unknown here; SQLite reports it later */
     const char *lacks = probe_file(fd, &number);
     close(fd);
     unlink(name);

@@ -228,7 +228,7 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
                                    SQLITE_STATIC);
     case STORE_CHARACTERS: break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* store_bind_row binds owners */
+    case STORE_OWNER: abort(); /* not reached: store_bind_row binds owners */
     }
     const char *text = field;
     return sqlite3_bind_text(statement, at, column->empty_is_null && !text[0] ? NULL : text, -1,
@@ -309,7 +309,7 @@ static void read_field(sqlite3_stmt *statement, int at, const struct store_colum
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
         break;
     case STORE_INT64:
-    case STORE_OWNER: abort(); /* store_read_row handles these */
+    case STORE_OWNER: abort(); /* not reached: store_read_row reads owners */
     }
 }
 
@@ -328,7 +328,7 @@ void store_read_row(sqlite3_stmt *statement, const struct store_table *table, vo
 
 /* ---- an open campaign ---- */
 
-/* Last errno of a system call on the database file or the journal. */
+/* Returns the last errno of a system call on the database file or the journal. */
 static int get_last_errno(sqlite3 *database, int which)
 {
     sqlite3_file *file = NULL;
@@ -348,7 +348,8 @@ static int find_system_errno(sqlite3 *database, int code)
     int journal = get_last_errno(database, SQLITE_FCNTL_JOURNAL_POINTER),
         number = journal ? journal : get_last_errno(database, SQLITE_FCNTL_FILE_POINTER);
     number = number ? number : sqlite3_system_errno(database);
-    return number == ENOENT ? 0 : number; /* a missing file is not the cause: some are optional */
+    /* a missing file is not the cause, because some files are optional */
+    return number == ENOENT ? 0 : number;
 }
 
 enum mr_status store_set_error(struct store *store, const char *action, struct error *error)
@@ -777,7 +778,7 @@ static int create_table(sqlite3 *database, enum store_table_number which)
 int store_create_tables(sqlite3 *database, bool on_demand)
 {
     int code = SQLITE_OK;
-    bool wanted = false; /* also for the indexes and triggers that follow a table */
+    bool wanted = false; /* `wanted` also applies to the indexes and triggers that follow a table */
 #define TABLE(row, table)                                        \
     wanted = STORE_IS_ON_DEMAND(STORE_TABLE_##row) == on_demand; \
     if (wanted && code == SQLITE_OK)                             \

@@ -58,13 +58,13 @@ struct store_column {
     const char *name; /* NULL: the field is computed by SQL and has no column */
     const char *type, *constraint;
     const char *field, *read_sql; /* SQL expression that is read instead of the column; "": none */
-    size_t offset, size;          /* position and size of the field in the struct */
+    size_t offset, size;          /* position and size of the field in the struct, bytes */
     uint8_t kind, merge;
     bool empty_is_null;
 };
 
 struct store_table {
-    const char *name; /* NULL: only for rows of a query */
+    const char *name; /* name of the table; NULL: the rows exist only as results of a query */
     const struct store_column *columns;
     unsigned count;
     size_t row_size;
@@ -149,7 +149,7 @@ static inline struct store_value store_value_text(const char *value)
 {
     return (struct store_value){.kind = STORE_POINTER, .text = value};
 }
-/* STORE_NONE, NaN and NULL are bound as SQL NULL. */
+/* BIND makes a parameter of any type. STORE_NONE, NaN and NULL become SQL NULL. */
 /* clang-format off */
 #define BIND(value)                         \
     _Generic((value),                       \
@@ -223,7 +223,7 @@ enum mr_status store_prepare_all(struct store *store, struct error *error);
 /* A frame that will be written together with others (store_frames.c). */
 #define STORE_FRAMES_PER_STATEMENT 64u
 struct store_buffered_frame {
-    struct store_frame_row row; /* its data is in `data` */
+    struct store_frame_row row; /* the row without its data, which is in `data` */
     uint8_t data[8];
 };
 
@@ -259,14 +259,14 @@ struct store {
     struct store_buffered_frame buffered[STORE_FRAMES_PER_STATEMENT];
     unsigned buffered_count;
     int64_t steps; /* number of steps since a statement started while no other one was running */
-    struct store_file_header header; /* at the last check; file_bytes 0: not checked yet */
+    struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */
     bool overwritten;
     struct store_guard guard;
     int64_t session; /* session being logged; 0: none */
     /* newest data of the session: already committed, and in the open transaction */
     struct store_session_progress committed, pending;
     int64_t data_version; /* PRAGMA data_version when the data of the session was last checked */
-    int failed_code;      /* SQLite's code of the last failed call; 0: none */
+    int failed_code;      /* SQLite's code of the last call that failed; 0: none */
 };
 
 /* Sets `error` from SQLite's last error and returns its status. `action` is the verb after "cannot"

@@ -159,7 +159,7 @@ double survey_item_limit_in(const struct survey_item *item)
 
 /* three reading errors; a second reading that differs by less confirms a doubtful one */
 #define CONFIRM_TOLERANCE_IN 0.015
-#define READING_MAX_IN       2000.0 /* larger than any caliper or runway */
+#define READING_MAX_IN       2000.0 /* no caliper or runway gives a larger reading */
 
 static const char *skip_space(const char *text)
 {

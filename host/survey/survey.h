@@ -27,7 +27,7 @@
 #define SURVEY_LINES          4u
 #define SURVEY_SPANS          MR_SEGMENTS
 #define SURVEY_POINTS         (SURVEY_SPANS + 1u)
-#define SURVEY_STATIONS       13u /* 0 to 120 ft */
+#define SURVEY_STATIONS       13u /* one every 10 ft from 0 to 120 ft */
 #define SURVEY_STATION_FT     10.0
 #define SURVEY_DIAGONALS      7u
 #define SURVEY_DIAGONAL_SPANS 7u /* 14 ft of width at 45 degrees are 7 spans of 33.5 in */
@@ -76,7 +76,7 @@ int survey_plan_find(const struct survey_plan *plan, const struct survey_item *i
 extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[SURVEY_EDGES];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
-double survey_line_in(unsigned line);        /* distance of a line from the left edge */
+double survey_line_in(unsigned line);        /* distance from the left edge, in */
 const char *survey_line_text(unsigned line); /* "36 in left of the centreline" */
 /* Describes an item: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
 void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size);
@@ -102,7 +102,7 @@ enum survey_entry_kind {
     SURVEY_NOTE,
     SURVEY_QUIT,
     SURVEY_HELP,
-    SURVEY_EMPTY, /* an empty line */
+    SURVEY_EMPTY, /* the line was empty */
     SURVEY_INVALID,
 };
 
@@ -196,7 +196,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
 /* standard error of a mark's distance from a station, read by a scale */
 #define SURVEY_STATION_ERROR_IN 0.02
 
-/* Readings by index; NaN: not read. */
+/* Readings by place, in; NaN: not read. */
 struct survey_readings {
     double gap_in[SURVEY_LINES][SURVEY_SPANS];
     double station_in[SURVEY_LINES][SURVEY_STATIONS];
@@ -209,13 +209,13 @@ struct survey_estimate {
     double value_in, error_in;
 };
 
-/* Comparison of one survey with another. */
+/* Changes from one survey to another. */
 struct survey_change {
     struct survey_readings change; /* error_in: standard error of a change of a span */
     double station_error_in; /* standard error of a change of a station or of a distance across */
     struct survey_estimate movement[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
-    size_t compared; /* number of readings that both have */
+    size_t compared; /* number of readings that both surveys have */
 };
 
 struct survey_slack {
@@ -243,7 +243,7 @@ struct survey_results {
     int64_t previous, first;
     struct survey_change since_previous, since_first;
     struct survey_slack slack;
-    /* largest bow since the first survey; NaN: not known */
+    /* largest bow since the first survey, and its station; NaN: not known */
     double worst_bow_in, worst_bow_error_in;
     double worst_bow_ft;
 };

@@ -39,7 +39,7 @@ uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size);
 struct design_range {
     double from, to;
     bool is_logarithmic; /* equal steps of the logarithm; from and to are above 0 */
-    bool is_integer;     /* whole numbers, both ends included */
+    bool is_integer;     /* the range has whole numbers, both ends included */
     size_t count;        /* number of steps in a range; 0: not given */
     json_t *levels;      /* list of values, which the range owns; NULL: a range */
 };
@@ -79,7 +79,7 @@ struct sweep_search {
     bool is_given;
     /* the key and its range, which is searched from the low end; it has no levels */
     struct sweep_axis key;
-    const char *field;   /* path in the result */
+    const char *field;   /* path of the field in the result */
     bool is_below_level; /* "beyond" means below the level; false: above the level */
     double level;
     /* Number of equal parts of the range, which are evaluated in ascending order until the field is

@@ -25,7 +25,7 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
 
 struct sweep_table {
     const struct sweep *sweep;
-    json_t **line; /* one line per case, owned; NULL: missing */
+    json_t **line; /* one line per case, which the table owns; NULL: missing */
     size_t count, failed, missing, repeated;
 };
 
