@@ -22,7 +22,8 @@ static void report_frames(struct camera *camera, struct telemetry *telemetry, ui
                           uint32_t until_tick, bool recording)
 {
     uint32_t ticks[PULSES_PER_BLOCK];
-    size_t count = pulses_get(&camera->pulses, BOARD_FRAMES, index, until_tick, ticks);
+    size_t count = pulses_get(&camera->pulses, BOARD_FRAMES, config.site[0].camera, index,
+                              until_tick, ticks);
     for (size_t i = 0; i < count && recording; i++)
         TELEMETRY_SEND(telemetry, TO_RECORD, film_frame, FILM_FRAME, .number = ++camera->frames,
                        .tick = ticks[i], .block16 = (uint16_t)index);
@@ -51,17 +52,15 @@ void camera_on_block(struct camera *camera, struct telemetry *telemetry,
                      const struct landing *landing, uint32_t index, uint32_t tick,
                      uint32_t until_tick)
 {
-    bool fitted = config.site[0].camera != 0;
-    pulses_set_fitted(&camera->pulses, BOARD_FRAMES, fitted);
+    report_frames(camera, telemetry, index, until_tick, landing_is_recording(landing));
     if (camera->is_high && index - camera->high_block >= CAMERA_PULSE_BLOCKS) {
         (void)board_set_camera_trigger(false);
         camera->is_high = false;
     }
-    if (!fitted) {
+    if (!config.site[0].camera) {
         camera->due_cause = 0; /* the pulse was for a camera that is no longer configured */
         return;
     }
-    report_frames(camera, telemetry, index, until_tick, landing_is_recording(landing));
     if (!camera->is_station_trigger_done && is_at_station(landing, tick)) {
         camera->is_station_trigger_done = true;
         camera->due_cause = MR_CAMERA_BY_STATION;

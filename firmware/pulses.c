@@ -6,18 +6,14 @@
 #define COMPARABLE_BLOCKS  1000u              /* ticks can be compared within 25 s */
 #define DETAIL_TOO_FAST    2u                 /* detail of the fault */
 
-void pulses_set_fitted(struct pulses *pulses, enum board_pulses input, bool fitted)
-{
-    if (fitted != pulses->captured)
-        board_pulses_enable(input, fitted);
-    pulses->captured = fitted;
-}
-
-size_t pulses_get(struct pulses *pulses, enum board_pulses input, uint32_t index,
+size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
 {
     size_t accepted = 0, count = 0;
-    if (pulses->captured)
+    if (fitted != pulses->captured)
+        board_pulses_enable(input, fitted);
+    pulses->captured = fitted;
+    if (fitted)
         count = board_pulses_get(input, until_tick, ticks, PULSES_PER_BLOCK);
     for (size_t i = 0; i < count; i++) {
         /* Captures that overran each other may be in any order; one before the last pulse is noise

@@ -16,10 +16,9 @@ struct pulses {
     uint32_t tick, block; /* last accepted pulse */
 };
 
-/* Captures the input while it is fitted. Call in each block before pulses_get. */
-void pulses_set_fitted(struct pulses *pulses, enum board_pulses input, bool fitted);
-/* Takes the pulses up to a tick in block `index`. Returns the number of accepted ones. */
-size_t pulses_get(struct pulses *pulses, enum board_pulses input, uint32_t index,
+/* Captures the input while it is fitted, and takes the pulses up to a tick. Call in each block;
+ * `index` is its number. Returns the number of accepted pulses. */
+size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, uint32_t index,
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK]);
 
 #endif

@@ -200,27 +200,29 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
     return status;
 }
 
+static void add_time(struct answer *answer, const char *name, const char *label,
+                     struct mr_estimate t_s, int decimals)
+{
+    answer_estimate(answer, name, label, UNIT_TIME, t_s.value, t_s.error, decimals);
+}
+
 void braking_to_answer(const struct braking *braking, struct answer *answer)
 {
     if (!braking->has_edge && !braking->pulses)
         return;
     answer_open(answer, "braking", "");
     if (braking->has_edge)
-        answer_estimate(answer, "onset", "brake applied", UNIT_TIME, braking->onset_s.value,
-                        braking->onset_s.error, 4);
+        add_time(answer, "onset", "brake applied", braking->onset_s, 4);
     answer_count(answer, "pulses", NULL, (int64_t)braking->pulses);
     if (!isnan(braking->slip.value)) {
         answer_estimate(answer, "slip", "slip of the wheel", UNIT_NUMBER, braking->slip.value,
                         braking->slip.error, 3);
-        answer_estimate(answer, "locked", "wheel locked", UNIT_TIME, braking->locked_s.value,
-                        braking->locked_s.error, 3);
+        add_time(answer, "locked", "wheel locked", braking->locked_s, 3);
         answer_table(answer, "locks", braking->locks ? "wheel locked" : NULL);
         for (size_t i = 0; i < braking->locks && i < BRAKING_LOCKS; i++) {
-            const struct braking_lock *lock = &braking->lock[i];
             answer_row(answer);
-            answer_estimate(answer, "from", "from", UNIT_TIME, lock->from_s.value,
-                            lock->from_s.error, 3);
-            answer_estimate(answer, "to", "to", UNIT_TIME, lock->to_s.value, lock->to_s.error, 3);
+            add_time(answer, "from", "from", braking->lock[i].from_s, 3);
+            add_time(answer, "to", "to", braking->lock[i].to_s, 3);
         }
         answer_close(answer);
     }

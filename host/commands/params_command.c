@@ -332,15 +332,20 @@ static void read_pull(struct reader *r)
                   params_friction(read_estimate(r, "pull_lb"), read_estimate(r, "weight_lb")));
 }
 
+/* A reading in inches, ft. */
+static struct estimate read_inches_ft(struct reader *r, const char *name)
+{
+    struct estimate e = read_estimate(r, name);
+    return (struct estimate){e.value / IN_PER_FT, e.error / IN_PER_FT};
+}
+
 static void read_deflection(struct reader *r)
 {
-    struct estimate load = read_estimate(r, "load_lb"),
-                    deflection = read_estimate(r, "deflection_in"),
-                    mats = has_key(r, "mats") ? read_estimate(r, "mats")
-                                              : (struct estimate){1.0, 0.0};
-    deflection.value /= IN_PER_FT;
-    deflection.error /= IN_PER_FT;
-    add_parameter(r, "KV", "lb/ft", "static deflection", params_soil(load, deflection, mats.value));
+    struct estimate load = read_estimate(r, "load_lb"), mats = has_key(r, "mats")
+                                                                 ? read_estimate(r, "mats")
+                                                                 : (struct estimate){1.0, 0.0};
+    add_parameter(r, "KV", "lb/ft", "static deflection",
+                  params_soil(load, read_inches_ft(r, "deflection_in"), mats.value));
 }
 
 static void read_plate(struct reader *r)
@@ -348,10 +353,8 @@ static void read_plate(struct reader *r)
     double settlement_ft[READINGS_MAX], load_lb[READINGS_MAX];
     size_t count = read_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
-    struct estimate plate = read_estimate(r, "plate_in"), kv = {1.0, 0.0};
-    plate.value /= IN_PER_FT;
-    plate.error /= IN_PER_FT;
-    params_plate(load_lb, settlement_ft, count, plate,
+    struct estimate kv = {1.0, 0.0};
+    params_plate(load_lb, settlement_ft, count, read_inches_ft(r, "plate_in"),
                  params_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")),
                  &kv, fatal);
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);

@@ -17,32 +17,23 @@ static const char *row_name(void *context, size_t i)
     return rows[i];
 }
 
-/* Row of an entry; ROWS: the entry is not on the map. */
-static unsigned find_row(const struct inspection *entry)
-{
-    unsigned row = 0;
-    while (row < ROWS && strcmp(entry->kind->name, rows[row]) != 0)
-        row++;
-    return inspection_is_valid(entry, NULL, 0) ? row : ROWS;
-}
-
-/* Draw a record: damage covers its length, a record of acceptance covers one mat. */
-static void draw_record(struct figure *figure, const struct inspection *entry)
+/* Draws a record: damage covers its length, a record of acceptance covers one mat. */
+static void draw_record(struct figure *figure, const struct inspection *entry, unsigned row)
 {
     static const char *const verdicts[] = {NULL, "passed", "closed", "failed"};
-    const char *repair = json_string_value(json_object_get(entry->values, "repair"));
-    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = find_row(entry) + 0.5;
-    double from_ft = find_row(entry) == DAMAGE
-                       ? inspection_number(entry->values, "station_ft").value
-                   : find_row(entry) == MAT ? (entry->row.place - 1.0) * mat_ft
-                                            : entry->row.place - 0.5 * mat_ft,
+    const char *repair = json_string_value(json_object_get(entry->values, "repair")),
+               *shape = row == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
+    const double mat_ft = (double)MR_MAT_LENGTH_FT, y = row + 0.5;
+    double from_ft = row == DAMAGE ? inspection_number(entry->values, "station_ft").value
+                   : row == MAT    ? (entry->row.place - 1.0) * mat_ft
+                                   : entry->row.place - 0.5 * mat_ft,
            to_ft = from_ft + fmax(mat_ft, inspection_number(entry->values, "length_ft").value);
-    const char *shape = find_row(entry) == DAMAGE ? "damaged" : verdicts[inspection_judge(entry)];
     if (repair && strcmp(repair, "open") != 0)
         shape = "repaired";
-    const double tall = shape && strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
-    if (find_row(entry) < ROWS && shape && !isnan(from_ft))
-        figure_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
+    if (!shape || isnan(from_ft))
+        return;
+    const double tall = strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
+    figure_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
 }
 
 static void draw_map(const struct report *report, FILE *out)
@@ -52,24 +43,29 @@ static void draw_map(const struct report *report, FILE *out)
         "failed",  "fail",   "closed",   "within its error of a limit",
         "passed",  "pass",   NULL};
     const struct inspections *all = &report->records;
-    size_t first = 0;
-    while (first < all->count && find_row(&all->entry[first]) == ROWS)
-        first++;
-    if (first == all->count)
-        return;
-    struct figure figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
-                                        FIGURE_EACH);
-    figure_plot(&figure, &(struct chart_axes){.x = "station",
-                                              .x_unit = UNIT_STATION,
-                                              .y_unit = UNIT_NUMBER,
-                                              .x_high = CHART_RUNWAY_FT,
-                                              .y_high = ROWS,
-                                              .height_px = 130,
-                                              .tick = row_name,
-                                              .ticks = ROWS});
-    for (size_t i = first; i < all->count; i++)
-        draw_record(&figure, &all->entry[i]);
-    figure_end(&figure, keys, "Valid records, by station.");
+    struct figure figure;
+    bool has_begun = false;
+    for (size_t i = 0; i < ROWS * all->count; i++) {
+        const struct inspection *entry = &all->entry[i / ROWS];
+        if (!inspection_is_valid(entry, NULL, 0) || strcmp(entry->kind->name, rows[i % ROWS]) != 0)
+            continue;
+        if (!has_begun) {
+            figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
+                                  FIGURE_EACH);
+            figure_plot(&figure, &(struct chart_axes){.x = "station",
+                                                      .x_unit = UNIT_STATION,
+                                                      .y_unit = UNIT_NUMBER,
+                                                      .x_high = CHART_RUNWAY_FT,
+                                                      .y_high = ROWS,
+                                                      .height_px = 130,
+                                                      .tick = row_name,
+                                                      .ticks = ROWS});
+        }
+        has_begun = true;
+        draw_record(&figure, entry, (unsigned)(i % ROWS));
+    }
+    if (has_begun)
+        figure_end(&figure, keys, "Valid records, by station.");
 }
 
 /* Tables of the kinds that belong to landing `run`; 0: to the runway. */
