@@ -57,7 +57,7 @@ static void reset_restraints(struct restraints *r, const struct sim_scene *scene
 {
     const struct sim_list *zero = &r->made->zero_ft;
     for (int i = 0; i < r->count; i++) {
-        int at = mods_restraint_at(scene, r->kind, i);
+        int at = mods_place(r->made->first, r->made->every, i);
         double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
         r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
         r->at[i] = at;
@@ -96,18 +96,6 @@ static double restraints_energy_lb_ft(const struct restraints *r)
     return energy;
 }
 
-/* Sum of stiffness, and of damping, that restraints of all kinds add to a row of the matrix of a
- * mat. For the longest stable step. */
-static double row_stiffness_lb_ft(const struct restraints *r)
-{
-    return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->k_lb_ft : 0.0;
-}
-
-static double row_damping_lb_s_ft(const struct restraints *r)
-{
-    return r->count > 0 ? restraint_kinds[r->kind].ends * r->made->c_lb_s_ft : 0.0;
-}
-
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band.
  * SWEEPS_MAX is the largest number of passes over all connections of a group until nothing
  * slips. */
@@ -122,8 +110,9 @@ static void find_braces(struct mods *m)
         for (int c = 0; c < m->band[g].segments - 1; c++)
             m->carried_lb[m->band[g].mat[c]] = 1.0;
     }
+    const struct sim_restraint *anchors = &m->scene->mods.restraint[SIM_ANCHORS];
     for (int i = 0; i < mods_restraints(m->scene, SIM_ANCHORS); i++)
-        m->carried_lb[mods_restraint_at(m->scene, SIM_ANCHORS, i)] = 1.0;
+        m->carried_lb[mods_place(anchors->first, anchors->every, i)] = 1.0;
     for (int mat = 1; mat <= m->mats; mat++) {
         if (m->carried_lb[mat] > 0.0)
             m->brace_mat[m->braces++] = mat;
@@ -157,7 +146,7 @@ static void mods_place_bands(struct mods *m, double *at)
             .riveted = m->state->band_mat + connection,
         };
         for (int c = 0; c < count; c++)
-            m->band[g].mat[c] = mods_connection_mat(m->scene, g, c);
+            m->band[g].mat[c] = mods_place(m->band[g].scene->first, m->band[g].scene->every, c);
         segment += (size_t)count + 1;
         connection += (size_t)count;
     }
@@ -417,9 +406,13 @@ static void assign_places(struct mods *m)
         mods_place_bands(m, at);
     size_t before = 0;
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
+        const struct sim_restraint *made = &m->scene->mods.restraint[k];
+        double ends = m->state->restraints[k] > 0 ? restraint_kinds[k].ends : 0.0;
         m->restraint[k] = (struct restraints){
             .kind = k,
-            .made = &m->scene->mods.restraint[k],
+            .made = made,
+            .row_k_lb_ft = ends * made->k_lb_ft,
+            .row_c_lb_s_ft = ends * made->c_lb_s_ft,
             .count = (int)m->state->restraints[k],
             .zero_ft = m->state->restraint_zero_ft + before,
             .load_lb = m->state->restraint_load_lb + before,
@@ -528,7 +521,7 @@ void mods_reset(struct mods *m)
     for (int i = 0; i < m->cleats; i++) {
         m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1)
                                                       : 1.0;
-        m->state->cleat_mat[i] = mods_cleat_mat(m->scene, i);
+        m->state->cleat_mat[i] = mods_place(s->cleat_first, s->cleat_every, i);
         m->raised_ft[i] = 0.0;
     }
     for (int k = 0; k < SIM_RESTRAINTS; k++)
@@ -545,7 +538,7 @@ static int mods_cleat_of(const struct mods *m, int mat)
 {
     if (!m->has_cleats)
         return -1;
-    int first = mods_cleat_mat(m->scene, 0), every = m->scene->mods.cleat_every;
+    int first = (int)m->state->cleat_mat[0], every = m->scene->mods.cleat_every;
     return mat >= first && (mat - first) % every == 0 ? (mat - first) / every : -1;
 }
 
@@ -560,7 +553,7 @@ double mods_cleat_lb(const struct mods *m, int mat)
 void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
-    int begin = mods_cleat_mat(m->scene, 0), every = s->cleat_every;
+    int begin = (int)m->state->cleat_mat[0], every = s->cleat_every;
     int from = first > begin ? (first - begin + every - 1) / every : 0;
     for (int i = from; i < m->cleats && begin + i * every <= last; i++) {
         double moved_ft = fabs(view_v_ft_s(view, m->mats, begin + i * every)) * h_s;
@@ -649,14 +642,13 @@ double mods_stiffness_lb_ft(const struct mods *m)
             most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
         bands += most > 0.0 ? 2.0 * b->scene->count * most : 0.0;
     }
-    return 4.0 * spring + bands + row_stiffness_lb_ft(&m->restraint[SIM_ANCHORS]) +
-           row_stiffness_lb_ft(&m->restraint[SIM_ABSORBERS]);
+    return 4.0 * spring + bands + m->restraint[SIM_ANCHORS].row_k_lb_ft +
+           m->restraint[SIM_ABSORBERS].row_k_lb_ft;
 }
 
 double mods_damping_lb_s_ft(const struct mods *m)
 {
-    return row_damping_lb_s_ft(&m->restraint[SIM_ANCHORS]) +
-           row_damping_lb_s_ft(&m->restraint[SIM_ABSORBERS]);
+    return m->restraint[SIM_ANCHORS].row_c_lb_s_ft + m->restraint[SIM_ABSORBERS].row_c_lb_s_ft;
 }
 
 void mods_describe(const struct mods *m, struct sim_result *result)
@@ -841,10 +833,10 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
         pull_lb += most_lb;
     }
     double damping = 2.0 * mods_damping_lb_s_ft(m) / mass_slug +
-                     2.0 * row_damping_lb_s_ft(&m->restraint[SIM_TIES]) / lightest;
+                     2.0 * m->restraint[SIM_TIES].row_c_lb_s_ft / lightest;
     return mods_stiffness_lb_ft(m) / mass_slug + 4.0 * turn / inertia +
            2.0 * pull_lb * 4.0 / (length_ft * lightest) + damping * damping +
-           row_stiffness_lb_ft(&m->restraint[SIM_TIES]) / lightest;
+           m->restraint[SIM_TIES].row_k_lb_ft / lightest;
 }
 
 /* Returns the share of a cleat's hold that remains after the wheel presses it back into the soil. A

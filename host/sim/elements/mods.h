@@ -77,6 +77,8 @@ struct restraints {
     int kind;                         /* enum sim_restraint_kind */
     const struct sim_restraint *made; /* parameters in the scene */
     int count;
+    /* stiffness and damping that they add to the row of a mat, for the longest stable step */
+    double row_k_lb_ft, row_c_lb_s_ft;
     double *zero_ft, *load_lb, *at; /* load_lb: largest load so far; at: number of mat or joint */
     double *stretch_ft;             /* present x - zero */
 };

@@ -95,16 +95,15 @@ bool mods_are_given(const struct sim_scene *scene)
            m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
-/* For every n-th mat from `first` (0: from n) to `last`: place_at is the i-th of them (from 0), and
- * place_count their number. */
-static int place_at(int first, int every, int i)
+int mods_place(int first, int every, int i)
 {
     return (first > 0 ? first : every) + i * every;
 }
 
-static int place_count(int first, int every, int last)
+/* Number of these places up to `last`. */
+static int count_places(int first, int every, int last)
 {
-    int begin = place_at(first, every, 0);
+    int begin = mods_place(first, every, 0);
     return every > 0 && begin <= last ? (last - begin) / every + 1 : 0;
 }
 
@@ -112,35 +111,18 @@ int mods_connections(const struct sim_scene *scene, int group)
 {
     const struct sim_bands *b = &scene->mods.band[group];
     int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
-    return b->count > 0.0 ? place_count(b->first, b->every, last) : 0;
-}
-
-int mods_connection_mat(const struct sim_scene *scene, int group, int i)
-{
-    const struct sim_bands *b = &scene->mods.band[group];
-    return place_at(b->first, b->every, i);
+    return b->count > 0.0 ? count_places(b->first, b->every, last) : 0;
 }
 
 int mods_cleats(const struct sim_scene *scene)
 {
-    return place_count(scene->mods.cleat_first, scene->mods.cleat_every, scene->mats);
-}
-
-int mods_cleat_mat(const struct sim_scene *scene, int i)
-{
-    return place_at(scene->mods.cleat_first, scene->mods.cleat_every, i);
+    return count_places(scene->mods.cleat_first, scene->mods.cleat_every, scene->mats);
 }
 
 int mods_restraints(const struct sim_scene *scene, int kind)
 {
     const struct sim_restraint *r = &scene->mods.restraint[kind];
-    return place_count(r->first, r->every, scene->mats);
-}
-
-int mods_restraint_at(const struct sim_scene *scene, int kind, int i)
-{
-    const struct sim_restraint *r = &scene->mods.restraint[kind];
-    return place_at(r->first, r->every, i);
+    return count_places(r->first, r->every, scene->mats);
 }
 
 const char *mods_restraint_name(int kind)

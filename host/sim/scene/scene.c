@@ -722,7 +722,7 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
                                                                        "band2_slipped"};
     static const char *const prefixes[] = {"band", "band2"};
     const struct sim_bands *b = &scene->mods.band[group];
-    int connections = mods_connections(scene, group), first = mods_connection_mat(scene, group, 0);
+    int connections = mods_connections(scene, group), first = mods_place(b->first, b->every, 0);
     if (!(b->count > 0.0))
         return MR_OK;
     if (connections == 0)

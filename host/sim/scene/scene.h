@@ -295,16 +295,14 @@ void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS
 /* True if the scene has any modification. */
 bool mods_are_given(const struct sim_scene *scene);
 
-/* Number of connections (riveted mats) of a group of bands, number of cleats, and mat of the i-th
- * connection or cleat, counted from 0. A group has one segment more than connections, or none. */
+/* The i-th (from 0) of the mats or joints `first` (0: `every`), `first` + `every`, ... */
+int mods_place(int first, int every, int i);
+/* Number of connections (riveted mats) of a group of bands, of cleats, and of restraints of a kind.
+ * A group has one segment more than connections, or none. */
 int mods_connections(const struct sim_scene *scene, int group);
-int mods_connection_mat(const struct sim_scene *scene, int group, int i);
 int mods_cleats(const struct sim_scene *scene);
-int mods_cleat_mat(const struct sim_scene *scene, int i);
-/* Number of restraints of a kind, mat or joint of the i-th restraint, and name of the kind in
- * keys. */
 int mods_restraints(const struct sim_scene *scene, int kind);
-int mods_restraint_at(const struct sim_scene *scene, int kind, int i);
+/* Name of the kind in keys. */
 const char *mods_restraint_name(int kind);
 
 /* The keys of a scene: name in the file, offset in struct sim_scene, unit, allowed values. Scenes

@@ -195,7 +195,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     if (mods->has_cleats) {
         mods_wear_cleats(mods, &view, h_s, *first, *last);
         for (int i = 0; i < mods->cleats; i++) {
-            int mat = mods_cleat_mat(mods->scene, i);
+            int mat = (int)mods->state->cleat_mat[i];
             bool loaded = false;
             for (int k = 0; k < count; k++)
                 /* the limit of a loaded mat is set again in every step */
