@@ -192,19 +192,17 @@ static void read_csv(const struct request *r, struct store *store, const struct 
 {
     static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
-    size_t room = 0, columns = 0, number = 0;
+    size_t room = 0, columns = 0;
     struct error error = {0};
     FILE *in = fopen(r->csv, "r");
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
-    while (error.status == MR_OK && getline(&line, &room, in) >= 0) {
+    if (getline(&header, &room, in) >= 0)
+        columns = csv_split(header + utf8_mark_length(header, strlen(header)), head, WORDS_MAX);
+    room = 0;
+    for (size_t number = 2; getline(&line, &room, in) >= 0; number++) {
         struct request one = *r;
-        line[strcspn(line, "\r\n")] = '\0';
-        if (++number == 1) {
-            header = xstrdup(line + utf8_mark_length(line, strlen(line)));
-            columns = csv_split(header, head, WORDS_MAX);
-        }
-        if (number == 1 || !line[0])
+        if (!line[strspn(line, "\r\n")])
             continue;
         if (csv_split(line, cell, WORDS_MAX) != columns)
             error_set(&error, MR_MALFORMED,
@@ -219,9 +217,9 @@ static void read_csv(const struct request *r, struct store *store, const struct 
         }
         if (error.status == MR_OK)
             add_record(&one, store, all, answer, &error);
+        if (error.status != MR_OK)
+            error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
     }
-    if (error.status != MR_OK)
-        error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
     fclose(in);
     free(line);
     free(header);
