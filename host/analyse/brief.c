@@ -25,13 +25,13 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
 /* Adds the outcome from survey and transducers, without the predictor. */
 static void add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
 {
-    const struct record_landing given = {&summary->measured, &summary->zones};
+    const struct record_landing landing = {&summary->measured, &summary->zones};
     struct record record;
     struct error error = {0};
     const struct record_row *row = NULL;
     char what[200] = "";
     if (record_begin(store, &record, &error) == MR_OK &&
-        record_judge(store, &record, &given, &error) == MR_OK)
+        record_judge(store, &record, &landing, &error) == MR_OK)
         row = record_find(&record, summary->measured.landing.id);
     if (row && row->is_judged) {
         const struct outcome *outcome = &row->outcome;

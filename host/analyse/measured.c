@@ -389,7 +389,7 @@ static void find_extremes(const struct measured *measured, struct measured_chann
                                             measured->samples - 1 - MEASURED_END_BLOCKS / 2,
                                             MEASURED_END_BLOCKS / 2);
     /* The end value can itself be the extreme. It then has the larger error of a peak, whose budget
-     * `uncertainty` prints. */
+     * `matrig uncertainty` prints. */
     if (channel->end > channel->high)
         channel->high = channel->end;
     if (channel->end < channel->low)
@@ -651,16 +651,16 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
             double value = half_mean(&sums, half, i, search, measured->samples);
             if (isnan(value) || (value <= most && value >= least))
                 continue;
-            double there = half_mean(&sums, 1 - half, i, peak, measured->samples);
-            if (isnan(there))
+            double other_mean = half_mean(&sums, 1 - half, i, peak, measured->samples);
+            if (isnan(other_mean))
                 continue;
             if (!(value <= most)) {
                 most = value;
-                at_most = there;
+                at_most = other_mean;
             }
             if (!(value >= least)) {
                 least = value;
-                at_least = there;
+                at_least = other_mean;
             }
         }
         *high += at_most / 2.0;

@@ -125,26 +125,26 @@ const char *outcome_basis_text(enum outcome_basis basis)
  * if at least half of its openings changed, because two readings of a closed segment may be equal
  * to the last digit. Otherwise only the changed openings are new. */
 static enum mr_status load_board_survey(struct store *store, int64_t run, int64_t run_before,
-                                        struct zones_closure *told, struct error *error)
+                                        struct zones_closure *survey, struct error *error)
 {
     struct zones_closure last;
     size_t changed = 0;
-    enum mr_status status = zones_load_survey(store, run, told, error);
+    enum mr_status status = zones_load_survey(store, run, survey, error);
     if (status != MR_OK || run_before == 0)
         return status;
     status = zones_load_survey(store, run_before, &last, error);
     bool other[MR_SEGMENTS];
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float now_in = told->slack_in[s], then_in = last.slack_in[s];
+        float now_in = survey->slack_in[s], then_in = last.slack_in[s];
         other[s] = isfinite(now_in) && (isnan(then_in) || now_in < then_in || now_in > then_in);
         changed += other[s];
     }
-    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < told->surveyed_segments; s++) {
+    for (unsigned s = 0; s < MR_SEGMENTS && 2 * changed < survey->surveyed_segments; s++) {
         if (!other[s])
-            told->slack_in[s] = MR_NAN;
+            survey->slack_in[s] = MR_NAN;
     }
-    told->surveyed_segments = 2 * changed < told->surveyed_segments ? changed
-                                                                    : told->surveyed_segments;
+    survey->surveyed_segments = 2 * changed < survey->surveyed_segments ? changed
+                                                                        : survey->surveyed_segments;
     return status;
 }
 
@@ -154,9 +154,9 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
                                        struct zones_closure *slack, struct error *error)
 {
     static struct survey_results found;
-    bool there;
-    enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &there, error);
-    if (status != MR_OK || !there)
+    bool exists;
+    enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &exists, error);
+    if (status != MR_OK || !exists)
         return status;
     slack->surveyed_segments = found.slack.surveyed;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
@@ -375,10 +375,10 @@ static uint64_t runway_history_id(struct store *store, const struct store_landin
     struct error ignored = {0};
     int64_t source;
     uint32_t scale;
-    bool there = false;
+    bool exists = false;
     if (!measured_is_emulated(landing) ||
-        store_runway_get(store, landing->id, &state, &source, &there, &ignored) != MR_OK ||
-        !there || state.landings == 0)
+        store_runway_get(store, landing->id, &state, &source, &exists, &ignored) != MR_OK ||
+        !exists || state.landings == 0)
         return 0;
     memcpy(&scale, &state.scale, sizeof scale);
     return (uint64_t)state.landings << 32 | scale;
@@ -413,25 +413,25 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
 /* Loading samples is slow and is useful only with a survey, so the survey is checked first. */
 static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
 {
-    struct zones_closure told;
+    struct zones_closure survey;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
-    enum mr_status status = zones_load_survey(store, run, &told, error)
+    enum mr_status status = zones_load_survey(store, run, &survey, error)
                               ?: store_gage_surveys(store, &rows, &count, error);
-    *has = status == MR_OK && (told.surveyed_segments > 0 || count > 0);
+    *has = status == MR_OK && (survey.surveyed_segments > 0 || count > 0);
     free(rows);
     return status;
 }
 
 static enum mr_status judge_landing(struct store *store, const struct neighbours *between,
-                                    const struct record_landing *given, struct record_row *row,
+                                    const struct record_landing *loaded, struct record_row *row,
                                     struct error *error)
 {
-    set_warning(given->measured, given->zones, row);
-    compare_with_plan(given->measured, row);
+    set_warning(loaded->measured, loaded->zones, row);
+    compare_with_plan(loaded->measured, row);
     enum mr_status status = load_risk(store, row, error);
     if (status == MR_OK && !row->is_void)
-        status = outcome_load(store, given->measured, between, &row->outcome, error);
+        status = outcome_load(store, loaded->measured, between, &row->outcome, error);
     if (status == MR_OK)
         set_verdict(row);
     row->is_judged = status == MR_OK;
@@ -527,13 +527,13 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
 }
 
 enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_landing *given, struct error *error)
+                            const struct record_landing *loaded, struct error *error)
 {
-    struct record_row *row = record_find(record, given->measured->landing.id);
+    struct record_row *row = record_find(record, loaded->measured->landing.id);
     if (!row)
         return MR_OK;
     const struct neighbours between = find_neighbours(record, row);
-    return judge_landing(store, &between, given, row, error);
+    return judge_landing(store, &between, loaded, row, error);
 }
 
 enum mr_status record_end(struct store *store, struct record *record, struct error *error)

@@ -28,7 +28,7 @@
  * The outcome is "no" if the stop is known, the survey before was made after the previous landing,
  * and its unread segments could not form a zone. In addition, transducers must cover at least half
  * of the distance from touchdown to 50 mats beyond the stop. Otherwise the outcome is unknown, and
- * `why` has the reason. */
+ * `reason` has the reason. */
 
 #define OUTCOME_MATS    50 /* length of a zone at which buckling begins (report 6.1.4) */
 /* a zone counts as reached at this distance (seven mats), as in tests/score */
@@ -135,7 +135,7 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
 struct record_row *record_find(struct record *record, int64_t run);
 /* Judges a landing that the caller has loaded. */
 enum mr_status record_judge(struct store *store, struct record *record,
-                            const struct record_landing *given, struct error *error);
+                            const struct record_landing *loaded, struct error *error);
 /* Loads and judges the rows that are not judged yet, and computes the totals. */
 enum mr_status record_end(struct store *store, struct record *record, struct error *error);
 /* record_begin and record_end in one call. */

@@ -47,7 +47,7 @@ struct track {
 };
 
 /* Makes the track from a landing with a fit and at least three gates beyond touchdown; otherwise
- * `known` is false. */
+ * `is_known` is false. */
 void track_make(const struct measured *measured, struct track *track);
 /* Returns the station of the lead wheel with its standard error; NaN where it is not known. */
 struct mr_estimate track_at(const struct track *track, double t_s);

@@ -466,7 +466,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     struct store_trust *trusts = NULL;
     struct mr_predictor_state state;
     size_t count = 0, trust_count = 0;
-    bool there = false;
+    bool exists = false;
     *foresight = (struct foresight){.source = STORE_NONE, .resistance = (double)NAN};
     for (unsigned i = 0; i < FORESIGHT_CONDITIONS; i++)
         foresight->condition[i].from_s = (double)NAN;
@@ -475,12 +475,12 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     enum mr_status status =
         store_predictions(store, measured->landing.id, &rows, &count, error) ?:
         store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
-        store_runway_get(store, measured->landing.id, &state, &foresight->source, &there, error) ?:
+        store_runway_get(store, measured->landing.id, &state, &foresight->source, &exists, error) ?:
         load_risk(store, measured, foresight, error);
     if (status == MR_OK) {
         foresight->messages = count;
-        foresight->landings = there ? state.landings : 0;
-        foresight->source = there ? foresight->source : STORE_NONE;
+        foresight->landings = exists ? state.landings : 0;
+        foresight->source = exists ? foresight->source : STORE_NONE;
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)

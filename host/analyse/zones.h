@@ -24,7 +24,7 @@ struct zones_received {
 #define ZONES_DOUBT_SIZE 300
 /* Writes the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
-bool zones_format_doubt(const struct zones_received *heard, double before_s,
+bool zones_format_doubt(const struct zones_received *received, double before_s,
                         char out[ZONES_DOUBT_SIZE]);
 
 struct zone_warning {

@@ -50,8 +50,8 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
                                 struct error *error)
 {
     char section[BRINGUP_NAME_SIZE];
-    unsigned lines, said;
-    if (sscanf(line, "end %47s %u %8x", section, &lines, &said) != 3 ||
+    unsigned lines, reported_crc;
+    if (sscanf(line, "end %47s %u %8x", section, &lines, &reported_crc) != 3 ||
         strcmp(section, b->section) != 0)
         return error_set(
             error, MR_MALFORMED,
@@ -61,11 +61,11 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
         return error_set(error, MR_TRUNCATED,
                          "bring-up: only %zu of %u lines received: check the cable and repeat",
                          b->lines, lines);
-    if (said != crc)
+    if (reported_crc != crc)
         return error_set(
             error, MR_CRC,
             "bring-up: the checksum is %08x, the board sent %08x: check the cable and repeat",
-            (unsigned)crc, said);
+            (unsigned)crc, reported_crc);
     return MR_OK;
 }
 
@@ -426,9 +426,9 @@ static bool is_within_limit(const struct bringup_result *j)
     return j->line->number >= j->min && j->line->number <= j->max;
 }
 
-static const struct mr_board *find_board(const struct bringup *now)
+static const struct mr_board *find_board(const struct bringup *bringup)
 {
-    const struct bringup_line *line = bringup_find(now, "board");
+    const struct bringup_line *line = bringup_find(bringup, "board");
     int number = line ? mr_board_by_name(line->value) : -1;
     return number < 0 ? NULL : mr_board_by_number((unsigned)number);
 }
@@ -446,32 +446,33 @@ static void judge_line(struct bringup_result *j, const struct mr_board *board)
                                     : j->limit->beyond;
 }
 
-static bool is_reported(const struct bringup *now, unsigned section,
+static bool is_reported(const struct bringup *bringup, unsigned section,
                         const struct bringup_limit *limit)
 {
-    for (size_t i = 0; i < now->lines; i++) {
-        if (find_limit(section, &now->line[i]) == limit)
+    for (size_t i = 0; i < bringup->lines; i++) {
+        if (find_limit(section, &bringup->line[i]) == limit)
             return true;
     }
     return false;
 }
 
-size_t bringup_judge(const struct bringup *now, struct bringup_result judged[BRINGUP_RESULTS_MAX])
+size_t bringup_judge(const struct bringup *bringup,
+                     struct bringup_result judged[BRINGUP_RESULTS_MAX])
 {
-    unsigned section = section_bit(now->section);
-    const struct mr_board *board = find_board(now);
+    unsigned section = section_bit(bringup->section);
+    const struct mr_board *board = find_board(bringup);
     size_t count = 0;
-    for (size_t i = 0; i < now->lines; i++) {
+    for (size_t i = 0; i < bringup->lines; i++) {
         struct bringup_result *j = &judged[count++];
-        *j = (struct bringup_result){.name = now->line[i].name,
-                                     .line = &now->line[i],
-                                     .limit = find_limit(section, &now->line[i])};
+        *j = (struct bringup_result){.name = bringup->line[i].name,
+                                     .line = &bringup->line[i],
+                                     .limit = find_limit(section, &bringup->line[i])};
         judge_line(j, board);
     }
     for (size_t i = 0; i < LIMITS; i++) {
         const struct bringup_limit *limit = &limits[i];
         if (!(limit->sections & section) || limit->none == BRINGUP_OK ||
-            is_reported(now, section, limit))
+            is_reported(bringup, section, limit))
             continue;
         judged[count++] =
             (struct bringup_result){.name = limit->name, .limit = limit, .verdict = limit->none};

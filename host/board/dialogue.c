@@ -184,10 +184,10 @@ double dialogue_now_s(const struct dialogue *dialogue)
 
 /* ---- messages ---- */
 
-void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *take, void *context)
+void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context)
 {
     assert(dialogue->subscribers < DIALOGUE_SUBSCRIBERS);
-    dialogue->subscriber[dialogue->subscribers].handle = take;
+    dialogue->subscriber[dialogue->subscribers].handle = handle;
     dialogue->subscriber[dialogue->subscribers++].context = context;
 }
 
@@ -200,12 +200,12 @@ void dialogue_reset(struct dialogue *dialogue)
 /* Stores the first answer to the current command. Answers to other programs have other tags. */
 static void handle_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
-    struct mr_ack heard;
+    struct mr_ack answer;
     if (!dialogue->awaits_answer || dialogue->answered ||
-        mr_ack_get(&heard, message->payload, message->length) != MR_OK ||
-        heard.code != dialogue->answer.code || heard.tag != dialogue->answer.tag)
+        mr_ack_get(&answer, message->payload, message->length) != MR_OK ||
+        answer.code != dialogue->answer.code || answer.tag != dialogue->answer.tag)
         return;
-    dialogue->answer = heard;
+    dialogue->answer = answer;
     dialogue->answered = true;
 }
 
@@ -227,14 +227,14 @@ static enum mr_status handle_message(struct dialogue *dialogue,
 }
 
 /* MR_TOO_FEW: no data is waiting. */
-static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, struct error *error)
+static enum mr_status receive_serial(struct dialogue *dialogue, bool *received, struct error *error)
 {
     uint8_t bytes[SERIAL_BYTES_PER_TURN];
     size_t length;
     uint64_t host_us;
     enum mr_status status = link_receive_bytes(dialogue->link[LINK_SERIAL], bytes, sizeof bytes,
                                                &length, &host_us, error);
-    *came |= status == MR_OK;
+    *received |= status == MR_OK;
     for (size_t i = 0; status == MR_OK && i < length; i++) {
         struct mr_frame frame;
         if (mr_deframer_push(&dialogue->deframer, bytes[i], &frame) == MR_OK)
@@ -247,14 +247,14 @@ static enum mr_status receive_serial(struct dialogue *dialogue, bool *came, stru
     return status;
 }
 
-static enum mr_status receive_can(struct dialogue *dialogue, bool *came, struct error *error)
+static enum mr_status receive_can(struct dialogue *dialogue, bool *received, struct error *error)
 {
     struct link_frame can;
     uint16_t base = link_base(dialogue->link[LINK_CAN]);
     enum mr_status status = MR_OK;
     for (int i = 0; status == MR_OK && i < CAN_FRAMES_PER_TURN; i++) {
         status = link_receive_frame(dialogue->link[LINK_CAN], &can, error);
-        *came |= status == MR_OK;
+        *received |= status == MR_OK;
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
             status = handle_message(
                 dialogue,
@@ -274,17 +274,17 @@ void dialogue_set_base(struct dialogue *dialogue, uint16_t base)
 
 /* Receives all waiting data of both links. Sets `*received` if there was any. */
 static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
-                              bool *came, struct error *error)
+                              bool *received, struct error *error)
 {
-    *came = false;
+    *received = false;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct link *link = dialogue->link[kind];
         struct error away = {0};
         ready[kind] = (struct pollfd){.fd = -1, .events = POLLIN};
         if (!link)
             continue;
-        enum mr_status status = kind == LINK_CAN ? receive_can(dialogue, came, error)
-                                                 : receive_serial(dialogue, came, error);
+        enum mr_status status = kind == LINK_CAN ? receive_can(dialogue, received, error)
+                                                 : receive_serial(dialogue, received, error);
         if (status == MR_CLOSED)
             return error_set(error, MR_CLOSED,
                              "the board closed the link: %s; check that the board is running",
@@ -299,13 +299,13 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
     return MR_OK;
 }
 
-static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool *came,
+static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool *received,
                                   struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
     int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_TURN_S));
-    enum mr_status status = receive(dialogue, ready, came, error);
-    if (status == MR_OK && !*came && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
+    enum mr_status status = receive(dialogue, ready, received, error);
+    if (status == MR_OK && !*received && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
         errno != EINTR)
         return error_set(error, MR_IO, "cannot wait for the board (%s): %s; try again",
                          strerror(errno), dialogue_spec(dialogue));
@@ -316,8 +316,8 @@ static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool
 
 enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error)
 {
-    bool came;
-    return receive_for(dialogue, most_s, &came, error);
+    bool received;
+    return receive_for(dialogue, most_s, &received, error);
 }
 
 enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_done *done,
@@ -327,16 +327,16 @@ enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue
     double until_s = dialogue->now_s() + within_s;
     size_t before = progress ? *progress : 0;
     for (int late = 0; !done(context);) {
-        bool came;
+        bool received;
         double left_s = until_s - dialogue->now_s();
-        enum mr_status status = receive_for(dialogue, left_s, &came, error);
+        enum mr_status status = receive_for(dialogue, left_s, &received, error);
         if (status != MR_OK)
             return status;
         if (progress && *progress != before) {
             before = *progress;
             until_s = dialogue->now_s() + within_s;
             late = 0;
-        } else if (left_s <= 0.0 && (!came || ++late == TURNS_AFTER_DEADLINE)) {
+        } else if (left_s <= 0.0 && (!received || ++late == TURNS_AFTER_DEADLINE)) {
             return done(context) ? MR_OK : MR_TIMEOUT;
         }
     }
@@ -428,21 +428,21 @@ enum mr_status dialogue_send(struct dialogue *dialogue, uint16_t id, const uint8
 static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *command, double within_s,
                                  bool *proven, struct error *error)
 {
-    struct identity *who = &dialogue->identity;
+    struct identity *identity = &dialogue->identity;
     char uid[IDENTITY_UID_SIZE];
     uint8_t proof[MR_PROOF_BYTES];
     *proven = false;
     if (mr_command_privilege(command[0]) != MR_PRIVILEGE_OPERATOR)
         return MR_OK;
-    enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->key_known,
-                                                within_s, error);
-    if (status != MR_OK || who->key.state != MR_KEY_SET || !who->image_known)
+    enum mr_status status = dialogue_wait_until(dialogue, dialogue_is_flag_set,
+                                                &identity->key_known, within_s, error);
+    if (status != MR_OK || identity->key.state != MR_KEY_SET || !identity->image_known)
         return status == MR_TIMEOUT ? MR_OK : status; /* the board's answer shows what is missing */
-    status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &who->nonce_known, KEY_PERIOD_S,
-                                 error);
-    identity_uid_text(who, uid);
+    status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &identity->nonce_known,
+                                 KEY_PERIOD_S, error);
+    identity_uid_text(identity, uid);
     if (status == MR_OK)
-        status = keyfile_prove(uid, who->uid, who->nonce, command, proof, error);
+        status = keyfile_prove(uid, identity->uid, identity->nonce, command, proof, error);
     if (status != MR_OK)
         return status;
     *proven = true;
@@ -488,24 +488,25 @@ static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payl
 }
 
 enum mr_status dialogue_send_command(struct dialogue *dialogue,
-                                     const struct dialogue_command *order, struct mr_ack *answer,
+                                     const struct dialogue_command *request, struct mr_ack *answer,
                                      struct error *error)
 {
     uint8_t payload[MR_MESSAGE_MAX];
-    const struct mr_command command = {.code = order->code,
-                                       .index = order->index,
-                                       .argument = order->argument,
+    const struct mr_command command = {.code = request->code,
+                                       .index = request->index,
+                                       .argument = request->argument,
                                        .tag = dialogue_next_tag(dialogue)};
     size_t length = mr_command_put(&command, payload);
-    unsigned tries = dialogue_is_repeatable(order->code) && order->tries > 1 ? order->tries : 1;
+    unsigned tries = dialogue_is_repeatable(request->code) && request->tries > 1 ? request->tries
+                                                                                 : 1;
     enum mr_status status = MR_TIMEOUT;
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
     dialogue->awaits_answer = true;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
-        status = send_proven(dialogue, payload, length, order->answer_s, error);
+        status = send_proven(dialogue, payload, length, request->answer_s, error);
     dialogue->awaits_answer = false;
-    if (status == MR_TIMEOUT && error->status == MR_OK && order->was_executed &&
-        order->was_executed(order->context))
+    if (status == MR_TIMEOUT && error->status == MR_OK && request->was_executed &&
+        request->was_executed(request->context))
         status = MR_OK; /* only the answer was lost: returns the expected one, with status 0 */
     *answer = dialogue->answer;
     return status;
@@ -535,13 +536,13 @@ enum mr_status dialogue_set_refusal_error(const struct dialogue *dialogue,
                      now ? not_now : mr_status_text(why));
 }
 
-enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *order,
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *request,
                                 const char *not_now, struct error *error)
 {
     struct mr_ack answer;
-    enum mr_status status = dialogue_send_command(dialogue, order, &answer, error);
+    enum mr_status status = dialogue_send_command(dialogue, request, &answer, error);
     if (status == MR_TIMEOUT)
-        return dialogue_set_no_answer_error(dialogue, order->code, error);
+        return dialogue_set_no_answer_error(dialogue, request->code, error);
     return status != MR_OK || answer.status == MR_OK
              ? status
              : dialogue_set_refusal_error(dialogue, &answer, not_now, error);

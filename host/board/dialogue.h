@@ -193,7 +193,7 @@ struct dialogue_command {
  * MR_OK too if `was_executed` shows that the command was executed. MR_TIMEOUT: the answer was lost,
  * and it is not known whether the command was executed. */
 enum mr_status dialogue_send_command(struct dialogue *dialogue,
-                                     const struct dialogue_command *order, struct mr_ack *answer,
+                                     const struct dialogue_command *request, struct mr_ack *answer,
                                      struct error *error);
 /* True if executing the command twice has the same effect as once, so that it may be sent again. */
 bool dialogue_is_repeatable(unsigned code);
@@ -216,7 +216,7 @@ enum mr_status dialogue_set_refusal_error(const struct dialogue *dialogue,
                                           struct error *error);
 /* Sends a command and sets one of the standard error messages if it fails. MR_OK: the board
  * executed the command. */
-enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *order,
+enum mr_status dialogue_execute(struct dialogue *dialogue, const struct dialogue_command *request,
                                 const char *not_now, struct error *error);
 
 #endif

@@ -680,14 +680,14 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     /* on a shared bus, messages at this base may come from another board */
     if (f->can_frames > 0 && (serial[0] | serial[1]) &&
         (serial[0] != can[0] || serial[1] != can[1])) {
-        bool told = (can[0] | can[1]) != 0;
+        bool is_identified = (can[0] | can[1]) != 0;
         identity_uid_text(&f->board_on_can, uid);
         identity_uid_text(&f->identity, own);
         ready_add(report, READY_NO_GO, "CAN", "the board itself",
                   "give its CAN base, such as can:can0,base=0x190, or its own serial link",
                   "%s at base 0x%03x: UID on CAN %s, on serial %s",
-                  told ? "another board" : "frames not from this board", f->can_base,
-                  told ? uid : "unknown", own);
+                  is_identified ? "another board" : "frames not from this board", f->can_base,
+                  is_identified ? uid : "unknown", own);
         return;
     }
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
@@ -922,13 +922,13 @@ static void wait_for(struct query *a, dialogue_done *done, const void *context, 
 static enum mr_status send_command(struct query *a, uint8_t code, int32_t argument, double most_s)
 {
     struct mr_ack ack;
-    const struct dialogue_command order = {
+    const struct dialogue_command query = {
         .code = code,
         .argument = argument,
         .answer_s = fmin(most_s, a->until_s - dialogue_now_s(a->dialogue))};
     if (a->error->status != MR_OK)
         return MR_TIMEOUT;
-    return dialogue_send_command(a->dialogue, &order, &ack, a->error) ?: (enum mr_status)ack.status;
+    return dialogue_send_command(a->dialogue, &query, &ack, a->error) ?: (enum mr_status)ack.status;
 }
 
 static bool has_enough_blocks(const void *facts)

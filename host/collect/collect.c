@@ -63,16 +63,16 @@ void collector_set_listener(struct collector *collector, const struct collector_
 
 const struct crash_report *collector_pop_crash(struct collector *collector)
 {
-    bool news = collector->crash_unread;
+    bool is_new = collector->crash_unread;
     collector->crash_unread = false;
-    return news ? &collector->stored_crash : NULL;
+    return is_new ? &collector->stored_crash : NULL;
 }
 
 const struct mr_can_alarm *collector_pop_alarm(struct collector *collector)
 {
-    bool news = collector->alarm_unread;
+    bool is_new = collector->alarm_unread;
     collector->alarm_unread = false;
-    return news ? &collector->alarm : NULL;
+    return is_new ? &collector->alarm : NULL;
 }
 
 void collector_add_own_command(struct collector_own_commands *own, const struct mr_command *command)
@@ -88,13 +88,13 @@ void collector_set_own_commands(struct collector *collector, struct collector_ow
     collector->own_commands = own;
 }
 
-bool collector_pop_answer(struct collector *collector, struct collector_answer *order)
+bool collector_pop_answer(struct collector *collector, struct collector_answer *answer)
 {
     if (collector->answers_read == collector->answers)
         return false;
     if (collector->answers - collector->answers_read > COLLECT_ANSWERS_MAX)
         collector->answers_read = collector->answers - COLLECT_ANSWERS_MAX;
-    *order = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
+    *answer = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
     return true;
 }
 

@@ -120,7 +120,7 @@ struct collector_answer {
 };
 /* Removes the oldest of the newest eight answers and returns it; returns false if there is
  * none. */
-bool collector_pop_answer(struct collector *collector, struct collector_answer *order);
+bool collector_pop_answer(struct collector *collector, struct collector_answer *answer);
 
 struct collector_progress {
     bool hello_received; /* a board with the right layout has sent a hello */

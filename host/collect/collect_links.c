@@ -463,10 +463,10 @@ static enum mr_status release_held_frames(struct collector *collector, struct si
     enum mr_status status = MR_OK;
     side->held_count = 0;
     if (start == START_NEW) {
-        bool heard = count && side->kind == LINK_CAN &&
-                     read_frame(collector, &first->frame, &hello);
+        bool has_hello = count && side->kind == LINK_CAN &&
+                         read_frame(collector, &first->frame, &hello);
         status = handle_restart(collector, side, count ? first->frame.host_us : host_us,
-                                heard ? &hello.as.hello : NULL, error);
+                                has_hello ? &hello.as.hello : NULL, error);
         if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAMES)
             account_expect_first_frame(&side->account);
     }

@@ -55,7 +55,7 @@ struct side {
     uint64_t armed_us;
     /* blocks of the newest accepted clock message and of the first one */
     int64_t clock_block, first_clock;
-    /* CAN: rows of frames; [1] is at most MARK_BLOCKS old, [0] is the previous mark */
+    /* CAN: rows of frames; [1] is at most MARK_PERIOD_BLOCKS old, [0] is the previous mark */
     int64_t mark[2], mark_block;
     const char *spec; /* NULL: the link is not used */
     bool ended;

@@ -250,21 +250,21 @@ struct compare_overlap compare_find_overlap(const struct compare_zone *a,
 
 /* Returns the board's newest zone and prediction at a time. */
 static struct compare_zone find_board_zone(const struct measured *measured,
-                                           const struct compare_board_reports *said, double t_s)
+                                           const struct compare_board_reports *reports, double t_s)
 {
     struct compare_zone zone = {.is_known = false};
     const struct store_zone *row = NULL;
-    for (size_t i = 0; i < said->zones && zones_time_s(measured, &said->zone[i]) <= t_s; i++)
-        row = &said->zone[i];
+    for (size_t i = 0; i < reports->zones && zones_time_s(measured, &reports->zone[i]) <= t_s; i++)
+        row = &reports->zone[i];
     if (!row)
         return zone;
     zone = (struct compare_zone){true,        (double)row->mats, row->start_ft,
                                  row->end_ft, (double)NAN,       (double)NAN};
-    for (size_t i = 0; i < said->predictions; i++) {
-        if (said->prediction[i].block != row->block)
+    for (size_t i = 0; i < reports->predictions; i++) {
+        if (reports->prediction[i].block != row->block)
             continue;
-        zone.start_error_ft = said->prediction[i].start_error_ft;
-        zone.end_error_ft = said->prediction[i].end_error_ft;
+        zone.start_error_ft = reports->prediction[i].start_error_ft;
+        zone.end_error_ft = reports->prediction[i].end_error_ft;
     }
     return zone;
 }
@@ -355,11 +355,11 @@ static double find_longest_zone_s(const struct zone_input *in, double stop_s,
 }
 
 void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
-                        const struct compare_board_reports *said,
+                        const struct compare_board_reports *reports,
                         const struct compare_segments *segments, struct compare_zones *zones)
 {
     static const char *const longest[] = {"longest measured", "longest said", "longest simulated"};
-    const struct zone_input in = {measured, survey, segments, said};
+    const struct zone_input in = {measured, survey, segments, reports};
     double stop_s = measured->summary.stop_t_s.value,
            end_s = measured_time_s(measured, measured->samples - 1);
     enum compare_zone_source source;
@@ -539,7 +539,7 @@ static void add_channel(const struct measured *measured, const struct compare_ti
 }
 
 void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
-                          const struct compare_board_reports *said,
+                          const struct compare_board_reports *reports,
                           const struct store_simulation_head *head,
                           const struct store_simulation *rows, size_t count,
                           struct compare_figures *figures)
@@ -569,7 +569,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,
                                               head->segments_dt_s};
-    compare_find_zones(measured, survey, said, &segments, &figures->zones);
+    compare_find_zones(measured, survey, reports, &segments, &figures->zones);
 }
 
 struct compare_mean compare_average(const struct compare_figures *figures)

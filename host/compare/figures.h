@@ -143,7 +143,7 @@ struct compare_segments {
     double dt_s;
 };
 void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
-                        const struct compare_board_reports *said,
+                        const struct compare_board_reports *reports,
                         const struct compare_segments *segments, struct compare_zones *zones);
 
 /* All figures of a landing's comparison. The measurement is compared with a simulation of the
@@ -186,7 +186,7 @@ struct compare_figures {
 /* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
  * without a row is listed as not compared. */
 void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
-                          const struct compare_board_reports *said,
+                          const struct compare_board_reports *reports,
                           const struct store_simulation_head *head,
                           const struct store_simulation *rows, size_t count,
                           struct compare_figures *figures);

@@ -532,13 +532,13 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
 {
     struct store_zone *zones = NULL;
     struct store_prediction *predictions = NULL;
-    struct compare_board_reports said = {0};
+    struct compare_board_reports reports = {0};
     int64_t run = landing->measured.landing.id;
-    if (store_zones(store, run, &zones, &said.zones, error) == MR_OK &&
-        store_predictions(store, run, &predictions, &said.predictions, error) == MR_OK) {
-        said.zone = zones;
-        said.prediction = predictions;
-        compare_find_figures(&landing->measured, survey, &said, &landing->head, landing->row,
+    if (store_zones(store, run, &zones, &reports.zones, error) == MR_OK &&
+        store_predictions(store, run, &predictions, &reports.predictions, error) == MR_OK) {
+        reports.zone = zones;
+        reports.prediction = predictions;
+        compare_find_figures(&landing->measured, survey, &reports, &landing->head, landing->row,
                              landing->rows, &landing->figures);
     }
     free(zones);

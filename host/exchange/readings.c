@@ -157,10 +157,10 @@ static bool read_next_line(struct table *t, bool blanks, const char **line, size
         *whole = newline != NULL;
         t->at = newline ? newline + 1 : t->end;
         t->line++;
-        size_t said = *length;
-        while (said && is_blank((*line)[said - 1]))
-            said--;
-        if (said ? !t->mapping->comment || **line != t->mapping->comment : blanks)
+        size_t text_length = *length;
+        while (text_length && is_blank((*line)[text_length - 1]))
+            text_length--;
+        if (text_length ? !t->mapping->comment || **line != t->mapping->comment : blanks)
             return true;
     }
     return false;
@@ -434,14 +434,14 @@ enum mr_status import_read_signals(const struct textfile *file,
         return error->status;
     memcpy(result->bus, log.interface, sizeof result->bus);
     while (candump_log_next(&log, file, &at, &line)) {
-        bool taken = false;
+        bool has_sample = false;
         first_us = frames++ ? first_us : line.frame.host_us;
         double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
                         mapping->time_unit_s;
         for (size_t c = 0; c < mapping->channels; c++)
-            taken |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
-                     add_sample(&log, &mapping->channel[c], time_s, value);
-        result->rows += taken;
+            has_sample |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
+                          add_sample(&log, &mapping->channel[c], time_s, value);
+        result->rows += has_sample;
     }
     result->parsed = log.result;
     result->other_interface = log.other_interface;
@@ -509,14 +509,14 @@ static enum mr_status import_frames(struct store *store, struct collector *colle
 {
     struct link_frame frame;
     struct error ended = {0};
-    uint64_t begun_us = link_now_us(), told = 0;
+    uint64_t begun_us = link_now_us(), reported_troubles = 0;
     enum mr_status status = MR_OK;
     for (;;) {
         bool more = link_receive_frame(link, &frame, &ended) == MR_OK;
         const struct link_counters *counters = link_counters(link);
-        if (told != counters->troubles + counters->bad_lines)
+        if (reported_troubles != counters->troubles + counters->bad_lines)
             status = collector_account_troubles(collector, LINK_CAN, counters, error);
-        told = counters->troubles + counters->bad_lines;
+        reported_troubles = counters->troubles + counters->bad_lines;
         if (status == MR_OK && more)
             status = collector_receive_frame(collector, &frame, error);
         if (status != MR_OK || !more)

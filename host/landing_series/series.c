@@ -313,10 +313,10 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
         read_scene(r, where, now, &landing->scene);
     if (!has_failed(r) &&
         landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
-        char says[100];
-        snprintf(says, sizeof says, "a station before the end of the runway, %.6g ft",
+        char expected[100];
+        snprintf(expected, sizeof expected, "a station before the end of the runway, %.6g ft",
                  landing->scene.mats * landing->scene.length_ft);
-        refuse_key(r, where, "touchdown_ft", says);
+        refuse_key(r, where, "touchdown_ft", expected);
     }
 }
 

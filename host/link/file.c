@@ -235,11 +235,11 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
     return status;
 }
 
-static enum mr_status file_open(struct link *link, const char *given, struct error *error)
+static enum mr_status file_open(struct link *link, const char *spec_text, struct error *error)
 {
     struct stat info;
     char path[LINK_SPEC_SIZE];
-    snprintf(path, sizeof path, "%s", given);
+    snprintf(path, sizeof path, "%s", spec_text);
     char *named = strrchr(path, ',');
     if (link->kind != LINK_CAN || !named ||
         strncmp(named, LINK_INTERFACE_OPTION, sizeof LINK_INTERFACE_OPTION - 1) != 0) {
@@ -304,12 +304,12 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
  * which bus has the board. */
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
-    struct buses heard = {.count = 0};
-    if (!link->follows_board || !add_to_buses(&heard, line, link->base))
+    struct buses buses = {.count = 0};
+    if (!link->follows_board || !add_to_buses(&buses, line, link->base))
         return;
-    if (heard.bus[0].hellos > 0 || !link->log.interface[0])
-        memcpy(link->log.interface, heard.bus[0].name, CANDUMP_INTERFACE_SIZE);
-    link->follows_board = heard.bus[0].hellos == 0;
+    if (buses.bus[0].hellos > 0 || !link->log.interface[0])
+        memcpy(link->log.interface, buses.bus[0].name, CANDUMP_INTERFACE_SIZE);
+    link->follows_board = buses.bus[0].hellos == 0;
 }
 
 static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame,
@@ -319,9 +319,9 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
     struct candump_line line;
     const char *text;
     size_t length;
-    bool whole, taken = false;
+    bool whole, has_frame = false;
     char verdict[300];
-    while (!taken) {
+    while (!has_frame) {
         enum mr_status status = read_line(link, &text, &length, &whole, error);
         if (status == MR_CLOSED && log->result.status != MR_OK) {
             parse_result_text(&log->result, verdict, sizeof verdict);
@@ -331,16 +331,16 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         if (status != MR_OK)
             return status;
         uint64_t elsewhere = log->other_interface;
-        taken = candump_log_parse_line(log, text, length, whole, &line);
-        if (link->follows_board && (taken || log->other_interface != elsewhere)) {
+        has_frame = candump_log_parse_line(log, text, length, whole, &line);
+        if (link->follows_board && (has_frame || log->other_interface != elsewhere)) {
             follow_board_bus(link, &line);
-            taken = candump_is_from_interface(&line, log->interface);
-            log->other_interface = elsewhere + !taken;
+            has_frame = candump_is_from_interface(&line, log->interface);
+            log->other_interface = elsewhere + !has_frame;
         }
         link->counters.bad_lines = log->result.bad_lines;
         link->counters.other_interface = log->other_interface;
         const struct link_counters *c = &link->counters;
-        if (!taken && c->received + c->error_frames + c->other_interface == 0 &&
+        if (!has_frame && c->received + c->error_frames + c->other_interface == 0 &&
             c->bad_lines >= BAD_LINES_MAX)
             return error_set(
                 error, MR_MALFORMED,

@@ -211,12 +211,12 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     return MR_OK;
 }
 
-enum mr_status link_open(const char *given, enum link_kind kind, struct link **link,
+enum mr_status link_open(const char *text, enum link_kind kind, struct link **link,
                          struct error *error)
 {
     char spec[LINK_SPEC_SIZE];
     uint16_t base = 0;
-    snprintf(spec, sizeof spec, "%s", given);
+    snprintf(spec, sizeof spec, "%s", text);
     if (kind == LINK_CAN && link_parse_base(spec, &base, error) != MR_OK)
         return error->status;
     return open_spec(spec, kind, base, NULL, 0, link, error);
@@ -329,14 +329,14 @@ void link_restart_counting(struct link *link, int baud)
 static void copy_counters(const struct link *link, struct link_counters *counters,
                           struct error *away)
 {
-    pthread_mutex_t *heard = (pthread_mutex_t *)&link->counters_lock;
-    pthread_mutex_lock(heard);
+    pthread_mutex_t *lock = (pthread_mutex_t *)&link->counters_lock;
+    pthread_mutex_lock(lock);
     counters->received = link->counters.received;
     counters->error_frames = link->counters.error_frames;
     counters->rx = link->counters.rx;
     memcpy(counters->trouble, link->counters.trouble, sizeof counters->trouble);
     *away = link->absence;
-    pthread_mutex_unlock(heard);
+    pthread_mutex_unlock(lock);
 }
 
 static void set_absence(struct link *link, const struct error *why)
@@ -541,14 +541,14 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
 /* Locks the device for sending. It may be away, or the receiving thread may be opening it. */
 static enum mr_status lock_device(struct link *link, struct error *error)
 {
-    bool taken = false;
+    bool is_locked = false;
     for (int waited_ms = 0;
-         !(taken = pthread_mutex_trylock(&link->device_lock) == 0) && waited_ms < SEND_WAIT_MS;
+         !(is_locked = pthread_mutex_trylock(&link->device_lock) == 0) && waited_ms < SEND_WAIT_MS;
          waited_ms++)
         poll(NULL, 0, 1);
-    if (taken && link->absence.status == MR_OK)
+    if (is_locked && link->absence.status == MR_OK)
         return MR_OK;
-    if (taken)
+    if (is_locked)
         pthread_mutex_unlock(&link->device_lock);
     return error_set(error, MR_IO, "the device is disconnected: %s; plug it in again", link->spec);
 }

@@ -66,7 +66,7 @@ static struct piece *new_piece(void)
     return memory == MAP_FAILED ? NULL : memory;
 }
 
-enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
+enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue **queue,
                                struct error *error)
 {
     struct link_queue *made = calloc(1, sizeof *made);
@@ -79,7 +79,7 @@ enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **qu
     pthread_mutex_init(&made->lock, NULL);
     pthread_cond_init(&made->room_freed, NULL);
     made->capacity = capacity;
-    made->event_fd = news;
+    made->event_fd = event_fd;
     made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
                     LINK_QUEUE_HISTORY_DIVISOR;
     made->oldest = made->written.piece = made->read.piece = made->released.piece = piece;
@@ -195,10 +195,10 @@ void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
 void link_queue_signal(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool tell = queue->wants_event && queue->read.totals.items != queue->written.totals.items;
-    queue->wants_event = queue->wants_event && !tell;
+    bool signals = queue->wants_event && queue->read.totals.items != queue->written.totals.items;
+    queue->wants_event = queue->wants_event && !signals;
     pthread_mutex_unlock(&queue->lock);
-    if (tell && queue->event_fd >= 0) {
+    if (signals && queue->event_fd >= 0) {
         const uint64_t one = 1;
         ssize_t written = write(queue->event_fd, &one, sizeof one);
         /* if the counter of the eventfd is full, the write fails, but the reader wakes all the
@@ -446,10 +446,10 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
     reader->is_dropping = false;
     put_counters(reader);
     for (;;) {
-        bool there = reader->kind == LINK_CAN
-                       ? link_queue_put_frame(reader->queue, frame)
-                       : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
-        if (there)
+        bool has_data = reader->kind == LINK_CAN
+                          ? link_queue_put_frame(reader->queue, frame)
+                          : link_queue_put_bytes(reader->queue, reader->bytes, length, host_us);
+        if (has_data)
             return true;
         if (!link_sender_waits(reader->link)) {
             drop_queued(reader, count);
@@ -533,8 +533,8 @@ static void *run_reader(void *context)
     return NULL;
 }
 
-enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
-                                link_cause_finder *blame, void *context,
+enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity,
+                                int event_fd, link_cause_finder *find_cause, void *context,
                                 struct link_reader **reader, struct error *error)
 {
     struct link_reader *made = calloc(1, sizeof *made);
@@ -543,7 +543,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
                          link_spec(link));
     made->link = link;
     made->kind = kind;
-    made->find_cause = blame;
+    made->find_cause = find_cause;
     made->context = context;
     made->recorded = link_is_recorded(link);
     made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -552,7 +552,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
     /* a recording needs no limit: each item is read before the next one is added */
     if (made->recorded)
         capacity = SIZE_MAX / 4;
-    enum mr_status status = link_queue_open(capacity, news, &made->queue, error);
+    enum mr_status status = link_queue_open(capacity, event_fd, &made->queue, error);
     if (status == MR_OK && made->wake_fd < 0)
         status = error_set(
             error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",

@@ -54,9 +54,9 @@ struct link_queue_depth {
     uint64_t can_frames, serial_bytes; /* CAN frames and serial bytes that are not released */
 };
 
-/* Opens a queue. `news`: an eventfd that is written when something is put after
+/* Opens a queue. `event_fd`: an eventfd that is written when something is put after
  * link_queue_request_event returned false; -1: none. MR_FULL: no memory. */
-enum mr_status link_queue_open(size_t capacity, int news, struct link_queue **queue,
+enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue **queue,
                                struct error *error);
 void link_queue_close(struct link_queue *queue); /* NULL is allowed; no thread may be in a call */
 
@@ -122,10 +122,10 @@ struct link_reader;
 typedef enum link_trouble link_cause_finder(void *context);
 
 /* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
- * link_spec. `news`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for
+ * link_spec. `event_fd`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for
  * LINK_QUEUE_S. */
-enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity, int news,
-                                link_cause_finder *blame, void *context,
+enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity,
+                                int event_fd, link_cause_finder *find_cause, void *context,
                                 struct link_reader **reader, struct error *error);
 /* Stops reading and waits for the thread; queued items are kept. */
 void link_reader_stop(struct link_reader *reader);  /* NULL is allowed */
@@ -134,7 +134,7 @@ void link_reader_close(struct link_reader *reader); /* NULL is allowed */
 struct link_queue *link_reader_queue(const struct link_reader *reader);
 
 /* Returns the descriptor to wait for before link_reader_read. -1: a thread reads the link and
- * signals with `news`. */
+ * signals with `event_fd`. */
 int link_reader_fd(const struct link_reader *reader);
 /* Reads one turn of a recording. Returns true if more data may be available immediately. */
 bool link_reader_read(struct link_reader *reader);

@@ -197,7 +197,7 @@ static enum mr_status set_open_error(const char *spec, const char *real, struct 
 static enum mr_status configure_port(struct tty *tty, int baud, struct error *error)
 {
     struct sp_port_config *config = NULL;
-    int took = 0;
+    int actual_baud = 0;
     if (sp_set_baudrate(tty->port, baud) != SP_OK || sp_set_bits(tty->port, 8) != SP_OK ||
         sp_set_parity(tty->port, SP_PARITY_NONE) != SP_OK ||
         sp_set_stopbits(tty->port, 1) != SP_OK ||
@@ -209,15 +209,15 @@ static enum mr_status configure_port(struct tty *tty, int baud, struct error *er
     /* A driver that does not support a rate silently uses another one. */
     if (sp_new_config(&config) == SP_OK) {
         if (sp_get_config(tty->port, config) != SP_OK ||
-            sp_get_config_baudrate(config, &took) != SP_OK)
-            took = 0;
+            sp_get_config_baudrate(config, &actual_baud) != SP_OK)
+            actual_baud = 0;
         sp_free_config(config);
     }
-    if (took > 0 && abs(took - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
+    if (actual_baud > 0 && abs(actual_baud - baud) > baud / 100 * BAUD_TOLERANCE_PERCENT)
         return error_set(
             error, MR_IO,
             "the serial port does not support %d baud, it set %d: %s; give a different rate", baud,
-            took, tty->spec);
+            actual_baud, tty->spec);
     return MR_OK;
 }
 

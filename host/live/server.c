@@ -111,13 +111,13 @@ static bool is_local_host(const char *host)
 }
 
 /* Compares the token in constant time, independent of the first difference. */
-static bool is_token_valid(const struct live_server *server, const char *given)
+static bool is_token_valid(const struct live_server *server, const char *token)
 {
     unsigned differ = 0;
-    if (!given || strlen(given) != 2 * TOKEN_BYTES)
+    if (!token || strlen(token) != 2 * TOKEN_BYTES)
         return false;
     for (size_t i = 0; i < 2 * TOKEN_BYTES; i++)
-        differ |= (unsigned)(unsigned char)given[i] ^ (unsigned)(unsigned char)server->token[i];
+        differ |= (unsigned)(unsigned char)token[i] ^ (unsigned)(unsigned char)server->token[i];
     return differ == 0;
 }
 

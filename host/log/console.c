@@ -205,19 +205,20 @@ void logger_set_nonblocking(struct logger *logger, bool on)
 
 void logger_print_pending(struct logger *logger)
 {
-    size_t said = 0;
+    size_t written_bytes = 0;
     if (logger->pending_output_length == 0)
         return;
     if (logger->original_output[0] > 0) {
         ssize_t count = write(STDOUT_FILENO, logger->pending_output, logger->pending_output_length);
-        said = count > 0 ? (size_t)count : 0;
+        written_bytes = count > 0 ? (size_t)count : 0;
     } else {
-        said = logger->pending_output_length;
-        fwrite(logger->pending_output, 1, said, stdout);
+        written_bytes = logger->pending_output_length;
+        fwrite(logger->pending_output, 1, written_bytes, stdout);
         fflush(stdout);
     }
-    logger->pending_output_length -= said;
-    memmove(logger->pending_output, logger->pending_output + said, logger->pending_output_length);
+    logger->pending_output_length -= written_bytes;
+    memmove(logger->pending_output, logger->pending_output + written_bytes,
+            logger->pending_output_length);
 }
 
 static void report_summary(struct logger *logger, const struct summary *summary)
@@ -833,14 +834,14 @@ void typed_update(struct logger *logger)
         report_answer(logger);
     if (typed->confirming && monotonic_us() > typed->until_us)
         handle_reply(logger, "");
-    bool there = logger_has_received_hello(logger);
+    bool has_board = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
-    bool nobody = !there && !typed->is_terminal;
-    if (typed->sent || nobody || !read_line(typed, line))
+    bool has_no_board = !has_board && !typed->is_terminal;
+    if (typed->sent || has_no_board || !read_line(typed, line))
         return;
     if (typed->confirming)
         handle_reply(logger, line);
-    else if (!there)
+    else if (!has_board)
         print_reply(logger, "no hello from a board yet: nothing was sent\n");
     else
         handle_command(logger, line);

@@ -53,9 +53,9 @@ static bool is_content_gone(enum store_file_state place)
  * sqlite3's .restore does. */
 static enum mr_status find_session(struct logger *logger, struct error *error)
 {
-    bool there = true;
-    enum mr_status status = store_has_session_data(logger->store, &there, error);
-    if (status != MR_OK || there)
+    bool has_data = true;
+    enum mr_status status = store_has_session_data(logger->store, &has_data, error);
+    if (status != MR_OK || has_data)
         return status;
     logger->campaign_lost = true;
     return error_set(error, MR_IO,
@@ -252,8 +252,8 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     if (!link_queue_has_unread(queue))
         logger->more_buffered[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
     size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
-    for (size_t taken = 0; taken < most && status == MR_OK && link_queue_read(queue, &item);) {
-        taken += item.kind == LINK_ITEM_BYTES ? item.length : 1;
+    for (size_t handled = 0; handled < most && status == MR_OK && link_queue_read(queue, &item);) {
+        handled += item.kind == LINK_ITEM_BYTES ? item.length : 1;
         status = handle_item(logger, link, &item, error);
     }
     return status == MR_OK ? record_troubles(logger, link, error) : status;

@@ -126,7 +126,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error);
 /* True if the transaction must be committed now: received data must be on disk within 100 ms. */
 bool logger_is_commit_due(struct logger *logger);
 /* Call after an error. If the store refused for a temporary reason, rolls back, clears the error
- * and schedules a new try at again_us. Otherwise returns the error's status. */
+ * and schedules a new try at retry_us. Otherwise returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
 /* If the campaign's file was moved or removed, saves the campaign beside it and continues there. If
  * its content was replaced, starts a new campaign beside it with the data that the queues have

@@ -219,11 +219,11 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
     char path[sizeof watch->path];
     pthread_mutex_lock(&watch->lock);
-    bool due = now || at_us - watch->file_checked_us >= PLACE_PERIOD_US;
+    bool must_check = now || at_us - watch->file_checked_us >= PLACE_PERIOD_US;
     struct store_identity identity = watch->identity;
     memcpy(path, watch->path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
-    if (!due)
+    if (!must_check)
         return;
     enum store_file_state place = store_check_identity(path, &identity);
     pthread_mutex_lock(&watch->lock);

@@ -655,11 +655,11 @@ static double log_odds(struct fit_work *w, const struct push_fit *fit, double fo
 {
     const struct push_interval *k = &fit->k_lb_in;
     double decades = fabs(log10(k->value / expected_lb_in));
-    bool told = isfinite(k->high) && decades < PUSH_PRIOR_DECADES;
-    if (told && k->high < NARROW_INTERVAL_RATIO * k->low)
+    bool is_determined = isfinite(k->high) && decades < PUSH_PRIOR_DECADES;
+    if (is_determined && k->high < NARROW_INTERVAL_RATIO * k->low)
         return peak_log_odds(fit, stretch2);
     double grid = grid_log_odds(w, fit, force, expected_lb_in, stretch2);
-    return told ? fmax(grid, peak_log_odds(fit, stretch2)) : grid;
+    return is_determined ? fmax(grid, peak_log_odds(fit, stretch2)) : grid;
 }
 
 static void find_intervals(struct fit_work *w, double a, double b, double best, double force,
@@ -669,11 +669,11 @@ static void find_intervals(struct fit_work *w, double a, double b, double best, 
     double up = find_interval_distance(w, 0, a, b, least_chi, q, step, HUGE_VAL, scale);
     double down = a > 0.0 ? find_interval_distance(w, 0, a, b, least_chi, q, -step, a, scale)
                           : (double)INFINITY;
-    bool told = down < a;
-    fit->k_lb_in = (struct push_interval){told ? 1.0 / a : (double)NAN, 1.0 / (a + up),
-                                          told ? 1.0 / (a - down) : (double)INFINITY};
+    bool is_determined = down < a;
+    fit->k_lb_in = (struct push_interval){is_determined ? 1.0 / a : (double)NAN, 1.0 / (a + up),
+                                          is_determined ? 1.0 / (a - down) : (double)INFINITY};
     fit->unloading_ratio = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
-    if (!told || w->path.falling == 0)
+    if (!is_determined || w->path.falling == 0)
         return;
     fit->unloading_ratio.value = rho;
     fit->unloading_ratio.high = rho + find_interval_distance(w, 1, rho, a, least_chi, q, 0.05,
@@ -702,8 +702,8 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     fit->first_sliding = w->slid_from;
     double force = has_slid(w) ? slide_chi_square(w, &fit->limit_lb) : 0.0;
     fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
-    size_t taken = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
-    fit->degrees_of_freedom = n > taken ? n - taken : 0;
+    size_t parameters = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
+    fit->degrees_of_freedom = n > parameters ? n - parameters : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
     fit->log_odds = log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
@@ -741,8 +741,8 @@ void push_fit_curve(const struct push_series *series, struct push_errors gages,
                     const struct push_fit *fit, double *moved_in)
 {
     struct push_path *path = xmalloc(sizeof *path);
-    bool told = !isnan(fit->k_lb_in.value);
-    double a = 1.0 / (told ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
+    bool is_determined = !isnan(fit->k_lb_in.value);
+    double a = 1.0 / (is_determined ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
            b = isnan(fit->unloading_ratio.value) ? a : fit->unloading_ratio.value * a;
     bool made = make_path(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {

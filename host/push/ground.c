@@ -55,11 +55,11 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
 
 /* Adds a parameter that is not determined. `kept`: value that a scene uses instead; NULL: none. */
 static void add_undetermined(struct answer *answer, const char *name,
-                             const struct push_parameter *told, const char *kept)
+                             const struct push_parameter *parameter, const char *kept)
 {
-    if (!isnan(told->interval.value))
+    if (!isnan(parameter->interval.value))
         return;
-    answer_words(answer, NULL, name, "undetermined: %s", told->reason);
+    answer_words(answer, NULL, name, "undetermined: %s", parameter->reason);
     if (kept)
         answer_remark(answer, "; a scene uses %s", kept);
 }
@@ -246,10 +246,10 @@ static struct push_interval make_interval(const struct pooled *p, size_t term)
     return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
 }
 
-static void set_undetermined(struct push_parameter *told, const char *reason)
+static void set_undetermined(struct push_parameter *parameter, const char *reason)
 {
-    told->interval = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
-    snprintf(told->reason, sizeof told->reason, "%s", reason);
+    parameter->interval = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
+    snprintf(parameter->reason, sizeof parameter->reason, "%s", reason);
 }
 
 static size_t count_fit_terms(const struct push_readings *readings)

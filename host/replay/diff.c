@@ -39,7 +39,7 @@ enum field_rule {
 #define FIELD_TOLERANCES_TEXT 200
 
 /* Rules of the catalogue. Other fields follow the rule of their name, if the name is a common one
- * for times, or else FIELD_PLAIN. */
+ * for times, or else FIELD_VALUE. */
 static const struct {
     uint16_t id; /* message of the field; 0: every message */
     const char *field;

@@ -306,7 +306,7 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
 enum mr_status store_bundle_extract(struct store *store, int64_t run, const char *path, bool *found,
                                     struct error *error);
 
-/* Reads the number of errors of each kind (enum link_count_event) that a link detected during a
+/* Reads the number of errors of each kind (enum link_trouble) that a link detected during a
  * landing. */
 enum mr_status store_link_errors(struct store *store, int64_t run, int link,
                                  struct store_link_error **rows, size_t *count,

@@ -835,20 +835,20 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
 }
 
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
-                                       struct survey_results *found, bool *there,
+                                       struct survey_results *found, bool *exists,
                                        struct error *error)
 {
     static struct survey survey; /* static, because it takes tens of kilobytes */
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_gage_surveys(store, &rows, &count, error);
-    *there = false;
-    for (size_t i = count; status == MR_OK && !*there && i-- > 0;) {
+    *exists = false;
+    for (size_t i = count; status == MR_OK && !*exists && i-- > 0;) {
         if (rows[i].made_us <= from_us || rows[i].made_us > to_us)
             continue;
         status = survey_load(store, rows[i].id, &survey, error)
                    ?: survey_evaluate(store, &survey, found, error);
-        *there = status == MR_OK && found->slack.surveyed > 0;
+        *exists = status == MR_OK && found->slack.surveyed > 0;
     }
     free(rows);
     return status;

@@ -257,9 +257,9 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
 enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
                                struct survey_results *found, struct error *error);
 /* Evaluates the newest survey that was started between two times and has readings of segments;
- * *there is false if there is none. */
+ * *exists is false if there is none. */
 enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int64_t to_us,
-                                       struct survey_results *found, bool *there,
+                                       struct survey_results *found, bool *exists,
                                        struct error *error);
 
 /* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
