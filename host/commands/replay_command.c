@@ -240,7 +240,7 @@ static const struct command_part parts[] = {
                           "digests are checked and its image is used"),
     OPTION_CHOICE("--speed", "S", speed, "speed", "max|real",
                   "max, or real (real time); default: max"),
-    OPTION_TEXT("--elf_path", "F", board.elf_path,
+    OPTION_TEXT("--elf", "F", board.elf_path,
                 "firmware image; default: that of the bundle, or the one installed with matrig"),
     OPTION_FLAG("--exact", exact_asked,
                 "require equal fields even when a different image recorded the landing; default: "
