@@ -92,7 +92,7 @@ void bands_free(struct bands_summary *bands)
 }
 
 /* Distance in ft of a gage ahead of the lead wheel in a block; NaN: unknown. */
-static double ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
+static double compute_ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)gage)
@@ -167,7 +167,7 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     answer_count(answer, "gage", NULL, e->gage);
     answer_count(answer, "block", NULL, e->block);
     answer_value(answer, "ahead_of_wheel", e->ahead_heading, UNIT_STATION,
-                 ahead_ft(measured, e->gage, e->block), 1)
+                 compute_ahead_ft(measured, e->gage, e->block), 1)
         ->digits = 5;
     answer_close(answer);
 }

@@ -246,8 +246,8 @@ static struct motion_point interpolate_motion(struct motion_point from, struct m
 
 /* Station and speed at a time: touchdown and stop from the summary, the fit between its first
  * and last gate, and cubics in between. */
-static struct motion_point gear_motion_at(const struct measured *measured, double t_s,
-                                          double *error_ft_s)
+static struct motion_point compute_gear_motion(const struct measured *measured, double t_s,
+                                               double *error_ft_s)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     const struct motion_point unknown = {t_s, (double)NAN, (double)NAN};
@@ -281,12 +281,12 @@ double measured_block_s(const struct measured *measured, int64_t block)
 double measured_station_ft(const struct measured *measured, double t_s)
 {
     double error_ft_s;
-    return gear_motion_at(measured, t_s, &error_ft_s).station_ft;
+    return compute_gear_motion(measured, t_s, &error_ft_s).station_ft;
 }
 
 double measured_speed_ft_s(const struct measured *measured, double t_s, double *error_ft_s)
 {
-    return gear_motion_at(measured, t_s, error_ft_s).speed_ft_s;
+    return compute_gear_motion(measured, t_s, error_ft_s).speed_ft_s;
 }
 
 double measured_arrival_s(const struct measured *measured, double station_ft)
@@ -309,7 +309,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
 /* ---- channels ---- */
 
 /* Returns the sample of the first named edge, or `samples` if there is none. */
-static size_t first_edge_sample(const struct measured *measured)
+static size_t find_first_edge_sample(const struct measured *measured)
 {
     if (measured->gates == 0)
         return measured->samples;
@@ -424,7 +424,7 @@ static void find_missing(const struct measured *measured, struct measured_channe
 
 void measured_find_results(struct measured *measured)
 {
-    size_t edge = first_edge_sample(measured), from, to;
+    size_t edge = find_first_edge_sample(measured), from, to;
     measured->has_no_baseline = !find_rest_samples(measured, edge, &from, &to);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
@@ -442,7 +442,7 @@ void measured_find_results(struct measured *measured)
 
 /* Returns the source of a block: that of its block record; without one, CAN if any channel has a
  * CAN sample. */
-static enum measured_source source_of_block(const struct measured *measured, size_t sample)
+static enum measured_source find_block_source(const struct measured *measured, size_t sample)
 {
     enum measured_source source = MEASURED_NO_SOURCE;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -456,7 +456,7 @@ static enum measured_source source_of_block(const struct measured *measured, siz
 void measured_find_stretches(struct measured *measured)
 {
     for (size_t i = 0; i < measured->samples; i++) {
-        enum measured_source source = source_of_block(measured, i);
+        enum measured_source source = find_block_source(measured, i);
         int64_t block = measured->first_block + (int64_t)i;
         measured->blocks_from[source]++;
         if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
@@ -564,19 +564,19 @@ double measured_error(const struct measured *measured, const struct measured_cha
 /* A peak is located in means over search_half_width samples to each side, and its value is a mean
  * over peak_half_width samples. The narrower mean excludes a step at the edge of the wider one.
  * Each half of the values contributes at least two to it. */
-static size_t search_half_width(const struct measured_channel *channel)
+static size_t get_search_half_width(const struct measured_channel *channel)
 {
     return channel->stride > MEASURED_WINDOW_BLOCKS / 4 ? 2 * channel->stride
                                                         : MEASURED_WINDOW_BLOCKS / 2;
 }
-static size_t peak_half_width(const struct measured_channel *channel)
+static size_t get_peak_half_width(const struct measured_channel *channel)
 {
-    return search_half_width(channel) - channel->stride;
+    return get_search_half_width(channel) - channel->stride;
 }
 
 double measured_peak_samples(const struct measured_channel *channel)
 {
-    return 2.0 * (double)peak_half_width(channel) + 1.0;
+    return 2.0 * (double)get_peak_half_width(channel) + 1.0;
 }
 
 /* Running sums over all earlier samples, for each half of the values. Values belong to the two
@@ -624,8 +624,8 @@ static struct sums make_sums(const struct measured *measured,
 
 /* Returns the mean of one half of the values within `reach` samples of `sample`, or NaN if there is
  * no valid value. */
-static double half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
-                        size_t samples)
+static double compute_half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
+                                size_t samples)
 {
     const struct running
         *from = &sums->half[half][sample > reach ? sample - reach : 0],
@@ -641,17 +641,17 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
     *high = *low = (double)NAN;
     if (measured->samples == 0) /* without samples, the stride is not set either */
         return;
-    const size_t search = search_half_width(channel), peak = peak_half_width(channel);
+    const size_t search = get_search_half_width(channel), peak = get_peak_half_width(channel);
     struct sums sums = make_sums(measured, channel);
     *high = *low = 0.0;
     for (size_t half = 0; half < 2; half++) {
         double most = (double)NAN, least = (double)NAN, at_most = (double)NAN,
                at_least = (double)NAN;
         for (size_t i = from; i < measured->samples; i++) {
-            double value = half_mean(&sums, half, i, search, measured->samples);
+            double value = compute_half_mean(&sums, half, i, search, measured->samples);
             if (isnan(value) || (value <= most && value >= least))
                 continue;
-            double other_mean = half_mean(&sums, 1 - half, i, peak, measured->samples);
+            double other_mean = compute_half_mean(&sums, 1 - half, i, peak, measured->samples);
             if (isnan(other_mean))
                 continue;
             if (!(value <= most)) {

@@ -77,7 +77,7 @@ static void time_groups_add(struct time_groups *groups, int64_t second, size_t c
     last->edges += edges;
 }
 
-static int64_t edge_second(double board_s)
+static int64_t get_edge_second(double board_s)
 {
     return (int64_t)floor(fmax(-9e15, fmin(9e15, board_s)));
 }
@@ -391,14 +391,14 @@ static void select_groups(struct measured *measured, struct time_groups *groups)
 {
     size_t kept = 0;
     for (size_t g = 0; g < measured->gates; g++)
-        time_groups_add(groups, edge_second(measured->gate[g].t_s), 0, 1);
+        time_groups_add(groups, get_edge_second(measured->gate[g].t_s), 0, 1);
     time_groups_select(groups);
     for (size_t g = 0; g < measured->gates; g++) {
-        if (time_groups_contain(groups, edge_second(measured->gate[g].t_s)))
+        if (time_groups_contain(groups, get_edge_second(measured->gate[g].t_s)))
             measured->gate[kept++] = measured->gate[g];
         else
             exclude_record(&measured->excluded, &measured->excluded.edges,
-                           edge_second(1000.0 * measured->gate[g].t_s));
+                           get_edge_second(1000.0 * measured->gate[g].t_s));
     }
     measured->gates = kept;
 }

@@ -8,8 +8,8 @@
 
 /* Product of powers. Its relative error is the root of the sum of squares of power times relative
  * error. */
-static struct estimate product_of_powers(double constant, const struct estimate *factors,
-                                         const double *powers, size_t count)
+static struct estimate multiply_powers(double constant, const struct estimate *factors,
+                                       const double *powers, size_t count)
 {
     double value = constant, relative2 = 0.0;
     for (size_t i = 0; i < count; i++) {
@@ -27,42 +27,42 @@ struct estimate params_inertia(struct estimate weight_lb, struct estimate spacin
      * W d^2 a/(4 l). */
     const struct estimate factors[] = {weight_lb, spacing_ft, cord_ft, period_s};
     const double powers[] = {1, 2, -1, 2};
-    return product_of_powers(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
+    return multiply_powers(1.0 / (16.0 * M_PI * M_PI), factors, powers, 4);
 }
 
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in)
 {
     const struct estimate factors[] = {slope_lb_in_in, joint_in};
     const double powers[] = {1, 1};
-    return product_of_powers(12.0, factors, powers, 2);
+    return multiply_powers(12.0, factors, powers, 2);
 }
 
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider)
 {
     const struct estimate factors[] = {strip_ft_lb_rad, wider};
     const double powers[] = {1, 1};
-    return product_of_powers(1.0, factors, powers, 2);
+    return multiply_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_area(struct estimate length_ft, struct estimate width_ft)
 {
     const struct estimate factors[] = {length_ft, width_ft};
     const double powers[] = {1, 1};
-    return product_of_powers(1.0, factors, powers, 2);
+    return multiply_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb)
 {
     const struct estimate factors[] = {pull_lb, weight_lb};
     const double powers[] = {1, -1};
-    return product_of_powers(1.0, factors, powers, 2);
+    return multiply_powers(1.0, factors, powers, 2);
 }
 
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats)
 {
     const struct estimate factors[] = {load_lb, deflection_ft};
     const double powers[] = {1, -1};
-    return product_of_powers(1.0 / (2.0 * mats), factors, powers, 2);
+    return multiply_powers(1.0 / (2.0 * mats), factors, powers, 2);
 }
 
 enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
@@ -75,7 +75,7 @@ enum mr_status params_plate(const double *load_lb, const double *settlement_ft, 
         return error->status;
     line.slope.error *= mr_gates_student_factor((unsigned)count - 2u);
     const struct estimate factors[] = {line.slope, plate_ft, mat_ft2};
-    *kv_lb_ft = product_of_powers(0.5 / (M_PI / 4.0), factors, powers, 3);
+    *kv_lb_ft = multiply_powers(0.5 / (M_PI / 4.0), factors, powers, 3);
     return MR_OK;
 }
 
@@ -92,7 +92,7 @@ struct estimate params_mean(const double *readings, size_t count, double each)
 }
 
 /* Returns Student's t for a two-sided probability of 1 %, by degrees of freedom. */
-static double student_t(size_t freedom)
+static double compute_student_t(size_t freedom)
 {
     static const double t[] = {63.66, 9.925, 5.841, 4.604, 4.032,
                                3.707, 3.499, 3.355, 3.250, 3.169};
@@ -110,7 +110,7 @@ enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
            variance = line.intercept.error * line.intercept.error + 2.0 * free * line.covariance +
                       free * free * line.slope.error * line.slope.error;
     *spring = (struct params_spring){
-        .is_known = slope > student_t(count - 2) * line.slope.error,
+        .is_known = slope > compute_student_t(count - 2) * line.slope.error,
         .scatter = line.scatter,
         .k = line.slope,
         .free = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},

@@ -207,7 +207,7 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
 
 /* Fraction of the distance from touchdown to 50 mats beyond the stop that lies between the first
  * and the last transducer that worked to the end. */
-static double covered_share(const struct measured *measured)
+static double compute_covered_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,
            to_ft = measured->summary.stop_station_ft.value +
@@ -237,7 +237,7 @@ static void judge_by_transducers(const struct measured *measured, const struct z
         outcome->reason = "there was no survey between the previous landing and this landing";
         return;
     }
-    outcome->covered_share = covered_share(measured);
+    outcome->covered_share = compute_covered_share(measured);
     if (!(outcome->covered_share > 0.0)) {
         outcome->reason = "fewer than two transducers gave readings";
         return;
@@ -369,7 +369,7 @@ static void set_advice(const struct store_advice *advice, size_t count, int64_t 
 
 /* Identifies the history of the runway on which a landing of an emulated board began, apart from
  * surveys; 0: none, or not known. */
-static uint64_t runway_history_id(struct store *store, const struct store_landing *landing)
+static uint64_t find_runway_history_id(struct store *store, const struct store_landing *landing)
 {
     struct mr_predictor_state state;
     struct error ignored = {0};
@@ -516,7 +516,7 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
         struct record_row *row = &record->row[record->rows++];
         row->run = record->landing[i].id;
         row->same_runway_run = STORE_NONE;
-        history[i] = runway_history_id(store, &record->landing[i]);
+        history[i] = find_runway_history_id(store, &record->landing[i]);
         set_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
         set_same_runway(record, history, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);

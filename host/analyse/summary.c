@@ -92,7 +92,7 @@ json_t *summary_troubles_json(const int64_t *trouble)
 }
 
 /* Returns the reason why the frames of a gap are missing. */
-static const char *gap_reason(const char *cause)
+static const char *get_gap_reason(const char *cause)
 {
     static const struct {
         const char *cause;
@@ -125,7 +125,7 @@ static void add_gap(const struct store_gap *gap, struct answer *answer)
     answer_count(answer, "count", "count", gap->count);
     answer_words(answer, "message", "data", "%s", gap->message);
     answer_words(answer, "channels", "channels", "%s", gap->channels);
-    answer_words(answer, NULL, "cause", "%s", gap_reason(gap->cause));
+    answer_words(answer, NULL, "cause", "%s", get_gap_reason(gap->cause));
     answer_words(answer, "cause", NULL, "%s", gap->cause);
     answer_count(answer, "from_block", "from block", gap->from_block);
     answer_count(answer, "to_block", "to block", gap->to_block);
@@ -263,7 +263,7 @@ static void add_missing(const struct measured *measured, enum mr_channel_kind ki
 
 #define US_PER_MIN 60e6
 
-static const char *ready_kind_name(int kind)
+static const char *get_ready_kind_name(int kind)
 {
     return kind == 0 ? "ready" : "walk";
 }
@@ -293,7 +293,7 @@ static enum mr_status load_ready(struct store *store, const struct store_landing
     for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
          kind++) {
         struct store_readiness row;
-        status = store_readiness_get(store, landing->board_uid, ready_kind_name(kind),
+        status = store_readiness_get(store, landing->board_uid, get_ready_kind_name(kind),
                                      landing->armed_us, true, &row, &ready[kind].is_known, error);
         if (status != MR_OK || !ready[kind].is_known)
             continue;
@@ -310,7 +310,7 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         const struct summary_ready *r = &ready[kind];
         if (r->is_known)
-            answer_words(answer, NULL, ready_kind_name(kind), "%s, %.0f min before%s%s",
+            answer_words(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
                          r->is_go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "",
                          r->no_go)
                 ->warn = !r->is_go;
@@ -318,10 +318,10 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
     answer_open(answer, "readiness", NULL);
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         if (!ready[kind].is_known) {
-            answer_none(answer, ready_kind_name(kind), NULL, "");
+            answer_none(answer, get_ready_kind_name(kind), NULL, "");
             continue;
         }
-        answer_open(answer, ready_kind_name(kind), NULL);
+        answer_open(answer, get_ready_kind_name(kind), NULL);
         answer_flag(answer, "go", NULL, ready[kind].is_go);
         answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
             4;
@@ -543,7 +543,7 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
                  measured->edges - seen);
 }
 
-static double event_time_s(const struct measured *measured, const struct store_fault *event)
+static double get_event_time_s(const struct measured *measured, const struct store_fault *event)
 {
     return (double)(event->board_us - measured->t0_us) / 1e6;
 }
@@ -563,14 +563,14 @@ static void add_channel_fault(const struct summary *summary, size_t i, struct an
     for (size_t later = summary->channel_events; later-- > i + 1;) {
         if (summary->channel_event[later].detail == event->detail)
             snprintf(until, sizeof until, " to %.3f s",
-                     event_time_s(measured, &summary->channel_event[later]));
+                     get_event_time_s(measured, &summary->channel_event[later]));
     }
     answer_words(answer, NULL, "channels", "%s %u (%.1f %s): %s, from %.3f s%s",
                  bridge ? "gage" : "transducer", config->number,
                  (double)config->station_ft * station->factor, station->text,
                  bridge && event->code == MR_INVALID_OPEN ? "bridge open"
                                                           : mr_validity_text((unsigned)event->code),
-                 event_time_s(measured, event), until);
+                 get_event_time_s(measured, event), until);
 }
 
 static void add_channel_events(const struct summary *summary, struct answer *answer)
@@ -584,7 +584,7 @@ static void add_channel_events(const struct summary *summary, struct answer *ans
         answer_count(answer, "channel", NULL, event->detail);
         answer_count(answer, "validity", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
-        answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, event), 3)
+        answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, event), 3)
             ->digits = 9;
     }
     answer_close(answer);
@@ -621,7 +621,7 @@ static void add_commands(const struct summary *summary, struct answer *answer)
             answer_words(answer, NULL, "command", "%s, sent by %s at %.3f s: %s%s",
                          mr_command_name((unsigned)order->code),
                          order->count ? "matrig log" : "another program",
-                         event_time_s(&summary->measured, order),
+                         get_event_time_s(&summary->measured, order),
                          status == MR_OK ? "executed" : "refused, ",
                          status == MR_OK ? "" : mr_status_text(status))
                 ->warn = status != MR_OK;
@@ -633,7 +633,7 @@ static void add_commands(const struct summary *summary, struct answer *answer)
         answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
         answer_count(answer, "status", NULL, order->detail);
         answer_flag(answer, "own", NULL, order->count);
-        answer_value(answer, "t", NULL, UNIT_TIME, event_time_s(&summary->measured, order), 3)
+        answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, order), 3)
             ->digits = 9;
     }
     answer_close(answer);

@@ -15,13 +15,13 @@
 
 /* Covariance of the station at two times since the first gate, for q = 1: the integral over u of
  * (s - u)^2 (t - u)^2 / 4. */
-static double position_covariance(double a_s, double b_s)
+static double compute_covariance(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
     return s <= 0.0 ? 0.0 : s * s * s * (s * s / 20.0 + d * s / 8.0 + d * d / 12.0);
 }
 
-static double parabola_term(double t_s, size_t n)
+static double compute_parabola_term(double t_s, size_t n)
 {
     return n == 0 ? 1.0 : n == 1 ? t_s : t_s * t_s;
 }
@@ -34,10 +34,10 @@ static size_t fill_kriging_matrix(const struct track *track, const struct track_
     memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
-            system[i][k] = model->q * position_covariance(track->t_s[i], track->t_s[k]);
+            system[i][k] = model->q * compute_covariance(track->t_s[i], track->t_s[k]);
         system[i][i] += track->error_ft * track->error_ft + model->ripple_ft * model->ripple_ft;
         for (size_t p = 0; p < PARABOLA_TERMS; p++)
-            system[i][n + p] = system[n + p][i] = parabola_term(track->t_s[i], p);
+            system[i][n + p] = system[n + p][i] = compute_parabola_term(track->t_s[i], p);
     }
     return n + PARABOLA_TERMS;
 }
@@ -90,7 +90,7 @@ static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
 
 /* Minus twice the restricted log likelihood, up to a constant. The bordered determinant is |S| |X'
  * S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
-static double restricted_deviance(const struct track *track, struct track_model *model)
+static double compute_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
     size_t size = fill_kriging_matrix(track, model, system);
@@ -132,7 +132,7 @@ static void find_models(struct track *track)
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
             struct track_model model = {.q = pow(10.0, 0.5 * half),
                                         .ripple_ft = ripples[i] * track->error_ft};
-            double now = restricted_deviance(track, &model);
+            double now = compute_deviance(track, &model);
             if (!isinf(now))
                 keep_model(track, &model, now, unlikely);
         }
@@ -149,11 +149,11 @@ static void find_models(struct track *track)
 static double predict_station(const struct track *track, const struct track_model *model,
                               double since_s, double *station_ft)
 {
-    double side[TRACK_SIZE], variance = model->q * position_covariance(since_s, since_s);
+    double side[TRACK_SIZE], variance = model->q * compute_covariance(since_s, since_s);
     for (size_t i = 0; i < track->gates; i++)
-        side[i] = model->q * position_covariance(track->t_s[i], since_s);
+        side[i] = model->q * compute_covariance(track->t_s[i], since_s);
     for (size_t p = 0; p < PARABOLA_TERMS; p++)
-        side[track->gates + p] = parabola_term(since_s, p);
+        side[track->gates + p] = compute_parabola_term(since_s, p);
     *station_ft = 0.0;
     for (size_t i = 0; i < track->gates + PARABOLA_TERMS; i++) {
         double weight = 0.0;
@@ -167,7 +167,7 @@ static double predict_station(const struct track *track, const struct track_mode
     return fmax(variance, 0.0) + model->ripple_ft * model->ripple_ft;
 }
 
-static struct mr_estimate station_between_gates(const struct track *track, double t_s)
+static struct mr_estimate predict_between_gates(const struct track *track, double t_s)
 {
     double mean = 0.0, variance = 0.0, square = 0.0, reference = track->station_ft[0];
     for (size_t m = 0; m < track->models; m++) {
@@ -181,16 +181,16 @@ static struct mr_estimate station_between_gates(const struct track *track, doubl
     return (struct mr_estimate){reference + mean, sqrt(variance + fmax(square - mean * mean, 0.0))};
 }
 
-static struct track_moment gate_moment(const struct track *track, double t_s, double inward_s)
+static struct track_moment make_gate_moment(const struct track *track, double t_s, double inward_s)
 {
-    struct mr_estimate here = station_between_gates(track, t_s),
-                       inside = station_between_gates(track, t_s + inward_s);
+    struct mr_estimate here = predict_between_gates(track, t_s),
+                       inside = predict_between_gates(track, t_s + inward_s);
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
 /* Standard error due to the rise of the brake (common/gates.h: delay d, shape k), which displaces
  * the track by 0 to a d^2 (1 + k) / 2. */
-static double brake_error_ft(double deceleration_ft_s2)
+static double compute_brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
     return 0.5 * deceleration_ft_s2 * (1.0 + MR_BRAKE_SHAPE) *
@@ -202,13 +202,13 @@ static void set_ends(const struct measured *measured, struct track *track)
     const struct mr_gates_summary *summary = &measured->summary;
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double error_ft = hypot(speed_ft_s * summary->touchdown_t_s.error,
-                            brake_error_ft(summary->mean_deceleration_ft_s2.value));
+                            compute_brake_error_ft(summary->mean_deceleration_ft_s2.value));
     track->start_s = fmin(measured->gate[0].t_s, 0.0);
     track->touchdown =
         (struct track_moment){0.0, {measured->landing.touchdown_ft, error_ft}, speed_ft_s};
     track->speed_error_ft_s = summary->touchdown_speed_ft_s.error;
-    track->first_gate = gate_moment(track, track->first_gate.t_s, SPEED_OFFSET_S);
-    track->last_gate = gate_moment(track, track->last_gate.t_s, -SPEED_OFFSET_S);
+    track->first_gate = make_gate_moment(track, track->first_gate.t_s, SPEED_OFFSET_S);
+    track->last_gate = make_gate_moment(track, track->last_gate.t_s, -SPEED_OFFSET_S);
     track->stop = (struct track_moment){fmax(summary->stop_t_s.value, track->last_gate.t_s),
                                         summary->stop_station_ft, 0.0};
 }
@@ -264,7 +264,7 @@ struct mr_estimate track_at(const struct track *track, double t_s)
         return track->stop.station_ft;
     if (t_s < track->first_gate.t_s)
         return interpolate_cubic(touchdown, &track->first_gate, t_s);
-    return t_s <= track->last_gate.t_s ? station_between_gates(track, t_s)
+    return t_s <= track->last_gate.t_s ? predict_between_gates(track, t_s)
                                        : interpolate_cubic(&track->last_gate, &track->stop, t_s);
 }
 
@@ -276,7 +276,7 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 
 /* Median of the steps from `from` to `to`. Of two middle steps it is the shorter one, because a
  * longer step may be a gap of several periods. */
-static double median_step(const double *t_us, size_t from, size_t to)
+static double find_median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * MEDIAN_STEPS + 1];
     size_t count = 0;
@@ -293,8 +293,8 @@ void film_number_frames(const double *t_us, size_t count, int64_t *number)
     for (size_t i = 1; i < count; i++) {
         size_t from = i - 1 > MEDIAN_STEPS ? i - 1 - MEDIAN_STEPS : 0;
         size_t to = i + MEDIAN_STEPS < count - 1 ? i + MEDIAN_STEPS : count - 1;
-        int64_t periods =
-            llround(fmin((t_us[i] - t_us[i - 1]) / median_step(t_us, from, to), GAP_PERIODS_MAX));
+        int64_t periods = llround(
+            fmin((t_us[i] - t_us[i - 1]) / find_median_step(t_us, from, to), GAP_PERIODS_MAX));
         number[i] = number[i - 1] + (periods > 1 ? periods : 1);
     }
 }

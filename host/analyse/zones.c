@@ -203,7 +203,7 @@ void zones_find_closed(const struct measured *measured, const struct zones_closu
 
 /* ---- answer ---- */
 
-static const char *label_if_known(const char *label, double value)
+static const char *get_label_if_known(const char *label, double value)
 {
     return isnan(value) ? NULL : label;
 }
@@ -225,12 +225,12 @@ static void add_reason(const struct zone_warning *w, struct answer *answer)
                  UNIT_STATION, w->predicted_wheel_ft, 1)
         ->digits = 9;
     answer_value(answer, "coming_after",
-                 label_if_known("wheel reached it", w->predicted_wheel_after_s), UNIT_TIME,
+                 get_label_if_known("wheel reached it", w->predicted_wheel_after_s), UNIT_TIME,
                  w->predicted_wheel_after_s, 3)
         ->suffix = " after the warning";
 }
 
-static const char *not_reached_text(const struct zone_warning *w)
+static const char *get_not_reached_text(const struct zone_warning *w)
 {
     return w->path_known ? "never: the gear stopped before this zone"
                          : "not known: the record does not show where the gear stopped";
@@ -239,17 +239,17 @@ static const char *not_reached_text(const struct zone_warning *w)
 static void add_lead(const struct zone_warning *w, struct answer *answer)
 {
     const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
-    answer_value(answer, "lead", label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
+    answer_value(answer, "lead", get_label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
                  w->lead_s, 3)
         ->suffix = ", the first value that the board reported";
-    answer_value(answer, "lead_t", label_if_known("predicted at", w->lead_s), UNIT_TIME,
+    answer_value(answer, "lead_t", get_label_if_known("predicted at", w->lead_s), UNIT_TIME,
                  w->lead_t_s, 3)
         ->digits = 9;
-    answer_value(answer, "lead_start", label_if_known("zone start at that time", w->lead_s),
+    answer_value(answer, "lead_start", get_label_if_known("zone start at that time", w->lead_s),
                  UNIT_STATION, w->lead_start_ft, 1)
         ->digits = 9;
     if (became && isnan(w->lead_actual_s))
-        answer_none(answer, "lead_became_s", became, not_reached_text(w));
+        answer_none(answer, "lead_became_s", became, get_not_reached_text(w));
     else
         answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_actual_s, 3);
 }
@@ -265,7 +265,7 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         ->digits = 9;
     answer_estimate(answer, "end", "to station", UNIT_STATION, w->end_ft, w->end_error_ft, 1)
         ->digits = 9;
-    answer_value(answer, "wheel", label_if_known("wheel was at", w->wheel_ft), UNIT_STATION,
+    answer_value(answer, "wheel", get_label_if_known("wheel was at", w->wheel_ft), UNIT_STATION,
                  w->wheel_ft, 1)
         ->digits = 9;
     answer_count(answer, "inferred_percent", NULL, w->inferred_percent);
@@ -277,7 +277,7 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "true_lead", "wheel in the first zone", UNIT_TIME, w->true_lead_s, 3)
             ->suffix = " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel in the first zone", not_reached_text(w));
+        answer_none(answer, "true_lead_s", "wheel in the first zone", get_not_reached_text(w));
     add_reason(w, answer);
     add_lead(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);

@@ -70,7 +70,7 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
 }
 
 /* Returns the length of the first line without its end, or SIZE_MAX if it has no end. */
-static size_t line_length(const char *text, size_t length)
+static size_t find_line_length(const char *text, size_t length)
 {
     const char *end = memchr(text, '\n', length);
     return end ? (size_t)(end - text) : SIZE_MAX;
@@ -93,7 +93,7 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
                          "that belongs to the image",
                          format, FORMAT);
     for (bool first = true;; first = false) {
-        size_t count = line_length(text + at, length - at);
+        size_t count = find_line_length(text + at, length - at);
         if (count == SIZE_MAX)
             return error_set(
                 error, MR_TRUNCATED,
@@ -173,7 +173,7 @@ static const char *find_complete_section(struct receiver *l, const char *section
     return to && strchr(to, '\n') ? from : NULL;
 }
 
-static bool section_has_begun(const struct receiver *l, const char *section)
+static bool has_section_begun(const struct receiver *l, const char *section)
 {
     char begin[64];
     snprintf(begin, sizeof begin, "begin %s ", section);
@@ -192,7 +192,7 @@ static bool is_text(const struct receiver *l)
 static enum mr_status set_silence_error(const struct receiver *l, const struct link *link,
                                         const char *section, struct error *error)
 {
-    if (section_has_begun(l, section))
+    if (has_section_begun(l, section))
         return error_set(error, MR_TRUNCATED,
                          "bring-up: %s stopped after %zu bytes: %s; check cable and supply, reset "
                          "the board and try again",
@@ -251,7 +251,7 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
     char word[32];
     /* the leading newline ends a partial line on the board */
     snprintf(word, sizeof word, "\n%s\n", section);
-    if (section_has_begun(l, section))
+    if (has_section_begun(l, section))
         return MR_OK;
     const char *ready = NULL;
     for (const char *at = find_line(l->text, "ready:"); at; at = find_line(at + 1, "ready:"))
@@ -379,7 +379,7 @@ static const struct bringup_limit limits[] = {
 };
 #define LIMITS (sizeof limits / sizeof limits[0])
 
-static unsigned section_bit(const char *section)
+static unsigned get_section_bit(const char *section)
 {
     return strcmp(section, "report") == 0 ? REPORT : BROWN_OUT;
 }
@@ -459,7 +459,7 @@ static bool is_reported(const struct bringup *bringup, unsigned section,
 size_t bringup_judge(const struct bringup *bringup,
                      struct bringup_result judged[BRINGUP_RESULTS_MAX])
 {
-    unsigned section = section_bit(bringup->section);
+    unsigned section = get_section_bit(bringup->section);
     const struct mr_board *board = find_board(bringup);
     size_t count = 0;
     for (size_t i = 0; i < bringup->lines; i++) {

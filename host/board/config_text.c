@@ -21,13 +21,13 @@
 
 /* ---- one field ---- */
 
-static const struct mr_config_field *field_info(struct config_field_ref at)
+static const struct mr_config_field *get_field_info(struct config_field_ref at)
 {
     return &mr_config_groups[at.group].fields[at.field];
 }
 
 /* The bytes of the field in `config`. The caller may write to them if its `config` is not const. */
-static void *field_bytes(const struct mr_config *config, struct config_field_ref at)
+static void *get_field_bytes(const struct mr_config *config, struct config_field_ref at)
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     return (uint8_t *)(uintptr_t)config + group->offset + at.index * group->size +
@@ -35,7 +35,7 @@ static void *field_bytes(const struct mr_config *config, struct config_field_ref
 }
 
 /* Advances `*at` to the next field of the table; returns false at the end. Start with {0}. */
-static bool next_field(struct config_field_ref *at)
+static bool advance_field(struct config_field_ref *at)
 {
     if (++at->field < mr_config_groups[at->group].field_count)
         return true;
@@ -50,10 +50,10 @@ static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SI
 {
     const struct mr_config_group *group = &mr_config_groups[at.group];
     if (group->count == 1)
-        snprintf(out, CONFIG_FIELD_NAME_SIZE, "%s.%s", group->name, field_info(at)->name);
+        snprintf(out, CONFIG_FIELD_NAME_SIZE, "%s.%s", group->name, get_field_info(at)->name);
     else
         snprintf(out, CONFIG_FIELD_NAME_SIZE, "%s[%u].%s", group->name, at.index + 1,
-                 field_info(at)->name);
+                 get_field_info(at)->name);
 }
 
 static bool is_day_field(const struct mr_config_field *field)
@@ -145,7 +145,7 @@ static void field_value_text(const struct mr_config_field *field, const void *by
 }
 
 /* Writes the limits of a field, for example "from 1 to 512". */
-static void field_limits_text(const struct mr_config_field *field, char *out, size_t size)
+static void write_field_limits(const struct mr_config_field *field, char *out, size_t size)
 {
     if (field->type == MR_CONFIG_TYPE_TEXT) {
         snprintf(out, size, "at most %u printable characters in double quotes", field->count);
@@ -172,13 +172,13 @@ static void write_element_name(struct config_field_ref at, unsigned element,
 {
     char name[CONFIG_FIELD_NAME_SIZE];
     field_name(at, name);
-    if (field_info(at)->count > 1 && field_info(at)->type != MR_CONFIG_TYPE_TEXT)
+    if (get_field_info(at)->count > 1 && get_field_info(at)->type != MR_CONFIG_TYPE_TEXT)
         snprintf(out, CONFIG_FIELD_NAME_SIZE + 40, "value %u of %s", element + 1, name);
     else
         snprintf(out, CONFIG_FIELD_NAME_SIZE + 40, "%s", name);
 }
 
-static const char *rule_text(unsigned rule)
+static const char *get_rule_text(unsigned rule)
 {
     switch (rule) {
 /* clang-format off */
@@ -190,7 +190,7 @@ static const char *rule_text(unsigned rule)
     }
 }
 
-static bool reason_is_known(const struct mr_config_reason *r)
+static bool is_reason_known(const struct mr_config_reason *r)
 {
     return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
            r->field < mr_config_groups[r->group].field_count;
@@ -204,7 +204,7 @@ static bool find_other_field(const struct mr_config_reason *r, struct config_fie
         other->field = r->other;
     else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
         other->index = r->other;
-    else if (r->rule == MR_RULE_NOT_RISING && field_info(*other)->count == 1)
+    else if (r->rule == MR_RULE_NOT_RISING && get_field_info(*other)->count == 1)
         other->index = r->other;
     else
         return false;
@@ -248,7 +248,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
 {
     struct config_field_ref at = {r->group, r->index, r->field};
     char limits[200];
-    field_limits_text(field_info(at), limits, sizeof limits);
+    write_field_limits(get_field_info(at), limits, sizeof limits);
     switch (r->rule) {
     case MR_RULE_TOO_SMALL:
         if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
@@ -297,26 +297,26 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
 {
     struct config_field_ref at = {r->group, r->index, r->field}, other;
     char name[CONFIG_FIELD_NAME_SIZE + 40], value[CONFIG_FIELD_VALUE_SIZE], advice[300];
-    if (!reason_is_known(r)) {
+    if (!is_reason_known(r)) {
         snprintf(out, size,
                  "group %u, index %u, field %u: %s; the configuration is from a different version",
-                 r->group, r->index, r->field, rule_text(r->rule));
+                 r->group, r->index, r->field, get_rule_text(r->rule));
         return;
     }
     write_element_name(at, r->element, name);
-    field_value_text(field_info(at), field_bytes(config, at), value);
+    field_value_text(get_field_info(at), get_field_bytes(config, at), value);
     write_advice(config, r, advice, sizeof advice);
     if (find_other_field(r, &other)) {
         char other_name[CONFIG_FIELD_NAME_SIZE], other_value[CONFIG_FIELD_VALUE_SIZE];
         field_name(other, other_name);
-        field_value_text(field_info(other), field_bytes(config, other), other_value);
+        field_value_text(get_field_info(other), get_field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
                  r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
                  : r->rule == MR_RULE_ALIKE ? "they cannot be distinguished"
                                             : "the first must be larger",
                  advice);
     } else {
-        snprintf(out, size, "%s is %s: %s; %s", name, value, rule_text(r->rule), advice);
+        snprintf(out, size, "%s is %s: %s; %s", name, value, get_rule_text(r->rule), advice);
     }
 }
 
@@ -376,11 +376,11 @@ char *config_text_write(const struct mr_config *config)
         if (at.field == 0)
             fputc('\n', file);
         field_name(at, name);
-        field_value_text(field_info(at), field_bytes(config, at), value);
+        field_value_text(get_field_info(at), get_field_bytes(config, at), value);
         fprintf(file, "%s = %s%s%s\n", name, value,
-                unit[0] && !is_day_field(field_info(at)) ? "  # " : "",
-                is_day_field(field_info(at)) ? "" : unit);
-    } while (next_field(&at));
+                unit[0] && !is_day_field(get_field_info(at)) ? "  # " : "",
+                is_day_field(get_field_info(at)) ? "" : unit);
+    } while (advance_field(&at));
     if (fclose(file) != 0)
         abort();
     return text;
@@ -574,12 +574,12 @@ static enum mr_status read_line(struct reader *r, const char *p)
         return refuse_text(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;
-    if (!read_value(field_info(at), p, field_bytes(r->config, at))) {
+    if (!read_value(get_field_info(at), p, get_field_bytes(r->config, at))) {
         char limits[200];
         int length = (int)strcspn(p, "#\r");
         while (length > 0 && p[length - 1] == ' ')
             length--;
-        field_limits_text(field_info(at), limits, sizeof limits);
+        write_field_limits(get_field_info(at), limits, sizeof limits);
         snprintf(what, sizeof what, "%s cannot be `%.*s`", name, length, p);
         snprintf(advice, sizeof advice, "it is %s", limits);
         return refuse_text(r, MR_MALFORMED, what, advice);
@@ -588,7 +588,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
 }
 
 /* Older configurations lack the fields of brake and wheel, which are then not fitted. */
-static bool field_is_optional(struct config_field_ref at)
+static bool is_field_optional(struct config_field_ref at)
 {
     return at.group == MR_GROUP_site && at.field >= MR_FIELD_site_brake_edge;
 }
@@ -599,7 +599,7 @@ static enum mr_status check_fields(struct reader *r)
     struct config_field_ref at = {0};
     size_t number = 0;
     do {
-        if (!r->line_of_field[number++] && !field_is_optional(at)) {
+        if (!r->line_of_field[number++] && !is_field_optional(at)) {
             char name[CONFIG_FIELD_NAME_SIZE];
             field_name(at, name);
             return error_set(
@@ -607,7 +607,7 @@ static enum mr_status check_fields(struct reader *r)
                 "field %s is missing: %s; give every field, as matrig board config get writes them",
                 name, r->name);
         }
-    } while (next_field(&at));
+    } while (advance_field(&at));
     if (mr_config_check(r->config, &reason) == MR_OK)
         return MR_OK;
     char text[500];
@@ -683,14 +683,14 @@ unsigned config_text_compare(const struct mr_config *old, const struct mr_config
     do {
         char name[CONFIG_FIELD_NAME_SIZE], was[CONFIG_FIELD_VALUE_SIZE],
             is[CONFIG_FIELD_VALUE_SIZE];
-        field_value_text(field_info(at), field_bytes(old, at), was);
-        field_value_text(field_info(at), field_bytes(new, at), is);
+        field_value_text(get_field_info(at), get_field_bytes(old, at), was);
+        field_value_text(get_field_info(at), get_field_bytes(new, at), is);
         if (strcmp(was, is) == 0)
             continue;
         field_name(at, name);
         differ++;
         each(context, name, was, is);
-    } while (next_field(&at));
+    } while (advance_field(&at));
     return differ;
 }
 

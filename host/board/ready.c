@@ -135,7 +135,7 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
 
 /* ---- calibration and certificates ---- */
 
-static void channel_name(const struct mr_channel_config *channel, char out[20])
+static void write_channel_name(const struct mr_channel_config *channel, char out[20])
 {
     snprintf(out, 20, channel->kind == MR_KIND_DISPLACEMENT ? "transducer %u" : "gage %u",
              channel->number);
@@ -154,7 +154,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
         sensors++;
         if (!channel->expires_day || channel->expires_day > f->today_day)
             continue;
-        channel_name(channel, name);
+        write_channel_name(channel, name);
         append_text(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
     }
     report->uncalibrated = never > 0;
@@ -392,8 +392,8 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
 }
 
 /* Formats a range, for example "100 +- 25 lb". */
-static const char *tolerance_text(const struct ready_facts *f, float wanted_lb, float by_lb,
-                                  char out[UNIT_TEXT])
+static const char *format_tolerance(const struct ready_facts *f, float wanted_lb, float by_lb,
+                                    char out[UNIT_TEXT])
 {
     char by[UNIT_TEXT];
     const struct unit *unit = unit_of(UNIT_TENSION, f->si);
@@ -409,7 +409,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     bool transducer = channel->kind == MR_KIND_DISPLACEMENT, open = m->validity == MR_INVALID_OPEN,
          noisy = m->noise_codes > READY_NOISE_MAX_CODES;
     char name[20], is[UNIT_TEXT], most[UNIT_TEXT], limit[80] = "";
-    channel_name(channel, name);
+    write_channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
         ready_add(report, READY_NO_GO, name, "all valid",
                   open ? "check its connector and wiring"
@@ -429,7 +429,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     if (transducer)
         unit_value_text(UNIT_DISPLACEMENT, f->si, (double)READY_REST_MAX_IN, 2, most);
     else if (wanted_lb > 0.0f)
-        tolerance_text(f, wanted_lb, READY_GAGE_PRETENSION_TOLERANCE * wanted_lb, most);
+        format_tolerance(f, wanted_lb, READY_GAGE_PRETENSION_TOLERANCE * wanted_lb, most);
     if (transducer || wanted_lb > 0.0f)
         snprintf(limit, sizeof limit, "%s, ", most);
     append_text(limit, sizeof limit, "%.0f codes", (double)READY_NOISE_MAX_CODES);
@@ -462,7 +462,7 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
     ready_add(report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb),
-              name, tolerance_text(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
+              name, format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
               mean < wanted_lb ? "tension the band" : "slacken the band",
               "pretension %s, mean of %u gages",
               unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);

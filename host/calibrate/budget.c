@@ -63,7 +63,7 @@ double budget_noise_codes(void)
 }
 
 /* Returns the stated error with a single source. A gain of 0 has no rounding error. */
-static double single_source_error(const struct budget_case *of, enum budget_source source)
+static double compute_single_source_error(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
     struct mr_error_case reading = of->reading;
@@ -89,7 +89,7 @@ static double single_source_error(const struct budget_case *of, enum budget_sour
     return (double)mr_reading_error(&channel, &reading);
 }
 
-static double input_uncertainty(const struct budget_case *of, enum budget_source source)
+static double get_input_uncertainty(const struct budget_case *of, enum budget_source source)
 {
     const struct mr_channel_config *channel = of->channel;
     switch (source) {
@@ -108,7 +108,7 @@ static double input_uncertainty(const struct budget_case *of, enum budget_source
     }
 }
 
-static double divisor(const struct budget_case *of, enum budget_source source)
+static double get_divisor(const struct budget_case *of, enum budget_source source)
 {
     if (source == BUDGET_CERTIFICATE)
         return isnan(of->certificate_expanded) ? 1.0 : of->certificate_factor;
@@ -116,8 +116,8 @@ static double divisor(const struct budget_case *of, enum budget_source source)
 }
 
 /* Returns the drift in in or lb per kelvin, beyond the part that the stated error includes. */
-static double drift_per_kelvin(const struct budget_case *of, const struct budget *budget,
-                               double kelvin)
+static double compute_drift_per_kelvin(const struct budget_case *of, const struct budget *budget,
+                                       double kelvin)
 {
     const struct mr_channel_config *channel = of->channel;
     if (channel->kind == MR_KIND_DISPLACEMENT)
@@ -130,8 +130,8 @@ static double drift_per_kelvin(const struct budget_case *of, const struct budget
     return kelvin > 0.0 && drift > had ? sqrt(drift * drift - had * had) / kelvin : 0.0;
 }
 
-static double sensitivity(const struct budget_case *of, const struct budget *budget,
-                          enum budget_source source)
+static double get_sensitivity(const struct budget_case *of, const struct budget *budget,
+                              enum budget_source source)
 {
     bool movement = of->reading.baseline_blocks > 0.0f;
     switch (source) {
@@ -141,14 +141,14 @@ static double sensitivity(const struct budget_case *of, const struct budget *bud
                                                    : 0.0;
     case BUDGET_POSITION:
         return of->channel->kind == MR_KIND_DISPLACEMENT ? of->slope_max_in_ft : 0.0;
-    default: return drift_per_kelvin(of, budget, budget->row[source].standard_uncertainty);
+    default: return compute_drift_per_kelvin(of, budget, budget->row[source].standard_uncertainty);
     }
 }
 
 /* Returns the probability of an error within `k` standard uncertainties. `wide`: half width of the
  * rectangular part, `narrow`: standard deviation of the normal part, both in standard
  * uncertainties. */
-static double coverage_probability(double k, double wide, double narrow)
+static double compute_coverage_probability(double k, double wide, double narrow)
 {
     double sum = 0.0;
     for (int i = 0; i < INTEGRATION_STEPS; i++) {
@@ -159,7 +159,7 @@ static double coverage_probability(double k, double wide, double narrow)
     return sum / INTEGRATION_STEPS;
 }
 
-static double coverage_factor(const struct budget *budget, bool rectangular)
+static double find_coverage_factor(const struct budget *budget, bool rectangular)
 {
     double share = 0.0, low = 0.0, high = 5.0;
     if (rectangular && budget->combined > 0.0)
@@ -167,7 +167,8 @@ static double coverage_factor(const struct budget *budget, bool rectangular)
     double wide = sqrt(3.0) * share, narrow = sqrt(fmax(1.0 - share * share, 1e-4));
     for (int i = 0; i < 40; i++) {
         double middle = 0.5 * (low + high);
-        *(coverage_probability(middle, wide, narrow) < BUDGET_COVERAGE ? &low : &high) = middle;
+        *(compute_coverage_probability(middle, wide, narrow) < BUDGET_COVERAGE ? &low
+                                                                               : &high) = middle;
     }
     return 0.5 * (low + high);
 }
@@ -177,16 +178,16 @@ void budget_make(const struct budget_case *of, struct budget *budget)
     double variance = 0.0;
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         struct budget_row *row = &budget->row[s];
-        row->input = input_uncertainty(of, s);
-        row->divisor = divisor(of, s);
+        row->input = get_input_uncertainty(of, s);
+        row->divisor = get_divisor(of, s);
         row->standard_uncertainty = row->input / row->divisor;
         if (s < BUDGET_STATED) {
-            row->contribution = single_source_error(of, s);
+            row->contribution = compute_single_source_error(of, s);
             row->sensitivity = row->standard_uncertainty > 0.0
                                  ? row->contribution / row->standard_uncertainty
                                  : 0.0;
         } else {
-            row->sensitivity = sensitivity(of, budget, s);
+            row->sensitivity = get_sensitivity(of, budget, s);
             row->contribution = row->sensitivity * row->standard_uncertainty;
         }
         variance += row->contribution * row->contribution;
@@ -194,6 +195,7 @@ void budget_make(const struct budget_case *of, struct budget *budget)
             budget->stated = sqrt(variance);
     }
     budget->combined = sqrt(variance);
-    budget->coverage_factor = coverage_factor(budget, of->channel->kind == MR_KIND_DISPLACEMENT);
+    budget->coverage_factor = find_coverage_factor(budget,
+                                                   of->channel->kind == MR_KIND_DISPLACEMENT);
     budget->expanded = budget->coverage_factor * budget->combined;
 }

@@ -7,7 +7,7 @@
 
 #define SLOPE_ERRORS_MIN 3.0 /* number of standard errors by which the slope must differ from 0 */
 
-static bool point_is_before(const struct calibrate_point *a, const struct calibrate_point *b)
+static bool is_point_before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
     return a->code < b->code;
 }
@@ -32,7 +32,7 @@ static size_t average_distinct(const struct calibrate_point *point, size_t count
             continue;
         struct calibrate_point p = {.value = point[i].value, .code = sum / (double)same};
         size_t at = found++;
-        for (; at > 0 && point_is_before(&p, &mean[at - 1]); at--)
+        for (; at > 0 && is_point_before(&p, &mean[at - 1]); at--)
             mean[at] = mean[at - 1];
         mean[at] = p;
     }

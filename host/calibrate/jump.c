@@ -59,7 +59,7 @@ bool jump_channel_find(const char *name, size_t length, unsigned *index)
 
 /* Returns the distance of a gain from the middle of the possible range, as the logarithm of the
  * ratio; infinite outside the range. */
-static double gain_distance(const struct mr_gain_limits *limits, double gain)
+static double compute_gain_distance(const struct mr_gain_limits *limits, double gain)
 {
     double least = (double)limits->min, most = (double)limits->max;
     return gain >= least && gain <= most ? fabs(log(gain / sqrt(least * most))) : HUGE_VAL;
@@ -74,17 +74,17 @@ void jump_mistake_hint(const struct mr_channel_config *channel, char *out, size_
     const char *own = unit_of(kind, false)->text;
     const struct unit_word *unit;
     out[0] = '\0';
-    if (gain_distance(&limits, gain) < HUGE_VAL)
+    if (compute_gain_distance(&limits, gain) < HUGE_VAL)
         return;
     for (size_t i = 0; (unit = unit_word_at(i)); i++) {
         if (unit->kind != kind)
             continue;
-        double other = gain_distance(&limits, quantity_convert(gain, unit->word, own));
+        double other = compute_gain_distance(&limits, quantity_convert(gain, unit->word, own));
         if (!(other < nearest))
             continue;
         nearest = other;
         snprintf(out, size, "; the values may have been in %s", unit->word);
     }
-    if (gain_distance(&limits, 1.0 / gain) < nearest)
+    if (compute_gain_distance(&limits, 1.0 / gain) < nearest)
         snprintf(out, size, "; the columns may be swapped");
 }

@@ -23,7 +23,7 @@ struct reader {
     struct error *error;
 };
 
-static const char *kind_text(enum unit_kind kind)
+static const char *get_kind_text(enum unit_kind kind)
 {
     return kind == UNIT_DISPLACEMENT ? "use in, mm, cm, m or ft for a transducer"
                                      : "use lb, N, kN or kg for a gage";
@@ -92,7 +92,7 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
         return refuse_points(r, MR_MALFORMED, "not a line of column names", example);
     if (value.unit && value.unit->kind != r->kind)
         return refuse_points(r, MR_MALFORMED, "values in a unit of the wrong kind",
-                             kind_text(r->kind));
+                             get_kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->codes_first = first.is_codes;
     r->names_read = true;
@@ -130,7 +130,8 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
                                  : "write VALUE,CODE");
     if (wrong.what[0])
         return refuse_points(r, MR_MALFORMED, wrong.what,
-                             strstr(wrong.what, "instead of") ? kind_text(r->kind) : wrong.advice);
+                             strstr(wrong.what, "instead of") ? get_kind_text(r->kind)
+                                                              : wrong.advice);
     if (points->count == CALIBRATE_POINTS_MAX)
         return error_set(r->error, MR_TOO_LONG, "more than %u points: %s; leave some out",
                          CALIBRATE_POINTS_MAX, r->path);

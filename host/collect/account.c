@@ -46,13 +46,13 @@ void account_confirm_time(struct account *account)
 }
 
 /* True if that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
-static bool frames_can_fit(int64_t frames, int64_t from_block, int64_t to_block)
+static bool can_frames_fit(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
                            frames <= FRAMES_PER_BLOCK * (to_block - from_block + TOLERANCE_BLOCKS));
 }
 
-static int64_t newest_block(const struct account *account)
+static int64_t get_newest_block(const struct account *account)
 {
     return account->kind == LINK_CAN ? account->sent_block : account->frame_block;
 }
@@ -64,8 +64,8 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
         (account->board_count_known[place] && count->count < account->board_count[place]))
         return false;
     if (account->board_count_known[place] &&
-        !frames_can_fit((int64_t)(count->count - account->board_count[place]),
-                        account->board_count_block[place], newest_block(account)))
+        !can_frames_fit((int64_t)(count->count - account->board_count[place]),
+                        account->board_count_block[place], get_newest_block(account)))
         return false;
     /* The board's count does not include the message_count that carries it. */
     int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
@@ -81,7 +81,7 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
     }
     account->board_count_known[place] = true;
     account->board_count[place] = count->count;
-    account->board_count_block[place] = newest_block(account);
+    account->board_count_block[place] = get_newest_block(account);
     account->received_at_board_count[place] = received;
     return true;
 }
@@ -271,11 +271,11 @@ static bool is_believable(struct account *account, const struct mr_can_health *h
                           int64_t block)
 {
     if (!account->sent_known ||
-        frames_can_fit((int32_t)(health->sent - account->sent), account->sent_block, block)) {
+        can_frames_fit((int32_t)(health->sent - account->sent), account->sent_block, block)) {
         account->doubt_known = false;
         return true;
     }
-    if (account->doubt_known && frames_can_fit((int32_t)(health->sent - account->doubt_sent),
+    if (account->doubt_known && can_frames_fit((int32_t)(health->sent - account->doubt_sent),
                                                account->doubt_block, block)) {
         account->sent = account->doubt_sent; /* the board restarted unnoticed */
         account->sent_block = account->doubt_block;
@@ -341,7 +341,7 @@ void account_apply_dropped(struct account *account, uint16_t dropped, int64_t bl
 }
 
 /* Writes the channels of a message, for example "d1-d3". */
-static void channels_text(const struct mr_series_pack *pack, char letter, char *out, size_t size)
+static void write_channels(const struct mr_series_pack *pack, char letter, char *out, size_t size)
 {
     snprintf(out, size, "%c%u-%c%u", letter, (unsigned)pack->first, letter,
              (unsigned)(pack->first + pack->count - 1));
@@ -358,7 +358,7 @@ void account_add_series_message(struct account *account, unsigned number, int64_
     if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_PERIOD_BLOCKS)
         return;
     char channels[16];
-    channels_text(pack, series->letter, channels, sizeof channels);
+    write_channels(pack, series->letter, channels, sizeof channels);
     account->suspected_frames += missing;
     if (account->suspected_gaps < MR_SERIES_PACKS)
         account->suspected_gap[account->suspected_gaps++] =

@@ -19,7 +19,7 @@ _Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are m
 /* A collector for one landing, which receives the messages of the record. */
 struct box_collector {
     struct collector collector;
-    struct side side;
+    struct link_side side;
     struct landing_slot slot;
 };
 

@@ -17,7 +17,7 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
     made->store = store;
     made->can_base = can_base;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct side *side = &made->side[kind];
+        struct link_side *side = &made->side[kind];
         side->kind = (enum link_kind)kind;
         side->spec = kind == LINK_CAN ? can_spec : serial_spec;
         side->ended = !side->spec;
@@ -99,7 +99,7 @@ bool collector_pop_answer(struct collector *collector, struct collector_answer *
 }
 
 /* Stores one event per trouble, with the number of occurrences since the last event. */
-static enum mr_status record_troubles(struct collector *collector, struct side *side,
+static enum mr_status record_troubles(struct collector *collector, struct link_side *side,
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -125,7 +125,7 @@ static enum mr_status record_troubles(struct collector *collector, struct side *
 }
 
 /* Discards a partial frame, because data received after a reconnection does not continue it. */
-static void discard_partial_frame(struct side *side)
+static void discard_partial_frame(struct link_side *side)
 {
     if (side->deframer.length > 0)
         side->account.counts.bad++;
@@ -135,7 +135,7 @@ static void discard_partial_frame(struct side *side)
 enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
                                           const struct link_counters *counters, struct error *error)
 {
-    struct side *side = &collector->side[kind];
+    struct link_side *side = &collector->side[kind];
     int64_t run = side->current_landing ? side->current_landing->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
     if (kind == LINK_CAN)
@@ -170,7 +170,7 @@ enum mr_status collector_handle_clock_set(struct collector *collector, int64_t j
                                 .kind = "clock-set",
                                 .value = jump_us};
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct side *side = &collector->side[kind];
+        struct link_side *side = &collector->side[kind];
         if (side->current_landing)
             event.run = side->current_landing->row.id;
         collect_discard_time(side);
@@ -181,7 +181,7 @@ enum mr_status collector_handle_clock_set(struct collector *collector, int64_t j
 enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error)
 {
-    struct side *side = &collector->side[kind];
+    struct link_side *side = &collector->side[kind];
     if (side->ended)
         return MR_OK;
     enum mr_status status = collect_release_held_frames(collector, side, error);
@@ -204,7 +204,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct side *side = &collector->side[kind];
+        struct link_side *side = &collector->side[kind];
         if (!side->ended) {
             status = collect_release_held_frames(collector, side, error);
             side->ended = true;
@@ -232,7 +232,7 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        struct side *side = &collector->side[kind];
+        struct link_side *side = &collector->side[kind];
         if (side->spec)
             status = store_link_put(collector->store, collector->session, kind,
                                     &side->account.counts, error);
@@ -250,7 +250,8 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
 
 enum link_kind collector_lagging_link(const struct collector *collector)
 {
-    const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
+    const struct link_side *can = &collector->side[LINK_CAN],
+                           *serial = &collector->side[LINK_SERIAL];
     bool can_behind = can->boot == serial->boot
                         ? collect_newest_block(can) <= collect_newest_block(serial)
                         : can->boot < serial->boot;
@@ -271,7 +272,7 @@ int64_t collector_pop_finished(struct collector *collector)
 static void report_other_board_on_can(const struct collector *collector,
                                       struct collector_progress *progress)
 {
-    const struct side *can = &collector->side[LINK_CAN];
+    const struct link_side *can = &collector->side[LINK_CAN];
     progress->other_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
                              can->other_board_messages >= COLLECT_OTHER_BOARD_MESSAGES;
     snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
@@ -295,7 +296,7 @@ void collector_get_progress(const struct collector *collector, struct collector_
                                     .before_first = collector->side[LINK_CAN].account.before_first};
     report_other_board_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        const struct side *side = &collector->side[kind];
+        const struct link_side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
         memcpy(progress->missing[kind], side->account.missing_count,
                sizeof progress->missing[kind]);

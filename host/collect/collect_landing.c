@@ -23,7 +23,7 @@
 
 /* Records a gap for the part of a landing that a link did not deliver. */
 static enum mr_status add_silence(struct collector *collector, const struct landing_slot *slot,
-                                  const struct side *side, const struct side *other,
+                                  const struct link_side *side, const struct link_side *other,
                                   struct error *error)
 {
     struct store_gap gap = {.link = (int)side->kind,
@@ -47,7 +47,7 @@ static enum mr_status add_silence(struct collector *collector, const struct land
 /* Fills the losses of serial with CAN data after a landing. */
 struct gap_filler {
     struct collector *collector;
-    struct side can; /* state of the CAN side at the time of the frame */
+    struct link_side can; /* state of the CAN side at the time of the frame */
     struct store_gap *gaps;
     size_t count;
     struct error *error;
@@ -143,8 +143,8 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
             continue;
         bool over = true;
         for (int kind = 0; kind < LINK_KINDS; kind++) {
-            const struct side *side = &collector->side[kind];
-            const struct side *other = &collector->side[1 - kind];
+            const struct link_side *side = &collector->side[kind];
+            const struct link_side *other = &collector->side[1 - kind];
             bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
             bool gone = slot->left[1 - kind] &&
@@ -162,7 +162,7 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
     return MR_OK;
 }
 
-static struct landing_slot *find_slot(struct collector *collector, const struct side *side,
+static struct landing_slot *find_slot(struct collector *collector, const struct link_side *side,
                                       uint16_t number, int64_t armed_block)
 {
     struct landing_slot *found = NULL;
@@ -180,7 +180,7 @@ static struct landing_slot *find_slot(struct collector *collector, const struct 
     return found;
 }
 
-static enum mr_status create_slot(struct collector *collector, const struct side *side,
+static enum mr_status create_slot(struct collector *collector, const struct link_side *side,
                                   const struct mr_landing *landing, int64_t armed_block,
                                   uint64_t host_us, struct landing_slot **slot, struct error *error)
 {
@@ -195,7 +195,7 @@ static enum mr_status create_slot(struct collector *collector, const struct side
             return status;
     }
     for (int kind = 0; kind < LINK_KINDS; kind++) {
-        struct side *each = &collector->side[kind];
+        struct link_side *each = &collector->side[kind];
         each->current_landing = each->current_landing == oldest ? NULL : each->current_landing;
         each->last_landing = each->last_landing == oldest ? NULL : each->last_landing;
     }
@@ -212,7 +212,7 @@ static enum mr_status create_slot(struct collector *collector, const struct side
     return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
 }
 
-void collect_leave_landing(struct side *side)
+void collect_leave_landing(struct link_side *side)
 {
     struct landing_slot *slot = side->current_landing;
     if (!slot)
@@ -225,7 +225,7 @@ void collect_leave_landing(struct side *side)
     account_reset_steps(&side->account);
 }
 
-static enum mr_status enter_landing(struct collector *collector, struct side *side,
+static enum mr_status enter_landing(struct collector *collector, struct link_side *side,
                                     const struct mr_landing *landing, uint64_t host_us,
                                     struct error *error)
 {
@@ -250,7 +250,7 @@ static enum mr_status enter_landing(struct collector *collector, struct side *si
     return MR_OK;
 }
 
-static enum mr_status follow_landing(struct collector *collector, struct side *side,
+static enum mr_status follow_landing(struct collector *collector, struct link_side *side,
                                      const struct mr_landing *landing, uint64_t host_us,
                                      struct error *error)
 {
@@ -273,7 +273,7 @@ static enum mr_status follow_landing(struct collector *collector, struct side *s
     return status;
 }
 
-enum mr_status collect_handle_landing(struct collector *collector, struct side *side,
+enum mr_status collect_handle_landing(struct collector *collector, struct link_side *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error)
 {

@@ -23,7 +23,7 @@
 
 /* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
  * received. */
-static enum mr_status handle_restart(struct collector *collector, struct side *side,
+static enum mr_status handle_restart(struct collector *collector, struct link_side *side,
                                      uint64_t host_us, const struct mr_hello *hello,
                                      struct error *error)
 {
@@ -73,7 +73,7 @@ static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_
 
 /* Updates the board time from a message. A clock with tick 0 means that scanning is stopped, so its
  * block is not a time. On CAN any node may have sent it. */
-static enum timebase_verdict update_time(struct side *side, const struct mr_message *message)
+static enum timebase_verdict update_time(struct link_side *side, const struct mr_message *message)
 {
     uint32_t block, tick;
     if (get_clock(message, &block, &tick)) {
@@ -89,7 +89,7 @@ static enum timebase_verdict update_time(struct side *side, const struct mr_mess
     return TIMEBASE_CONTINUES;
 }
 
-enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
+enum mr_status collect_store_gaps(struct collector *collector, struct link_side *side,
                                   struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -106,7 +106,7 @@ enum mr_status collect_store_gaps(struct collector *collector, struct side *side
     return status;
 }
 
-static enum mr_status store_raw(struct collector *collector, const struct side *side,
+static enum mr_status store_raw(struct collector *collector, const struct link_side *side,
                                 const struct landing_slot *slot, struct store_frame *frame,
                                 struct error *error)
 {
@@ -117,7 +117,7 @@ static enum mr_status store_raw(struct collector *collector, const struct side *
 
 /* True, only for CAN, if the board cannot send a message with this time now. Allows for the pause
  * since the last message and for delays in queues. */
-static bool is_impossible_time(const struct side *side, const struct mr_message *message,
+static bool is_impossible_time(const struct link_side *side, const struct mr_message *message,
                                uint64_t host_us)
 {
     int64_t newest = collect_newest_block(side);
@@ -136,7 +136,8 @@ static bool is_impossible_time(const struct side *side, const struct mr_message 
 
 static bool is_serial_record(const struct collector *collector)
 {
-    const struct side *can = &collector->side[LINK_CAN], *serial = &collector->side[LINK_SERIAL];
+    const struct link_side *can = &collector->side[LINK_CAN],
+                           *serial = &collector->side[LINK_SERIAL];
     int64_t spoke = serial->timebase.known ? collect_newest_block(serial) : can->first_clock;
     /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
@@ -147,9 +148,9 @@ static bool is_serial_record(const struct collector *collector)
 /* Each link counts restarts on its own. CAN may miss a short restart, or mistake another node's
  * message for a restart. CAN adopts serial's count when both links had the same time for longer
  * than CAN can lag. */
-static void adopt_serial_boot(const struct collector *collector, struct side *can)
+static void adopt_serial_boot(const struct collector *collector, struct link_side *can)
 {
-    const struct side *serial = &collector->side[LINK_SERIAL];
+    const struct link_side *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
     if (!serial->ended && !can->current_landing && apart <= SERIAL_SILENT_BLOCKS &&
         apart >= -SERIAL_SILENT_BLOCKS && block > SAME_START_BLOCKS)
@@ -158,7 +159,7 @@ static void adopt_serial_boot(const struct collector *collector, struct side *ca
 
 /* Sets the arming time from CAN, where a frame has the time of its arrival; serial bytes have the
  * time at which they were read. */
-static enum mr_status stamp_landing(struct collector *collector, struct side *can,
+static enum mr_status stamp_landing(struct collector *collector, struct link_side *can,
                                     const struct collector_event *event, struct error *error)
 {
     struct landing_slot *slot = can->current_landing;
@@ -178,7 +179,7 @@ static enum mr_status stamp_landing(struct collector *collector, struct side *ca
 
 /* Stores the row of the newest frame from time to time. The next landing begins at a row some
  * seconds back. */
-static enum mr_status mark_frames(struct collector *collector, struct side *can,
+static enum mr_status mark_frames(struct collector *collector, struct link_side *can,
                                   struct error *error)
 {
     int64_t block = collect_newest_block(can);
@@ -203,7 +204,7 @@ static bool is_sent_on_both_links(const struct mr_message *message)
 }
 
 /* Assigns the landing on serial to CAN, from CAN's first block of the landing to the last. */
-static void adopt_serial_landing(struct collector *collector, struct side *can)
+static void adopt_serial_landing(struct collector *collector, struct link_side *can)
 {
     int64_t block = collect_newest_block(can);
     struct landing_slot *slot = can->current_landing;
@@ -223,7 +224,7 @@ static void adopt_serial_landing(struct collector *collector, struct side *can)
 
 /* Compares the identity of the board on CAN with that on serial. If serial's board never sends on
  * CAN, the two links belong to two boards. */
-static void compare_can_identity(struct collector *collector, struct side *can,
+static void compare_can_identity(struct collector *collector, struct link_side *can,
                                  const struct mr_message *message)
 {
     const uint32_t words[2] = {message->as.board_uid.uid0, message->as.board_uid.uid1};
@@ -237,7 +238,7 @@ static void compare_can_identity(struct collector *collector, struct side *can,
 }
 
 /* Passes the message to the listener, then handles it. */
-static enum mr_status deliver_message(struct collector *collector, struct side *side,
+static enum mr_status deliver_message(struct collector *collector, struct link_side *side,
                                       const struct collector_event *event, struct error *error)
 {
     if (collector->listener)
@@ -263,7 +264,7 @@ static enum mr_status deliver_message(struct collector *collector, struct side *
 }
 
 /* Handles a message of the board from either link: time, losses, content, storage. */
-static enum mr_status handle_message(struct collector *collector, struct side *side,
+static enum mr_status handle_message(struct collector *collector, struct link_side *side,
                                      const struct mr_message *message, int64_t seq,
                                      uint64_t host_us, struct error *error)
 {
@@ -329,7 +330,7 @@ static bool read_frame(const struct collector *collector, const struct link_fram
            message->info->direction != MR_DIRECTION_HOST;
 }
 
-static enum mr_status handle_can_frame(struct collector *collector, struct side *side,
+static enum mr_status handle_can_frame(struct collector *collector, struct link_side *side,
                                        const struct link_frame *frame, struct error *error)
 {
     struct mr_message message;
@@ -354,7 +355,7 @@ static enum mr_status handle_can_frame(struct collector *collector, struct side 
     return store_raw(collector, side, side->current_landing, &raw, error);
 }
 
-static enum mr_status handle_block(struct collector *collector, struct side *side,
+static enum mr_status handle_block(struct collector *collector, struct link_side *side,
                                    const struct mr_frame *frame, uint64_t host_us,
                                    struct error *error)
 {
@@ -385,7 +386,7 @@ static enum mr_status handle_block(struct collector *collector, struct side *sid
     return status;
 }
 
-static enum mr_status process_serial_frame(struct collector *collector, struct side *side,
+static enum mr_status process_serial_frame(struct collector *collector, struct link_side *side,
                                            const struct mr_frame *frame, uint64_t host_us,
                                            struct error *error)
 {
@@ -419,7 +420,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct s
 
 enum start { START_UNKNOWN, START_SAME, START_NEW };
 
-static enum start classify_start(struct side *side, const struct mr_message *message)
+static enum start classify_start(struct link_side *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
     uint32_t block, tick;
@@ -440,7 +441,7 @@ static enum start classify_start(struct side *side, const struct mr_message *mes
     return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? START_SAME : START_UNKNOWN;
 }
 
-static enum mr_status process_held_frame(struct collector *collector, struct side *side,
+static enum mr_status process_held_frame(struct collector *collector, struct link_side *side,
                                          const struct held_frame *held, struct error *error)
 {
     const struct mr_frame frame = {.seq = held->seq,
@@ -454,7 +455,7 @@ static enum mr_status process_held_frame(struct collector *collector, struct sid
 
 /* Handles the held frames. `start` is START_NEW if the first of them is the first known frame of a
  * new start. */
-static enum mr_status release_held_frames(struct collector *collector, struct side *side,
+static enum mr_status release_held_frames(struct collector *collector, struct link_side *side,
                                           enum start start, uint64_t host_us, struct error *error)
 {
     const struct held_frame *first = side->held;
@@ -477,7 +478,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct si
 
 /* Returns true if the frame is held; false if the held frames were handled, or if `error` is
  * set. */
-static bool hold_frame(struct collector *collector, struct side *side, enum start start,
+static bool hold_frame(struct collector *collector, struct link_side *side, enum start start,
                        const struct held_frame *held, struct error *error)
 {
     uint64_t host_us = held->frame.host_us;
@@ -491,7 +492,7 @@ static bool hold_frame(struct collector *collector, struct side *side, enum star
     return false;
 }
 
-enum mr_status collect_release_held_frames(struct collector *collector, struct side *side,
+enum mr_status collect_release_held_frames(struct collector *collector, struct link_side *side,
                                            struct error *error)
 {
     const struct timebase_doubt *doubt = &side->time_doubt;
@@ -503,7 +504,7 @@ enum mr_status collect_release_held_frames(struct collector *collector, struct s
 enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
                                        struct error *error)
 {
-    struct side *side = &collector->side[LINK_CAN];
+    struct link_side *side = &collector->side[LINK_CAN];
     const struct held_frame held = {.frame = *frame};
     struct mr_message message;
     bool ours = read_frame(collector, frame, &message);
@@ -515,7 +516,7 @@ enum mr_status collector_receive_frame(struct collector *collector, const struct
     return error->status == MR_OK ? handle_can_frame(collector, side, frame, error) : error->status;
 }
 
-static enum mr_status handle_serial_frame(struct collector *collector, struct side *side,
+static enum mr_status handle_serial_frame(struct collector *collector, struct link_side *side,
                                           const struct mr_frame *frame, uint64_t host_us,
                                           struct error *error)
 {
@@ -548,7 +549,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct si
 enum mr_status collector_receive_bytes(struct collector *collector, const uint8_t *bytes,
                                        size_t length, uint64_t host_us, struct error *error)
 {
-    struct side *side = &collector->side[LINK_SERIAL];
+    struct link_side *side = &collector->side[LINK_SERIAL];
     side->account.bytes += (int64_t)length;
     for (size_t i = 0; i < length; i++) {
         struct mr_frame frame;
@@ -571,13 +572,13 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
 #define CRYSTAL_DRIFT_PPM  200.0
 #define INTERNAL_DRIFT_PPM 20000.0
 
-void collect_handle_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us)
+void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us)
 {
     side->sync = *sync;
     side->sync_host_us = host_us;
 }
 
-void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at)
+void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at)
 {
     bool this_one = side->sync_host_us != 0 && (uint16_t)side->sync.block == sync_at->block16;
     if (this_one && sync_at->sent) {
@@ -588,20 +589,20 @@ void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at)
     side->sync_host_us = 0;
 }
 
-void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us)
+void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
         timemap_add(&side->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
                     (int64_t)host_us);
 }
 
-void collect_discard_time(struct side *side)
+void collect_discard_time(struct link_side *side)
 {
     side->time_map.count = 0;
     side->sync_host_us = 0;
 }
 
-enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
+enum mr_status collect_put_time_map(struct collector *collector, const struct link_side *side,
                                     const struct landing_slot *slot, struct error *error)
 {
     struct timemap_fit fit;
@@ -637,7 +638,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct si
     return store_time_map_put(collector->store, &row, error);
 }
 
-enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
+enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,
                                          const struct mr_film_frame *frame, struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
@@ -657,12 +658,12 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct sid
 /* ---- side: the current state of a link, and the events stored from it; all other files of the
  * collector use these functions ---- */
 
-int64_t collect_newest_block(const struct side *side)
+int64_t collect_newest_block(const struct link_side *side)
 {
     return side->timebase.known ? side->timebase.newest_block : -1;
 }
 
-int64_t collect_board_time(const struct side *side, const struct mr_message *message)
+int64_t collect_board_time(const struct link_side *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
     if (!copy.known)
@@ -674,18 +675,18 @@ int64_t collect_board_time(const struct side *side, const struct mr_message *mes
     return timebase_now_us(&side->timebase);
 }
 
-int64_t collect_event_block(struct side *side, const struct mr_message *message)
+int64_t collect_event_block(struct link_side *side, const struct mr_message *message)
 {
     return message->block16 >= 0 ? timebase_unwrap(&side->timebase, (uint16_t)message->block16)
                                  : message->block;
 }
 
-int64_t collect_link_bit(const struct side *side)
+int64_t collect_link_bit(const struct link_side *side)
 {
     return 1 << side->kind;
 }
 
-enum mr_status collect_put_event(struct collector *collector, const struct side *side,
+enum mr_status collect_put_event(struct collector *collector, const struct link_side *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error)
 {

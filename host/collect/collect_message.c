@@ -18,7 +18,7 @@
     }
 #include "common/catalogue.def"
 
-enum mr_status collect_put_state_event(struct collector *collector, const struct side *side,
+enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error)
 {
@@ -26,7 +26,7 @@ enum mr_status collect_put_state_event(struct collector *collector, const struct
                              message->cause, message->landing, host_us, error);
 }
 
-static enum mr_status record_landing(struct collector *collector, struct side *side,
+static enum mr_status record_landing(struct collector *collector, struct link_side *side,
                                      const struct mr_landing *message, uint64_t host_us,
                                      struct error *error)
 {
@@ -45,7 +45,7 @@ static enum mr_status record_landing(struct collector *collector, struct side *s
 }
 
 /* Counts a message for the accounting of losses. The newest block already includes this reading. */
-static enum mr_status count_message(struct collector *collector, struct side *side,
+static enum mr_status count_message(struct collector *collector, struct link_side *side,
                                     const struct collector_event *event, struct error *error)
 {
     (void)collector, (void)error;
@@ -85,7 +85,7 @@ static bool make_event(const struct mr_message *message, struct store_event *eve
     return true;
 }
 
-static enum mr_status put_event(struct collector *collector, struct side *side,
+static enum mr_status put_event(struct collector *collector, struct link_side *side,
                                 const struct collector_event *event_message, struct error *error)
 {
     struct store_event event;
@@ -111,7 +111,7 @@ static bool is_own_answer(struct collector_own_commands *own, const struct mr_ac
 }
 
 /* Records the board's answer to a command, and which program sent it. */
-static enum mr_status record_answer(struct collector *collector, struct side *side,
+static enum mr_status record_answer(struct collector *collector, struct link_side *side,
                                     const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
     struct landing_slot *current = side->current_landing;
@@ -143,7 +143,7 @@ static enum mr_status record_answer(struct collector *collector, struct side *si
 }
 
 /* Handles landing state, film frames, answers to commands, and board time. */
-static enum mr_status handle_state_message(struct collector *collector, struct side *side,
+static enum mr_status handle_state_message(struct collector *collector, struct link_side *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -170,8 +170,9 @@ static collect_topic *const topics[] = {
     collect_gear_message, collect_predict_message, collect_band_message};
 enum { TOPICS = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
 
-static enum mr_status record_message(unsigned first, struct collector *collector, struct side *side,
-                                     const struct collector_event *event, struct error *error)
+static enum mr_status record_message(unsigned first, struct collector *collector,
+                                     struct link_side *side, const struct collector_event *event,
+                                     struct error *error)
 {
     enum mr_status status = put_event(collector, side, event, error);
     for (unsigned i = first; i < TOPICS && status == MR_OK; i++)
@@ -179,13 +180,13 @@ static enum mr_status record_message(unsigned first, struct collector *collector
     return status;
 }
 
-enum mr_status collect_message(struct collector *collector, struct side *side,
+enum mr_status collect_message(struct collector *collector, struct link_side *side,
                                const struct collector_event *event, struct error *error)
 {
     return record_message(0, collector, side, event, error);
 }
 
-enum mr_status collect_reprocess_message(struct collector *collector, struct side *side,
+enum mr_status collect_reprocess_message(struct collector *collector, struct link_side *side,
                                          const struct collector_event *event, struct error *error)
 {
     return record_message(FIRST_OF_LANDING, collector, side, event, error);
@@ -194,7 +195,7 @@ enum mr_status collect_reprocess_message(struct collector *collector, struct sid
 /* ---- gear: switches, motion, touchdown and stop, zones ahead of the wheel, mat temperature
  * ---- */
 
-static enum mr_status record_edge(struct collector *collector, struct side *side,
+static enum mr_status record_edge(struct collector *collector, struct link_side *side,
                                   const struct mr_edge *message, struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
@@ -212,7 +213,7 @@ static enum mr_status record_edge(struct collector *collector, struct side *side
 
 /* Rejects an edge that the board withdrew. An edge excluded only by the board's final fit stays,
  * because the host's own fit excludes it. */
-static enum mr_status record_switch_event(struct collector *collector, const struct side *side,
+static enum mr_status record_switch_event(struct collector *collector, const struct link_side *side,
                                           const struct mr_switch_event *message,
                                           struct error *error)
 {
@@ -227,7 +228,7 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 /* Motion and its errors are two messages with the same block: the first is stored at once, the
  * second completes the row. A zone and its lead time are stored in the same way. */
 #define RECORD_TWO_PARTS(name, NAME, second)                                                       \
-    static enum mr_status name(struct collector *collector, struct side *side,                     \
+    static enum mr_status name(struct collector *collector, struct link_side *side,                \
                                const struct mr_message *m, struct error *error)                    \
     {                                                                                              \
         struct store_##name *row = &side->name;                                                    \
@@ -250,7 +251,7 @@ RECORD_TWO_PARTS(motion, MOTION, motion_error)
 RECORD_TWO_PARTS(zone, ZONE, zone_lead)
 
 /* Touchdown and stop share a row and arrive in any order. */
-static enum mr_status record_result(struct collector *collector, const struct side *side,
+static enum mr_status record_result(struct collector *collector, const struct link_side *side,
                                     const struct mr_message *m, struct error *error)
 {
     struct store_result row = store_blank_result;
@@ -262,7 +263,7 @@ static enum mr_status record_result(struct collector *collector, const struct si
     return side->current_landing ? COLLECT_PUT(result, &row) : MR_OK;
 }
 
-static enum mr_status record_temperature(struct collector *collector, struct side *side,
+static enum mr_status record_temperature(struct collector *collector, struct link_side *side,
                                          const struct mr_message *message, struct error *error)
 {
     struct store_mat_temperature row = {.block = collect_event_block(side, message),
@@ -271,7 +272,7 @@ static enum mr_status record_temperature(struct collector *collector, struct sid
     return side->current_landing && row.block >= 0 ? COLLECT_PUT(mat_temperature, &row) : MR_OK;
 }
 
-static enum mr_status collect_gear_message(struct collector *collector, struct side *side,
+static enum mr_status collect_gear_message(struct collector *collector, struct link_side *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -297,7 +298,7 @@ static bool is_same_value(float a, float b)
     return memcmp(&a, &b, sizeof a) == 0;
 }
 
-static enum mr_status record_trust(struct collector *collector, struct side *side,
+static enum mr_status record_trust(struct collector *collector, struct link_side *side,
                                    const struct mr_message *m, struct error *error)
 {
     struct store_trust row = {.block = collect_event_block(side, m),
@@ -307,7 +308,7 @@ static enum mr_status record_trust(struct collector *collector, struct side *sid
 }
 
 /* Stores a runway when it is complete: all joints in sequence, and the CRC that the board sent. */
-static enum mr_status record_joints(struct collector *collector, struct side *side,
+static enum mr_status record_joints(struct collector *collector, struct link_side *side,
                                     const struct mr_runway_joints *m, struct error *error)
 {
     struct mr_predictor_state *state = &side->runway;
@@ -323,7 +324,7 @@ static enum mr_status record_joints(struct collector *collector, struct side *si
                             side->runway_store.source, error);
 }
 
-static void record_runway(struct side *side, const struct mr_runway *m)
+static void record_runway(struct link_side *side, const struct mr_runway *m)
 {
     side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
                                                .landings = m->landings,
@@ -331,7 +332,7 @@ static void record_runway(struct side *side, const struct mr_runway *m)
     side->runway_parts = 0;
 }
 
-static void record_runway_state(struct collector *collector, struct side *side,
+static void record_runway_state(struct collector *collector, struct link_side *side,
                                 const struct mr_runway_store *m)
 {
     const struct mr_runway_store *known = &collector->stored_runway;
@@ -343,7 +344,7 @@ static void record_runway_state(struct collector *collector, struct side *side,
     collector->stored_runway_known = true;
 }
 
-static enum mr_status record_item(struct collector *collector, const struct side *side,
+static enum mr_status record_item(struct collector *collector, const struct link_side *side,
                                   const struct mr_predict_item *m, struct error *error)
 {
     if (m->index >= MR_PREDICT_ITEMS ||
@@ -379,7 +380,8 @@ enum mr_status collect_write_parameters(struct collector *collector,
 
 /* Stores one parameter of the risk. Index 0 starts a new list, so items of the previous list count
  * as missing. */
-static enum mr_status record_risk_parameter(struct collector *collector, const struct side *side,
+static enum mr_status record_risk_parameter(struct collector *collector,
+                                            const struct link_side *side,
                                             const struct mr_risk_item *m, struct error *error)
 {
     if (m->index >= MR_RISK_REPORT_ITEMS)
@@ -393,7 +395,7 @@ static enum mr_status record_risk_parameter(struct collector *collector, const s
              : MR_OK;
 }
 
-static enum mr_status record_risk(struct collector *collector, struct side *side,
+static enum mr_status record_risk(struct collector *collector, struct link_side *side,
                                   const struct mr_message *m, struct error *error)
 {
     struct store_risk part = store_blank_risk;
@@ -408,7 +410,7 @@ static enum mr_status record_risk(struct collector *collector, struct side *side
 
 /* Stores a part of a prediction. It has the block of the prediction, which is the newest one or
  * slightly older. */
-static enum mr_status record_prediction_part(struct collector *collector, struct side *side,
+static enum mr_status record_prediction_part(struct collector *collector, struct link_side *side,
                                              const struct mr_message *m, struct error *error)
 {
     struct store_prediction part = store_blank_prediction;
@@ -424,7 +426,7 @@ static enum mr_status record_prediction_part(struct collector *collector, struct
     return side->current_landing && part.block >= 0 ? COLLECT_PUT(prediction, &part) : MR_OK;
 }
 
-static enum mr_status collect_predict_message(struct collector *collector, struct side *side,
+static enum mr_status collect_predict_message(struct collector *collector, struct link_side *side,
                                               const struct collector_event *event,
                                               struct error *error)
 {
@@ -447,14 +449,14 @@ static enum mr_status collect_predict_message(struct collector *collector, struc
 /* ---- bands: events, tensions, and shunt calibration of the gages ---- */
 
 /* Returns the full index of a recent block; does not advance the time. */
-static int64_t unwrap_block(const struct side *side, uint16_t at_block16)
+static int64_t unwrap_block(const struct link_side *side, uint16_t at_block16)
 {
     struct timebase copy = side->timebase;
     int64_t block = timebase_unwrap(&copy, at_block16);
     return block < 0 ? STORE_NONE : block;
 }
 
-static enum mr_status record_band_message(struct collector *collector, const struct side *side,
+static enum mr_status record_band_message(struct collector *collector, const struct link_side *side,
                                           const struct mr_band_event *m, struct error *error)
 {
     int64_t block = unwrap_block(side, m->at_block16);
@@ -466,7 +468,7 @@ static enum mr_status record_band_message(struct collector *collector, const str
 
 /* Stores the result or the check of a gage. They are two messages: the first is stored at once, the
  * second completes the row. */
-static enum mr_status record_shunt(struct collector *collector, struct side *side,
+static enum mr_status record_shunt(struct collector *collector, struct link_side *side,
                                    const struct mr_message *m, struct error *error)
 {
     struct store_shunt *row = &side->shunt_result;
@@ -491,7 +493,7 @@ static enum mr_status record_shunt(struct collector *collector, struct side *sid
 
 /* Stores a band message. Tension before and after, and smallest and largest tension, share a row. A
  * value without gage is ignored. */
-static enum mr_status record_band(struct collector *collector, const struct side *side,
+static enum mr_status record_band(struct collector *collector, const struct link_side *side,
                                   const struct mr_message *m, struct error *error)
 {
     struct store_band row = store_blank_band;
@@ -515,7 +517,7 @@ static enum mr_status record_band(struct collector *collector, const struct side
     return side->current_landing ? COLLECT_PUT(band, &row) : MR_OK;
 }
 
-static enum mr_status collect_band_message(struct collector *collector, struct side *side,
+static enum mr_status collect_band_message(struct collector *collector, struct link_side *side,
                                            const struct collector_event *event, struct error *error)
 {
     const struct mr_message *m = event->message;
@@ -535,7 +537,7 @@ static enum mr_status collect_band_message(struct collector *collector, struct s
 /* ---- health: faults, slow log, crash, and CAN as seen by the board ---- */
 
 /* Stores a fault when its count changes; the board repeats faults once a second. */
-static enum mr_status record_fault(struct collector *collector, const struct side *side,
+static enum mr_status record_fault(struct collector *collector, const struct link_side *side,
                                    const struct mr_fault *message, uint64_t host_us,
                                    struct error *error)
 {
@@ -548,7 +550,7 @@ static enum mr_status record_fault(struct collector *collector, const struct sid
                              message->detail, message->count, host_us, error);
 }
 
-static enum mr_status record_quality(struct collector *collector, const struct side *side,
+static enum mr_status record_quality(struct collector *collector, const struct link_side *side,
                                      const struct mr_channel_quality *message, struct error *error)
 {
     struct store_quality row;
@@ -557,7 +559,8 @@ static enum mr_status record_quality(struct collector *collector, const struct s
 }
 
 /* A row of the slow log is six messages; if one is lost, the row is lost. */
-static void record_slow_row(struct side *side, const struct mr_slow_row *message, uint64_t host_us)
+static void record_slow_row(struct link_side *side, const struct mr_slow_row *message,
+                            uint64_t host_us)
 {
     side->slow = (struct store_slow){.time_us = (int64_t)host_us,
                                      .block = message->block,
@@ -567,7 +570,7 @@ static void record_slow_row(struct side *side, const struct mr_slow_row *message
 }
 
 /* Stores a row of the slow log when it is complete. */
-static enum mr_status record_slow_tension(struct collector *collector, struct side *side,
+static enum mr_status record_slow_tension(struct collector *collector, struct link_side *side,
                                           const struct mr_slow_tension *message,
                                           struct error *error)
 {
@@ -586,7 +589,7 @@ static enum mr_status record_slow_tension(struct collector *collector, struct si
 
 /* Stores one event per word of the report of a processor fault. Both links repeat the report; it is
  * stored once. */
-static enum mr_status record_crash(struct collector *collector, const struct side *side,
+static enum mr_status record_crash(struct collector *collector, const struct link_side *side,
                                    const struct mr_crash *message, uint64_t host_us,
                                    struct error *error)
 {
@@ -605,7 +608,7 @@ static enum mr_status record_crash(struct collector *collector, const struct sid
 
 /* Stores the board's CAN state when state or outage count changes; the board sends it every
  * second. */
-static enum mr_status record_can_alarm(struct collector *collector, const struct side *side,
+static enum mr_status record_can_alarm(struct collector *collector, const struct link_side *side,
                                        const struct mr_can_alarm *message, uint64_t host_us,
                                        struct error *error)
 {
@@ -622,7 +625,7 @@ static enum mr_status record_can_alarm(struct collector *collector, const struct
                              message->tec, message->outages, host_us, error);
 }
 
-static enum mr_status collect_health_message(struct collector *collector, struct side *side,
+static enum mr_status collect_health_message(struct collector *collector, struct link_side *side,
                                              const struct collector_event *event,
                                              struct error *error)
 {

@@ -48,7 +48,7 @@ struct held_frame {
 #define COLLECT_HELD_MAX 2048u
 
 /* State of the collector for one link. */
-struct side {
+struct link_side {
     enum link_kind kind;
     /* CAN: the newest landing message with state ARMED; armed_us: its time of reception */
     struct mr_landing armed;
@@ -143,7 +143,7 @@ struct collector {
     struct store *store;
     struct collector *mark; /* state saved by collector_save_mark; NULL: not saved */
     int64_t session;
-    struct side side[LINK_KINDS];
+    struct link_side side[LINK_KINDS];
     uint16_t can_base;
     const struct collector_listener *listener; /* NULL: no listener */
     struct board_report reported;
@@ -177,38 +177,38 @@ struct collector {
     store_##table##_put(collector->store, side->current_landing->row.id, value, error)
 
 /* Returns the newest block known on a link; -1: none. */
-int64_t collect_newest_block(const struct side *side);
+int64_t collect_newest_block(const struct link_side *side);
 /* Returns the board time of a message: that of its block if it has one, otherwise the newest known
  * time. `message` NULL: a frame that is not a message. */
-int64_t collect_board_time(const struct side *side, const struct mr_message *message);
+int64_t collect_board_time(const struct link_side *side, const struct mr_message *message);
 /* Returns the block of the event that a message reports, if it is recent; -1: not known, or the
  * message has no block. */
-int64_t collect_event_block(struct side *side, const struct mr_message *message);
+int64_t collect_event_block(struct link_side *side, const struct mr_message *message);
 /* Returns the bit of the side's link in `links` of a row. */
-int64_t collect_link_bit(const struct side *side);
+int64_t collect_link_bit(const struct link_side *side);
 /* Adds an event, to the landing that the side is in if there is one. */
-enum mr_status collect_put_event(struct collector *collector, const struct side *side,
+enum mr_status collect_put_event(struct collector *collector, const struct link_side *side,
                                  const char *kind, int64_t block, int64_t code, int64_t detail,
                                  int64_t value, uint64_t host_us, struct error *error);
 
 /* ---- collect_links.c ---- */
 
 /* Processes the held frames when the link has ended, with the most likely boot. */
-enum mr_status collect_release_held_frames(struct collector *collector, struct side *side,
+enum mr_status collect_release_held_frames(struct collector *collector, struct link_side *side,
                                            struct error *error);
 /* Stores the gaps that the account has found, with the landing in which they occurred. */
-enum mr_status collect_store_gaps(struct collector *collector, struct side *side,
+enum mr_status collect_store_gaps(struct collector *collector, struct link_side *side,
                                   struct error *error);
 
 /* Processes an accepted message. Each topic is handled in the file of its name. */
-typedef enum mr_status collect_topic(struct collector *collector, struct side *side,
+typedef enum mr_status collect_topic(struct collector *collector, struct link_side *side,
                                      const struct collector_event *event, struct error *error);
 collect_topic collect_message;
 /* collect_reprocess_message processes a message a second time, for the landing to which it turns
  * out to belong: events, gear, predictor and bands. */
 collect_topic collect_reprocess_message, collect_identity_message;
 /* Adds a change of a landing's state as an event of the landing that the side is in. */
-enum mr_status collect_put_state_event(struct collector *collector, const struct side *side,
+enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
                                        const struct mr_landing *message, uint64_t host_us,
                                        struct error *error);
 /* Writes the known parameters of the predictor for a landing that begins. */
@@ -220,23 +220,23 @@ enum mr_status collect_write_configuration(struct collector *collector,
 
 /* Pairs of board and host time, and film frames. collect_put_time_map writes the resulting clock of
  * a landing that is over (`slot` NULL: of the boot that is over). */
-void collect_handle_sync(struct side *side, const struct mr_sync *sync, uint64_t host_us);
-void collect_handle_sync_at(struct side *side, const struct mr_sync_at *sync_at);
-void collect_handle_clock(struct side *side, const struct mr_clock *clock, uint64_t host_us);
+void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us);
+void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at);
+void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us);
 /* Discards the pairs, because this computer's clock was set. */
-void collect_discard_time(struct side *side);
-enum mr_status collect_put_time_map(struct collector *collector, const struct side *side,
+void collect_discard_time(struct link_side *side);
+enum mr_status collect_put_time_map(struct collector *collector, const struct link_side *side,
                                     const struct landing_slot *slot, struct error *error);
-enum mr_status collect_handle_film_frame(struct collector *collector, struct side *side,
+enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,
                                          const struct mr_film_frame *frame, struct error *error);
 
 /* Handles a state of a landing that the side reports: enters, follows or leaves the landing.
  * `*believed` false: the state cannot be current, and nothing was done. */
-enum mr_status collect_handle_landing(struct collector *collector, struct side *side,
+enum mr_status collect_handle_landing(struct collector *collector, struct link_side *side,
                                       const struct mr_landing *landing, uint64_t host_us,
                                       bool *believed, struct error *error);
 /* Ends the side's landing, if there is one. */
-void collect_leave_landing(struct side *side);
+void collect_leave_landing(struct link_side *side);
 /* Finishes a landing: data that a link should have sent and that is missing becomes a gap. */
 enum mr_status collect_finish_landing(struct collector *collector, struct landing_slot *slot,
                                       struct error *error);

@@ -58,7 +58,7 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
 
 /* Returns the mean of the samples around i that both series have, so that both are smoothed in the
  * same way. NaN: there are none. */
-static double moving_mean(const struct signal *s, const double *values, size_t i)
+static double compute_moving_mean(const struct signal *s, const double *values, size_t i)
 {
     size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
            to = i + half < s->count ? i + half : s->count - 1;
@@ -73,7 +73,7 @@ static double moving_mean(const struct signal *s, const double *values, size_t i
     return count ? sum / (double)count : (double)NAN;
 }
 
-static double sample_time_s(const struct signal *s, double i)
+static double get_sample_time_s(const struct signal *s, double i)
 {
     return s->t0_s + i * s->dt_s;
 }
@@ -86,7 +86,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     size_t at = 0, first = 0;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i) ? moving_mean(s, values, i) : (double)NAN;
+        double value = has_both(s, i) ? compute_moving_mean(s, values, i) : (double)NAN;
         if (isnan(value) || fabs(value) <= fabs(peak.value))
             continue;
         peak.value = value;
@@ -95,10 +95,10 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     if (isnan(peak.value))
         return peak;
     double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_LIMIT_SIGMAS * noise);
-    for (first = 0; !(fabs(peak.value - moving_mean(s, values, first)) <= near);)
+    for (first = 0; !(fabs(peak.value - compute_moving_mean(s, values, first)) <= near);)
         first++; /* the loop ends at the peak or before */
     peak.error = errors[at];
-    peak.t_s = sample_time_s(s, (double)first);
+    peak.t_s = get_sample_time_s(s, (double)first);
     peak.t_error_s = s->time_error_s[first];
     return peak;
 }
@@ -113,8 +113,9 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     if (!(threshold > NOISE_LIMIT_SIGMAS * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i) ? moving_mean(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
-                                      : (double)NAN;
+        double value = has_both(s, i)
+                         ? compute_moving_mean(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
+                         : (double)NAN;
         if (isnan(value))
             continue;
         if (value < threshold) {
@@ -125,12 +126,13 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
             return arrival;
         size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
-        double slope = fabs(moving_mean(s, values, to) - moving_mean(s, values, from)) /
-                       ((double)(to - from) * s->dt_s);
+        double slope =
+            fabs(compute_moving_mean(s, values, to) - compute_moving_mean(s, values, from)) /
+            ((double)(to - from) * s->dt_s);
         double u = errors[i];
         if (measured) /* replace the noise of one measured sample by that of the mean */
             u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
-        arrival.t_s = sample_time_s(s, (double)i - (value - threshold) / (value - before));
+        arrival.t_s = get_sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
         arrival.t_error_s = sqrt(u * u / (slope * slope) +
                                  (measured ? s->time_error_s[i] * s->time_error_s[i] : 0.0) +
@@ -381,7 +383,7 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
 
 /* Returns the movement or spread of a row at a time: linear between samples, constant after the
  * last sample, NaN before the first. */
-static double interpolate(const struct store_simulation *row, const float *values, double t_s)
+static double interpolate_row(const struct store_simulation *row, const float *values, double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
     if (!values || row->length == 0 || !(k >= 0.0))
@@ -409,15 +411,15 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
         s->t_s[i] = t_s;
         bool outside = t_s < 0.0 || t_s > end_s;
         s->measured_in[i] = outside ? (double)NAN : measured_value(channel, i);
-        s->simulated_in[i] = outside ? (double)NAN : interpolate(row, row->series_in, t_s);
+        s->simulated_in[i] = outside ? (double)NAN : interpolate_row(row, row->series_in, t_s);
         s->time_error_s[i] = compare_time_error(clock, t_s);
-        double before_in = interpolate(row, row->series_in,
-                                       fmax(t_s - s->time_error_s[i], row->t0_s));
+        double before_in = interpolate_row(row, row->series_in,
+                                           fmax(t_s - s->time_error_s[i], row->t0_s));
         s->alignment_in[i] =
-            0.5 * fabs(interpolate(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
+            0.5 * fabs(interpolate_row(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
         s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0),
                                         s->alignment_in[i]);
-        double spread_in = interpolate(row, row->spread_in, t_s);
+        double spread_in = interpolate_row(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
 }
@@ -474,8 +476,8 @@ static void find_figures(const struct measured *measured, const struct measured_
 }
 
 /* Returns the most frequent reason for invalid readings. */
-static const char *most_frequent_reason(const struct measured *measured,
-                                        const struct measured_channel *channel)
+static const char *find_most_frequent_reason(const struct measured *measured,
+                                             const struct measured_channel *channel)
 {
     size_t counts[256] = {0}, most = 0;
     for (size_t i = 0; i < measured->samples; i++)
@@ -504,11 +506,11 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
         snprintf(out->reason, sizeof out->reason, "no readings were received");
     else if (isnan(channel->baseline))
         snprintf(out->reason, sizeof out->reason, "no reading at rest before the landing: %s",
-                 most_frequent_reason(measured, channel));
+                 find_most_frequent_reason(measured, channel));
     else if (out->valid_share < COMPARE_MIN_VALID)
         snprintf(out->reason, sizeof out->reason,
                  "only %.0f %% of its readings are valid, at least half are needed: %s",
-                 100.0 * out->valid_share, most_frequent_reason(measured, channel));
+                 100.0 * out->valid_share, find_most_frequent_reason(measured, channel));
     else
         return true;
     return false;

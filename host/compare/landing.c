@@ -19,7 +19,7 @@
 #define DWELL_MIN_S 0.5
 #define PATH_MAX_S  3600.0 /* a path must be shorter than this; no landing is that long */
 
-static double deceleration_at(const struct measured *measured, double t_s, double stop_s)
+static double compute_deceleration(const struct measured *measured, double t_s, double stop_s)
 {
     double from_s = fmax(0.0, t_s - SLOPE_S);
     double to_s = fmin(stop_s, t_s + SLOPE_S);
@@ -44,7 +44,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
     for (size_t i = 0; i <= steps; i++) {
         double t_s = i < steps ? (double)i * COMPARE_PATH_STEP_S : last_s;
         double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_STRIPS *
-                           deceleration_at(measured, t_s, stop_s) / scene->g_ft_s2;
+                           compute_deceleration(measured, t_s, stop_s) / scene->g_ft_s2;
         rows[i] = (struct sim_path_row){t_s, measured_station_ft(measured, t_s), thrust_lb};
     }
     rows[steps + 1] = (struct sim_path_row){stop_s, measured->summary.stop_station_ft.value, 0.0};
@@ -280,7 +280,7 @@ static void allocate_rows(struct compare_simulated *s, const struct sim_result *
 }
 
 /* Adds a value to the mean and to the sum of squared deviations (Welford 1962). */
-static void accumulate(double *mean, double *squares, double value, size_t count)
+static void add_to_mean(double *mean, double *squares, double value, size_t count)
 {
     double step = value - *mean;
     *mean += step / (double)count;
@@ -289,8 +289,8 @@ static void accumulate(double *mean, double *squares, double value, size_t count
 
 /* Returns the movement of gage point p (1..42), which is on mat 10 p. Its column follows the
  * columns of the stations. */
-static double point_movement_in(const struct sim_result *result, size_t row, size_t stations,
-                                size_t p)
+static double get_point_movement_in(const struct sim_result *result, size_t row, size_t stations,
+                                    size_t p)
 {
     return p == 0 ? 0.0
                   : IN_PER_FT * result->sample_u_ft[row * result->station_count + stations + p - 1];
@@ -302,14 +302,14 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
     size_t rows = s->rows < result->sample_count ? s->rows : result->sample_count;
     for (size_t row = 0; row < rows; row++) {
         for (size_t k = 0; k < s->stations; k++)
-            accumulate(&s->mean_in[row * s->stations + k], &s->spread_in[row * s->stations + k],
-                       IN_PER_FT * result->sample_u_ft[row * result->station_count + k], count);
+            add_to_mean(&s->mean_in[row * s->stations + k], &s->spread_in[row * s->stations + k],
+                        IN_PER_FT * result->sample_u_ft[row * result->station_count + k], count);
     }
     for (size_t i = 0; i < s->segment_rows; i++) {
         size_t row = (size_t)lround((double)i * COMPARE_SEGMENTS_S / s->dt_s);
         for (size_t segment = 0; segment < MR_SEGMENTS && row < rows; segment++) {
-            double left_in = point_movement_in(result, row, s->stations, segment + 1) -
-                             point_movement_in(result, row, s->stations, segment);
+            double left_in = get_point_movement_in(result, row, s->stations, segment + 1) -
+                             get_point_movement_in(result, row, s->stations, segment);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
                 left_in += IN_PER_FT * gap_ft[segment * MR_MATS_PER_SEGMENT + j];
             float *mean = &s->remaining_in[i * MR_SEGMENTS + segment];

@@ -16,7 +16,7 @@ static enum mr_status refuse_limit(struct error *error, const char *file, const 
 }
 
 /* Returns the last part of a path. */
-static const char *path_leaf(const char *path)
+static const char *find_path_leaf(const char *path)
 {
     const char *dot = strrchr(path, '.');
     return dot ? dot + 1 : path;
@@ -26,7 +26,7 @@ static bool is_lower_limit(const char *path)
 {
     static const char *const names[] = {"share", "within"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
-        if (strcmp(path_leaf(path), names[i]) == 0)
+        if (strcmp(find_path_leaf(path), names[i]) == 0)
             return true;
     }
     return false;

@@ -55,7 +55,7 @@ static void write_value(FILE *out, long value, const char *text)
     write_text(out, text);
 }
 
-static const char *status_text(unsigned minus)
+static const char *get_status_text(unsigned minus)
 {
     return mr_status_text((enum mr_status) - (int)minus);
 }
@@ -74,7 +74,7 @@ static const struct {
     {MR_ID_RESTARTS, "late_task", 1, MR_TASK_COUNT - 1, 1, mr_task_text},
     {MR_ID_COMMAND, "code", MR_COMMAND_STATE, MR_COMMAND_SELF_TEST, 1, mr_command_name},
     {MR_ID_ACK, "code", MR_COMMAND_STATE, MR_COMMAND_SELF_TEST, 1, mr_command_name},
-    {MR_ID_ACK, "status", 0, -MR_HALTED, -1, status_text},
+    {MR_ID_ACK, "status", 0, -MR_HALTED, -1, get_status_text},
 };
 
 /* Writes the named values of a field, each after a blank. */

@@ -46,7 +46,7 @@ struct import_work {
 /* ---- time ---- */
 
 /* Returns the median sample interval; NaN: fewer than two samples. */
-static double median_step_s(const struct series *series)
+static double find_median_step_s(const struct series *series)
 {
     if (series->count < 2)
         return (double)NAN;
@@ -222,7 +222,8 @@ static enum mr_status put_gap(struct import_work *w, const struct mapping_channe
     return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
 }
 
-static int64_t channel_index(const struct import_work *w, const struct mapping_channel *channel)
+static int64_t find_channel_index(const struct import_work *w,
+                                  const struct mapping_channel *channel)
 {
     enum mr_channel_kind kind = channel->role == MAPPING_TENSION ? MR_KIND_TENSION
                                                                  : MR_KIND_DISPLACEMENT;
@@ -264,9 +265,9 @@ static enum mr_status put_configuration(struct import_work *w,
 static enum mr_status put_channel(struct import_work *w, const struct mapping_channel *channel,
                                   float *reading, struct error *error)
 {
-    double usual_us = 1e6 * median_step_s(&channel->series);
+    double usual_us = 1e6 * find_median_step_s(&channel->series);
     double gap_us = isnan(w->mapping->gap_s) ? GAP_STEPS * usual_us : 1e6 * w->mapping->gap_s;
-    int64_t index = channel_index(w, channel);
+    int64_t index = find_channel_index(w, channel);
     for (size_t i = 0; i < w->blocks; i++)
         reading[i] = (float)NAN;
     if (channel->series.count)

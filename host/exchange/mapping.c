@@ -32,7 +32,7 @@ double mapping_value(const struct mapping_channel *channel, double read)
 
 /* Returns the position in the frame of bit n of a signal, counted from its lowest bit. Big-endian
  * signals start at their highest bit and continue at bit 7 of the next byte. */
-static unsigned bit_position(const struct import_signal *signal, unsigned n)
+static unsigned find_bit_position(const struct import_signal *signal, unsigned n)
 {
     if (!signal->big_endian)
         return signal->start_bit + n;
@@ -58,7 +58,7 @@ bool signal_value(const struct import_signal *signal, const struct link_frame *f
     if (frame->id != signal->id || !signal_fits(signal, frame->length))
         return false;
     for (unsigned n = 0; n < signal->bits; n++) {
-        unsigned bit = bit_position(signal, n);
+        unsigned bit = find_bit_position(signal, n);
         raw |= (uint64_t)(frame->data[bit / 8] >> (bit % 8) & 1u) << n;
     }
     if (signal->is_float && signal->bits == 32) {

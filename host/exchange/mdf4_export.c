@@ -341,7 +341,7 @@ struct export_context {
 
 /* ---- readings ---- */
 
-static const struct unit *unit_of_channel(const struct measured_channel *channel, bool si)
+static const struct unit *get_channel_unit(const struct measured_channel *channel, bool si)
 {
     return unit_of(channel->config.kind == MR_KIND_DISPLACEMENT ? UNIT_DISPLACEMENT : UNIT_TENSION,
                    si);
@@ -352,7 +352,7 @@ static void describe_reading(struct export_context *place, const struct measured
 {
     const struct measured *measured = &place->summary->measured;
     bool moves = channel->config.kind == MR_KIND_DISPLACEMENT;
-    double factor = unit_of_channel(channel, si)->factor;
+    double factor = get_channel_unit(channel, si)->factor;
     double one = measured_error(measured, channel, channel->peak, 1.0);
     char name[32], comment[200];
     snprintf(name, sizeof name, "%s_%u", moves ? "displacement" : "tension",
@@ -365,10 +365,10 @@ static void describe_reading(struct export_context *place, const struct measured
     if (!isnan(one))
         snprintf(comment + n, sizeof comment - (size_t)n,
                  "; standard error of one reading at the peak %.4g %s", one * factor,
-                 unit_of_channel(channel, si)->text);
+                 get_channel_unit(channel, si)->text);
     mdf4_add_channel(place->file,
                      &(struct mdf4_add_channel){.name = name,
-                                                .unit = unit_of_channel(channel, si)->text,
+                                                .unit = get_channel_unit(channel, si)->text,
                                                 .comment = comment,
                                                 .type = MDF4_REAL,
                                                 .offset = 8 * FIXED_COLUMNS + 4 * column,
@@ -442,8 +442,8 @@ static void put_reading_row(struct export_context *place, const struct measured_
             memcpy(row + 8 * i, &values[i], 8);
     }
     for (unsigned c = 0; c < count; c++) {
-        float value =
-            (float)(measured_value(channels[c], sample) * unit_of_channel(channels[c], si)->factor);
+        float value = (float)(measured_value(channels[c], sample) *
+                              get_channel_unit(channels[c], si)->factor);
         if (isnan(value))
             mark_invalid(row, row_bytes, FIXED_COLUMNS + c);
         else
@@ -468,7 +468,7 @@ static void put_readings(struct export_context *place, bool si)
 
 /* ---- frames ---- */
 
-static enum frame_kind frame_kind(const struct store_frame *frame)
+static enum frame_kind find_frame_kind(const struct store_frame *frame)
 {
     return frame->id & LINK_ID_ERROR  ? FRAME_ERROR
          : frame->id & LINK_ID_REMOTE ? FRAME_REMOTE
@@ -476,7 +476,7 @@ static enum frame_kind frame_kind(const struct store_frame *frame)
 }
 
 /* Returns the error type by the numbers of the standard; 0: other. */
-static uint8_t bus_error_type(const struct store_frame *frame)
+static uint8_t get_bus_error_type(const struct store_frame *frame)
 {
     enum { ERROR_OTHER, ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_CRC, ERROR_ACK };
     static const uint8_t by_bit[] = {ERROR_BIT, ERROR_FORM, ERROR_STUFFING, ERROR_BIT,
@@ -500,14 +500,14 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
     uint8_t row[FRAME_ROW_BYTES] = {0};
     if (frame->board_us == STORE_NONE || frame->length > 8)
         return MR_OK;
-    place->count[frame_kind(frame)]++;
-    if (frame_kind(frame) != place->kind)
+    place->count[find_frame_kind(frame)]++;
+    if (find_frame_kind(frame) != place->kind)
         return MR_OK;
     double t_s = (double)(frame->board_us - place->zero_us) / 1e6;
     memcpy(row, &t_s, 8);
     row[8] = 1; /* bus number */
     if (place->kind == FRAME_ERROR) {
-        row[9] = bus_error_type(frame);
+        row[9] = get_bus_error_type(frame);
     } else {
         put_integer(row + 9, link_id_to_bus(frame->id, place->base) & CAN_EFF_MASK, 4);
         row[13] = (frame->id & LINK_ID_EXTENDED) != 0;

@@ -40,8 +40,8 @@ double draw_between(struct draw *draw, struct series_range range)
     return range.low + (range.high - range.low) * draw_uniform(draw);
 }
 
-static double profile_ft_s2(const struct series_landing *landing, double drawn_ft_s2,
-                            double station_ft)
+static double get_profile_ft_s2(const struct series_landing *landing, double drawn_ft_s2,
+                                double station_ft)
 {
     const struct series_knot *k = landing->profile;
     size_t count = landing->profile_count;
@@ -84,7 +84,7 @@ enum mr_status draw_landing(const struct landing_series *series,
         /* a towed model has constant speed */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
-            a_ft_s2 = share * profile_ft_s2(landing, drawn_ft_s2, at_ft);
+            a_ft_s2 = share * get_profile_ft_s2(landing, drawn_ft_s2, at_ft);
         force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
         if (k % ROW_NODES == 0)
             add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
@@ -116,8 +116,8 @@ void draw_path_free(struct draw_path *path)
 
 /* ---- failures ---- */
 
-static double station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
-                         const double *met_ft, int met)
+static double find_station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
+                              const double *met_ft, int met)
 {
     size_t crest = first;
     for (int i = 0; i < met; i++) {
@@ -141,7 +141,7 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
             first = j;
         if (high || first == 0)
             continue;
-        failure_ft[count++] = station_ft(rise_ft, first, j - 1, length_ft, met_ft, met);
+        failure_ft[count++] = find_station_ft(rise_ft, first, j - 1, length_ft, met_ft, met);
         first = 0;
     }
     return count;
@@ -273,7 +273,7 @@ static void runway_create(struct runway *r, const struct landing_series *series,
     }
 }
 
-static double strength_lb(const struct runway *r)
+static double get_strength_lb(const struct runway *r)
 {
     const struct landing_series *c = r->series;
     return c->strength_lb_in * c->strip_ft * IN_PER_FT;
@@ -369,8 +369,8 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
 
 /* Largest lift force on a node due to the compression P of its joint, in weights of a mat. Two mats
  * rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
-static double lift_ratio(const struct runway *r, const struct sim_scene *scene,
-                         const double *push_lb)
+static double find_lift_ratio(const struct runway *r, const struct sim_scene *scene,
+                              const double *push_lb)
 {
     double most = 0.0;
     for (size_t j = 1; j + 1 < r->joints; j++) {
@@ -388,7 +388,7 @@ static bool is_tipping(const struct sim_scene *scene)
            scene->wheel_load_lb > 0.0;
 }
 
-static double joint_station_ft(const struct sim_scene *scene, size_t j)
+static double get_joint_station_ft(const struct sim_scene *scene, size_t j)
 {
     return (double)j * scene->length_ft;
 }
@@ -404,7 +404,7 @@ static void record_waves(const struct runway *r, const struct sim_scene *scene,
             continue;
         out->waves++;
         if (h > highest_ft)
-            out->wave_ft = joint_station_ft(scene, j);
+            out->wave_ft = get_joint_station_ft(scene, j);
         highest_ft = fmax(highest_ft, h);
     }
 }
@@ -415,12 +415,12 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
 {
     out->planar_was_run = true;
     if (result->first_crest > 0 && result->first_crest_wheel > 0) {
-        out->crest_ft = joint_station_ft(scene, (size_t)result->first_crest - 1);
+        out->crest_ft = get_joint_station_ft(scene, (size_t)result->first_crest - 1);
         out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
     }
     if (folded) {
         out->buckled = true;
-        out->buckle_ft = joint_station_ft(scene, (size_t)result->mat);
+        out->buckle_ft = get_joint_station_ft(scene, (size_t)result->mat);
         out->rise_in = r->series->buckle_in;
         out->failures = 1;
         out->failure_ft[0] = out->buckle_ft;
@@ -433,11 +433,12 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
     out->buckled = out->unhinged || out->rise_in >= r->series->buckle_in;
     out->overruns = result->overruns;
     for (int i = 0; i < result->overruns; i++)
-        out->overrun_ft[i] = joint_station_ft(scene, (size_t)result->overrun[i] - 1);
+        out->overrun_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->buckled)
         out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
-                       : out->waves > 0    ? out->wave_ft
-                                           : joint_station_ft(scene, (size_t)result->sag_joint - 1);
+                       : out->waves > 0
+                           ? out->wave_ft
+                           : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
     out->failures = series_find_failures(result->rise_ft, r->joints, scene->length_ft,
                                          r->series->buckle_in / IN_PER_FT, out->overrun_ft,
                                          out->overruns, out->failure_ft);
@@ -477,7 +478,7 @@ static void record_movement(struct runway *r, const struct sim_scene *scene,
 static void record_joints(const struct runway *r, const struct sim_result *result,
                           struct series_outcome *out)
 {
-    double most_lb = strength_lb(r);
+    double most_lb = get_strength_lb(r);
     for (size_t j = 0; j < r->joints; j++) {
         out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
         out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
@@ -509,8 +510,8 @@ static void record_zone(const struct runway *r, const struct sim_scene *scene,
         int mats = (int)(j + 1 - from);
         if (mats > out->zone_mats) {
             out->zone_mats = mats;
-            out->zone_from_ft = joint_station_ft(scene, from);
-            out->zone_to_ft = joint_station_ft(scene, j);
+            out->zone_from_ft = get_joint_station_ft(scene, from);
+            out->zone_to_ft = get_joint_station_ft(scene, j);
         }
     }
 }
@@ -568,7 +569,7 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     struct sim_result chain = {0}, planar = {0};
     if (c->engine != SERIES_PLANAR &&
         run_engine(r, landing, SIM_CHAIN, path, first, out, &chain, error) == MR_OK)
-        out->lift_ratio = lift_ratio(r, scene, chain.push_lb);
+        out->lift_ratio = find_lift_ratio(r, scene, chain.push_lb);
     bool asked = c->engine == SERIES_PLANAR ||
                  (c->engine == SERIES_AUTO &&
                   (out->lift_ratio > c->skip_share || is_tipping(scene)));

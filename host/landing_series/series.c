@@ -424,8 +424,8 @@ json_t *series_json(const char *file, const char *name, const char *what, struct
 }
 
 /* Returns the object of a key, or of the file that the key names. The caller owns the reference. */
-static json_t *object_or_file(const char *file, const json_t *root, const char *key,
-                              struct error *error)
+static json_t *load_object(const char *file, const json_t *root, const char *key,
+                           struct error *error)
 {
     json_t *value = json_object_get(root, key);
     return json_is_string(value) ? series_json(file, json_string_value(value), key, error)
@@ -435,7 +435,7 @@ static json_t *object_or_file(const char *file, const json_t *root, const char *
 json_t *series_elastic_json(const char *file, const json_t *root, struct error *error)
 {
     const struct keys r = {file, error};
-    json_t *elastic = object_or_file(file, root, "elastic", error);
+    json_t *elastic = load_object(file, root, "elastic", error);
     if (elastic && !has_failed(&r) && !json_is_object(elastic))
         refuse_key(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
     return elastic;
@@ -445,7 +445,7 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
 {
     const struct keys r = {file, error};
     const char *ground = json_string_value(json_object_get(root, "ground"));
-    json_t *scene = object_or_file(file, root, "scene", error);
+    json_t *scene = load_object(file, root, "scene", error);
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
         return scene;
     json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);

@@ -35,7 +35,7 @@ static double *outcome_field(const struct series_outcome *outcome, size_t offset
 
 /* Returns the root of the sum of squares. hypot is not used, because its result differs between
  * processors. */
-static double quadrature_sum(double a, double b)
+static double add_in_quadrature(double a, double b)
 {
     return sqrt(a * a + b * b);
 }
@@ -122,15 +122,15 @@ void series_compute_errors(const struct landing_series *series, struct series_ru
         for (size_t k = 0; k < runs[i].landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
             if (o->push_lb > 0.0)
-                o->lift_error = quadrature_sum(o->lift_error,
-                                               o->lift_ratio * o->push_error_lb / o->push_lb);
+                o->lift_error = add_in_quadrature(o->lift_error,
+                                                  o->lift_ratio * o->push_error_lb / o->push_lb);
         }
     }
 }
 
 /* ---- summary ---- */
 
-static double percentile(const double *sorted, size_t count, double share)
+static double compute_percentile(const double *sorted, size_t count, double share)
 {
     double at = share * (double)(count - 1);
     size_t left = (size_t)at;
@@ -144,8 +144,9 @@ struct series_spread series_compute_spread(double *values, size_t count)
     if (count == 0)
         return (struct series_spread){(double)NAN, (double)NAN, (double)NAN, 0};
     sort_numbers(values, count);
-    return (struct series_spread){percentile(values, count, 0.05), percentile(values, count, 0.5),
-                                  percentile(values, count, 0.95), count};
+    return (struct series_spread){compute_percentile(values, count, 0.05),
+                                  compute_percentile(values, count, 0.5),
+                                  compute_percentile(values, count, 0.95), count};
 }
 
 struct gather {
@@ -155,7 +156,7 @@ struct gather {
     double *values;
 };
 
-static const struct series_outcome *outcome_at(const struct gather *g, size_t run)
+static const struct series_outcome *get_outcome(const struct gather *g, size_t run)
 {
     return &g->runs[run].outcomes[g->landing];
 }
@@ -167,17 +168,17 @@ static struct series_spread compute_spread(const struct gather *g, size_t offset
     size_t count = 0;
     for (size_t i = 0; i < g->series->seeds; i++) {
         if (g->runs[i].landings > g->landing)
-            g->values[count++] = *outcome_field(outcome_at(g, i), offset);
+            g->values[count++] = *outcome_field(get_outcome(g, i), offset);
     }
     return series_compute_spread(g->values, count);
 }
 
-static struct series_spread zone_spread(const struct gather *g)
+static struct series_spread compute_zone_spread(const struct gather *g)
 {
     size_t count = 0;
     for (size_t i = 0; i < g->series->seeds; i++) {
         if (g->runs[i].landings > g->landing)
-            g->values[count++] = outcome_at(g, i)->zone_mats;
+            g->values[count++] = get_outcome(g, i)->zone_mats;
     }
     return series_compute_spread(g->values, count);
 }
@@ -200,13 +201,13 @@ static struct series_peak compute_peak(const struct gather *g, size_t peak)
     for (size_t i = 0; i < g->series->seeds; i++) {
         if (g->runs[i].landings <= g->landing)
             continue;
-        double error = *outcome_field(outcome_at(g, i), peaks[peak].error);
+        double error = *outcome_field(get_outcome(g, i), peaks[peak].error);
         errors2 += isnan(error) ? 0.0 : error * error;
         known += !isnan(error);
     }
     p.error = sqrt(errors2 / known); /* NaN if no runway has an error */
     double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_CHECK_STEP_RATIO - 1.0);
-    p.mean_error = fmin(quadrature_sum(p.error / sqrt(count), alike), p.error);
+    p.mean_error = fmin(add_in_quadrature(p.error / sqrt(count), alike), p.error);
     return p;
 }
 
@@ -215,7 +216,7 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     for (size_t i = 0; i < g->series->seeds; i++) {
         if (g->runs[i].landings <= g->landing)
             continue;
-        const struct series_outcome *out = outcome_at(g, i);
+        const struct series_outcome *out = get_outcome(g, i);
         s->runways++;
         s->buckled += g->runs[i].buckled == (int)g->landing + 1;
         s->with_planar += out->planar_was_run;
@@ -226,7 +227,7 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
     s->stop_ft = SPREAD(g, stop_ft);
     s->peak_in = SPREAD(g, peak_in);
     s->reach_ft = SPREAD(g, reach_ft);
-    s->zone_mats = zone_spread(g);
+    s->zone_mats = compute_zone_spread(g);
     s->lift_ratio = compute_peak(g, 0);
     s->push_lb = compute_peak(g, 1);
     s->pull_lb = compute_peak(g, 2);
@@ -277,17 +278,17 @@ void series_summary_free(struct series_summary *summary)
 
 /* ---- series answer ---- */
 
-static json_t *spread_json(const struct series_spread *s)
+static json_t *make_spread_json(const struct series_spread *s)
 {
     return json_pack("[o,o,o]", cli_json_number(s->low, 6), cli_json_number(s->median, 6),
                      cli_json_number(s->high, 6));
 }
 
-static json_t *spreads_json(const struct series_spread *list, size_t count)
+static json_t *make_spreads_json(const struct series_spread *list, size_t count)
 {
     json_t *array = json_array();
     for (size_t i = 0; i < count; i++)
-        json_array_append_new(array, spread_json(&list[i]));
+        json_array_append_new(array, make_spread_json(&list[i]));
     return array;
 }
 
@@ -308,7 +309,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
     const char *suffix = unit_as_passed(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
     char key[40], head[60];
     snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
-    answer_json_value(answer, key, spread_json(s));
+    answer_json_value(answer, key, make_spread_json(s));
     if (!label)
         return;
     snprintf(head, sizeof head, "%s%s%s", label, mark, unit->text);
@@ -352,8 +353,8 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
     add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->lift_ratio);
     add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->push_lb);
     add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->pull_lb);
-    answer_json_value(answer, "movement_in", spreads_json(s->movement_in, c->station_count));
-    answer_json_value(answer, "total_in", spreads_json(s->total_in, c->station_count));
+    answer_json_value(answer, "movement_in", make_spreads_json(s->movement_in, c->station_count));
+    answer_json_value(answer, "total_in", make_spreads_json(s->total_in, c->station_count));
 }
 
 static void add_forces(struct answer *answer, const struct landing_series *c,
@@ -401,7 +402,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     answer_close(answer);
 }
 
-static json_t *stations_json(const double *stations_ft, size_t count)
+static json_t *make_stations_json(const double *stations_ft, size_t count)
 {
     json_t *array = json_array();
     for (size_t i = 0; i < count; i++)
@@ -409,7 +410,7 @@ static json_t *stations_json(const double *stations_ft, size_t count)
     return array;
 }
 
-static json_t *outcome_json(const struct series_outcome *o, size_t number)
+static json_t *make_outcome_json(const struct series_outcome *o, size_t number)
 {
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:b,s:o,s:o,s:o,s:o,s:i,s:o,s:o,s:o,s:o,s:o,s:o,s:i,s:i,s:o,s:o,s:o,s:o,s:b,"
@@ -427,8 +428,8 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
         o->waves, "wave_ft", o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
         cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
         cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
-        "overrun_ft", stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
-        stations_json(o->failure_ft, (size_t)o->failures));
+        "overrun_ft", make_stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
+        make_stations_json(o->failure_ft, (size_t)o->failures));
     if (o->crest_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
@@ -438,11 +439,11 @@ static json_t *outcome_json(const struct series_outcome *o, size_t number)
     return object;
 }
 
-static json_t *run_json(const struct series_run *run)
+static json_t *make_run_json(const struct series_run *run)
 {
     json_t *outcomes = json_array();
     for (size_t i = 0; i < run->landings; i++)
-        json_array_append_new(outcomes, outcome_json(&run->outcomes[i], i + 1));
+        json_array_append_new(outcomes, make_outcome_json(&run->outcomes[i], i + 1));
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
         run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
@@ -472,12 +473,12 @@ static double find_largest(const struct landing_series *c, const struct series_r
     return spread.median;
 }
 
-static double movement_in(const struct series_outcome *outcome)
+static double get_movement_in(const struct series_outcome *outcome)
 {
     return outcome->peak_in;
 }
 
-static double zone_mats(const struct series_outcome *outcome)
+static double get_zone_mats(const struct series_outcome *outcome)
 {
     return outcome->zone_mats;
 }
@@ -491,10 +492,10 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
     answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.median, 0);
     answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.median, 1);
-    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER, find_largest(c, runs, zone_mats),
-                 0);
+    answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER,
+                 find_largest(c, runs, get_zone_mats), 0);
     answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
-                 find_largest(c, runs, movement_in), 2);
+                 find_largest(c, runs, get_movement_in), 2);
 }
 
 static void add_buckled(struct answer *answer, const struct landing_series *c,
@@ -513,8 +514,8 @@ static void add_buckled(struct answer *answer, const struct landing_series *c,
         answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
                       station->factor * s->station_ft.median, station->factor * s->station_ft.low,
                       station->factor * s->station_ft.high, station->text);
-    answer_json_value(answer, "buckled_landing", spread_json(&s->buckle_landing));
-    answer_json_value(answer, "buckled_ft", spread_json(&s->station_ft));
+    answer_json_value(answer, "buckled_landing", make_spread_json(&s->buckle_landing));
+    answer_json_value(answer, "buckled_ft", make_spread_json(&s->station_ft));
 }
 
 static void add_reported(struct answer *answer, const char *label, const char *text)
@@ -564,9 +565,9 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
     answer_close(answer);
     add_forces(answer, c, s->landing);
     add_stations(answer, c, s->landing);
-    answer_json_value(answer, "stations_ft", stations_json(c->stations_ft, c->station_count));
+    answer_json_value(answer, "stations_ft", make_stations_json(c->stations_ft, c->station_count));
     for (size_t i = 0; i < c->seeds; i++)
-        json_array_append_new(list, run_json(&runs[i]));
+        json_array_append_new(list, make_run_json(&runs[i]));
     answer_json_value(answer, "runways", list);
     add_medians(answer, c, runs, s);
 }

@@ -15,7 +15,7 @@ static const uint8_t hex_value_plus_1[256] = {
     ['a'] = 11, ['b'] = 12, ['c'] = 13, ['d'] = 14, ['e'] = 15, ['f'] = 16};
 
 /* Returns the value of a hexadecimal digit; more than 15: not a digit. */
-static uint32_t hex_value(char c)
+static uint32_t parse_hex_digit(char c)
 {
     return hex_value_plus_1[(uint8_t)c] - 1u;
 }
@@ -68,10 +68,10 @@ static bool parse_id(struct cursor *at, uint32_t *id)
 {
     uint32_t value = 0;
     unsigned digits = 0;
-    for (; at->p < at->end && hex_value(*at->p) < 16; at->p++) {
+    for (; at->p < at->end && parse_hex_digit(*at->p) < 16; at->p++) {
         if (++digits > 8)
             return false;
-        value = value << 4 | hex_value(*at->p);
+        value = value << 4 | parse_hex_digit(*at->p);
     }
     if (digits == 3 && value <= 0x7ff)
         *id = value;
@@ -97,8 +97,8 @@ static bool parse_data(struct cursor *at, struct link_frame *frame)
     while (at->p < at->end && !strchr(" \t\r_", *at->p)) {
         if (frame->length == 8 || at->end - at->p < 2)
             return false;
-        uint32_t high = hex_value(at->p[0]);
-        uint32_t low = hex_value(at->p[1]);
+        uint32_t high = parse_hex_digit(at->p[0]);
+        uint32_t low = parse_hex_digit(at->p[1]);
         if ((high | low) > 15)
             return false;
         frame->data[frame->length++] = (uint8_t)(high << 4 | low);
@@ -112,7 +112,7 @@ static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
 {
     if (!accept_char(at, '_'))
         return true;
-    uint32_t code = at->p < at->end ? hex_value(*at->p) : 0;
+    uint32_t code = at->p < at->end ? parse_hex_digit(*at->p) : 0;
     if (frame->length != 8 || code < 9 || code > 15)
         return false;
     at->p++;

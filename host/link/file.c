@@ -77,7 +77,7 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
 }
 
 /* Returns 2 if a board of this layout is on the bus, 1 for another board, 0 for none. */
-static unsigned board_rank(const struct bus *bus)
+static unsigned rank_board(const struct bus *bus)
 {
     return bus->has_this_layout ? 2 : bus->hellos > 0;
 }
@@ -87,10 +87,10 @@ static void list_buses(const struct buses *buses, unsigned least, char *out, siz
 {
     size_t of = 0, used = 0, k = 0;
     for (size_t i = 0; i < buses->count; i++)
-        of += board_rank(&buses->bus[i]) >= least;
+        of += rank_board(&buses->bus[i]) >= least;
     out[0] = '\0';
     for (size_t i = 0; i < buses->count && used < size; i++) {
-        if (board_rank(&buses->bus[i]) < least)
+        if (rank_board(&buses->bus[i]) < least)
             continue;
         k++;
         used += (size_t)snprintf(out + used, size - used, "%s%s",
@@ -115,19 +115,19 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
             memcpy(interface, bus->name, CANDUMP_INTERFACE_SIZE);
             return MR_OK;
         }
-        if (board_rank(bus) > board_rank(&buses->bus[best]))
+        if (rank_board(bus) > rank_board(&buses->bus[best]))
             best = i;
     }
     if (buses->count == 0)
         return MR_OK;
-    unsigned least = board_rank(&buses->bus[best]);
+    unsigned least = rank_board(&buses->bus[best]);
     if (named) {
         list_buses(buses, 0, names, sizeof names);
         return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
                          where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
-        as_good += board_rank(&buses->bus[i]) == least;
+        as_good += rank_board(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         list_buses(buses, least, names, sizeof names);
         return error_set(

@@ -446,7 +446,7 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error)
 /* ---- error frames, as SocketCAN makes them: the class of the error in the identifier, details in
  * the data (linux/can/error.h) ---- */
 
-static uint32_t controller_troubles(uint8_t state)
+static uint32_t find_controller_troubles(uint8_t state)
 {
     uint32_t troubles = 0;
     if (state & CAN_ERR_CRTL_RX_OVERFLOW)
@@ -463,7 +463,7 @@ static uint32_t controller_troubles(uint8_t state)
 }
 
 /* Returns bit 1 << enum link_trouble for each trouble in an error frame; at least one is set. */
-static uint32_t error_troubles(const struct link_frame *frame)
+static uint32_t find_error_troubles(const struct link_frame *frame)
 {
     static const struct {
         uint32_t class_bit;
@@ -484,7 +484,7 @@ static uint32_t error_troubles(const struct link_frame *frame)
             troubles |= 1u << classes[i].trouble;
     }
     if (frame->id & CAN_ERR_CRTL)
-        troubles |= controller_troubles(frame->data[1]);
+        troubles |= find_controller_troubles(frame->data[1]);
     return troubles ? troubles : 1u << LINK_OTHER_ERROR;
 }
 
@@ -508,7 +508,7 @@ enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, s
         *(error_frame ? &link->counters.error_frames : &link->counters.received) += 1;
         pthread_mutex_unlock(&link->counters_lock);
         if (error_frame)
-            count_troubles(link, error_troubles(frame));
+            count_troubles(link, find_error_troubles(frame));
     }
     return handle_result(link, status, &found, error);
 }
@@ -644,7 +644,7 @@ static enum diagnosis diagnose_serial(const struct link *link, const struct link
 }
 
 /* Returns the most frequent trouble in the error frames. */
-static const char *most_common_error(const struct link_counters *counters)
+static const char *find_most_common_error(const struct link_counters *counters)
 {
     unsigned most = 0;
     for (unsigned i = 0; i < LINK_QUEUE_LOST; i++)
@@ -666,7 +666,7 @@ static enum diagnosis diagnose_can(const struct link *link, const struct link_co
                  LINK_NO_HELLO ": %s; only error frames, %llu, most of them %s: check that the bit "
                                "rate is 1 Mbit/s and both ends of the bus are terminated",
                  link->spec, (unsigned long long)counters->error_frames,
-                 most_common_error(counters));
+                 find_most_common_error(counters));
         return DIAGNOSIS_BUS_ERRORS;
     }
     snprintf(text, DIAGNOSIS_TEXT_SIZE,

@@ -59,7 +59,7 @@ struct link_queue {
     struct queue_position written, read, released;
 };
 
-static struct piece *new_piece(void)
+static struct piece *allocate_piece(void)
 {
     void *memory = mmap(NULL, sizeof(struct piece), PROT_READ | PROT_WRITE,
                         MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -70,7 +70,7 @@ enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue 
                                struct error *error)
 {
     struct link_queue *made = calloc(1, sizeof *made);
-    struct piece *piece = made ? new_piece() : NULL;
+    struct piece *piece = made ? allocate_piece() : NULL;
     if (!piece) {
         free(made);
         return error_set(error, MR_FULL,
@@ -102,12 +102,12 @@ void link_queue_close(struct link_queue *queue)
     free(queue);
 }
 
-static size_t held_bytes(const struct link_queue *queue)
+static size_t count_held_bytes(const struct link_queue *queue)
 {
     return (size_t)(queue->written.totals.memory - queue->released.totals.memory);
 }
 
-static size_t padded_length(size_t length)
+static size_t compute_padded_length(size_t length)
 {
     return (length + 7u) & ~(size_t)7u;
 }
@@ -115,7 +115,7 @@ static size_t padded_length(size_t length)
 /* Advances a position past the next item. */
 static void advance_position(struct queue_position *place, const struct item_header *head)
 {
-    size_t size = sizeof *head + padded_length(head->length);
+    size_t size = sizeof *head + compute_padded_length(head->length);
     place->offset += size;
     place->totals.memory += size;
     place->totals.items++;
@@ -127,12 +127,12 @@ static void advance_position(struct queue_position *place, const struct item_hea
 static bool append_item(struct link_queue *queue, const struct item_header *head,
                         const void *content, bool beyond_capacity)
 {
-    size_t size = sizeof *head + padded_length(head->length);
+    size_t size = sizeof *head + compute_padded_length(head->length);
     pthread_mutex_lock(&queue->lock);
     struct queue_position *end = &queue->written;
-    bool fits = beyond_capacity || held_bytes(queue) + size <= queue->capacity;
+    bool fits = beyond_capacity || count_held_bytes(queue) + size <= queue->capacity;
     if (fits && end->offset + size > sizeof end->piece->bytes) {
-        struct piece *next = queue->spare ? queue->spare : new_piece();
+        struct piece *next = queue->spare ? queue->spare : allocate_piece();
         queue->spare = NULL;
         fits = next != NULL;
         if (next) {
@@ -209,7 +209,7 @@ void link_queue_signal(struct link_queue *queue)
 
 static bool is_nearly_full(const struct link_queue *queue)
 {
-    return held_bytes(queue) > queue->capacity / 4 * 3;
+    return count_held_bytes(queue) > queue->capacity / 4 * 3;
 }
 
 bool link_queue_wait_for_room(struct link_queue *queue)
@@ -361,7 +361,7 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
     struct link_queue_depth depth = {
-        .bytes = held_bytes(queue),
+        .bytes = count_held_bytes(queue),
         .capacity = queue->capacity,
         .can_frames = queue->written.totals.frames - queue->released.totals.frames,
         .serial_bytes = queue->written.totals.octets - queue->released.totals.octets};
@@ -503,7 +503,7 @@ bool link_reader_read(struct link_reader *reader)
     return more;
 }
 
-static void service(struct link_reader *reader)
+static void service_link(struct link_reader *reader)
 {
     struct error reason = {0};
     enum mr_status status = link_service(reader->link, &reason);
@@ -518,7 +518,7 @@ static void *run_reader(void *context)
 {
     struct link_reader *reader = context;
     while (!atomic_load(&reader->stop) && !reader->ended) {
-        service(reader);
+        service_link(reader);
         if (reader->ended)
             break;
         bool more = read_once(reader);

@@ -130,7 +130,7 @@ struct mixture {
     const double *weight;
 };
 
-static double probability_below(const struct mixture *mixture, double value)
+static double compute_probability_below(const struct mixture *mixture, double value)
 {
     double sum = 0.0;
     for (size_t j = 0; j < TIMEMAP_GRID; j++) {
@@ -143,11 +143,11 @@ static double probability_below(const struct mixture *mixture, double value)
     return sum;
 }
 
-static double quantile(const struct mixture *mixture, double low, double high, double p)
+static double find_quantile(const struct mixture *mixture, double low, double high, double p)
 {
     for (int i = 0; i < BISECTIONS && high - low > 1e-5; i++) {
         double middle = 0.5 * (low + high);
-        if (probability_below(mixture, middle) < p)
+        if (compute_probability_below(mixture, middle) < p)
             low = middle;
         else
             high = middle;
@@ -168,8 +168,8 @@ static struct timemap_value compute_interval(const struct timemap_fit *fit, doub
         least = fmin(least, mixture.low[j]);
         most = fmax(most, mixture.high[j]);
     }
-    double low = quantile(&mixture, least, most, 0.025),
-           high = quantile(&mixture, low, most, 0.975);
+    double low = find_quantile(&mixture, least, most, 0.025),
+           high = find_quantile(&mixture, low, most, 0.975);
     return (struct timemap_value){0.5 * (low + high), 0.5 * (high - low)};
 }
 
@@ -182,7 +182,7 @@ struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board
                                   hypot(offset.half_width, TIME_STAMP_ERROR_US)};
 }
 
-static bool exceeds_rate(const struct timemap_fit *fit, double most_ppm)
+static bool is_rate_exceeded(const struct timemap_fit *fit, double most_ppm)
 {
     return fabs(fit->rate_ppm.value) - fit->rate_ppm.half_width > most_ppm;
 }
@@ -191,9 +191,9 @@ static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tole
 {
     if (fit->host_origin_us < DAY_ZERO_US)
         return TIMEMAP_NO_DATE;
-    if (set && !exceeds_rate(fit, EMULATED_PPM))
+    if (set && !is_rate_exceeded(fit, EMULATED_PPM))
         return TIMEMAP_UNCERTAIN;
-    if (exceeds_rate(fit, tolerance_ppm))
+    if (is_rate_exceeded(fit, tolerance_ppm))
         return TIMEMAP_OTHER_RATE;
     if (fit->spread_us > UNCERTAINTY_MAX_US ||
         timemap_host_us(fit, fit->to_us).half_width > UNCERTAINTY_MAX_US)

@@ -109,7 +109,7 @@ static json_t *text_to_json(const char *text)
     return json_string(plain);
 }
 
-static json_t *units_json(bool si)
+static json_t *make_units_json(bool si)
 {
     static const char *const names[UNIT_KINDS] = {"station", "displacement", "speed",
                                                   "deceleration", "tension"};
@@ -122,7 +122,7 @@ static json_t *units_json(bool si)
     return units;
 }
 
-static json_t *quantities_json(void)
+static json_t *make_quantities_json(void)
 {
     json_t *quantities = json_array();
     for (unsigned i = 0; i < MR_QUANTITIES; i++) {
@@ -134,7 +134,7 @@ static json_t *quantities_json(void)
     return quantities;
 }
 
-static json_t *texts_json(const char *(*text)(unsigned value), unsigned count)
+static json_t *make_texts_json(const char *(*text)(unsigned value), unsigned count)
 {
     json_t *texts = json_array();
     for (unsigned i = 0; i < count; i++)
@@ -143,28 +143,29 @@ static json_t *texts_json(const char *(*text)(unsigned value), unsigned count)
 }
 
 /* Returns the text of status -n. */
-static const char *status_text(unsigned n)
+static const char *get_status_text(unsigned n)
 {
     return mr_status_text((enum mr_status) - (int)n);
 }
 
 /* Makes the data that is the same for every board: {"units", "source", "layout", "quantities",
  * "faults", "can_states", "statuses", "bucket_s", "transducers"}. */
-static json_t *configuration_json(const struct live_source *source)
+static json_t *make_configuration_json(const struct live_source *source)
 {
     json_t *from = json_pack("{sosososbss?}", "db", text_to_json(source->db), "can",
                              text_to_json(source->can), "serial", text_to_json(source->serial),
                              "commands", source->commands, "no_commands",
                              source->no_commands_reason);
-    return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", units_json(source->si),
-                     "source", from, "layout", (int)MR_LAYOUT, "quantities", quantities_json(),
-                     "faults", texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
-                     texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
-                     texts_json(status_text, 32), "box_good", MR_BOX_READY, MR_BOX_RECORDING,
-                     MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS, "risk_of_plan",
-                     MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM,
-                     "disarm", MR_COMMAND_DISARM, "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0,
-                     "transducers", (int)MR_TRANSDUCERS, "emulated_lot", (int)MR_EMULATED_LOT);
+    return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", make_units_json(source->si),
+                     "source", from, "layout", (int)MR_LAYOUT, "quantities", make_quantities_json(),
+                     "faults", make_texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
+                     make_texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
+                     make_texts_json(get_status_text, 32), "box_good", MR_BOX_READY,
+                     MR_BOX_RECORDING, MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS,
+                     "risk_of_plan", MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm",
+                     MR_COMMAND_ARM, "disarm", MR_COMMAND_DISARM, "bucket_s",
+                     LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS,
+                     "emulated_lot", (int)MR_EMULATED_LOT);
 }
 
 static void put_number(FILE *out, const char *key, double value, int digits)
@@ -190,7 +191,7 @@ static void put_text(FILE *out, const char *key, const char *text)
  * link, "b": block or null, each field by its name, "FIELD_text" for a code, "notice" and
  * "severity" for a message that is shown as a line, "quantity", "value" and "error" for a displayed
  * number}. */
-static void message_json(FILE *out, const struct collector_event *event)
+static void write_message_json(FILE *out, const struct collector_event *event)
 {
     const struct mr_message *message = event->message;
     char line[160];
@@ -243,8 +244,8 @@ static void put_values(FILE *out, const float values[LIVE_CHANNELS])
 
 /* Makes {"epoch": run and boot, "b": [[bucket, least x 22, most x 22] ..]} in units of 0.0001 in
  * and 0.01 lb; null: no reading. The caller frees the text. */
-static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
-                          unsigned count)
+static char *make_buckets_json(uint32_t run, uint64_t restarts, const struct live_bucket *buckets,
+                               unsigned count)
 {
     char *text = NULL;
     size_t length;
@@ -264,7 +265,7 @@ static char *buckets_json(uint32_t run, uint64_t restarts, const struct live_buc
 
 /* Makes the list of the newest, smallest and largest value of each channel: [[value, least, most,
  * reason without a value] x 22]. */
-static json_t *readings_json(const struct live_buckets *buckets)
+static json_t *make_readings_json(const struct live_buckets *buckets)
 {
     json_t *readings = json_array();
     for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
@@ -279,7 +280,7 @@ static json_t *readings_json(const struct live_buckets *buckets)
 
 /* ---- the hub ---- */
 
-static struct timespec deadline_after(int wait_ms)
+static struct timespec compute_deadline(int wait_ms)
 {
     struct timespec until;
     clock_gettime(CLOCK_MONOTONIC, &until);
@@ -341,7 +342,7 @@ void live_hub_close(struct live_hub *hub)
 }
 
 /* Makes the text of an event for the stream; frees `json`. NULL: no memory. */
-static char *event_text(enum event_kind kind, char *json, uint64_t id)
+static char *make_event_text(enum event_kind kind, char *json, uint64_t id)
 {
     static const char *const names[] = {"configuration", "messages", "state", "readings", "end"};
     char *text = NULL;
@@ -354,7 +355,7 @@ static char *event_text(enum event_kind kind, char *json, uint64_t id)
 
 static void publish_event(struct live_hub *hub, enum event_kind kind, char *json)
 {
-    char *text = event_text(kind, json, hub->next_event);
+    char *text = make_event_text(kind, json, hub->next_event);
     if (!text)
         return; /* without memory, the next event repeats the data */
     size_t length = strlen(text);
@@ -381,7 +382,7 @@ static void publish_readings(struct live_hub *hub)
     hub->readings_ms = monotonic_ms();
     while ((count = live_buckets_pop(&hub->buckets, buckets, BUCKETS_PER_EVENT)) > 0)
         publish_event(hub, EVENT_READINGS,
-                      buckets_json(hub->hub_id, hub->restarts, buckets, count));
+                      make_buckets_json(hub->hub_id, hub->restarts, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
@@ -400,7 +401,7 @@ static void publish_messages(struct live_hub *hub)
 }
 
 /* Makes the state of the links and the newest readings. */
-static json_t *state_json(const struct live_hub *hub)
+static json_t *make_state_json(const struct live_hub *hub)
 {
     json_t *links = json_array();
     int64_t block = live_buckets_newest_block(&hub->buckets), record = hub->buckets.record_block;
@@ -419,7 +420,7 @@ static json_t *state_json(const struct live_hub *hub)
         "{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block,
         "source", record >= 0 && block - record < RECORD_AGE_MAX_BLOCKS ? "serial, each ms" : "CAN",
         "late", (json_int_t)hub->buckets.late_readings, "links", links, "readings",
-        readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
+        make_readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
 }
 
 /* Publishes all events that are due. The caller holds the lock. */
@@ -435,7 +436,7 @@ static void publish_due(struct live_hub *hub)
         publish_messages(hub);
     if (now - hub->state_ms >= STATE_PERIOD_MS) {
         hub->state_ms = now;
-        publish_event(hub, EVENT_STATE, dump_and_free(state_json(hub)));
+        publish_event(hub, EVENT_STATE, dump_and_free(make_state_json(hub)));
     }
     if (now - hub->readings_ms >= READINGS_PERIOD_MS) {
         live_buckets_close_complete(&hub->buckets);
@@ -506,7 +507,7 @@ static unsigned find_subject(const struct mr_message *m)
     }
 }
 
-static uint32_t slot_key(unsigned place, enum link_kind link, unsigned which)
+static uint32_t make_slot_key(unsigned place, enum link_kind link, unsigned which)
 {
     return (uint32_t)place << 16 | (uint32_t)link << 12 | (which & 0xfffu);
 }
@@ -579,7 +580,7 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     FILE *out = open_memstream(&text, &length);
     if (!out)
         return;
-    message_json(out, event);
+    write_message_json(out, event);
     if (fclose(out) != 0) {
         free(text);
         return;
@@ -588,11 +589,13 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* store the zone at the beginning of the warning, which arrived before its lead time */
     if (warns && !hub->warned) {
-        const struct message_slot *zone = find_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 0));
-        store_slot(hub, slot_key(MR_INDEX_ZONE, event->link, 1), zone ? strdup(zone->text) : NULL);
+        const struct message_slot *zone = find_slot(hub,
+                                                    make_slot_key(MR_INDEX_ZONE, event->link, 0));
+        store_slot(hub, make_slot_key(MR_INDEX_ZONE, event->link, 1),
+                   zone ? strdup(zone->text) : NULL);
     }
     if (!warns || !hub->warned)
-        store_slot(hub, slot_key(m->index, event->link, find_subject(m)), text);
+        store_slot(hub, make_slot_key(m->index, event->link, find_subject(m)), text);
     else
         free(text);
     if (m->index == MR_INDEX_ZONE_LEAD && warns != hub->warned) {
@@ -663,7 +666,7 @@ void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
 }
 
 /* Makes a list of the newest messages. */
-static char *slots_text(const struct live_hub *hub)
+static char *make_slots_text(const struct live_hub *hub)
 {
     char *text = NULL;
     size_t length;
@@ -680,13 +683,14 @@ static char *slots_text(const struct live_hub *hub)
 char *live_hub_snapshot(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    char *messages = slots_text(hub);
-    json_t *state = state_json(hub);
+    char *messages = make_slots_text(hub);
+    json_t *state = make_state_json(hub);
     pthread_mutex_unlock(&hub->lock);
     json_t *list = messages ? json_loads(messages, 0, NULL) : NULL;
     free(messages);
-    return dump_and_free(json_pack("{sososo}", "configuration", configuration_json(hub->source),
-                                   "messages", list ? list : json_array(), "state", state));
+    return dump_and_free(json_pack("{sososo}", "configuration",
+                                   make_configuration_json(hub->source), "messages",
+                                   list ? list : json_array(), "state", state));
 }
 
 /* ---- viewers ---- */
@@ -701,9 +705,10 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
         return NULL;
     uint64_t before = hub->next_event ? hub->next_event - 1 : 0;
     char *parts[] = {
-        event_text(EVENT_CONFIGURATION, dump_and_free(configuration_json(hub->source)), before),
-        event_text(EVENT_MESSAGES, slots_text(hub), before),
-        event_text(EVENT_STATE, dump_and_free(state_json(hub)), before),
+        make_event_text(EVENT_CONFIGURATION, dump_and_free(make_configuration_json(hub->source)),
+                        before),
+        make_event_text(EVENT_MESSAGES, make_slots_text(hub), before),
+        make_event_text(EVENT_STATE, dump_and_free(make_state_json(hub)), before),
     };
     fputs("retry: 500\n", out);
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
@@ -722,7 +727,7 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
 char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int wait_ms,
                           size_t *length)
 {
-    struct timespec until = deadline_after(wait_ms);
+    struct timespec until = compute_deadline(wait_ms);
     char *text = NULL;
     pthread_mutex_lock(&hub->lock);
     while (!hub->ended && !viewer->needs_snapshot && viewer->next == hub->next_event &&
@@ -767,7 +772,7 @@ bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
                                      int64_t until_us, enum mr_status *answer)
 {
-    struct timespec until = deadline_after(1000 * ARM_CLIENT_ANSWER_S);
+    struct timespec until = compute_deadline(1000 * ARM_CLIENT_ANSWER_S);
     enum mr_status status = MR_NOT_NOW;
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;

@@ -129,7 +129,7 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
 
 /* Returns true, once per landing, if a landing with a moving gear has had no data for
  * LANDING_SILENT_US. */
-static bool landing_is_silent(struct logger *logger, const struct collector_progress *progress)
+static bool is_landing_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
     if (progress->block != logger->silent_block || logger->silent_us == 0) {
@@ -278,7 +278,7 @@ enum mr_status logger_show_silent_landing(struct logger *logger, struct error *e
     struct summary summary;
     logger_update_page(logger, false);
     collector_get_progress(logger->collector, &progress);
-    if (!landing_is_silent(logger, &progress))
+    if (!is_landing_silent(logger, &progress))
         return MR_OK;
     cli_note(logger->cli,
              "no more data of RUN %lld: check the board and its cables; the data received so far "
@@ -456,7 +456,7 @@ static void count_received(struct logger *logger, const struct collector_progres
     }
 }
 
-static uint64_t newest_message_us(const struct logger *logger)
+static uint64_t find_newest_message_us(const struct logger *logger)
 {
     uint64_t can_us = logger->received_us[LINK_CAN], serial_us = logger->received_us[LINK_SERIAL];
     return can_us > serial_us ? can_us : serial_us;
@@ -465,12 +465,12 @@ static uint64_t newest_message_us(const struct logger *logger)
 uint64_t logger_silence_due_us(const struct logger *logger)
 {
     return logger->board_reported && !logger->silence_reported
-             ? newest_message_us(logger) + LINKS_SILENT_US
+             ? find_newest_message_us(logger) + LINKS_SILENT_US
              : UINT64_MAX;
 }
 
 /* Writes the state of a landing: "idle, waiting to be armed", "armed, landing 7". */
-static void state_text(const struct mr_landing *landing, char *out, size_t size)
+static void write_state_text(const struct mr_landing *landing, char *out, size_t size)
 {
     if (landing->state == MR_LANDING_IDLE || landing->state == MR_LANDING_DONE)
         snprintf(out, size, "%s, waiting to be armed", mr_landing_state_text(landing->state));
@@ -481,7 +481,7 @@ static void state_text(const struct mr_landing *landing, char *out, size_t size)
 
 static void note_silence(struct logger *logger, const char *state, uint64_t now_us)
 {
-    uint64_t newest = newest_message_us(logger);
+    uint64_t newest = find_newest_message_us(logger);
     bool now_silent = now_us - newest >= LINKS_SILENT_US;
     if (now_silent != logger->silence_reported) {
         logger_clear_progress(logger);
@@ -526,7 +526,7 @@ void logger_note_presence(struct logger *logger)
     count_received(logger, &p, now_us);
     if (!p.landing || !p.board_uid[0])
         return;
-    state_text(p.landing, state, sizeof state);
+    write_state_text(p.landing, state, sizeof state);
     if (logger->board_reported) {
         note_silence(logger, state, now_us);
         return;
@@ -748,7 +748,7 @@ static void handle_reply(struct logger *logger, const char *line)
 }
 
 /* Returns the state of a landing in progress as text; NULL: none. */
-static const char *recorded_state_text(const struct logger *logger)
+static const char *get_recorded_state_text(const struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
@@ -773,7 +773,7 @@ static void handle_command(struct logger *logger, const char *line)
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;
     char doubts[ARMING_TEXT_SIZE] = "";
-    const char *recording = recorded_state_text(logger);
+    const char *recording = get_recorded_state_text(logger);
     if (!arm && !recording) {
         send_command(logger);
         return;

@@ -391,7 +391,7 @@ void logger_send_live_command(struct logger *logger)
 #define PATH_SIZE     4096
 
 /* Writes the name without folder and ending: "campaign" of /home/runway/campaign.db. */
-static void file_stem(const char *path, char *out, size_t size)
+static void write_file_stem(const char *path, char *out, size_t size)
 {
     char copy[PATH_SIZE];
     snprintf(copy, sizeof copy, "%s", path);
@@ -414,7 +414,7 @@ static bool find_free_name(const char *folder, const char *path, const char *wha
     char stem[300], date[40];
     time_t now = time(NULL);
     struct tm local;
-    file_stem(path, stem, sizeof stem);
+    write_file_stem(path, stem, sizeof stem);
     localtime_r(&now, &local);
     strftime(date, sizeof date, "%Y%m%d-%H%M%S", &local);
     for (int i = 1; i <= NAMES_MAX; i++) {
@@ -491,7 +491,7 @@ static void report_cause(struct logger *logger, enum store_file_state place, con
 
 /* Returns the time of the oldest data in the queues; 0: none. `*whole`: the queues still have all
  * data. */
-static uint64_t oldest_kept_us(const struct logger *logger, bool *whole)
+static uint64_t find_oldest_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
     *whole = true;
@@ -575,7 +575,7 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_file_sta
     struct tm local;
     bool whole = false;
     roll_back(logger);
-    const time_t since_s = again ? (time_t)(oldest_kept_us(logger, &whole) / 1000000u) : time(NULL);
+    const time_t since_s = again ? (time_t)(find_oldest_us(logger, &whole) / 1000000u) : time(NULL);
     whole = whole && again;
     watch_note_call(&logger->watch, true);
     enum mr_status status = MR_IO;

@@ -19,7 +19,7 @@
 /* after a request to end, a call of the store is given up after this time */
 #define END_TIMEOUT_US     10000000u
 
-static unsigned permille(const struct watch *watch)
+static unsigned compute_permille(const struct watch *watch)
 {
     unsigned most = 0;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -35,12 +35,12 @@ static unsigned permille(const struct watch *watch)
 unsigned watch_fill_permille(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    unsigned full = permille(watch);
+    unsigned full = compute_permille(watch);
     pthread_mutex_unlock(&watch->lock);
     return full;
 }
 
-static void queue_amount(const struct watch *watch, bool lost, char *out, size_t size)
+static void write_queue_amount(const struct watch *watch, bool lost, char *out, size_t size)
 {
     uint64_t count[LINK_KINDS] = {0};
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -65,7 +65,7 @@ static void queue_amount(const struct watch *watch, bool lost, char *out, size_t
 void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
 {
     pthread_mutex_lock(&watch->lock);
-    queue_amount(watch, lost, out, size);
+    write_queue_amount(watch, lost, out, size);
     pthread_mutex_unlock(&watch->lock);
 }
 
@@ -82,7 +82,7 @@ static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, ui
     if (watch->call_start_us && at_us - watch->call_start_us > SLOW_CALL_US)
         return WATCH_SLOW_DISK;
     *since_us = watch->caught_up_us;
-    if (permille(watch) < BEHIND_PERMILLE)
+    if (compute_permille(watch) < BEHIND_PERMILLE)
         return WATCH_NONE;
     uint64_t in_calls_us = watch->calls_total_us +
                            (watch->call_start_us ? at_us - watch->call_start_us : 0);
@@ -105,7 +105,7 @@ enum link_trouble watch_find_cause(void *context)
     }
 }
 
-static const char *cause_name(enum watch_cause cause)
+static const char *get_cause_name(enum watch_cause cause)
 {
     static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk",
                                                     "failing_disk", "processor"};
@@ -122,10 +122,10 @@ static void print_note(const struct watch *watch, const char *line)
     fflush(stderr);
 }
 
-static void lost_text(const struct watch *watch, char *out, size_t size)
+static void write_lost_text(const struct watch *watch, char *out, size_t size)
 {
     char what[100];
-    queue_amount(watch, true, what, sizeof what);
+    write_queue_amount(watch, true, what, sizeof what);
     if (strcmp(what, "nothing") == 0)
         snprintf(out, size, "nothing lost");
     else
@@ -144,7 +144,7 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
                            char *line, size_t size)
 {
     char what[320], lost[200];
-    unsigned full = permille(watch);
+    unsigned full = compute_permille(watch);
     switch (cause) {
     case WATCH_LOCK:
         snprintf(what, sizeof what, "another program has locked the campaign: waiting");
@@ -161,7 +161,7 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
         break;
     default: snprintf(what, sizeof what, "this computer is too slow for the data"); break;
     }
-    lost_text(watch, lost, sizeof lost);
+    write_lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
              is_blocked(watch) ? ", the board must wait" : "", lost, watch->path);
 }
@@ -182,7 +182,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
     if (at_us - since_us < END_TIMEOUT_US)
         return;
     char what[100];
-    queue_amount(watch, false, what, sizeof what);
+    write_queue_amount(watch, false, what, sizeof what);
     fprintf(stderr,
             "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
             "check the disk\n",
@@ -197,7 +197,7 @@ static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t s
 {
     uint64_t since_us;
     enum watch_cause cause = find_cause(watch, at_us, &since_us);
-    unsigned full = permille(watch);
+    unsigned full = compute_permille(watch);
     watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
     watch->max_since_written_permille = full > watch->max_since_written_permille
                                           ? full
@@ -352,7 +352,7 @@ void watch_note_written(struct watch *watch)
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
     enum watch_cause cause = WATCH_NONE; /* cause of the delay that has just ended */
     pthread_mutex_lock(&watch->lock);
-    unsigned full = permille(watch);
+    unsigned full = compute_permille(watch);
     watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
     if (watch->refusal != STORE_NO_RETRY) {
         cause = find_cause(watch, at_us, &since_us);
@@ -370,13 +370,13 @@ void watch_note_written(struct watch *watch)
     watch->refusal = STORE_NO_RETRY;
     if (watch->reported_cause == cause && cause != WATCH_NONE) {
         char lost[200];
-        lost_text(watch, lost, sizeof lost);
+        write_lost_text(watch, lost, sizeof lost);
         snprintf(line, sizeof line,
                  "the campaign can be written again after %.1f s; the queue was %u %% full, %s",
                  (double)held_us / 1e6, full / 10, lost);
         watch->reported_cause = WATCH_NONE;
     }
-    if (permille(watch) <= CAUGHT_UP_PERMILLE) {
+    if (compute_permille(watch) <= CAUGHT_UP_PERMILLE) {
         watch->caught_up_us = at_us;
         watch->calls_total_us = 0;
         watch->reported_cause = WATCH_NONE;
@@ -407,7 +407,7 @@ json_t *watch_json(struct watch *watch)
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_CAUSES; cause++) {
         if (watch->delay_us[cause])
-            json_object_set_new(held, cause_name((enum watch_cause)cause),
+            json_object_set_new(held, get_cause_name((enum watch_cause)cause),
                                 json_real((double)watch->delay_us[cause] / 1e6));
     }
     json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent",

@@ -444,7 +444,7 @@ static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
     return has_slid(w) && k >= w->slid_from && (i == k || (i >= w->slid_to && k >= w->slid_to));
 }
 
-static double chi_square(struct fit_work *w, double a, double b)
+static double compute_chi_square(struct fit_work *w, double a, double b)
 {
     size_t n = w->path.count;
     double force2 = w->gages.force_lb * w->gages.force_lb,
@@ -472,7 +472,7 @@ static double chi_square(struct fit_work *w, double a, double b)
 }
 
 /* Computes chi2 of the forces during a slide, which must all equal one limit. */
-static double slide_chi_square(const struct fit_work *w, double *limit_lb)
+static double compute_slide_chi_square(const struct fit_work *w, double *limit_lb)
 {
     double sum = 0.0, squares = 0.0, count = (double)(w->slid_to + 1 - w->slid_from);
     for (size_t i = w->slid_from; i <= w->slid_to; i++)
@@ -485,9 +485,11 @@ static double slide_chi_square(const struct fit_work *w, double *limit_lb)
 
 /* Computes chi2 with one parameter fixed. `which` 0: a is fixed and b free; 1: rho is fixed and a
  * free. */
-static double chi_square_with_fixed(struct fit_work *w, int which, double fixed, double free)
+static double compute_chi_square_with_fixed(struct fit_work *w, int which, double fixed,
+                                            double free)
 {
-    return which == 0 ? chi_square(w, fixed, free) : chi_square(w, free, fixed * free);
+    return which == 0 ? compute_chi_square(w, fixed, free)
+                      : compute_chi_square(w, free, fixed * free);
 }
 
 /* Finds the least chi2 over the free parameter, by Newton's method on a curve close to a parabola.
@@ -495,16 +497,16 @@ static double chi_square_with_fixed(struct fit_work *w, int which, double fixed,
 static double minimize_with_fixed(struct fit_work *w, int which, double fixed, double *at,
                                   double scale)
 {
-    double best = chi_square_with_fixed(w, which, fixed, *at);
+    double best = compute_chi_square_with_fixed(w, which, fixed, *at);
     if (w->path.falling == 0 && which == 0)
         return best;
     for (int step = 0; step < ITERATIONS_MAX; step++) {
-        double up = chi_square_with_fixed(w, which, fixed, *at + scale),
-               down = chi_square_with_fixed(w, which, fixed, *at - scale);
+        double up = compute_chi_square_with_fixed(w, which, fixed, *at + scale),
+               down = compute_chi_square_with_fixed(w, which, fixed, *at - scale);
         double slope = (up - down) / (2.0 * scale), bend = (up - 2.0 * best + down) / scale / scale;
         double move = bend > 0.0 ? -slope / bend : -copysign(scale, slope), next = (double)NAN;
         for (int halved = 0; halved < 20; halved++, move *= 0.5) {
-            next = chi_square_with_fixed(w, which, fixed, *at + move);
+            next = compute_chi_square_with_fixed(w, which, fixed, *at + move);
             if (next <= best)
                 break;
         }
@@ -584,10 +586,10 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
     double limit_lb, a = best->a, b = best->b;
     w->slid_from = from;
     w->slid_to = to;
-    double now = slide_chi_square(w, &limit_lb);
+    double now = compute_slide_chi_square(w, &limit_lb);
     if (now > SLIDE_CHI_SQUARE_MAX * (double)(to + 1 - from) || !(way > 0.0))
         return;
-    now += elastic ? fit_both(w, &a, &b, scale) : chi_square(w, 0.0, 0.0);
+    now += elastic ? fit_both(w, &a, &b, scale) : compute_chi_square(w, 0.0, 0.0);
     if (now < best->threshold)
         *best = (struct slide){from, to, a, b, now, now};
 }
@@ -600,7 +602,8 @@ static double find_slide(struct fit_work *w, bool elastic, double *a, double *b,
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
     w->slid_from = best.from;
     w->slid_to = best.to;
-    best.chi_square = elastic ? fit_both(w, &best.a, &best.b, scale) : chi_square(w, 0.0, 0.0);
+    best.chi_square = elastic ? fit_both(w, &best.a, &best.b, scale)
+                              : compute_chi_square(w, 0.0, 0.0);
     best.threshold = best.chi_square - w->slide_gain;
     size_t first = w->path.top > SLIDE_READINGS_MAX ? w->path.top - SLIDE_READINGS_MAX : 1;
     for (size_t to = w->path.top; to <= w->path.plateau; to++) {
@@ -615,8 +618,8 @@ static double find_slide(struct fit_work *w, bool elastic, double *a, double *b,
 }
 
 /* Computes the log odds as a sum over a grid, for readings with little information. */
-static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, double force,
-                            double expected_lb_in, double stretch2)
+static double compute_grid_log_odds(struct fit_work *w, const struct push_fit *fit, double force,
+                                    double expected_lb_in, double stretch2)
 {
     double logs[GRID_K_POINTS * GRID_RHO_POINTS], sum = 0.0, most = -HUGE_VAL;
     size_t count = 0;
@@ -624,7 +627,7 @@ static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, doub
         double k = expected_lb_in *
                    pow(10.0, PUSH_PRIOR_DECADES * (2.0 * i / (GRID_K_POINTS - 1.0) - 1.0));
         for (int j = 0; j < (w->path.falling > 0 ? GRID_RHO_POINTS : 1); j++) {
-            double now = force + chi_square(w, 1.0 / k, j / (GRID_RHO_POINTS - 1.0) / k);
+            double now = force + compute_chi_square(w, 1.0 / k, j / (GRID_RHO_POINTS - 1.0) / k);
             logs[count] = -0.5 * (now - fit->rigid_chi_square) / stretch2;
             most = fmax(most, logs[count++]);
         }
@@ -636,7 +639,7 @@ static double grid_log_odds(struct fit_work *w, const struct push_fit *fit, doub
 
 /* Computes the log odds from the parabola at the best fit, for readings with much information: the
  * likelihood there times the share of the prior under the parabola. */
-static double peak_log_odds(const struct push_fit *fit, double stretch2)
+static double compute_peak_log_odds(const struct push_fit *fit, double stretch2)
 {
     double width = 2.0 * PUSH_PRIOR_DECADES * log(10.0);
     double of_k = log(fit->k_lb_in.high / fit->k_lb_in.low) / (2.0 * Z_95);
@@ -650,16 +653,16 @@ static double peak_log_odds(const struct push_fit *fit, double stretch2)
 
 /* Returns the logarithm of the odds of the elastic law against the rigid one (marginal
  * likelihoods). */
-static double log_odds(struct fit_work *w, const struct push_fit *fit, double force,
-                       double expected_lb_in, double stretch2)
+static double compute_log_odds(struct fit_work *w, const struct push_fit *fit, double force,
+                               double expected_lb_in, double stretch2)
 {
     const struct push_interval *k = &fit->k_lb_in;
     double decades = fabs(log10(k->value / expected_lb_in));
     bool is_determined = isfinite(k->high) && decades < PUSH_PRIOR_DECADES;
     if (is_determined && k->high < NARROW_INTERVAL_RATIO * k->low)
-        return peak_log_odds(fit, stretch2);
-    double grid = grid_log_odds(w, fit, force, expected_lb_in, stretch2);
-    return is_determined ? fmax(grid, peak_log_odds(fit, stretch2)) : grid;
+        return compute_peak_log_odds(fit, stretch2);
+    double grid = compute_grid_log_odds(w, fit, force, expected_lb_in, stretch2);
+    return is_determined ? fmax(grid, compute_peak_log_odds(fit, stretch2)) : grid;
 }
 
 static void find_intervals(struct fit_work *w, double a, double b, double best, double force,
@@ -700,12 +703,12 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
     fit->first_sliding = w->slid_from;
-    double force = has_slid(w) ? slide_chi_square(w, &fit->limit_lb) : 0.0;
+    double force = has_slid(w) ? compute_slide_chi_square(w, &fit->limit_lb) : 0.0;
     fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
     size_t parameters = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
     fit->degrees_of_freedom = n > parameters ? n - parameters : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
-    fit->log_odds = log_odds(w, fit, force, expected_lb_in, stretch * stretch);
+    fit->log_odds = compute_log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
     size_t before = has_slid(w) ? w->slid_from : n;
     for (size_t i = 0; i < before; i++)

@@ -14,7 +14,7 @@
 #define UNLOADING_MAX 1.0
 
 /* Returns "elastic", "rigid" or "undecided". */
-static const char *law_name(enum push_law law)
+static const char *get_law_name(enum push_law law)
 {
     static const char *const names[] = {"undecided", "elastic", "rigid"};
     return names[law];
@@ -27,7 +27,7 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
     char times[32] = "over a million";
     if (fabs(ln) < log(1e6))
         snprintf(times, sizeof times, "%.3g", exp(fabs(ln)));
-    answer_words(answer, "law", NULL, "%s", law_name(ground->law));
+    answer_words(answer, "law", NULL, "%s", get_law_name(ground->law));
     answer_value(answer, "log_odds", NULL, UNIT_NUMBER, ln, 1);
     switch (ground->law) {
     case PUSH_ELASTIC:
@@ -185,7 +185,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 #define SPREAD_MAX     10.0
 
 /* Fit of y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
-struct pooled {
+struct weighted_fit {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
     size_t count, terms;
     /* half_width_errors: half width of a 95 % interval, in standard errors */
@@ -193,7 +193,7 @@ struct pooled {
 };
 
 /* Solves with a given spread; returns the weighted sum of squared residuals. */
-static double fit_with_spread(struct pooled *p, double spread)
+static double fit_with_spread(struct weighted_fit *p, double spread)
 {
     double s = 0.0, sx = 0.0, sxx = 0.0, sy = 0.0, sxy = 0.0, left = 0.0;
     for (size_t i = 0; i < p->count; i++) {
@@ -217,7 +217,7 @@ static double fit_with_spread(struct pooled *p, double spread)
     return left;
 }
 
-static void pool_readings(struct pooled *p)
+static void pool_readings(struct weighted_fit *p)
 {
     size_t more = p->count > p->terms ? p->count - p->terms : 0;
     double left = fit_with_spread(p, 0.0), low = 0.0, high = SPREAD_MAX;
@@ -240,7 +240,7 @@ static void pool_readings(struct pooled *p)
     p->half_width_errors = Z_95 * fmax(1.0, scatter);
 }
 
-static struct push_interval make_interval(const struct pooled *p, size_t term)
+static struct push_interval make_interval(const struct weighted_fit *p, size_t term)
 {
     double half = p->half_width_errors * p->c_error[term];
     return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
@@ -291,7 +291,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
 static void find_stiffness(const struct push_readings *readings, const struct push_setting *setting,
                            struct push_ground *ground)
 {
-    struct pooled p = {.terms = count_fit_terms(readings)};
+    struct weighted_fit p = {.terms = count_fit_terms(readings)};
     double low = HUGE_VAL, high = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         if (!get_stiffness(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))
@@ -344,7 +344,7 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
 
 static void find_unloading(const struct push_readings *readings, struct push_ground *ground)
 {
-    struct pooled p = {.terms = 1};
+    struct weighted_fit p = {.terms = 1};
     size_t falling = 0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_interval *rho = &ground->fit[i].unloading_ratio;
@@ -366,7 +366,7 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
              p.count, p.count == 1 ? "" : "s");
 }
 
-static double normal_force_lb(const struct push_setting *setting, double load_lb)
+static double compute_normal_force_lb(const struct push_setting *setting, double load_lb)
 {
     return load_lb + setting->mats * setting->mat_weight_lb;
 }
@@ -374,11 +374,11 @@ static double normal_force_lb(const struct push_setting *setting, double load_lb
 static void find_friction(const struct push_readings *readings, const struct push_setting *setting,
                           struct push_ground *ground)
 {
-    struct pooled p = {.terms = 1};
+    struct weighted_fit p = {.terms = 1};
     double held = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_fit *fit = &ground->fit[i];
-        double pressing = normal_force_lb(setting, readings->series[i].load_lb);
+        double pressing = compute_normal_force_lb(setting, readings->series[i].load_lb);
         held = fmax(held, (fit->slid_count ? fabs(fit->limit_lb) : fit->max_lb) / pressing);
         if (fit->slid_count == 0)
             continue;

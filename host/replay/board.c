@@ -29,7 +29,7 @@ struct paths {
     char link[FILES][320];
 };
 
-static void name_paths(struct paths *paths, const char *directory)
+static void make_paths(struct paths *paths, const char *directory)
 {
     static const char *const names[FILES] = {"replay.txt", "can.log", "serial.bin", "board.txt",
                                              "flash.bin"};
@@ -37,7 +37,7 @@ static void name_paths(struct paths *paths, const char *directory)
         snprintf(paths->link[i], sizeof paths->link[i], "file:%s/%s", directory, names[i]);
 }
 
-static const char *file_path(const struct paths *paths, unsigned file)
+static const char *get_file_path(const struct paths *paths, unsigned file)
 {
     return paths->link[file] + 5;
 }
@@ -55,20 +55,20 @@ static enum mr_status start_board(const struct replay_board *board, const struct
                                  "--serial",
                                  paths->link[FILE_SERIAL],
                                  "--replay",
-                                 file_path(paths, FILE_REPLAY),
+                                 get_file_path(paths, FILE_REPLAY),
                                  "--speed",
                                  board->is_real_time ? "real" : "max",
                                  "--can-base",
                                  can_base,
                                  board->has_flash_file ? "--flash" : NULL,
-                                 file_path(paths, FILE_FLASH),
+                                 get_file_path(paths, FILE_FLASH),
                                  NULL};
-    int output_fd = open(file_path(paths, FILE_BOARD_TEXT),
+    int output_fd = open(get_file_path(paths, FILE_BOARD_TEXT),
                          O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
     int null_fd = open("/dev/null", O_RDWR | O_CLOEXEC);
     if (output_fd < 0 || null_fd < 0)
         error_set(error, MR_IO, "cannot write (%s): %s; free disk space", strerror(errno),
-                  file_path(paths, FILE_BOARD_TEXT));
+                  get_file_path(paths, FILE_BOARD_TEXT));
     else
         process_start(words, (const int[]){null_fd, null_fd, output_fd}, child, error);
     if (output_fd >= 0)
@@ -120,7 +120,7 @@ static enum mr_status run_board(const struct replay_board *board, const struct p
             error, MR_TIMEOUT,
             "the emulated board timed out after %.0f s: %s; check the load of this computer",
             limit_s, board->program);
-    read_last_line(file_path(paths, FILE_BOARD_TEXT), output_fd, sizeof output_fd);
+    read_last_line(get_file_path(paths, FILE_BOARD_TEXT), output_fd, sizeof output_fd);
     if (WIFSIGNALED(status))
         return error_set(error, MR_IO, "the emulated board was killed by signal %d: %s; try again",
                          WTERMSIG(status), board->program);
@@ -128,8 +128,8 @@ static enum mr_status run_board(const struct replay_board *board, const struct p
         return error_set(
             error, MR_IO, "the emulated board failed with exit code %d: %s; its message: %s",
             WEXITSTATUS(status), board->elf_path, output_fd[0] ? output_fd : "nothing");
-    if (access(file_path(paths, FILE_CAN), R_OK) != 0 ||
-        access(file_path(paths, FILE_SERIAL), R_OK) != 0)
+    if (access(get_file_path(paths, FILE_CAN), R_OK) != 0 ||
+        access(get_file_path(paths, FILE_SERIAL), R_OK) != 0)
         return error_set(error, MR_IO,
                          "the emulated board wrote no answers: %s; check that this is matrig-board",
                          board->program);
@@ -202,7 +202,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
     struct store *store = NULL;
     struct store_landing *landings = NULL;
     size_t count = 0;
-    name_paths(&paths, directory);
+    make_paths(&paths, directory);
     enum mr_status status = run_board(board, &paths, error);
     if (status == MR_OK)
         status = store_open(":memory:", STORE_CREATE, &store, error);
@@ -255,7 +255,7 @@ void replay_image_path_of_run(struct store *store, int64_t run, char *path, size
     board_messages_free(&recorded);
 }
 
-static const char *board_name(unsigned number)
+static const char *get_board_name(unsigned number)
 {
     const struct mr_board *board = mr_board_by_number(number);
     return board ? board->name : "a board unknown to this matrig";
@@ -272,7 +272,8 @@ enum mr_status replay_image_check(const char *path, const struct board_messages 
         status = error_set(error, MR_VERSION,
                            "the landing was recorded by board %s, but the image is for %s: %s; "
                            "leave --elf out, or give an image for the board that recorded it",
-                           board_name(recorded->board), board_name(image.header.board), path);
+                           get_board_name(recorded->board), get_board_name(image.header.board),
+                           path);
     imagefile_free(&image);
     return status;
 }

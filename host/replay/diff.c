@@ -99,7 +99,7 @@ static enum field_rule find_field_rule(const struct mr_message_info *info,
 }
 
 /* Returns the tolerance of a unit if another image ran; 0: values must be equal. */
-static double field_tolerance(const char *unit)
+static double get_field_tolerance(const char *unit)
 {
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
         if (strcmp(tolerances[i].unit, unit) == 0)
@@ -109,7 +109,7 @@ static double field_tolerance(const char *unit)
 }
 
 /* Writes one line with all tolerances; `si`: lengths, speeds and forces in SI units. */
-static void field_tolerances_text(bool si, char out[FIELD_TOLERANCES_TEXT])
+static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
 {
     size_t used = 0;
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
@@ -208,7 +208,7 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
     *replayed = mr_field_value(field, b->data);
-    *tolerance = c->options->is_exact ? 0.0 : field_tolerance(field->unit);
+    *tolerance = c->options->is_exact ? 0.0 : get_field_tolerance(field->unit);
     switch (find_field_rule(a->info, field)) {
     case FIELD_BLOCK: *replayed += (double)shift; return true;
     case FIELD_BLOCK16: *replayed = (uint16_t)((int64_t)*replayed + shift); return true;
@@ -270,7 +270,7 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
 }
 
 /* Returns the number of earlier blocks that a message averages. */
-static int64_t averaged_blocks(uint16_t id)
+static int64_t count_averaged_blocks(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
     return pack < MR_SERIES_PACKS ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1 : 0;
@@ -300,8 +300,8 @@ static void begin_iterators(const struct comparison *c, int link, struct message
                                      armed - shift};
 }
 
-static const struct board_message *next_message(struct message_iterator *walk,
-                                                const struct mr_message_info *info)
+static const struct board_message *advance_message(struct message_iterator *walk,
+                                                   const struct mr_message_info *info)
 {
     for (; walk->at < walk->end; walk->at++) {
         if (walk->at->info == info && is_determined_by_record(walk->at, walk->first_block))
@@ -321,7 +321,7 @@ static void add_unmatched(struct comparison *c, const struct board_message *answ
         /* messages about the last block may be missing, because the record ended before they were
          * sent */
         return;
-    if (!c->options->is_exact && (double)(c->end_block - block) <= field_tolerance("ms"))
+    if (!c->options->is_exact && (double)(c->end_block - block) <= get_field_tolerance("ms"))
         return; /* the time of the end itself may differ by this much */
     if (is_sent_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end of the record */
@@ -363,7 +363,8 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
                                                                 : BLOCK_TOLERANCE;
     c->queued_recorded = c->queued_replayed = (double)NAN;
     for (;;) {
-        const struct board_message *a = next_message(&old, info), *b = next_message(&new, info);
+        const struct board_message *a = advance_message(&old, info),
+                                   *b = advance_message(&new, info);
         if (!a && !b)
             return;
         int64_t at = a ? a->block : INT64_MAX / 2,
@@ -381,7 +382,8 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             /* on CAN, a message can arrive while its record is still in transit on serial */
             if (has_own_block(info) && at > c->end_block)
                 c->diff->after_record++;
-            else if (averaged_blocks(info->id) && at < c->first_block + averaged_blocks(info->id))
+            else if (count_averaged_blocks(info->id) &&
+                     at < c->first_block + count_averaged_blocks(info->id))
                 c->diff->before_record++;
             else
                 compare_pair(c, a, b);
@@ -406,7 +408,7 @@ static int64_t find_largest_delay(const struct comparison *c, int link,
     struct message_iterator old, new;
     const struct board_message *a, *b;
     begin_iterators(c, link, &old, &new);
-    while ((a = next_message(&old, info)) != NULL && (b = next_message(&new, info)) != NULL &&
+    while ((a = advance_message(&old, info)) != NULL && (b = advance_message(&new, info)) != NULL &&
            has_same_subject(a, b)) {
         int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
         if (apart > DELAY_MAX_BLOCKS)
@@ -554,7 +556,7 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
 
 /* Writes a difference, for example "serial 2.345 s: motion.speed_ft_s recorded 35.5, replayed
  * 35.6". */
-static void difference_text(const struct difference *d, char *out, size_t size)
+static void write_difference(const struct difference *d, char *out, size_t size)
 {
     int length = snprintf(out, size, "%s %.3f s (block %lld): %s%s%s ", link_text[d->link],
                           (double)d->block / 1e3, (long long)d->block, d->message,
@@ -571,7 +573,7 @@ static void difference_text(const struct difference *d, char *out, size_t size)
                                                : "replayed, not recorded");
 }
 
-static void difference_answer(const struct difference *d, struct answer *answer)
+static void add_difference_answer(const struct difference *d, struct answer *answer)
 {
     static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
     if (!d) {
@@ -603,9 +605,9 @@ static void add_row(const struct diff_row *row, struct answer *answer)
     answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);
     answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL, row->only_recorded);
     answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL, row->only_replayed);
-    difference_answer(differs ? &row->first : NULL, answer);
+    add_difference_answer(differs ? &row->first : NULL, answer);
     if (differs) {
-        difference_text(&row->first, text, sizeof text);
+        write_difference(&row->first, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
 }
@@ -619,11 +621,11 @@ static void add_uncompared(struct answer *answer, const char *name, int64_t mess
 void diff_to_answer(const struct diff *diff, struct answer *answer)
 {
     char text[300], within[FIELD_TOLERANCES_TEXT];
-    field_tolerances_text(answer_is_si(answer), within);
+    write_field_tolerances(answer_is_si(answer), within);
     answer_words(answer, "compared", "compared", "%s", diff->is_exact ? "exactly" : within);
-    difference_answer(diff->has_difference ? &diff->first : NULL, answer);
+    add_difference_answer(diff->has_difference ? &diff->first : NULL, answer);
     if (diff->has_difference) {
-        difference_text(&diff->first, text, sizeof text);
+        write_difference(&diff->first, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
     answer_table(answer, "by_message", "");

@@ -436,8 +436,8 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
 
 /* Returns the ticks since the start of TIM2 in the replay. The board time of a capture determines
  * the number of wraps of the counter. */
-static uint64_t capture_tick(double board_us, int64_t tick, const struct mr_block *first,
-                             int64_t shift_blocks)
+static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct mr_block *first,
+                                     int64_t shift_blocks)
 {
     uint32_t origin = mr_boardtime_origin(first->index, first->tick);
     uint32_t near_block = isnan(board_us) ? first->index : (uint32_t)(board_us / 1000.0);
@@ -463,13 +463,14 @@ static enum mr_status put_captures(struct writer *writer, struct store *store,
         store_braking_edges(store, run, &braking, &brakings, error) == MR_OK) {
         for (size_t i = 0; i < input->edges; i++)
             put_line(writer, "edge %" PRIu64 "\n",
-                     capture_tick(edge[i].board_us, edge[i].tick, first, shift));
+                     compute_capture_tick(edge[i].board_us, edge[i].tick, first, shift));
         for (size_t i = 0; i < input->frames; i++)
             put_line(writer, "frame %" PRIu64 "\n",
-                     capture_tick(frame[i].board_us, frame[i].tick, first, shift));
+                     compute_capture_tick(frame[i].board_us, frame[i].tick, first, shift));
         for (size_t i = 0; i < brakings; i++)
-            put_line(writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
-                     capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
+            put_line(
+                writer, "%s %" PRIu64 "\n", braking[i].number ? "wheel" : "brake",
+                compute_capture_tick((double)braking[i].board_us, braking[i].tick, first, shift));
     }
     free(edge);
     free(frame);

@@ -37,7 +37,7 @@ static void add_station(struct survey_plan *plan, enum survey_edges edges, unsig
 }
 
 /* Returns the station of an item's beginning; a diagonal has no station. */
-static double survey_item_ft(const struct survey_item *item)
+static double get_item_ft(const struct survey_item *item)
 {
     return (item->kind == SURVEY_GAP ? SURVEY_SPAN_FT : SURVEY_STATION_FT) * item->place;
 }
@@ -48,7 +48,7 @@ static void add_line_items(struct survey_plan *plan, enum survey_edges edges, un
 {
     unsigned station = 0;
     for (unsigned span = 0; span < SURVEY_SPANS; span++) {
-        double begins_ft = survey_item_ft(&(struct survey_item){SURVEY_GAP, line, span});
+        double begins_ft = get_item_ft(&(struct survey_item){SURVEY_GAP, line, span});
         while (station < SURVEY_STATIONS && SURVEY_STATION_FT * station <= begins_ft + 1e-6)
             add_station(plan, edges, line, station++);
         add_item(plan, SURVEY_GAP, line, span);
@@ -125,7 +125,7 @@ const char *survey_line_text(unsigned line)
 void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
-    double at = survey_item_ft(item) * station->factor;
+    double at = get_item_ft(item) * station->factor;
     if (item->kind == SURVEY_GAP)
         snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
                  survey_line_text(item->line), item->place * MR_MATS_PER_SEGMENT + 1,
@@ -145,7 +145,7 @@ static bool is_span(const struct survey_item *item)
 }
 
 /* Returns the expected value of a first reading; NaN: no expectation. */
-static double survey_item_nominal_in(const struct survey_item *item)
+static double get_item_nominal_in(const struct survey_item *item)
 {
     return is_span(item) ? SURVEY_POINT_SPACING_IN : (double)NAN;
 }
@@ -255,7 +255,7 @@ void survey_progress_move_to_next(struct survey_progress *progress, size_t from)
 
 double survey_progress_expected_in(const struct survey_progress *progress, size_t item)
 {
-    return isnan(progress->previous_in[item]) ? survey_item_nominal_in(&progress->plan.item[item])
+    return isnan(progress->previous_in[item]) ? get_item_nominal_in(&progress->plan.item[item])
                                               : progress->previous_in[item];
 }
 

@@ -17,7 +17,7 @@
 
 /* Reads the next part of a path, up to a dot. Returns false at the end of the path, or if the part
  * is empty or too long. */
-static bool next_part(const char **path, char part[JSONPATH_MAX])
+static bool read_next_part(const char **path, char part[JSONPATH_MAX])
 {
     size_t length = strcspn(*path, ".");
     if (length == 0 || length >= JSONPATH_MAX)
@@ -66,7 +66,7 @@ json_t *jsonpath_get(const json_t *root, const char *path)
     char part[JSONPATH_MAX];
     json_t *found = NULL;
     while (*path) {
-        if (!next_part(&path, part))
+        if (!read_next_part(&path, part))
             return NULL;
         found = get_child(root, part);
         if (!found)
@@ -80,7 +80,7 @@ bool jsonpath_set(json_t *object, const char *path, json_t *value)
 {
     char part[JSONPATH_MAX];
     json_t *at = object;
-    while (next_part(&path, part)) {
+    while (read_next_part(&path, part)) {
         if (!*path)
             return set_child(at, part, json_deep_copy(value));
         json_t *inner = json_copy(get_child(at, part));
@@ -105,7 +105,7 @@ uint64_t fnv1a(uint64_t hash, const void *bytes, size_t size)
     return hash;
 }
 
-static double design_round(double value)
+static double round_design_value(double value)
 {
     char text[40];
     snprintf(text, sizeof text, "%.12g", value);
@@ -113,7 +113,7 @@ static double design_round(double value)
 }
 
 /* Returns whole numbers as JSON integers, other numbers as reals. */
-static json_t *design_json(double value)
+static json_t *make_design_json(double value)
 {
     return value == floor(value) && fabs(value) < 1e15 ? json_integer((json_int_t)value)
                                                        : json_real(value);
@@ -203,7 +203,7 @@ static void design_range_free(struct design_range *range)
 }
 
 /* Returns the number of levels: the length of the list, or `count`. */
-static size_t design_levels(const struct design_range *range)
+static size_t count_design_levels(const struct design_range *range)
 {
     return range->levels ? json_array_size(range->levels) : range->count;
 }
@@ -217,22 +217,22 @@ double design_number(const struct design_range *range, double u)
     }
     double value = range->is_logarithmic ? range->from * elementary_pow(range->to / range->from, u)
                                          : range->from + (range->to - range->from) * u;
-    return design_round(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
+    return round_design_value(u <= 0.0 ? range->from : u >= 1.0 ? range->to : value);
 }
 
 json_t *design_level(const struct design_range *range, size_t i)
 {
     if (range->levels)
         return json_incref(json_array_get(range->levels, i));
-    return design_json(design_number(range, (double)i / (double)(range->count - 1)));
+    return make_design_json(design_number(range, (double)i / (double)(range->count - 1)));
 }
 
 /* Returns the value at the fraction u (0 to 1) of the range; for a list, the level at u. The caller
  * owns the reference. */
-static json_t *design_value(const struct design_range *range, double u)
+static json_t *get_design_value(const struct design_range *range, double u)
 {
     if (!range->levels)
-        return design_json(design_number(range, u));
+        return make_design_json(design_number(range, u));
     size_t count = json_array_size(range->levels);
     size_t i = (size_t)(u * (double)count);
     return json_incref(json_array_get(range->levels, i < count ? i : count - 1));
@@ -241,7 +241,7 @@ static json_t *design_value(const struct design_range *range, double u)
 /* Fills u with a Latin hypercube: n values of u in [0, 1), one from each of n equal strata, in
  * random order. They depend only on seed and name, so an additional key or another order of the
  * keys does not change them. */
-static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
+static void fill_design_latin(double *u, size_t n, uint64_t seed, const char *name)
 {
     uint64_t state = fnv1a(fnv1a(FNV_BASIS, &seed, sizeof seed), name, strlen(name));
     for (size_t i = 0; i < n; i++)
@@ -258,8 +258,8 @@ static void design_latin(double *u, size_t n, uint64_t seed, const char *name)
 
 void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name)
 {
-    design_latin(u, n, seed, name);
-    design_latin(u + n, n, ~seed, name);
+    fill_design_latin(u, n, seed, name);
+    fill_design_latin(u + n, n, ~seed, name);
     for (size_t k = 0; k < keys; k++)
         memcpy(u + (2 + k) * n, k == key ? u + n : u, n * sizeof *u);
 }
@@ -430,7 +430,7 @@ static enum mr_status read_vary(struct sweep *sweep, const char *path, struct er
             continue;
         if (add_axis(sweep, path, "vary", name, value, error) != MR_OK)
             return error->status;
-        size_t levels = design_levels(&sweep->axis[sweep->axis_count - 1].range);
+        size_t levels = count_design_levels(&sweep->axis[sweep->axis_count - 1].range);
         if (levels == 0)
             return error_set(error, MR_MALFORMED, "key missing: %s: vary %s; give \"count\"", path,
                              name);
@@ -491,7 +491,7 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
         if (indices)
             design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
         else
-            design_latin(axis->u, points, (uint64_t)json_integer_value(seed), name);
+            fill_design_latin(axis->u, points, (uint64_t)json_integer_value(seed), name);
     }
     return MR_OK;
 }
@@ -595,35 +595,35 @@ static enum mr_status check_names(const struct sweep *sweep, const char *path, s
 
 /* Returns the value of an axis in a case. Samples vary fastest, then the last key of the Cartesian
  * part. */
-static json_t *axis_value(const struct sweep *sweep, size_t axis, size_t index)
+static json_t *get_axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];
     if (a->u)
-        return design_value(&a->range, a->u[index % sweep->samples]);
+        return get_design_value(&a->range, a->u[index % sweep->samples]);
     size_t place = index / sweep->samples;
     for (size_t k = sweep->axis_count; k-- > axis + 1;) {
         if (!sweep->axis[k].u)
-            place /= design_levels(&sweep->axis[k].range);
+            place /= count_design_levels(&sweep->axis[k].range);
     }
-    return design_level(&a->range, place % design_levels(&a->range));
+    return design_level(&a->range, place % count_design_levels(&a->range));
 }
 
 json_t *sweep_values(const struct sweep *sweep, size_t index)
 {
     json_t *values = json_object();
     for (size_t i = 0; i < sweep->axis_count; i++)
-        json_object_set_new(values, sweep->axis[i].name, axis_value(sweep, i, index));
+        json_object_set_new(values, sweep->axis[i].name, get_axis_value(sweep, i, index));
     return values;
 }
 
 static json_t *multiply(const json_t *factor, double value)
 {
     if (json_is_number(factor))
-        return design_json(json_number_value(factor) * value);
+        return make_design_json(json_number_value(factor) * value);
     json_t *list = json_array();
     for (size_t i = 0; i < json_array_size(factor); i++)
-        json_array_append_new(list,
-                              design_json(json_number_value(json_array_get(factor, i)) * value));
+        json_array_append_new(
+            list, make_design_json(json_number_value(json_array_get(factor, i)) * value));
     return list;
 }
 
@@ -648,7 +648,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
     json_t *input = json_copy(sweep->base);
     bool done = true;
     for (size_t i = 0; i < sweep->axis_count; i++) {
-        json_t *value = axis_value(sweep, i, index);
+        json_t *value = get_axis_value(sweep, i, index);
         done &= apply_value(&sweep->axis[i], input, value);
         json_decref(value);
     }
@@ -660,7 +660,7 @@ json_t *sweep_input(const struct sweep *sweep, size_t index)
 
 json_t *sweep_input_at(const struct sweep *sweep, const json_t *input, double value)
 {
-    json_t *at = json_copy((json_t *)(uintptr_t)input), *number = design_json(value);
+    json_t *at = json_copy((json_t *)(uintptr_t)input), *number = make_design_json(value);
     bool done = apply_value(&sweep->search.key, at, number);
     json_decref(number);
     if (done)

@@ -18,7 +18,7 @@
 
 /* ---- one simulation ---- */
 
-static json_t *refused_json(const struct error *error)
+static json_t *make_refused_json(const struct error *error)
 {
     return json_pack("{s:s,s:s}", "status", "refused", "reason", error->text);
 }
@@ -30,7 +30,7 @@ static json_t *simulate_scene(const json_t *input)
     struct sim_scene scene;
     struct error error = {0};
     if (sim_scene_from_json(&scene, "scene", (json_t *)(uintptr_t)input, &error) != MR_OK)
-        return refused_json(&error);
+        return make_refused_json(&error);
     struct progress progress;
     progress_begin(&progress, "sweep",
                    "a smaller tend, fewer mats, a looser rtol or a different solver", false);
@@ -40,7 +40,7 @@ static json_t *simulate_scene(const json_t *input)
     progress_end(&progress);
     bool tried = error.status == MR_OK || result.status != SIM_OK;
     json_t *object = tried ? answer_into_json(sim_to_answer(&scene, &result, false))
-                           : refused_json(&error);
+                           : make_refused_json(&error);
     /* the peak is over all mats and times, whereas `matrig sim` shows only the requested outputs */
     if (tried)
         json_object_set_new(object, "peak_u_ft", json_real(result.peak_u_ft));
@@ -79,7 +79,7 @@ static json_t *simulate_study(const json_t *input)
     struct error error = {0};
     struct landing_series series;
     if (series_from_json(&series, "study", input, &error) != MR_OK)
-        return refused_json(&error);
+        return make_refused_json(&error);
     struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
     json_t *object = simulate_series(&series, runs);
     for (size_t i = 0; i < series.seeds; i++)
@@ -102,12 +102,13 @@ static bool is_ok(const json_t *result)
     return status && strcmp(status, "ok") == 0;
 }
 
-static json_t *failure_json(const char *status, const char *format, const char *what)
+static json_t *make_failure_json(const char *status, const char *format, const char *what)
 {
     return json_pack("{s:s,s:o}", "status", status, "reason", json_sprintf(format, what));
 }
 
-static json_t *missing_field_json(const struct sweep *sweep, const char *what, const char *name)
+static json_t *make_missing_field_json(const struct sweep *sweep, const char *what,
+                                       const char *name)
 {
     return json_pack("{s:s,s:o}", "status", "refused", "reason",
                      json_sprintf("the result has no %s \"%s\"; see matrig --json %s", what, name,
@@ -116,7 +117,7 @@ static json_t *missing_field_json(const struct sweep *sweep, const char *what, c
 
 /* Reduces a finished simulation to status, reason and result. If a field is missing, the case
  * fails. */
-static json_t *output_values(const struct sweep *sweep, const json_t *result)
+static json_t *collect_output_values(const struct sweep *sweep, const json_t *result)
 {
     const json_t *outputs = sweep_outputs(sweep);
     json_t *values = json_object();
@@ -131,7 +132,7 @@ static json_t *output_values(const struct sweep *sweep, const json_t *result)
         json_t *value = jsonpath_get(result, name);
         if (!value) {
             json_decref(values);
-            return missing_field_json(sweep, "field", name);
+            return make_missing_field_json(sweep, "field", name);
         }
         json_object_set(values, name, value);
     }
@@ -174,7 +175,7 @@ static bool is_beyond(struct search *s, double value)
     const struct sweep_search *find = &s->sweep->search;
     json_t *input = sweep_input_at(s->sweep, s->input, value);
     json_t *result = input ? s->simulate(input)
-                           : failure_json("refused", "%s cannot be set", find->key.name);
+                           : make_failure_json("refused", "%s cannot be set", find->key.name);
     json_t *field = jsonpath_get(result, find->field);
     double number = json_is_boolean(field) ? (json_is_true(field) ? 1.0 : 0.0)
                   : json_is_number(field)  ? json_number_value(field)
@@ -182,12 +183,12 @@ static bool is_beyond(struct search *s, double value)
     bool counts = counts_as_beyond(find, result), is = counts;
     s->runs++;
     if (!counts && !is_ok(result)) {
-        s->failed = output_values(s->sweep, result);
+        s->failed = collect_output_values(s->sweep, result);
         json_object_set_new(s->failed, "reason",
                             json_sprintf("at %s = %.12g: %s", find->key.name, value,
                                          json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
-        s->failed = missing_field_json(s->sweep, "number", find->field);
+        s->failed = make_missing_field_json(s->sweep, "number", find->field);
     } else if (!counts) {
         is = find->is_below_level ? number < find->level : number > find->level;
     }
@@ -203,7 +204,7 @@ static bool is_beyond(struct search *s, double value)
 }
 
 /* Returns the midpoint of two values on the scale of the range. */
-static double middle_value(const struct design_range *range, double low, double high)
+static double compute_middle(const struct design_range *range, double low, double high)
 {
     return range->is_logarithmic ? sqrt(low * high) : low + (high - low) / 2.0;
 }
@@ -222,7 +223,7 @@ static bool search_range(struct search *s, double *low, double *high)
         *(found ? high : low) = value;
     }
     while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
-        double middle = middle_value(range, *low, *high);
+        double middle = compute_middle(range, *low, *high);
         if (middle <= *low || middle >= *high)
             break;
         bool is = is_beyond(s, middle);
@@ -240,7 +241,7 @@ static json_t *run_search(struct search *s)
         return s->failed;
     json_t *outcome = found ? counts_as_beyond(&s->sweep->search, s->first)
                                 ? json_pack("{s:s}", "status", "ok")
-                                : output_values(s->sweep, s->first)
+                                : collect_output_values(s->sweep, s->first)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
     json_object_set_new(bracket, "key", json_string(s->sweep->search.key.name));
@@ -262,8 +263,8 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
 {
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
-        return failure_json("refused", "%s cannot be created",
-                            sweep->is_study ? "the study" : "the scene");
+        return make_failure_json("refused", "%s cannot be created",
+                                 sweep->is_study ? "the study" : "the scene");
     if (sweep->search.is_given) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
@@ -272,7 +273,7 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
         json_decref(s.last_field);
     } else {
         json_t *result = simulate(input);
-        outcome = output_values(sweep, result);
+        outcome = collect_output_values(sweep, result);
         json_decref(result);
     }
     json_decref(input);
@@ -281,7 +282,7 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
 
 /* ---- lines ---- */
 
-static void hash_text(const struct sweep *sweep, char text[17])
+static void write_hash_text(const struct sweep *sweep, char text[17])
 {
     snprintf(text, 17, "%016llx", (unsigned long long)sweep->hash);
 }
@@ -289,7 +290,7 @@ static void hash_text(const struct sweep *sweep, char text[17])
 json_t *sweep_make_line(const struct sweep *sweep, size_t index, json_t *outcome)
 {
     char hash[17];
-    hash_text(sweep, hash);
+    write_hash_text(sweep, hash);
     json_t *line = json_pack("{s:I,s:s,s:o}", "case", (json_int_t)index + 1, "sweep", hash,
                              "values", sweep_values(sweep, index));
     json_object_update(line, outcome);
@@ -309,7 +310,7 @@ static enum mr_status add_line(struct sweep_table *table, const char *path, size
     char hash[17];
     const char *of = json_string_value(json_object_get(line, "sweep"));
     json_int_t index = json_integer_value(json_object_get(line, "case"));
-    hash_text(table->sweep, hash);
+    write_hash_text(table->sweep, hash);
     if (!of || !*get_status(line) || !json_is_object(json_object_get(line, "values")))
         return error_set(error, MR_MALFORMED,
                          "not a result: %s line %zu; give files that matrig sweep --cases wrote",
@@ -380,13 +381,13 @@ static size_t draw_index(uint64_t *state, size_t count)
 }
 
 /* Indices of one key: of first order, and total. */
-struct pair {
+struct index_pair {
     double first, total;
 };
 
 /* Computes the indices from the points `row`; NaN if the values do not vary. */
-static struct pair compute_indices(const double *values, size_t points, size_t key,
-                                   const size_t *row, size_t count)
+static struct index_pair compute_indices(const double *values, size_t points, size_t key,
+                                         const size_t *row, size_t count)
 {
     const double *a = values, *b = values + points, *ab = values + (2 + key) * points;
     double sum = 0.0, squares = 0.0, first = 0.0, total = 0.0, n = 2.0 * (double)count;
@@ -401,10 +402,10 @@ static struct pair compute_indices(const double *values, size_t points, size_t k
         squares += from_a * from_a + from_b * from_b;
     }
     if (!(squares > 0.0))
-        return (struct pair){(double)NAN, (double)NAN};
+        return (struct index_pair){(double)NAN, (double)NAN};
     double twice_variance = 2.0 * squares / n;
-    return (struct pair){1.0 - first / (double)count / twice_variance,
-                         total / (double)count / twice_variance};
+    return (struct index_pair){1.0 - first / (double)count / twice_variance,
+                               total / (double)count / twice_variance};
 }
 
 static void set_interval(struct sweep_index *index, double *drawn, size_t count)
@@ -420,7 +421,7 @@ static void estimate_indices(const double *values, size_t points, size_t key, co
 {
     uint64_t state = 0x9e3779b97f4a7c15u;
     size_t good = 0;
-    struct pair pair = compute_indices(values, points, key, row, count);
+    struct index_pair pair = compute_indices(values, points, key, row, count);
     result->first.value = pair.first;
     result->total.value = pair.total;
     for (size_t d = 0; d < BOOTSTRAP_DRAWS; d++) {
@@ -491,7 +492,7 @@ static void add_index(struct answer *answer, const char *name, const char *label
 }
 
 /* Returns the values of the stepped keys in one combination. */
-static json_t *place_json(const struct sweep *sweep, size_t place)
+static json_t *make_place_json(const struct sweep *sweep, size_t place)
 {
     json_t *values = sweep_values(sweep, place * sweep->samples);
     for (size_t i = 0; i < sweep->axis_count; i++) {
@@ -514,7 +515,7 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
     for (size_t i = 0; i < sweep->samples; i++)
         values[i] = get_number(table->line[first + i], field);
     bool known = sweep_compute_indices(values, sweep->index_points, keys, influence, &used);
-    json_t *at = place_json(sweep, place);
+    json_t *at = make_place_json(sweep, place);
     char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
         if (!sweep->axis[i].u)
@@ -590,7 +591,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
 }
 
 /* Returns a value as the text of a cell. The caller frees it. */
-static char *cell_text(const json_t *value)
+static char *make_cell_text(const json_t *value)
 {
     if (json_is_string(value))
         return xstrdup(json_string_value(value));
@@ -623,7 +624,7 @@ static void for_each_cell(const struct sweep *sweep, const json_t *line, sweep_c
 
 static void add_cell(void *ctx, const char *head, const json_t *value)
 {
-    char *text = cell_text(value);
+    char *text = make_cell_text(value);
     answer_words(ctx, NULL, head, "%s", text);
     free(text);
 }
@@ -662,10 +663,10 @@ struct csv {
     bool heads, has_cells;
 };
 
-static void csv_cell(void *ctx, const char *head, const json_t *value)
+static void write_csv_cell(void *ctx, const char *head, const json_t *value)
 {
     struct csv *csv = ctx;
-    char *text = csv->heads ? xstrdup(head) : cell_text(value);
+    char *text = csv->heads ? xstrdup(head) : make_cell_text(value);
     fputs(csv->has_cells ? "," : "", csv->out);
     csv_write_cell(csv->out, text);
     csv->has_cells = true;
@@ -674,12 +675,12 @@ static void csv_cell(void *ctx, const char *head, const json_t *value)
 
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out)
 {
-    for_each_cell(table->sweep, NULL, csv_cell, &(struct csv){.out = out, .heads = true});
+    for_each_cell(table->sweep, NULL, write_csv_cell, &(struct csv){.out = out, .heads = true});
     fputc('\n', out);
     for (size_t i = 0; i < table->sweep->cases; i++) {
         if (!table->line[i])
             continue;
-        for_each_cell(table->sweep, table->line[i], csv_cell, &(struct csv){.out = out});
+        for_each_cell(table->sweep, table->line[i], write_csv_cell, &(struct csv){.out = out});
         fputc('\n', out);
     }
 }
