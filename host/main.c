@@ -22,9 +22,9 @@ static int run(int argc, char **argv)
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (before.help)
-        help_overview(&command_table);
+        help_print_overview(&command_table);
     if (before.version)
-        help_version(&cli);
+        help_print_version(&cli);
     if (before.help || before.version)
         return program_end(0);
     if (i == argc)
@@ -41,7 +41,7 @@ static int run(int argc, char **argv)
     argv[i] = (char *)command->name;
     for (int k = i + 1; k < argc; k++) {
         if (strcmp(argv[k], "--help") == 0 || strcmp(argv[k], "-h") == 0) {
-            help_command(command);
+            help_print_command(command);
             return program_end(0);
         }
     }

@@ -57,7 +57,7 @@ static bool has_row(const struct help_page *page, const char *words)
 static void write_synopsis(FILE *out, const struct command *command, const struct help_page *page)
 {
     char text[SYNOPSIS_MAX];
-    for (const char *line = command->words; *line;) {
+    for (const char *line = command->usage; *line;) {
         size_t length = strcspn(line, "\n"), depth = 0, used = 0;
         bool has_options = false;
         for (const char *at = line; at < line + length && used < sizeof text - 1; at++) {

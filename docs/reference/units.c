@@ -12,7 +12,7 @@ static void write_kind(FILE *out, const struct quantity_kind *kind)
         unit += strspn(unit, " ");
         fprintf(out, "%s`%s`", unit == units ? "" : ", ", unit);
     }
-    fprintf(out, " | %s |\n", kind->si);
+    fprintf(out, " | %s |\n", kind->si_unit);
 }
 
 void reference_units(FILE *out)

@@ -9,21 +9,21 @@
 #include "host/base/xmalloc.h"
 
 /* Standard error of the touchdown speed, as a fraction of the planned speed */
-#define SPEED_ERROR_FRACTION 0.01
-#define TOUCHDOWN_ERROR_FT   0.5 /* standard error of the touchdown station */
+#define SPEED_ERROR_FRACTION        0.01
+#define TOUCHDOWN_ERROR_FT          0.5 /* standard error of the touchdown station */
 /* A planned value may be outside the range of earlier landings by this fraction of the range. */
-#define OUTSIDE_FRACTION     0.15
-#define OUTSIDE_WIDENING     1.5
-#define EVEN_ROWS            (ADVISE_ROWS - 1u)
+#define OUTSIDE_RANGE_FRACTION      0.15
+#define OUTSIDE_RANGE_SPREAD_FACTOR 1.5
+#define EVEN_ROWS                   (ADVISE_ROWS - 1u)
 /* Deceleration of the last row: the harder of these multiples of the least and of the planned
  * braking. */
-#define HARDEST_PER_LEAST    2.2
-#define HARDEST_PER_PLAN     1.3
-#define HARDEST_TEXT_SIZE    180
-#define MIN_SPEED_FRACTION   0.6 /* lowest touchdown speed that is evaluated / planned speed */
-#define MAX_SPEED_FRACTION   1.3 /* highest touchdown speed that is evaluated / planned speed */
+#define MAX_PER_LEAST_BRAKING       2.2
+#define MAX_PER_PLANNED_BRAKING     1.3
+#define MAX_BRAKING_TEXT_SIZE       180
+#define MIN_SPEED_FRACTION          0.6 /* lowest evaluated touchdown speed / planned speed */
+#define MAX_SPEED_FRACTION          1.3 /* highest evaluated touchdown speed / planned speed */
 /* Resolution of the speed limit, as a fraction of the planned speed. */
-#define SPEED_RESOLUTION     0.04
+#define SPEED_RESOLUTION            0.04
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -61,7 +61,7 @@ static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
             continue;
         advise_redraw_joints(&advise->members, (unsigned)lround(first),
                              (unsigned)lround(fmin(first + mats, end)));
-        advise->repairs++;
+        advise->applied_repairs++;
     }
 }
 
@@ -97,7 +97,8 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
 
 static bool is_outside_range(double value, double low, double high)
 {
-    return value > high * (1.0 + OUTSIDE_FRACTION) || value < low * (1.0 - OUTSIDE_FRACTION);
+    return value > high * (1.0 + OUTSIDE_RANGE_FRACTION) ||
+           value < low * (1.0 - OUTSIDE_RANGE_FRACTION);
 }
 
 static void check_plan_range(struct advise *advise)
@@ -130,7 +131,8 @@ static void set_plan_deviation(struct advise *advise)
                 log(landing->observation.braking.mean_ft_s2 / landing->planned_ft_s2);
     }
     advise->planned_landings = (unsigned)count;
-    advise_plan_deviation(log_ratio, count, &advise->plan.bias, &advise->plan.spread);
+    advise_predict_plan_deviation(log_ratio, count, &advise->plan.log_bias,
+                                  &advise->plan.mean_spread);
     free(log_ratio);
 }
 
@@ -196,8 +198,8 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
 {
     double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
-           high = fmax(HARDEST_PER_LEAST * advise->least_braking_ft_s2,
-                       HARDEST_PER_PLAN * advise->plan.mean_ft_s2);
+           high = fmax(MAX_PER_LEAST_BRAKING * advise->least_braking_ft_s2,
+                       MAX_PER_PLANNED_BRAKING * advise->plan.mean_ft_s2);
     for (unsigned i = 0; i < EVEN_ROWS; i++)
         mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVEN_ROWS - 1u))) / 10.0;
     mean_ft_s2[EVEN_ROWS] = advise->plan.mean_ft_s2;
@@ -241,7 +243,7 @@ static void find_max_braking(struct advise *advise)
     if (isfinite(advise->max_braking.value) &&
         interpolate_off_runway(advise, advise->max_braking.value) >= limit)
         advise->max_braking.value = (double)NAN;
-    advise->stop_short_ft_s2 = advise_stop_short_ft_s2(row, rows, limit);
+    advise->stop_short_ft_s2 = advise_find_stop_short_ft_s2(row, rows, limit);
 }
 
 /* Finds the highest touchdown speed at the planned braking by bisection: below the planned speed,
@@ -252,7 +254,7 @@ static bool find_max_speed(struct advise *advise, struct advise_braking *braking
     struct advise_row row[ADVISE_SPEEDS_MAX] = {advise->row[advise->plan_row]};
     double speed_ft_s[ADVISE_SPEEDS_MAX] = {advise->plan.speed_ft_s},
            planned_ft_s = advise->plan.speed_ft_s, limit = advise->request.risk_limit;
-    bool below = row[0].zone.p < limit && row[0].off_runway_share < limit;
+    bool below = row[0].zone_probability.p < limit && row[0].off_runway_share < limit;
     struct advise_plan plan = advise->plan;
     size_t rows = 1;
     advise->min_speed_ft_s = MIN_SPEED_FRACTION * planned_ft_s;
@@ -308,21 +310,22 @@ static enum mr_status compute_rows(struct advise *advise, struct error *error)
 
 /* ---- verdict ---- */
 
-static void format_max_braking(const struct advise *advise, bool si, char out[HARDEST_TEXT_SIZE])
+static void format_max_braking(const struct advise *advise, bool si,
+                               char out[MAX_BRAKING_TEXT_SIZE])
 {
     char value[UNIT_TEXT], from[UNIT_TEXT];
     unit_value_text(UNIT_DECELERATION, si, advise->max_braking.value, 1, value);
     unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
     if (isfinite(advise->max_braking.value))
-        snprintf(out, HARDEST_TEXT_SIZE, "the probability stays below the limit %s to %s",
+        snprintf(out, MAX_BRAKING_TEXT_SIZE, "the probability stays below the limit %s to %s",
                  advise->max_braking.is_unbounded ? "at least up" : "up", value);
     else if (isfinite(advise->stop_short_ft_s2))
-        snprintf(out, HARDEST_TEXT_SIZE,
+        snprintf(out, MAX_BRAKING_TEXT_SIZE,
                  "the probability is below the limit only at a deceleration of %s or more; that "
                  "stops the gear before the closed mats",
                  from);
     else
-        snprintf(out, HARDEST_TEXT_SIZE,
+        snprintf(out, MAX_BRAKING_TEXT_SIZE,
                  "the limit is exceeded with any braking that stops the gear on the runway");
 }
 
@@ -330,7 +333,7 @@ static void set_verdict(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.risk_limit;
-    char braking[UNIT_TEXT], hardest[HARDEST_TEXT_SIZE];
+    char braking[UNIT_TEXT], hardest[MAX_BRAKING_TEXT_SIZE];
     const char *lacks = !advise->members.updates ? "the model has not been updated from any landing"
                       : advise->is_outside_range ? "no earlier landing was like this plan"
                       : advise->history.surveyed_segments < advise->history.segments / 2u
@@ -339,25 +342,26 @@ static void set_verdict(struct advise *advise, bool si)
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
     format_max_braking(advise, si, hardest);
     bool off = row->off_runway_share > limit;
-    advise->verdict = off || row->zone.low >= limit    ? ADVISE_AGAINST
-                    : row->zone.high < limit && !lacks ? ADVISE_CLEAR
-                                                       : ADVISE_CAUTION;
+    advise->verdict = off || row->zone_probability.low >= limit    ? ADVISE_AGAINST
+                    : row->zone_probability.high < limit && !lacks ? ADVISE_CLEAR
+                                                                   : ADVISE_CAUTION;
     if (off)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s, %.0f %% of the simulated landings roll off the runway's end", braking,
                  100.0 * row->off_runway_share);
-    else if (row->zone.high < limit)
+    else if (row->zone_probability.high < limit)
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s a zone of %u mats has a probability of %.0f %%, below the limit of "
                  "%.0f %%%s%s",
-                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone.p, 100.0 * limit,
+                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p, 100.0 * limit,
                  lacks ? ", but " : "", lacks ? lacks : "");
     else
         snprintf(advise->reason, sizeof advise->reason,
                  "at %s a zone of %u mats has a probability of %.0f %%, %s the limit of %.0f %%; "
                  "%s",
-                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone.p,
-                 row->zone.low >= limit ? "above" : "too close to be distinguished from",
+                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p,
+                 row->zone_probability.low >= limit ? "above"
+                                                    : "too close to be distinguished from",
                  100.0 * limit, hardest);
 }
 
@@ -450,7 +454,7 @@ enum mr_status advise_compute(struct advise *advise, bool si, struct progress *p
     if (status == MR_OK) {
         check_plan_range(advise);
         if (advise->is_outside_range)
-            advise_widen_spread(&advise->members, OUTSIDE_WIDENING);
+            advise_widen_spread(&advise->members, OUTSIDE_RANGE_SPREAD_FACTOR);
         status = compute_rows(advise, error);
     }
     if (status == MR_OK) {
@@ -466,7 +470,7 @@ void advise_free(struct advise *advise)
     advise_members_free(&advise->members);
 }
 
-struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us)
+struct store_advice advise_to_stored_row(const struct advise *advise, int64_t made_us)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     struct store_advice kept = {
@@ -474,9 +478,9 @@ struct store_advice advise_stored_row(const struct advise *advise, int64_t made_
         .speed_ft_s = advise->plan.speed_ft_s,
         .deceleration_ft_s2 = advise->plan.mean_ft_s2,
         .touchdown_ft = advise->plan.touchdown_ft,
-        .zone = row->zone.p,
-        .zone_low = row->zone.low,
-        .zone_high = row->zone.high,
+        .zone = row->zone_probability.p,
+        .zone_low = row->zone_probability.low,
+        .zone_high = row->zone_probability.high,
         .most = advise->request.risk_limit,
         .hardest_ft_s2 = advise->max_braking.value,
         .members = (int64_t)advise->members.count,
@@ -520,24 +524,25 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
     answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
-    add_probability(answer, "zone", "zone, 95 %", &row->zone);
+    add_probability(answer, "zone", "zone, 95 %", &row->zone_probability);
     answer_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++) {
         answer_row(answer);
         answer_value(answer, "station", NULL, UNIT_STATION,
                      length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
-        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->by_station[s].p, 3);
-        answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->by_station[s].low, 3);
-        answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->by_station[s].high, 3);
+        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].p, 3);
+        answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
+        answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
     }
     answer_close(answer);
     for (unsigned s = 1; s + 1u < ADVISE_RUNWAY_PARTS; s++) {
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
-        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->by_station[s].p);
+        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].p);
     }
-    answer_value(answer, "half_station", "half of|risk by", UNIT_STATION, row->median_zone_ft, 0);
+    answer_value(answer, "half_station", "half of|risk by", UNIT_STATION,
+                 row->median_zone_station_ft, 0);
     answer_words(answer, NULL, "rolls off|the end", "%.0f %%", 100.0 * row->off_runway_share);
     answer_value(answer, "off_runway", NULL, UNIT_NUMBER, row->off_runway_share, 3);
 }
@@ -552,13 +557,13 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     if (advise->planned_landings)
         answer_words(answer, NULL, "followed",
                      "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
-                     100.0 * plan->spread, 100.0 * (exp(plan->bias) - 1.0),
+                     100.0 * plan->mean_spread, 100.0 * (exp(plan->log_bias) - 1.0),
                      advise->planned_landings);
     else
-        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s", 100.0 * plan->spread,
+        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s", 100.0 * plan->mean_spread,
                      "assumed: no landing has a stored plan (--keep)");
-    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->spread, 3);
-    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->bias, 3);
+    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->mean_spread, 3);
+    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->log_bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned_landings);
     answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
                  2);
@@ -581,7 +586,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
     answer_count(answer, "landings", "landings", advise->members.updates);
     answer_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
     answer_count(answer, "voided", NULL, (int64_t)advise->history.voided);
-    answer_count(answer, "repairs", NULL, (int64_t)advise->repairs);
+    answer_count(answer, "repairs", NULL, (int64_t)advise->applied_repairs);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
         advise_parameter_moments(&advise->members, rows[i].unknown, &mean, &spread);
@@ -615,11 +620,11 @@ static void add_notes(const struct advise *advise, struct answer *answer)
         answer_words(answer, NULL, "note",
                      "a series has begun since the last landing: the joint openings are assumed to "
                      "be those of a newly laid runway");
-    if (advise->repairs)
+    if (advise->applied_repairs)
         answer_words(answer, NULL, "note",
                      "%zu repairs: the openings of these joints are assumed to be those of newly "
                      "laid mats",
-                     advise->repairs);
+                     advise->applied_repairs);
     if (advise->is_outside_range)
         answer_words(answer, NULL, "note",
                      "the plan is outside the range of the earlier landings: the uncertainty of "
@@ -728,8 +733,8 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
     for (size_t i = 0; i < advise->rows; i++) {
         plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
-        plan->row_log_odds[i] = log_odds(advise->row[i].zone.p);
-        plan->row_ft[i] = (float)advise->row[i].median_zone_ft;
+        plan->row_log_odds[i] = log_odds(advise->row[i].zone_probability.p);
+        plan->row_ft[i] = (float)advise->row[i].median_zone_station_ft;
     }
     plan->knot_s[0] = 0.0f;
     plan->knot_ft_s2[0] = (float)advise->plan.mean_ft_s2;

@@ -42,7 +42,7 @@ struct advise {
     unsigned planned_landings; /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
     bool is_outside_range;
-    size_t repairs;          /* number of repairs for which new joints were drawn */
+    size_t applied_repairs;  /* number of repairs for which new joints were drawn */
     size_t skipped_landings; /* number of landings from which the ensemble could not be updated */
     double least_braking_ft_s2; /* deceleration that stops the gear at the end of the runway */
     struct advise_row row[ADVISE_ROWS];
@@ -69,7 +69,7 @@ void advise_free(struct advise *advise);
 
 void advise_to_answer(const struct advise *advise, struct answer *answer);
 /* Converts the advice to the row that the campaign stores. */
-struct store_advice advise_stored_row(const struct advise *advise, int64_t made_us);
+struct store_advice advise_to_stored_row(const struct advise *advise, int64_t made_us);
 /* Makes the chart and the plan, which are loaded into a board before a landing. `landings`: number
  * of landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.
  * MR_USAGE: the plan exceeds the limits of a board. */

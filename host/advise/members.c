@@ -159,7 +159,7 @@ static void scale_to_sum(float *gap_ft, double sum_ft, double slack_ft)
     }
 }
 
-static unsigned segment_count(const struct advise_members *members)
+static unsigned count_segments(const struct advise_members *members)
 {
     unsigned whole = members->runway.chain.mats / MR_MATS_PER_SEGMENT;
     return whole < MR_SEGMENTS ? whole : MR_SEGMENTS;
@@ -169,10 +169,10 @@ void advise_apply_survey(struct advise_members *members, const double sum_in[MR_
                          double error_in)
 {
     double slack_ft = (double)members->runway.chain.slack_ft;
-    for (unsigned s = 0; s < segment_count(members); s++)
+    for (unsigned s = 0; s < count_segments(members); s++)
         members->is_surveyed = members->is_surveyed || isfinite(sum_in[s]);
     for (size_t m = 0; m < members->count; m++) {
-        for (unsigned s = 0; s < segment_count(members); s++) {
+        for (unsigned s = 0; s < count_segments(members); s++) {
             double off_in = error_in * rng_normal(&members->rng);
             if (isfinite(sum_in[s]))
                 scale_to_sum(members->member[m].gap_ft + MR_MATS_PER_SEGMENT * s,
@@ -183,7 +183,7 @@ void advise_apply_survey(struct advise_members *members, const double sum_in[MR_
 
 /* ---- simulation ---- */
 
-struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from)
+struct advise_zone advise_find_longest_zone(const float *opening_ft, unsigned joints, unsigned from)
 {
     struct advise_zone best = {0, 0};
     for (unsigned first = from; first < joints; first++) {
@@ -271,7 +271,7 @@ static struct chains *start_batch(struct batch *b, float grit_lb[CHAINS_LANES][A
     return chains_new(params, gap, grit, &status);
 }
 
-static void roll_gear(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
+static void advance_gear(struct batch *b, unsigned k, double t_s, unsigned *mat, float *thrust_lb)
 {
     const struct mr_chain_params *chain = &b->members->runway.chain;
     struct gear *gear = &b->gear[k];
@@ -294,23 +294,23 @@ static void update_zone(struct batch *b, const struct chains *chains, unsigned k
         return;
     for (unsigned j = 0; j <= chain->mats; j++)
         opening_ft[j] = chains_opening_ft(chains, k, j + 1u);
-    struct advise_zone zone = advise_longest_zone(opening_ft, chain->mats + 1u,
-                                                  (unsigned)ceil(gear->position_ft / length_ft));
+    struct advise_zone zone = advise_find_longest_zone(
+        opening_ft, chain->mats + 1u, (unsigned)ceil(gear->position_ft / length_ft));
     if (!zone.mats || zone.first * length_ft - gear->position_ft >= ADVISE_ZONE_TOLERANCE_FT)
         return;
     if (zone.mats > b->outcome[k].longest_mats)
         b->outcome[k].longest_mats = (uint16_t)zone.mats;
-    if (zone.mats >= ADVISE_ZONE_MATS && isnan(b->outcome[k].zone_ft))
-        b->outcome[k].zone_ft = (float)gear->position_ft;
+    if (zone.mats >= ADVISE_ZONE_MATS && isnan(b->outcome[k].zone_station_ft))
+        b->outcome[k].zone_station_ft = (float)gear->position_ft;
 }
 
-static void finish_lane(struct batch *b, const struct chains *chains, unsigned k)
+static void set_outcome(struct batch *b, const struct chains *chains, unsigned k)
 {
     const struct advise_runway *runway = &b->members->runway;
     struct advise_outcome *outcome = &b->outcome[k];
     double length_ft = (double)runway->chain.mat_length_ft,
            slack_ft = (double)runway->chain.slack_ft;
-    outcome->stop_ft = (float)b->gear[k].position_ft;
+    outcome->stop_station_ft = (float)b->gear[k].position_ft;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         double at = (double)runway->station_ft[i] / length_ft;
         outcome->movement_in[i] = at >= 0.0 && at < runway->chain.mats
@@ -318,12 +318,12 @@ static void finish_lane(struct batch *b, const struct chains *chains, unsigned k
                                     : NAN;
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        outcome->segment_sum_in[s] = s < segment_count(b->members) ? 0.0f : NAN;
+        outcome->segment_sum_in[s] = s < count_segments(b->members) ? 0.0f : NAN;
     for (unsigned j = 0; j <= runway->chain.mats; j++) {
         double g = fmin(fmax((double)chains_opening_ft(chains, k, j + 1u), 0.0), slack_ft);
-        if (j / MR_MATS_PER_SEGMENT < segment_count(b->members))
+        if (j / MR_MATS_PER_SEGMENT < count_segments(b->members))
             outcome->segment_sum_in[j / MR_MATS_PER_SEGMENT] += (float)(12.0 * g);
-        if (b->keeps_joints && !outcome->diverged)
+        if (b->keeps_joints && !outcome->has_diverged)
             b->member[k].gap_ft[j] = (float)g;
     }
 }
@@ -356,13 +356,13 @@ static bool simulate_batch(struct batch *b)
                                    .position_ft = b->braking[k].touchdown_ft,
                                    .thrust_lb_per_g = exp(b->member[k].unknown[ADVISE_SHARE]) *
                                                       b->members->runway.thrust_lb_per_g};
-        b->outcome[k] = (struct advise_outcome){.zone_ft = NAN};
+        b->outcome[k] = (struct advise_outcome){.zone_station_ft = NAN};
     }
     double rest_s = 0.0;
     for (unsigned step = 0; rest_s < AFTER_STOP_S && (double)step * b->step_s < MAX_DURATION_S;
          step++) {
         for (unsigned k = 0; k < CHAINS_LANES; k++)
-            roll_gear(b, k, (double)step * b->step_s, &mat[k], &thrust_lb[k]);
+            advance_gear(b, k, (double)step * b->step_s, &mat[k], &thrust_lb[k]);
         chains_step(chains, mat, thrust_lb);
         if (step % settle == settle - 1u) {
             away |= chains_settle(chains);
@@ -372,8 +372,8 @@ static bool simulate_batch(struct batch *b)
             update_zone(b, chains, k);
     }
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
-        b->outcome[k].diverged = away >> k & 1u;
-        finish_lane(b, chains, k);
+        b->outcome[k].has_diverged = away >> k & 1u;
+        set_outcome(b, chains, k);
     }
     chains_free(chains);
     free(grit_lb);
@@ -417,7 +417,7 @@ bool advise_simulate(struct advise_members *members, const struct advise_braking
 
 /* Work space of one pass, for `n` valid readings. */
 struct update_work {
-    size_t n;
+    size_t reading_count;
     size_t *reading;   /* [n]: indexes of the valid readings */
     double *deviation; /* [members][n]: prediction minus mean of the predictions */
     double *matrix;    /* [n][n]: covariance of the readings, then its Cholesky factor */
@@ -430,19 +430,20 @@ struct update_work {
 /* Fills the matrix with the covariance of the predictions plus the variance of the errors. */
 static void fill_matrix(struct update_work *w, const struct smoother *s)
 {
-    for (size_t i = 0; i < w->n; i++) {
+    for (size_t i = 0; i < w->reading_count; i++) {
         double mean = 0.0, error = s->reading_error[w->reading[i]];
         for (size_t m = 0; m < s->members; m++)
             mean += s->predicted[m * s->readings + w->reading[i]] / (double)s->members;
         for (size_t m = 0; m < s->members; m++)
-            w->deviation[m * w->n + i] = s->predicted[m * s->readings + w->reading[i]] - mean;
-        w->matrix[i * w->n + i] = s->error_factor * error * error;
+            w->deviation[m * w->reading_count + i] = s->predicted[m * s->readings + w->reading[i]] -
+                                                     mean;
+        w->matrix[i * w->reading_count + i] = s->error_factor * error * error;
     }
     for (size_t m = 0; m < s->members; m++) {
-        const double *y = w->deviation + m * w->n;
-        for (size_t i = 0; i < w->n; i++) {
+        const double *y = w->deviation + m * w->reading_count;
+        for (size_t i = 0; i < w->reading_count; i++) {
             for (size_t k = 0; k <= i; k++)
-                w->matrix[i * w->n + k] += y[i] * y[k] / (double)(s->members - 1);
+                w->matrix[i * w->reading_count + k] += y[i] * y[k] / (double)(s->members - 1);
         }
     }
 }
@@ -452,7 +453,7 @@ static void fill_matrix(struct update_work *w, const struct smoother *s)
 static void factor_matrix(struct update_work *w)
 {
     double *a = w->matrix;
-    size_t n = w->n;
+    size_t n = w->reading_count;
     for (size_t i = 0; i < n; i++) {
         for (size_t j = 0; j <= i; j++) {
             double sum = a[i * n + j];
@@ -467,7 +468,7 @@ static void factor_matrix(struct update_work *w)
 static void solve_matrix(const struct update_work *w, double *b)
 {
     const double *a = w->matrix;
-    size_t n = w->n;
+    size_t n = w->reading_count;
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < i; k++)
             b[i] -= a[i * n + k] * b[k];
@@ -484,16 +485,16 @@ static void solve_matrix(const struct update_work *w, double *b)
  * subtracted, because it would shift the whole ensemble at random. */
 static void set_innovations(struct update_work *w, const struct smoother *s, struct rng *rng)
 {
-    for (size_t i = 0; i < w->n; i++) {
+    for (size_t i = 0; i < w->reading_count; i++) {
         size_t d = w->reading[i];
         double mean = 0.0, error = sqrt(s->error_factor) * s->reading_error[d];
         for (size_t m = 0; m < s->members; m++) {
             double z = rng_normal(rng);
             mean += z / (double)s->members;
-            w->innovations[m * w->n + i] = z;
+            w->innovations[m * w->reading_count + i] = z;
         }
         for (size_t m = 0; m < s->members; m++) {
-            double *at = &w->innovations[m * w->n + i];
+            double *at = &w->innovations[m * w->reading_count + i];
             *at = s->reading[d] + error * (*at - mean) - s->predicted[m * s->readings + d];
         }
     }
@@ -507,19 +508,19 @@ static void update_state(struct update_work *w, const struct smoother *s, size_t
     double mean = 0.0;
     for (size_t m = 0; m < s->members; m++)
         mean += s->state[m * s->states + state] / (double)s->members;
-    memset(w->gain, 0, w->n * sizeof *w->gain);
+    memset(w->gain, 0, w->reading_count * sizeof *w->gain);
     for (size_t m = 0; m < s->members; m++) {
         double x = s->state[m * s->states + state] - mean;
-        for (size_t i = 0; i < w->n; i++)
-            w->gain[i] += x * w->deviation[m * w->n + i] / (double)(s->members - 1);
+        for (size_t i = 0; i < w->reading_count; i++)
+            w->gain[i] += x * w->deviation[m * w->reading_count + i] / (double)(s->members - 1);
     }
     solve_matrix(w, w->gain);
-    for (size_t i = 0; s->taper_weight && i < w->n; i++)
+    for (size_t i = 0; s->taper_weight && i < w->reading_count; i++)
         w->gain[i] *= s->taper_weight(s->context, state, w->reading[i]);
     for (size_t m = 0; m < s->members; m++) {
         double shift = 0.0;
-        for (size_t i = 0; i < w->n; i++)
-            shift += w->gain[i] * w->innovations[m * w->n + i];
+        for (size_t i = 0; i < w->reading_count; i++)
+            shift += w->gain[i] * w->innovations[m * w->reading_count + i];
         w->shift[m] = shift;
     }
     for (size_t m = 0; m < s->members; m++)
@@ -538,9 +539,9 @@ void smoother_update(const struct smoother *s, struct rng *rng)
     };
     for (size_t d = 0; d < s->readings; d++) {
         if (isfinite(s->reading[d]))
-            w.reading[w.n++] = d;
+            w.reading[w.reading_count++] = d;
     }
-    if (w.n) {
+    if (w.reading_count) {
         fill_matrix(&w, s);
         factor_matrix(&w);
         set_innovations(&w, s, rng);
@@ -594,8 +595,8 @@ double smoother_taper(double distance, double half)
 
 /* ---- assimilation ---- */
 
-#define STATES   (ADVISE_UNKNOWNS + ADVISE_JOINTS)
-#define READINGS (MR_TRANSDUCERS + MR_SEGMENTS)
+#define STATE_COUNT   (ADVISE_UNKNOWNS + ADVISE_JOINTS)
+#define READING_COUNT (MR_TRANSDUCERS + MR_SEGMENTS)
 
 static double taper_weight(const void *context, size_t state, size_t datum)
 {
@@ -612,7 +613,7 @@ static double taper_weight(const void *context, size_t state, size_t datum)
 
 struct assimilation {
     double *state, *predicted;
-    double reading[READINGS], reading_error[READINGS];
+    double reading[READING_COUNT], reading_error[READING_COUNT];
     struct advise_braking *braking;
     struct advise_outcome *outcome;
 };
@@ -627,23 +628,23 @@ static void assimilation_free(struct assimilation *l)
 
 static void assimilation_alloc(struct assimilation *l, const struct advise_members *members)
 {
-    *l =
-        (struct assimilation){.state = xcalloc(members->count * STATES, sizeof *l->state),
-                              .predicted = xcalloc(members->count * READINGS, sizeof *l->predicted),
-                              .braking = xcalloc(members->count, sizeof *l->braking),
-                              .outcome = xcalloc(members->count, sizeof *l->outcome)};
+    *l = (struct assimilation){
+        .state = xcalloc(members->count * STATE_COUNT, sizeof *l->state),
+        .predicted = xcalloc(members->count * READING_COUNT, sizeof *l->predicted),
+        .braking = xcalloc(members->count, sizeof *l->braking),
+        .outcome = xcalloc(members->count, sizeof *l->outcome)};
 }
 
-static void to_state(const struct advise_members *members, struct assimilation *l)
+static void members_to_state(const struct advise_members *members, struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
         const struct advise_member *member = &members->member[m];
-        double *state = l->state + m * STATES;
+        double *state = l->state + m * STATE_COUNT;
         memcpy(state, member->unknown, sizeof member->unknown);
         for (unsigned j = 0; j < ADVISE_JOINTS; j++)
             state[ADVISE_UNKNOWNS + j] = (double)member->gap_ft[j];
-        for (unsigned d = 0; d < READINGS; d++)
-            l->predicted[m * READINGS + d] =
+        for (unsigned d = 0; d < READING_COUNT; d++)
+            l->predicted[m * READING_COUNT + d] =
                 (double)(d < MR_TRANSDUCERS ? l->outcome[m].movement_in[d]
                                             : l->outcome[m].segment_sum_in[d - MR_TRANSDUCERS]);
     }
@@ -654,10 +655,10 @@ static void to_state(const struct advise_members *members, struct assimilation *
 static void set_readings(const struct advise_members *members,
                          const struct advise_observation *observation, struct assimilation *l)
 {
-    for (unsigned d = 0; d < READINGS; d++) {
+    for (unsigned d = 0; d < READING_COUNT; d++) {
         double mean = 0.0;
         for (size_t m = 0; m < members->count; m++)
-            mean += l->predicted[m * READINGS + d] / (double)members->count;
+            mean += l->predicted[m * READING_COUNT + d] / (double)members->count;
         if (d < MR_TRANSDUCERS) {
             double own = fmax(observation->movement_error_in, READING_ERROR_IN);
             l->reading[d] = isfinite(mean) ? observation->movement_in[d] : (double)NAN;
@@ -678,12 +679,12 @@ static void set_readings(const struct advise_members *members,
     }
 }
 
-static void from_state(struct advise_members *members, const struct assimilation *l)
+static void members_from_state(struct advise_members *members, const struct assimilation *l)
 {
     const struct advise_runway *runway = &members->runway;
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];
-        const double *state = l->state + m * STATES;
+        const double *state = l->state + m * STATE_COUNT;
         for (int k = 0; k < ADVISE_UNKNOWNS; k++) {
             double by = configured_value(runway, (enum advise_parameter)k);
             member->unknown[k] = fmin(fmax(state[k], log(bounds[k].low * by)),
@@ -698,7 +699,7 @@ static void from_state(struct advise_members *members, const struct assimilation
 static bool has_diverged(const struct advise_members *members, const struct assimilation *l)
 {
     for (size_t m = 0; m < members->count; m++) {
-        if (l->outcome[m].diverged)
+        if (l->outcome[m].has_diverged)
             return true;
     }
     return false;
@@ -709,11 +710,11 @@ static bool run_pass(struct advise_members *members, const struct advise_observa
 {
     if (!advise_simulate(members, l->braking, false, l->outcome) || has_diverged(members, l))
         return false;
-    to_state(members, l);
+    members_to_state(members, l);
     set_readings(members, observation, l);
     const struct smoother smoother = {.members = members->count,
-                                      .states = STATES,
-                                      .readings = READINGS,
+                                      .states = STATE_COUNT,
+                                      .readings = READING_COUNT,
                                       .state = l->state,
                                       .predicted = l->predicted,
                                       .reading = l->reading,
@@ -722,18 +723,18 @@ static bool run_pass(struct advise_members *members, const struct advise_observa
                                       .taper_weight = taper_weight,
                                       .context = &members->runway};
     smoother_update(&smoother, &members->rng);
-    from_state(members, l);
+    members_from_state(members, l);
     return true;
 }
 
 static void restore_spread(struct advise_members *members, struct assimilation *l,
                            const double *was)
 {
-    to_state(members, l);
+    members_to_state(members, l);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
-        smoother_restore_spread(l->state, members->count, STATES, k, was[k], KEPT_SPREAD,
+        smoother_restore_spread(l->state, members->count, STATE_COUNT, k, was[k], KEPT_SPREAD,
                                 bounds[k].min_spread);
-    from_state(members, l);
+    members_from_state(members, l);
 }
 
 bool advise_update(struct advise_members *members, const struct advise_observation *observation)
@@ -745,9 +746,9 @@ bool advise_update(struct advise_members *members, const struct advise_observati
     advise_apply_survey(members, observation->survey_before_in, observation->survey_error_in);
     for (size_t m = 0; m < members->count; m++)
         assimilation.braking[m] = observation->braking;
-    to_state(members, &assimilation);
+    members_to_state(members, &assimilation);
     for (unsigned k = 0; k < ADVISE_UNKNOWNS; k++)
-        smoother_moments(assimilation.state, members->count, STATES, k, &mean, &was[k]);
+        smoother_moments(assimilation.state, members->count, STATE_COUNT, k, &mean, &was[k]);
     for (unsigned i = 0; good && i < SMOOTHER_PASSES; i++)
         good = run_pass(members, observation, &assimilation);
     if (good)
@@ -793,7 +794,8 @@ void advise_parameter_moments(const struct advise_members *members, enum advise_
 #define PRIOR_LANDINGS   4.0
 #define LOG_ODDS_MEMBERS 64.0
 
-void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, double *spread)
+void advise_predict_plan_deviation(const double *log_ratio, size_t count, double *bias,
+                                   double *spread)
 {
     const double prior = PRIOR_LANDINGS, n = (double)count;
     double mean = 0.0, squares = 0.0;
@@ -813,13 +815,13 @@ void advise_draw_braking(const struct advise_members *members, const struct advi
 {
     for (size_t m = 0; m < members->count; m++) {
         struct rng rng = rng_init(plan->seed, 1000u * FORECAST_STREAM + m);
-        double deviation = fmin(fmax(plan->spread * rng_normal(&rng), -0.5), 0.4),
+        double deviation = fmin(fmax(plan->mean_spread * rng_normal(&rng), -0.5), 0.4),
                speed = plan->speed_spread * rng_normal(&rng),
                at_ft = plan->touchdown_spread_ft * rng_normal(&rng);
         braking[m] = (struct advise_braking){
             .speed_ft_s = plan->speed_ft_s * fmax(1.0 + speed, 0.5),
             .touchdown_ft = fmax(plan->touchdown_ft + at_ft, 0.0),
-            .mean_ft_s2 = mean_ft_s2 * exp(plan->bias) * (1.0 + deviation),
+            .mean_ft_s2 = mean_ft_s2 * exp(plan->log_bias) * (1.0 + deviation),
             .profile = &plan->profile,
         };
     }
@@ -870,26 +872,27 @@ bool advise_compute_row(struct advise_members *members, const struct advise_plan
         return false;
     }
     for (size_t m = 0; m < members->count; m++) {
-        if (outcome[m].diverged)
+        if (outcome[m].has_diverged)
             continue;
         played++;
-        off += (double)outcome[m].stop_ft >= end_ft;
-        if (isnan(outcome[m].zone_ft))
+        off += (double)outcome[m].stop_station_ft >= end_ft;
+        if (isnan(outcome[m].zone_station_ft))
             continue;
-        at_ft[come++] = outcome[m].zone_ft;
+        at_ft[come++] = outcome[m].zone_station_ft;
         for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++)
-            by[s] += (double)outcome[m].zone_ft <= end_ft * (s + 1u) / ADVISE_RUNWAY_PARTS;
+            by[s] += (double)outcome[m].zone_station_ft <= end_ft * (s + 1u) / ADVISE_RUNWAY_PARTS;
     }
     qsort(at_ft, come, sizeof *at_ft, compare_floats);
     *row = (struct advise_row){.speed_ft_s = plan->speed_ft_s,
                                .mean_ft_s2 = mean_ft_s2,
-                               .median_zone_ft = come ? (double)at_ft[come / 2] : (double)NAN};
+                               .median_zone_station_ft = come ? (double)at_ft[come / 2]
+                                                              : (double)NAN};
     if (played) {
         row->zone_share = (double)come / (double)played;
-        row->zone = advise_probability_of(come, played, members->is_surveyed);
+        row->zone_probability = advise_probability_of(come, played, members->is_surveyed);
         row->off_runway_share = (double)off / (double)played;
         for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++)
-            row->by_station[s] = advise_probability_of(by[s], played, members->is_surveyed);
+            row->zone_by_part[s] = advise_probability_of(by[s], played, members->is_surveyed);
     }
     free(at_ft);
     return played > 0;
@@ -903,10 +906,10 @@ double advise_least_braking_ft_s2(const struct advise_members *members,
     return plan->speed_ft_s * plan->speed_ft_s / (2.0 * left_ft);
 }
 
-double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
+double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit)
 {
     size_t first = rows; /* row from which on all rows are below the limit */
-    while (first > 0 && row[first - 1].zone.p < limit)
+    while (first > 0 && row[first - 1].zone_probability.p < limit)
         first--;
     return first > 0 && first < rows ? row[first].mean_ft_s2 : (double)NAN;
 }
@@ -916,9 +919,9 @@ enum risk_bound { RISK_HIGH, RISK_MIDDLE, RISK_LOW, RISKS };
 
 static double row_risk(const struct advise_row *row, enum risk_bound of)
 {
-    double zone = of == RISK_HIGH   ? row->zone.high
-                : of == RISK_MIDDLE ? row->zone.p
-                                    : row->zone.low;
+    double zone = of == RISK_HIGH   ? row->zone_probability.high
+                : of == RISK_MIDDLE ? row->zone_probability.p
+                                    : row->zone_probability.low;
     return fmax(zone, row->off_runway_share);
 }
 

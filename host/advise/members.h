@@ -120,11 +120,11 @@ double advise_braking_ft_s2(const struct advise_braking *braking, double t_s);
 
 /* Outcome of the simulated landing of one member. */
 struct advise_outcome {
-    float zone_ft; /* station at which the wheel first reaches a zone of 50 mats; NaN: never */
+    float zone_station_ft; /* where the wheel first reaches a zone of 50 mats; NaN: never */
     /* station at which the wheel stops; beyond the runway if the aircraft rolls off */
-    float stop_ft;
+    float stop_station_ft;
     uint16_t longest_mats; /* mats of the longest zone that the wheel reached */
-    bool diverged;         /* the simulation diverged, so the other fields are not valid */
+    bool has_diverged;     /* the simulation diverged, so the other fields are not valid */
     float movement_in[MR_TRANSDUCERS]; /* movement at the end; NaN: no transducer is fitted */
     float segment_sum_in[MR_SEGMENTS]; /* sums of the openings of each segment at the end */
 };
@@ -174,7 +174,8 @@ void advise_widen_spread(struct advise_members *members, double times);
 struct advise_zone {
     unsigned first, mats;
 };
-struct advise_zone advise_longest_zone(const float *opening_ft, unsigned joints, unsigned from);
+struct advise_zone advise_find_longest_zone(const float *opening_ft, unsigned joints,
+                                            unsigned from);
 
 /* Computes the geometric mean and the relative spread of a property over the members. */
 void advise_parameter_moments(const struct advise_members *members, enum advise_parameter unknown,
@@ -239,7 +240,7 @@ double smoother_taper(double distance, double half);
 struct advise_plan {
     double speed_ft_s, speed_spread; /* touchdown speed; spreads are relative standard deviations */
     /* planned mean deceleration; the actual mean is exp(bias) times the planned one */
-    double mean_ft_s2, spread, bias;
+    double mean_ft_s2, mean_spread, log_bias;
     double touchdown_ft, touchdown_spread_ft;
     struct advise_profile profile; /* deceleration over time; count 0: uniform */
     uint64_t seed;
@@ -252,19 +253,20 @@ struct advise_probability {
 struct advise_row {
     double speed_ft_s, mean_ft_s2; /* planned touchdown speed and mean deceleration */
     double zone_share; /* share of the members in which the wheel reaches a zone, not calibrated */
-    struct advise_probability zone;
+    struct advise_probability zone_probability;
     /* probability that the wheel reaches a zone before the end of each part of the runway */
-    struct advise_probability by_station[ADVISE_RUNWAY_PARTS];
+    struct advise_probability zone_by_part[ADVISE_RUNWAY_PARTS];
     double off_runway_share; /* share of the members in which the aircraft rolls off the runway */
     /* median of the stations at which zones are reached; NaN: no member reaches a zone */
-    double median_zone_ft;
+    double median_zone_station_ft;
 };
 
 /* Predicts the deviation of braking from the plan. `log_ratio` has `count` natural logarithms of
  * (measured / planned). Returns the predictive mean and standard deviation of the next logarithm.
  * The prior is normal-inverse-gamma: without landings it gives 0 +- ADVISE_PLAN_SPREAD, and it
  * counts as four landings. */
-void advise_plan_deviation(const double *log_ratio, size_t count, double *bias, double *spread);
+void advise_predict_plan_deviation(const double *log_ratio, size_t count, double *bias,
+                                   double *spread);
 
 /* Draws speed, touchdown and braking of the landing of each member, for a planned mean deceleration
  * of `mean_ft_s2`. */
@@ -296,7 +298,7 @@ double advise_least_braking_ft_s2(const struct advise_members *members,
 /* If mats far from touchdown are closed from the start, harder braking stops the gear short of
  * them. Finds the lowest braking of the rows (in ascending order) above which the probability of a
  * zone stays below `limit`. Returns NaN if there is none, or if all rows are below the limit. */
-double advise_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
+double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, double limit);
 
 /* The largest value up to which both the probability of a zone and the share of members that roll
  * off stay below a limit. Its 95 % interval covers only the error due to the finite number of

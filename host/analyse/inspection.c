@@ -87,7 +87,7 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
     for (enum unit_kind of = 0; si && of < UNIT_ALL; of++)
         if (strcmp(unit_of(of, false)->text, unit) == 0)
             return unit_of(of, true)->text;
-    return si && kind && kind->si && strcmp(unit, "deg") != 0 ? kind->si : unit;
+    return si && kind && kind->si_unit && strcmp(unit, "deg") != 0 ? kind->si_unit : unit;
 }
 
 /* ---- values ---- */

@@ -43,10 +43,10 @@ struct answer_item {
 struct answer {
     struct answer_item *item;
     size_t count;
-    bool si, keeps_units;
-    unsigned depth; /* number of groups that are open */
+    bool is_si, keeps_units;
+    unsigned open_group_count; /* number of groups that are open */
     /* bit d is set while the group at depth d has an open row; that row is at depth d + 1 */
-    uint64_t rows;
+    uint64_t open_row_bits;
 };
 
 static bool is_group(enum answer_kind kind)
@@ -75,12 +75,12 @@ static bool group_is_empty(const struct answer *answer, size_t i)
 #define CELL_SIZE   1200 /* bytes of the longest text in a table cell */
 #define COLUMNS_MAX 80   /* columns of a printed table: enough for all stations */
 
-#define DIGITS 6
+#define DEFAULT_JSON_DIGITS 6
 
 struct answer *answer_new(bool si)
 {
     struct answer *answer = xcalloc(1, sizeof *answer);
-    answer->si = si;
+    answer->is_si = si;
     return answer;
 }
 
@@ -106,7 +106,7 @@ void answer_free(struct answer *answer)
 
 bool answer_is_si(const struct answer *answer)
 {
-    return answer->si;
+    return answer->is_si;
 }
 
 static struct answer_item *add_item(struct answer *answer, enum answer_kind kind, const char *name,
@@ -114,7 +114,8 @@ static struct answer_item *add_item(struct answer *answer, enum answer_kind kind
 {
     xlist_grow(&answer->item, answer->count, sizeof *answer->item);
     struct answer_item *item = &answer->item[answer->count++];
-    *item = (struct answer_item){.kind = kind, .fact.digits = DIGITS, .error = (double)NAN};
+    *item = (struct answer_item){
+        .kind = kind, .fact.digits = DEFAULT_JSON_DIGITS, .error = (double)NAN};
     item->name = name ? xstrdup(name) : NULL;
     item->label = label ? xstrdup(label) : NULL;
     return item;
@@ -131,14 +132,14 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
                                  enum unit_kind unit, double value, int decimals)
 {
     struct answer_item *item = add_item(answer, ANSWER_VALUE, name, label);
-    const struct unit *shown = unit_of(unit, answer->si);
+    const struct unit *shown = unit_of(unit, answer->is_si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->json_unit = answer->keeps_units ? unit_as_passed(unit) : shown;
+    item->json_unit = answer->keeps_units ? unit_of_callers(unit) : shown;
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
-        item->decimals = unit_decimals(unit, answer->si, decimals);
+        item->decimals = unit_decimals(unit, answer->is_si, decimals);
     return &item->fact;
 }
 
@@ -218,13 +219,13 @@ static void open_group(struct answer *answer, enum answer_kind kind, const char 
                        const char *label)
 {
     add_item(answer, kind, name, label);
-    answer->rows &= ~(1ull << ++answer->depth);
+    answer->open_row_bits &= ~(1ull << ++answer->open_group_count);
 }
 
 static void close_group(struct answer *answer)
 {
     add_item(answer, ANSWER_CLOSE, NULL, NULL);
-    answer->depth--;
+    answer->open_group_count--;
 }
 
 void answer_open(struct answer *answer, const char *name, const char *label)
@@ -245,14 +246,15 @@ void answer_table(struct answer *answer, const char *name, const char *label)
 /* True if the innermost open group is a row of a table or list. */
 static bool is_in_row(const struct answer *answer)
 {
-    return answer->depth > 0 && answer->rows >> (answer->depth - 1) & 1u;
+    return answer->open_group_count > 0 &&
+           answer->open_row_bits >> (answer->open_group_count - 1) & 1u;
 }
 
 void answer_row(struct answer *answer)
 {
     if (is_in_row(answer))
         close_group(answer);
-    answer->rows |= 1ull << answer->depth;
+    answer->open_row_bits |= 1ull << answer->open_group_count;
     open_group(answer, ANSWER_OPEN, NULL, NULL);
 }
 
@@ -588,7 +590,7 @@ bool answer_text(const struct answer *answer, FILE *out)
 }
 
 /* ---- JSON answer ---- */
-static void put(json_t *group, const char *name, json_t *value)
+static void put_value(json_t *group, const char *name, json_t *value)
 {
     if (json_is_array(group))
         json_array_append_new(group, value);
@@ -606,7 +608,7 @@ static void put_number(json_t *group, const struct answer_item *item, const char
     const char *suffix = item->json_unit->suffix;
     snprintf(key, sizeof key, "%s%s%s%s", item->name ? item->name : "", what, suffix[0] ? "_" : "",
              suffix);
-    put(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
+    put_value(group, item->name ? key : NULL, cli_json_number(value, item->fact.digits));
 }
 
 static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group);
@@ -621,7 +623,7 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
     }
     json_t *inner = item->kind == ANSWER_OPEN ? json_object() : json_array();
     put_items(answer, i + 1, index_after(answer, i), inner);
-    put(group, item->name, inner);
+    put_value(group, item->name, inner);
 }
 
 static void put_item(const struct answer_item *item, json_t *group)
@@ -635,14 +637,15 @@ static void put_item(const struct answer_item *item, json_t *group)
         break;
     case ANSWER_VALUE: put_number(group, item, "", item->json_value); break;
     case ANSWER_COUNT:
-        put(group, item->name,
-            item->count == ANSWER_UNKNOWN ? json_null() : json_integer((json_int_t)item->count));
+        put_value(group, item->name,
+                  item->count == ANSWER_UNKNOWN ? json_null()
+                                                : json_integer((json_int_t)item->count));
         break;
-    case ANSWER_FLAG: put(group, item->name, json_boolean(item->count)); break;
+    case ANSWER_FLAG: put_value(group, item->name, json_boolean(item->count)); break;
     case ANSWER_WORDS:
-    case ANSWER_SENTENCE: put(group, item->name, json_string(item->words)); break;
-    case ANSWER_NONE: put(group, item->name, json_null()); break;
-    case ANSWER_JSON: put(group, item->name, json_incref(item->json)); break;
+    case ANSWER_SENTENCE: put_value(group, item->name, json_string(item->words)); break;
+    case ANSWER_NONE: put_value(group, item->name, json_null()); break;
+    case ANSWER_JSON: put_value(group, item->name, json_incref(item->json)); break;
     default: break;
     }
 }

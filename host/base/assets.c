@@ -21,22 +21,22 @@ ASSET(plot_script, "dygraph.min.js");
 ASSET(plot_style, "dygraph.min.css");
 ASSET(plot_licence, "copyright");
 
-#define ROW(path, type, name)                        \
+#define ASSET_ROW(path, type, name)                  \
     {                                                \
         path, type, asset_##name, asset_##name##_end \
     }
 
 static const struct asset assets[] = {
-    ROW("/", "text/html; charset=utf-8", page),
-    ROW("/board.js", "text/javascript; charset=utf-8", board_script),
-    ROW("/live.js", "text/javascript; charset=utf-8", script),
-    ROW("/picture.html", "text/html; charset=utf-8", picture_page),
-    ROW("/live.css", "text/css; charset=utf-8", style),
-    ROW("/charts.js", "text/javascript; charset=utf-8", chart_script),
-    ROW("/report.css", "text/css; charset=utf-8", report_style),
-    ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),
-    ROW("/dygraph.css", "text/css; charset=utf-8", plot_style),
-    ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),
+    ASSET_ROW("/", "text/html; charset=utf-8", page),
+    ASSET_ROW("/board.js", "text/javascript; charset=utf-8", board_script),
+    ASSET_ROW("/live.js", "text/javascript; charset=utf-8", script),
+    ASSET_ROW("/picture.html", "text/html; charset=utf-8", picture_page),
+    ASSET_ROW("/live.css", "text/css; charset=utf-8", style),
+    ASSET_ROW("/charts.js", "text/javascript; charset=utf-8", chart_script),
+    ASSET_ROW("/report.css", "text/css; charset=utf-8", report_style),
+    ASSET_ROW("/dygraph.js", "text/javascript; charset=utf-8", plot_script),
+    ASSET_ROW("/dygraph.css", "text/css; charset=utf-8", plot_style),
+    ASSET_ROW("/licences.txt", "text/plain; charset=utf-8", plot_licence),
 };
 
 const struct asset *asset_find(const char *path)

@@ -180,7 +180,7 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
 }
 
 /* Writes the choices as words: "csv, candump or mdf4". */
-static void choices_text(const char *choices, char *out, size_t size)
+static void format_choices(const char *choices, char *out, size_t size)
 {
     size_t used = 0;
     const char *last = strrchr(choices, '|');
@@ -202,7 +202,7 @@ static enum mr_status read_choice(const struct parser *p, const struct command_o
         *(const char **)value_address(p, option) = text;
         return MR_OK;
     }
-    choices_text(option->choices, all, sizeof all);
+    format_choices(option->choices, all, sizeof all);
     spell_suggest_text(&near, suggestion);
     return error_set(error, MR_USAGE, "unknown %s: '%s' for %s%s%s give %s", option->noun, text,
                      option->name, suggestion, suggestion[0] ? "" : ";", all);
@@ -250,9 +250,9 @@ static void set_defaults(const struct parser *p)
     for (size_t i = 0; i < p->command->count; i++) {
         const struct command_option *option = &p->command->parts[i].option;
         if (option->kind == OPTION_IS_NUMBER)
-            *(double *)value_address(p, option) = option->standard;
+            *(double *)value_address(p, option) = option->default_value;
         else if (option->kind == OPTION_IS_WHOLE || option->kind == OPTION_IS_RUN)
-            *(int64_t *)value_address(p, option) = (int64_t)option->standard;
+            *(int64_t *)value_address(p, option) = (int64_t)option->default_value;
     }
 }
 

@@ -45,7 +45,7 @@ struct command_option {
      * no unit; if only unit_si is NULL, `unit` applies with --si too. */
     const char *unit, *unit_si;
     /* For a number: smallest and largest value, in `unit`, and the default. */
-    double low, high, standard;
+    double low, high, default_value;
     const char *noun, *choices; /* noun and values of a choice: "format", "csv|candump" */
 };
 
@@ -56,12 +56,12 @@ struct command_part {
     /* Help text, lines separated by \n; {low}, {high} and {standard} are replaced by the limits and
      * the default of the option. NULL: another row describes the item. */
     const char *text;
-    bool word; /* the term begins with a fixed word of the command ("read N") */
-    bool example;
+    bool is_fixed_word; /* the term begins with a fixed word of the command ("read N") */
+    bool is_example;
     const struct command_option option; /* name NULL: the row is not an option */
     /* Descriptor whose rows are all included here; its options and words are parsed with this
      * command (matrig board ... config). */
-    const struct command *with;
+    const struct command *included;
 };
 
 /* Words of a command line that are not options. */
@@ -74,7 +74,7 @@ struct command {
     const char *name;
     int (*run)(int argc, char **argv, const struct cli *cli);
     /* Operands and options in the usage line; each alternative has its own line. */
-    const char *words;
+    const char *usage;
     const char *summary; /* purpose of the command: one line without full stop */
     const struct command_part *parts;
     size_t count;
@@ -117,13 +117,13 @@ struct command_table {
 /* An operand or another term, and its help. */
 #define HELP_ITEM(about, help) {.term = (about), .text = (help)}
 /* A fixed word of the command: "config set F". */
-#define HELP_WORD(about, help) {.term = (about), .text = (help), .word = true}
+#define HELP_WORD(about, help) {.term = (about), .text = (help), .is_fixed_word = true}
 /* Lines that are printed unchanged. A line that ends with a blank continues in the next row. */
 #define HELP_NOTE(help) {.text = (help)}
 /* Lines that a user can run; "Example: " precedes the first line. */
-#define HELP_EXAMPLE(lines) {.text = (lines), .example = true}
+#define HELP_EXAMPLE(lines) {.text = (lines), .is_example = true}
 /* Includes the rows of another descriptor. */
-#define HELP_WITH(descriptor) {.with = &(descriptor)}
+#define HELP_WITH(descriptor) {.included = &(descriptor)}
 
 /* Offset of a member of VALUES. Does not compile if the member does not have the type of its
  * option. */
@@ -142,12 +142,12 @@ struct command_table {
  * 5mm, 2min. */
 #define OPTION_NUMBER_SI(its_name, of_value, member, its_unit, in_si, least, most, normal, help) \
     OPTION(its_name, NUMBER, member, double, help, .argument = (of_value), .unit = (its_unit),   \
-           .unit_si = (in_si), .low = (least), .high = (most), .standard = (normal))
+           .unit_si = (in_si), .low = (least), .high = (most), .default_value = (normal))
 #define OPTION_NUMBER(its_name, of_value, member, its_unit, least, most, otherwise, help) \
     OPTION_NUMBER_SI(its_name, of_value, member, its_unit, NULL, least, most, otherwise, help)
 #define OPTION_WHOLE(its_name, of_value, member, least, most, otherwise, help)             \
     OPTION(its_name, WHOLE, member, int64_t, help, .argument = (of_value), .low = (least), \
-           .high = (most), .standard = (otherwise))
+           .high = (most), .default_value = (otherwise))
 #define OPTION_RUN(its_name, of_value, member, help) \
     OPTION(its_name, RUN, member, int64_t, help, .argument = (of_value))
 #define OPTION_CHOICE(its_name, of_value, member, of_what, values, help)         \

@@ -28,9 +28,9 @@ void error_kind(enum mr_status status, char out[static ERROR_KIND])
         enum mr_status status;
         const char *name;
     } kinds[] = {
-#define KIND(name, value, exit_code, text) {name, #name},
-        MR_STATUS_TABLE(KIND)
-#undef KIND
+#define STATUS_NAME_ROW(name, value, exit_code, text) {name, #name},
+        MR_STATUS_TABLE(STATUS_NAME_ROW)
+#undef STATUS_NAME_ROW
     };
     const char *name = "MR_UNKNOWN";
     size_t length = 0;

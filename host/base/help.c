@@ -40,9 +40,9 @@ static void print_usage(const char *command, const char *words)
     }
 }
 
-void help_overview(const struct command_table *table)
+void help_print_overview(const struct command_table *table)
 {
-    print_usage("", command_matrig.words);
+    print_usage("", command_matrig.usage);
     putchar('\n');
     for (size_t i = 0; i < table->count; i++) {
         const struct command_entry *entry = &table->commands[i];
@@ -67,15 +67,15 @@ void help_overview(const struct command_table *table)
                   "--serial serial:/dev/ttyUSB0 --db campaign.db && matrig report campaign.db");
 }
 
-void help_command(const struct command *command)
+void help_print_command(const struct command *command)
 {
     char *text = help_page_text(command);
-    print_usage(command->name, command->words);
+    print_usage(command->name, command->usage);
     printf("\n%s.\n\n%s", command->summary, text);
     free(text);
 }
 
-void help_version(const struct cli *cli)
+void help_print_version(const struct cli *cli)
 {
     if (cli->json)
         cli_print_json(json_pack("{s:s}", "version", VERSION_TEXT), 0);
@@ -108,9 +108,9 @@ static void suggest_words(const struct command *command, struct words *words,
 {
     for (size_t i = 0; i < command->count; i++) {
         const struct command_part *part = &command->parts[i];
-        if (part->with)
-            suggest_words(part->with, words, near);
-        if (!part->word || words->count == WORDS_MAX)
+        if (part->included)
+            suggest_words(part->included, words, near);
+        if (!part->is_fixed_word || words->count == WORDS_MAX)
             continue;
         char *copy = words->copy[words->count++];
         snprintf(copy, sizeof words->copy[0], "%.*s", (int)strcspn(part->term, " "), part->term);
@@ -154,7 +154,7 @@ static int print_json(const struct command_table *table, const struct command *o
         char *text = help_page_text(c);
         if (!only || only == c)
             json_array_append_new(list,
-                                  json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->words,
+                                  json_pack("{s:s,s:s,s:s,s:s}", "name", c->name, "words", c->usage,
                                             "summary", c->summary, "details", text));
         free(text);
     }
@@ -180,9 +180,9 @@ int help_run(int argc, char **argv, const struct command_table *table, const str
     if (cli->json)
         return print_json(table, command);
     else if (command)
-        help_command(command);
+        help_print_command(command);
     else
-        help_overview(table);
+        help_print_overview(table);
     return 0;
 }
 
@@ -190,8 +190,8 @@ void help_for_each_part(const struct command *command,
                         void (*each)(void *context, const struct command_part *part), void *context)
 {
     for (size_t i = 0; i < command->count; i++) {
-        if (command->parts[i].with)
-            help_for_each_part(command->parts[i].with, each, context);
+        if (command->parts[i].included)
+            help_for_each_part(command->parts[i].included, each, context);
         else
             each(context, &command->parts[i]);
     }
@@ -205,7 +205,7 @@ static void put_text(FILE *out, const struct command_part *part)
         const char *name;
         double value;
     } numbers[] = {
-        {"{low}", option->low}, {"{high}", option->high}, {"{standard}", option->standard}};
+        {"{low}", option->low}, {"{high}", option->high}, {"{standard}", option->default_value}};
     for (const char *at = part->text; *at;) {
         size_t used = 0;
         for (size_t i = 0; option->name && i < sizeof numbers / sizeof numbers[0]; i++) {
@@ -266,7 +266,7 @@ static void add_row(void *context, const struct command_part *part)
     if (!part->text)
         return;
     char *term = make_term(part);
-    char *text = make_text(part, !part->example          ? ""
+    char *text = make_text(part, !part->is_example       ? ""
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
     struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;

@@ -8,8 +8,8 @@
 /* Heading of a group of commands. Static storage. */
 const char *help_group_title(enum command_group group);
 
-void help_overview(const struct command_table *table);
-void help_command(const struct command *command);
+void help_print_overview(const struct command_table *table);
+void help_print_command(const struct command *command);
 /* Finds a command; NULL if there is none with this name. */
 const struct command *help_find(const struct command_table *table, const char *name);
 /* Sets the error for an unknown command, with a suggestion if a similar name exists. */
@@ -18,7 +18,7 @@ enum mr_status help_refuse_unknown(const struct command_table *table, const char
 /* Writes "; did you mean config?" with the nearest word of the command, or "". */
 void help_suggest_word(const struct command *command, const char *word,
                        char out[static SPELL_SUGGEST_TEXT]);
-void help_version(const struct cli *cli);
+void help_print_version(const struct cli *cli);
 
 /* Runs matrig help [COMMAND]. Returns the exit code. */
 int help_run(int argc, char **argv, const struct command_table *table, const struct cli *cli);

@@ -217,7 +217,7 @@ static enum mr_status replace_target(const struct output *output, struct error *
     struct error failed = {0};
     if (find_target(output->path, target, error) != MR_OK)
         return error->status;
-    int fd = make_draft(target, output->executable ? 0777 : 0666, draft);
+    int fd = make_draft(target, output->is_executable ? 0777 : 0666, draft);
     if (fd < 0)
         return set_write_error(output->path, error);
     if (!write_all(fd, output->text, output->length))

@@ -17,7 +17,7 @@
 struct output {
     FILE *file;       /* stream for the content; kept in memory until output_end */
     const char *path; /* path of the file; NULL: standard output */
-    bool executable;
+    bool is_executable;
     char *text;
     size_t length;
 };

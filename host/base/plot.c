@@ -10,7 +10,7 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 
-#define LIMIT_S          120.0
+#define GNUPLOT_LIMIT_S  120.0
 #define TEMPORARY_NAME   "the plot" /* purpose of a temporary file, in error messages */
 /* Samples; a longer line is thinned to the smallest and largest value per pixel column. */
 #define THINNING_COLUMNS 1000
@@ -76,8 +76,8 @@ static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
     put_set_text(out, what, axis->label);
     fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps the axis label away from the key */
     fprintf(out,
-            axis->log ? "set logscale %c\nset format %c '10^{%%L}'\n"
-                      : "unset logscale %c\nset format %c '%%h'\n",
+            axis->is_logarithmic ? "set logscale %c\nset format %c '10^{%%L}'\n"
+                                 : "unset logscale %c\nset format %c '%%h'\n",
             name, name);
     if (axis->low < axis->high || axis->low > axis->high)
         fprintf(out, "set %crange [%.9g:%.9g]\n", name, axis->low, axis->high);
@@ -85,7 +85,7 @@ static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
         fprintf(out, "set %crange [*:*]\n", name);
 }
 
-void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y)
+void plot_begin_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y)
 {
     end_panel(plot);
     plot->series_list = xopen_memstream(&plot->panel_elements, &plot->elements_length);
@@ -108,16 +108,16 @@ static void put_number(FILE *out, double value, char end)
 static void put_row(FILE *out, const struct plot_series *series, size_t i)
 {
     put_number(out, series->x[i], ' ');
-    put_number(out, series->y[i], series->high ? ' ' : '\n');
-    if (series->high)
-        put_number(out, series->high[i], '\n');
+    put_number(out, series->y[i], series->y_high ? ' ' : '\n');
+    if (series->y_high)
+        put_number(out, series->y_high[i], '\n');
 }
 
 /* Reduces samples [from, to): the smallest and the largest value in order of time, or the
  * outline of a band. A NaN replaces all of them. */
 static void put_thinned_rows(FILE *out, const struct plot_series *series, size_t from, size_t to)
 {
-    const double *high = series->high ? series->high : series->y;
+    const double *high = series->y_high ? series->y_high : series->y;
     size_t least = from, most = from;
     for (size_t i = from; i < to; i++) {
         if (isnan(series->y[i])) {
@@ -127,7 +127,7 @@ static void put_thinned_rows(FILE *out, const struct plot_series *series, size_t
         least = series->y[i] < series->y[least] ? i : least;
         most = high[i] > high[most] ? i : most;
     }
-    if (series->high) {
+    if (series->y_high) {
         put_number(out, series->x[from], ' ');
         put_number(out, series->y[least], ' ');
         put_number(out, high[most], '\n');
@@ -169,18 +169,18 @@ static void add_levels(struct plot *plot, const struct plot_series *series, cons
     fprintf(plot->series_list, "%.9g ", series->y[0]);
 }
 
-void plot_draw(struct plot *plot, const struct plot_series *series)
+void plot_add_series(struct plot *plot, const struct plot_series *series)
 {
     static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
                                                       "#a67c00", "#222222", "#56b4e9", "#8a9099"};
     /* gnuplot point types of filled shapes; the hollow shape is one less */
     static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15};
-    int shape = shapes[series->shape % PLOT_SHAPES] - series->hollow;
+    int shape = shapes[series->shape % PLOT_SHAPES] - series->is_hollow;
     char look[48];
     if (series->count == 0)
         return;
     snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d", colours[series->colour % PLOT_COLOURS],
-             series->dashed ? 2 : 1);
+             series->is_dashed ? 2 : 1);
     if (plot->drawn_series++ > 0)
         fputs(", ", plot->series_list);
     if (series->kind == PLOT_RULES)
@@ -250,8 +250,8 @@ static enum mr_status run_gnuplot(FILE *script, FILE *picture, struct error *err
         fclose(errors);
         return error->status;
     }
-    if (!process_wait(child, LIMIT_S, &status))
-        snprintf(line, sizeof line, "timed out after %g s", LIMIT_S);
+    if (!process_wait(child, GNUPLOT_LIMIT_S, &status))
+        snprintf(line, sizeof line, "timed out after %g s", GNUPLOT_LIMIT_S);
     else if (WIFSIGNALED(status))
         snprintf(line, sizeof line, "killed by signal %d", WTERMSIG(status));
     else if (WEXITSTATUS(status) != 0)

@@ -2,9 +2,10 @@
  * bands over linear or logarithmic axes. The suffix of the file selects SVG, PNG or PDF.
  *
  *     struct plot *plot = plot_new("residuals", 900, 420, 2);
- *     plot_panel(plot, NULL, (struct plot_axis){"station (ft)"}, (struct plot_axis){"u (in)"});
- *     plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE, .key = "measured", .x = x, .y = y,
- *                                           .count = n});
+ *     plot_begin_panel(plot, NULL, (struct plot_axis){"station (ft)"},
+ *                      (struct plot_axis){"u (in)"});
+ *     plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE, .key = "measured", .x = x,
+ *                                                 .y = y, .count = n});
  *     return plot_write(plot, path, error); */
 #ifndef MATRIG_HOST_BASE_PLOT_H
 #define MATRIG_HOST_BASE_PLOT_H
@@ -21,7 +22,7 @@ struct plot_axis {
     /* limits of the axis. Equal: gnuplot computes them from the data. low > high: the axis is
      * reversed */
     double low, high;
-    bool log;
+    bool is_logarithmic;
 };
 
 enum plot_kind {
@@ -40,20 +41,20 @@ enum plot_kind {
 
 struct plot_series {
     enum plot_kind kind;
-    const char *key;        /* text in the key; NULL: the series is not in the key */
-    unsigned colour, shape; /* index of colour and shape, modulo PLOT_COLOURS and PLOT_SHAPES */
-    bool dashed, hollow;    /* dashed: the line is dashed; hollow: the shape is not filled */
-    const double *x, *y, *high;
+    const char *key;           /* text in the key; NULL: the series is not in the key */
+    unsigned colour, shape;    /* index of colour and shape, modulo PLOT_COLOURS and PLOT_SHAPES */
+    bool is_dashed, is_hollow; /* the line is dashed; the shape is not filled */
+    const double *x, *y, *y_high;
     size_t count;
 };
 
 /* Makes a plot. `columns`: panels side by side. Width and height are in pixels for SVG and PNG; a
  * PDF has 96 pixels per inch. */
 struct plot *plot_new(const char *title, unsigned width, unsigned height, unsigned columns);
-/* Begins the next panel. Series of later plot_draw calls belong to it. */
-void plot_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y);
+/* Begins the next panel. Series of later plot_add_series calls belong to it. */
+void plot_begin_panel(struct plot *plot, const char *title, struct plot_axis x, struct plot_axis y);
 /* Adds a series to the current panel. Copies the values. */
-void plot_draw(struct plot *plot, const struct plot_series *series);
+void plot_add_series(struct plot *plot, const struct plot_series *series);
 /* Writes the plot into the file and frees it. MR_USAGE: unknown suffix, or the file may not be
  * overwritten. MR_IO: gnuplot is missing or failed. */
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error);

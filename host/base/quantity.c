@@ -10,11 +10,19 @@
 #include "common/decimal.h"
 
 /* Base dimensions of units. Mass is derived: force time2 / length. */
-enum dimension { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, DIMENSIONS };
+enum dimension {
+    DIMENSION_LENGTH,
+    DIMENSION_FORCE,
+    DIMENSION_TIME,
+    DIMENSION_ANGLE,
+    DIMENSION_TEMPERATURE,
+    DIMENSION_COUNT
+};
 
-#define LB    44482216152605.0 /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
-#define FEET  3048.0           /* 1 ft = 0.3048 m */
-#define MILES 1609344.0        /* 1 mile = 5280 ft, in mm */
+#define LB_NUMERATOR \
+    44482216152605.0             /* 1 lbf = 4.4482216152605 N: 0.45359237 kg times 9.80665 m/s2 */
+#define FOOT_NUMERATOR 3048.0    /* 1 ft = 0.3048 m */
+#define MILE_NUMERATOR 1609344.0 /* 1 mile = 5280 ft, in mm */
 
 /* clang-format off */
 #define DIM_LENGTH       {1}
@@ -33,29 +41,45 @@ enum dimension { LENGTH, FORCE, TIME, ANGLE, TEMPERATURE, DIMENSIONS };
  * `numerator` and `denominator` are integers, except for pi. */
 struct word {
     const char *text;
-    signed char power[DIMENSIONS];
+    signed char power[DIMENSION_COUNT];
     double numerator, denominator;
     int exponent10;
     bool ignores_case; /* "LB" is accepted as "lb" */
 };
 
 static const struct word words[] = {
-    {"ft", DIM_LENGTH, FEET, 1, -4, true},     {"in", DIM_LENGTH, 254, 1, -4, true},
-    {"mm", DIM_LENGTH, 1, 1, -3, true},        {"cm", DIM_LENGTH, 1, 1, -2, true},
-    {"m", DIM_LENGTH, 1, 1, 0, true},          {"km", DIM_LENGTH, 1, 1, 3, false},
-    {"lb", DIM_FORCE, LB, 1, -13, true},       {"kip", DIM_FORCE, LB, 1, -10, false},
-    {"N", DIM_FORCE, 1, 1, 0, true},           {"kN", DIM_FORCE, 1, 1, 3, true},
-    {"kgf", DIM_FORCE, 980665, 1, -5, true},   {"kg", DIM_MASS, 1, 1, 0, true},
-    {"slug", DIM_MASS, LB, FEET, -9, false},   {"s", DIM_TIME, 1, 1, 0, false},
-    {"ms", DIM_TIME, 1, 1, -3, false},         {"us", DIM_TIME, 1, 1, -6, false},
-    {"min", DIM_TIME, 60, 1, 0, false},        {"h", DIM_TIME, 3600, 1, 0, false},
-    {"d", DIM_TIME, 86400, 1, 0, false},       {"mph", DIM_SPEED, MILES, 3600, -3, false},
-    {"kn", DIM_SPEED, 1852, 3600, 0, false},   {"g", DIM_ACCELERATION, 980665, 1, -5, false},
-    {"psi", DIM_STRESS, LB, 64516, -5, false}, {"ksi", DIM_STRESS, LB, 64516, -2, false},
-    {"Pa", DIM_STRESS, 1, 1, 0, false},        {"kPa", DIM_STRESS, 1, 1, 3, false},
-    {"MPa", DIM_STRESS, 1, 1, 6, false},       {"GPa", DIM_STRESS, 1, 1, 9, false},
-    {"rad", DIM_ANGLE, 1, 1, 0, false},        {"deg", DIM_ANGLE, M_PI, 180, 0, false},
-    {"K", DIM_TEMPERATURE, 1, 1, 0, false},    {"F", DIM_TEMPERATURE, 5, 9, 0, false},
+    {"ft", DIM_LENGTH, FOOT_NUMERATOR, 1, -4, true},
+    {"in", DIM_LENGTH, 254, 1, -4, true},
+    {"mm", DIM_LENGTH, 1, 1, -3, true},
+    {"cm", DIM_LENGTH, 1, 1, -2, true},
+    {"m", DIM_LENGTH, 1, 1, 0, true},
+    {"km", DIM_LENGTH, 1, 1, 3, false},
+    {"lb", DIM_FORCE, LB_NUMERATOR, 1, -13, true},
+    {"kip", DIM_FORCE, LB_NUMERATOR, 1, -10, false},
+    {"N", DIM_FORCE, 1, 1, 0, true},
+    {"kN", DIM_FORCE, 1, 1, 3, true},
+    {"kgf", DIM_FORCE, 980665, 1, -5, true},
+    {"kg", DIM_MASS, 1, 1, 0, true},
+    {"slug", DIM_MASS, LB_NUMERATOR, FOOT_NUMERATOR, -9, false},
+    {"s", DIM_TIME, 1, 1, 0, false},
+    {"ms", DIM_TIME, 1, 1, -3, false},
+    {"us", DIM_TIME, 1, 1, -6, false},
+    {"min", DIM_TIME, 60, 1, 0, false},
+    {"h", DIM_TIME, 3600, 1, 0, false},
+    {"d", DIM_TIME, 86400, 1, 0, false},
+    {"mph", DIM_SPEED, MILE_NUMERATOR, 3600, -3, false},
+    {"kn", DIM_SPEED, 1852, 3600, 0, false},
+    {"g", DIM_ACCELERATION, 980665, 1, -5, false},
+    {"psi", DIM_STRESS, LB_NUMERATOR, 64516, -5, false},
+    {"ksi", DIM_STRESS, LB_NUMERATOR, 64516, -2, false},
+    {"Pa", DIM_STRESS, 1, 1, 0, false},
+    {"kPa", DIM_STRESS, 1, 1, 3, false},
+    {"MPa", DIM_STRESS, 1, 1, 6, false},
+    {"GPa", DIM_STRESS, 1, 1, 9, false},
+    {"rad", DIM_ANGLE, 1, 1, 0, false},
+    {"deg", DIM_ANGLE, M_PI, 180, 0, false},
+    {"K", DIM_TEMPERATURE, 1, 1, 0, false},
+    {"F", DIM_TEMPERATURE, 5, 9, 0, false},
 };
 
 /* quantity_kind_of finds a kind by its first unit. */
@@ -122,12 +146,12 @@ static const struct {
     {"_f", "F"},
 };
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+#define ARRAY_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 /* ---- units: products of words ---- */
 
 struct unit {
-    int power[DIMENSIONS];
+    int power[DIMENSION_COUNT];
     long double numerator, denominator; /* exact for all units in `kinds` */
     int exponent10;
     bool is_kg; /* the unit is plain kg */
@@ -147,24 +171,24 @@ static bool equals_ignoring_case(const char *text, size_t length, const char *kn
 
 static const struct word *find_word(const char *text, size_t length)
 {
-    for (size_t i = 0; i < COUNT(words); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(words); i++) {
         if (strlen(words[i].text) == length && memcmp(text, words[i].text, length) == 0)
             return &words[i];
     }
     size_t singular = length - (length > 2 && (text[length - 1] | 32) == 's');
-    for (size_t i = 0; i < COUNT(spellings); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(spellings); i++) {
         if (equals_ignoring_case(text, length, spellings[i].spelling) ||
             equals_ignoring_case(text, singular, spellings[i].spelling))
             return find_word(spellings[i].word, strlen(spellings[i].word));
     }
-    for (size_t i = 0; i < COUNT(words); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(words); i++) {
         if (words[i].ignores_case && equals_ignoring_case(text, length, words[i].text))
             return &words[i];
     }
     return NULL;
 }
 
-const char *quantity_word(const char *text, size_t length)
+const char *quantity_unit_spelling(const char *text, size_t length)
 {
     const struct word *word = find_word(text, length);
     return word ? word->text : "";
@@ -175,14 +199,14 @@ static const char *skip_blanks(const char *text)
     return text + strspn(text, " \t\r\n");
 }
 
-static void multiply(struct unit *unit, const struct word *word, int power)
+static void multiply_unit(struct unit *unit, const struct word *word, int power)
 {
     for (int i = 0; i < abs(power); i++) {
         unit->numerator *= (long double)(power > 0 ? word->numerator : word->denominator);
         unit->denominator *= (long double)(power > 0 ? word->denominator : word->numerator);
     }
     unit->exponent10 += power * word->exponent10;
-    for (size_t b = 0; b < DIMENSIONS; b++)
+    for (size_t b = 0; b < DIMENSION_COUNT; b++)
         unit->power[b] += power * word->power[b];
 }
 
@@ -202,7 +226,7 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
     text += *text == '^';
     if (*text >= '2' && *text <= '4')
         power = *text++ - '0';
-    multiply(unit, word, sign * power);
+    multiply_unit(unit, word, sign * power);
     return isalnum((unsigned char)*text) ? NULL : text;
 }
 
@@ -246,7 +270,7 @@ static long double power_of_ten(int power)
     return value;
 }
 
-static double convert(long double value, const struct unit *from, const struct unit *to)
+static double convert_value(long double value, const struct unit *from, const struct unit *to)
 {
     int ten = from->exponent10 - to->exponent10;
     return (double)(value * (from->numerator * to->denominator * power_of_ten(ten > 0 ? ten : 0)) /
@@ -270,7 +294,7 @@ double quantity_convert(double value, const char *from, const char *to)
     convert_kg_to_force(&b, &a);
     if (!has_same_dimension(&a, &b))
         return (double)NAN;
-    return is_same_unit(&a, &b) ? value : convert((long double)value, &a, &b);
+    return is_same_unit(&a, &b) ? value : convert_value((long double)value, &a, &b);
 }
 
 /* ---- error messages ---- */
@@ -293,8 +317,8 @@ static void write_advice(const char *unit, const char *bare, struct quantity_err
                  bare);
 }
 
-static bool refuse(struct quantity_error *wrong, const char *what, const char *unit,
-                   const char *bare)
+static bool refuse_quantity(struct quantity_error *wrong, const char *what, const char *unit,
+                            const char *bare)
 {
     snprintf(wrong->what, sizeof wrong->what, "%s", what);
     write_advice(unit, bare, wrong);
@@ -304,17 +328,17 @@ static bool refuse(struct quantity_error *wrong, const char *what, const char *u
 static bool refuse_no_number(const char *text, const char *unit, const char *bare,
                              struct quantity_error *wrong)
 {
-    refuse(wrong, *text ? "not a number" : "no number", unit, bare);
+    refuse_quantity(wrong, *text ? "not a number" : "no number", unit, bare);
     snprintf(wrong->advice, sizeof wrong->advice,
              *unit ? "write digits such as 4, or 4 %s" : "write digits such as 4",
              *bare ? bare : unit);
     return false;
 }
 
-static bool refuse_other_kind(const char *came, const char *unit, const char *bare,
+static bool refuse_other_kind(const char *given_unit, const char *unit, const char *bare,
                               struct quantity_error *wrong)
 {
-    const struct quantity_kind *is = quantity_kind_of(came), *wanted = quantity_kind_of(unit);
+    const struct quantity_kind *is = quantity_kind_of(given_unit), *wanted = quantity_kind_of(unit);
     char what[sizeof wrong->what];
     if (!*unit)
         snprintf(what, sizeof what, "unexpected unit");
@@ -322,7 +346,7 @@ static bool refuse_other_kind(const char *came, const char *unit, const char *ba
         snprintf(what, sizeof what, "not in %s", unit);
     else
         snprintf(what, sizeof what, "%s instead of %s", is->name, wanted->name);
-    return refuse(wrong, what, unit, bare);
+    return refuse_quantity(wrong, what, unit, bare);
 }
 
 /* Refuses a comma before three digits, which is ambiguous: thousands or decimals. */
@@ -359,20 +383,20 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     if (end == start || !isfinite(*value))
         return refuse_no_number(start, unit, bare, wrong);
     if (!*own && !*bare && *unit)
-        return refuse(wrong, "a number without a unit", unit, bare);
-    const char *came = *own ? own : bare;
+        return refuse_quantity(wrong, "a number without a unit", unit, bare);
+    const char *given_unit = *own ? own : bare;
     /* the same text needs no conversion, so it may be a unit that is not in the table */
-    if (strcmp(came, unit) == 0)
+    if (strcmp(given_unit, unit) == 0)
         return true;
-    if (!read_unit(came, &from))
-        return refuse(wrong, *unit ? "unknown unit" : "unexpected unit", unit, bare);
+    if (!read_unit(given_unit, &from))
+        return refuse_quantity(wrong, *unit ? "unknown unit" : "unexpected unit", unit, bare);
     if (!*unit || !read_unit(unit, &to))
-        return refuse_other_kind(came, unit, bare, wrong);
+        return refuse_other_kind(given_unit, unit, bare, wrong);
     convert_kg_to_force(&from, &to);
     if (!has_same_dimension(&from, &to))
-        return refuse_other_kind(came, unit, bare, wrong);
+        return refuse_other_kind(given_unit, unit, bare, wrong);
     if (!is_same_unit(&from, &to) && *value != 0.0)
-        *value = convert(strtold(start, NULL), &from, &to);
+        *value = convert_value(strtold(start, NULL), &from, &to);
     return isfinite(*value) || refuse_no_number(start, unit, bare, wrong);
 }
 
@@ -385,15 +409,15 @@ enum mr_status quantity_read(const char *text, const char *name, const char *uni
     return error_set(error, MR_USAGE, "%s: '%s' for %s; %s", wrong.what, text, name, wrong.advice);
 }
 
-bool quantity_json(const json_t *json, const char *unit, double *value,
-                   struct quantity_error *wrong)
+bool quantity_read_json(const json_t *json, const char *unit, double *value,
+                        struct quantity_error *wrong)
 {
     *value = json_number_value(json);
     if (json_is_number(json))
         return true;
     if (json_is_string(json) && unit && *unit)
         return quantity_parse(json_string_value(json), unit, "", value, wrong);
-    refuse(wrong, "not a number", unit ? unit : "", unit ? unit : "");
+    refuse_quantity(wrong, "not a number", unit ? unit : "", unit ? unit : "");
     snprintf(wrong->advice, sizeof wrong->advice,
              unit && *unit ? "give a number in %s, or text with its unit, as in \"4 %s\""
                            : "give a number",
@@ -405,7 +429,7 @@ bool quantity_json(const json_t *json, const char *unit, double *value,
 
 const struct quantity_kind *quantity_kind_at(size_t index)
 {
-    return index < COUNT(kinds) ? &kinds[index] : NULL;
+    return index < ARRAY_COUNT(kinds) ? &kinds[index] : NULL;
 }
 
 const struct quantity_kind *quantity_kind_of(const char *text)
@@ -414,7 +438,7 @@ const struct quantity_kind *quantity_kind_of(const char *text)
     char name[40];
     if (!text || !*text || !read_unit(text, &unit))
         return NULL;
-    for (size_t i = 0; i < COUNT(kinds); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(kinds); i++) {
         size_t length = strcspn(kinds[i].units, ",");
         /* each name is copied once; the texts are a few letters */
         memcpy(name, kinds[i].units, length);
@@ -425,18 +449,18 @@ const struct quantity_kind *quantity_kind_of(const char *text)
     return NULL;
 }
 
-void quantity_dimension(const char *text, int powers[3])
+void quantity_find_dimension(const char *text, int powers[3])
 {
     struct unit unit;
     bool known = read_unit(text, &unit);
-    powers[0] = known ? unit.power[FORCE] : 0;
-    powers[1] = known ? unit.power[LENGTH] : 0;
-    powers[2] = known ? unit.power[TIME] : 0;
+    powers[0] = known ? unit.power[DIMENSION_FORCE] : 0;
+    powers[1] = known ? unit.power[DIMENSION_LENGTH] : 0;
+    powers[2] = known ? unit.power[DIMENSION_TIME] : 0;
 }
 
 const char *quantity_unit_of_name(const char *name)
 {
-    for (size_t i = 0; i < COUNT(endings); i++) {
+    for (size_t i = 0; i < ARRAY_COUNT(endings); i++) {
         size_t length = strlen(name), end = strlen(endings[i].ending);
         if (length > end && strcmp(name + length - end, endings[i].ending) == 0)
             return endings[i].unit;

@@ -39,8 +39,8 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
 enum mr_status quantity_read(const char *text, const char *name, const char *unit, const char *bare,
                              double *value, struct error *error);
 /* Reads a JSON value: a number in `unit`, or a text with its unit. */
-bool quantity_json(const json_t *json, const char *unit, double *value,
-                   struct quantity_error *wrong);
+bool quantity_read_json(const json_t *json, const char *unit, double *value,
+                        struct quantity_error *wrong);
 /* Converts a value from unit `from` to unit `to`. Returns NaN if their dimensions differ. */
 double quantity_convert(double value, const char *from, const char *to);
 
@@ -48,7 +48,7 @@ double quantity_convert(double value, const char *from, const char *to);
 
 /* A kind of quantity, such as "a length", and its usual units, such as "ft, in, mm, cm, m". */
 struct quantity_kind {
-    const char *name, *units, *si;
+    const char *name, *units, *si_unit;
     const char *note; /* note on one of the units; NULL: none */
 };
 /* Returns the kinds in order: index 0 is the first; NULL after the last. Static storage. */
@@ -58,9 +58,9 @@ const struct quantity_kind *quantity_kind_at(size_t index);
 const struct quantity_kind *quantity_kind_of(const char *unit);
 /* Writes the powers of force, length and time in a unit. All are 0 if the text is not a unit or has
  * no dimension. */
-void quantity_dimension(const char *unit, int powers[3]);
+void quantity_find_dimension(const char *unit, int powers[3]);
 /* The spelling of a unit in the table of units: "in" for "Inches". "" if the unit is unknown. */
-const char *quantity_word(const char *text, size_t length);
+const char *quantity_unit_spelling(const char *text, size_t length);
 /* The unit at the end of a name: "ft/s2" for "deceleration_ft_s2". "" if there is no known unit. */
 const char *quantity_unit_of_name(const char *name);
 

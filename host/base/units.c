@@ -36,7 +36,7 @@ const struct unit *unit_of(enum unit_kind kind, bool si)
     return &units[si][kind];
 }
 
-const struct unit *unit_as_passed(enum unit_kind kind)
+const struct unit *unit_of_callers(enum unit_kind kind)
 {
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
@@ -60,7 +60,7 @@ const struct unit_word *unit_word_find(const char *word, size_t length)
     /* in a column of forces "kn" means kN, not knots */
     const char *known = length == 2 && strncasecmp(word, "kn", 2) == 0
                           ? "kN"
-                          : quantity_word(word, length);
+                          : quantity_unit_spelling(word, length);
     if (strcmp(known, "kgf") == 0)
         known = "kg";
     for (size_t i = 0; i < sizeof unit_word_table / sizeof unit_word_table[0]; i++) {

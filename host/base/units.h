@@ -12,8 +12,9 @@ enum unit_kind {
     UNIT_SPEED,
     UNIT_DECELERATION,
     UNIT_TENSION,
-    UNIT_KINDS, /* a board measures the kinds of quantities above; this is their number */
-    UNIT_NUMBER = UNIT_KINDS, /* a number without a unit, or whose name contains the unit */
+    UNIT_MEASURED_KINDS, /* a board measures the kinds of quantities above; this is their number */
+    UNIT_NUMBER =
+        UNIT_MEASURED_KINDS, /* a number without a unit, or whose name contains the unit */
     UNIT_TIME,
     UNIT_MOVEMENT, /* passed in ft; shown in inches or mm */
     UNIT_STIFFNESS,
@@ -28,7 +29,7 @@ struct unit {
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
 /* The unit in which callers pass values of this kind. */
-const struct unit *unit_as_passed(enum unit_kind kind);
+const struct unit *unit_of_callers(enum unit_kind kind);
 /* A unit that users may write after a displacement or a tension. */
 struct unit_word {
     const char *word; /* spelling for output: "mm", "kN" */

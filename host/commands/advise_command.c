@@ -108,8 +108,8 @@ static void begin_load(const struct request *r, struct store *store, const struc
 /* A quantity that is predicted from the condition `field` of a landing. The relation is fitted to
  * earlier landings in which the condition `other` was `choice`. */
 struct rig_relation {
-    const char *name, *label;           /* name and label of the prediction */
-    const char *field, *other, *choice; /* such as "temperature_f", "brake", "none" */
+    const char *name, *label;                         /* name and label of the prediction */
+    const char *field, *filter_field, *filter_choice; /* such as "temperature_f", "brake", "none" */
     enum unit_kind unit;
     enum mr_status (*predict)(const double *x, const double *y, size_t count, double at,
                               struct estimate *predicted, struct error *error);
@@ -132,12 +132,13 @@ static void add_relation(const struct request *r, struct store *store,
     inspection_read(kind, word, values, fatal);
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
-        const char *choice = json_string_value(json_object_get(entry->values, relation->other));
+        const char *choice =
+            json_string_value(json_object_get(entry->values, relation->filter_field));
         struct store_result result = store_blank_result;
         bool found = false, is_void = false;
         x[count] = inspection_number(entry->values, relation->field).value;
         if (!inspection_is_valid(entry, kind, 0) || isnan(x[count]) || !choice ||
-            strcmp(choice, relation->choice) != 0 ||
+            strcmp(choice, relation->filter_choice) != 0 ||
             (r->advise.before_run && entry->row.run >= r->advise.before_run))
             continue;
         store_is_void(store, entry->row.run, &is_void, NULL, fatal);
@@ -164,7 +165,7 @@ static const struct rig_relation coasting = {
     "coasting_speed", "speed by coasting", "release_ft",       "drive",
     "coast",          UNIT_SPEED,          rig_touchdown_speed};
 
-static int run(struct request *r, const struct cli *cli)
+static int run_advise(struct request *r, const struct cli *cli)
 {
     static struct advise advise; /* static: too large for the stack */
     struct error error = {0};
@@ -183,7 +184,7 @@ static int run(struct request *r, const struct cli *cli)
     if (error.status != MR_OK)
         return cli_fail(&error);
     if (r->keep_runway) {
-        struct store_advice kept = advise_stored_row(&advise, (int64_t)link_now_us());
+        struct store_advice kept = advise_to_stored_row(&advise, (int64_t)link_now_us());
         annotation_copy(kept.who, sizeof kept.who, annotation_author(r->who));
         store_advice_add(store, &kept, fatal);
     }
@@ -231,7 +232,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                   "too many points: --profile has %zu, but the board accepts only %u (--load); "
                   "leave some out",
                   r.advise.profile.count, MR_RISK_KNOTS);
-    return run(&r, cli);
+    return run_advise(&r, cli);
 }
 
 #define VALUES struct request

@@ -17,34 +17,36 @@
 struct band_design {
     /* given by the user */
     double weight_lb, g_ft_s2, deceleration_ft_s2;
-    double bands; /* number of bands that share the load, N */
+    double band_count; /* number of bands that share the load, N */
     double area_ft2, yield_lb_ft2, modulus_lb_ft2;
-    double mat_lb, friction;
+    double mat_weight_lb, friction;
     double mats_per_connection; /* number of mats that load one connection */
     double rows_per_connection; /* rows of mats from one connection to the next */
-    double row_ft;              /* length of a mat along the runway */
-    double width_ft;            /* influence width of the gear, b; 0: not given */
+    double mat_length_ft;       /* length of a mat along the runway */
+    double gear_width_ft;       /* influence width of the gear, b; 0: not given */
     /* band length between the springs at its ends; 0: the longest that C.10 allows */
-    double length_ft;
+    double band_length_ft;
     /* stiffness K of the spring at each end; 0: A E/L, for which the tension changes by R/2 */
-    double spring_lb_ft;
+    double spring_stiffness_lb_ft;
     /* a': position along the band at which R acts, as a fraction of its length */
     double force_position;
-    double tension_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
+    double given_t0_lb; /* initial tension T0; 0: the middle of the limits C.8 and C.9 */
     /* computed by design_bands */
-    double r_lb;          /* load R on a band, C.1 */
-    double strength_lb;   /* A fy, the force at which a band yields */
-    double friction_lb;   /* largest n F' within C.8 and C.9, from C.10 */
-    double connection_lb; /* F', friction force at one connection */
+    double band_load_lb;           /* load R on a band, C.1 */
+    double strength_lb;            /* A fy, the force at which a band yields */
+    double max_friction_lb;        /* largest n F' within C.8 and C.9, from C.10 */
+    double connection_friction_lb; /* F', friction force at one connection */
     /* number n of connections, from the band length if given, otherwise the largest */
-    double connections;
-    double connections_max;
-    double length_max_ft;
+    double connection_count;
+    double max_connection_count;
+    double max_band_length_ft;
     double t0_min_lb, t0_max_lb; /* limits of T0 for n connections, C.8 and C.9 */
     double t0_lb;                /* T0: given, or the middle of t0_min_lb and t0_max_lb */
     double spacing_ft;           /* spacing of the bands, C.2; 0: not known */
-    double ahead_lb, behind_lb;  /* changes of tension ahead of R and behind R, C.6 and C.7 */
-    double min_lb, max_lb; /* resulting smallest and largest tension: T0 - n F' - R/2, T0 + R/2 */
+    double tension_change_ahead_lb,
+        tension_change_behind_lb; /* changes of tension ahead of R and behind R, C.6 and C.7 */
+    double min_tension_lb,
+        max_tension_lb; /* resulting smallest and largest tension: T0 - n F' - R/2, T0 + R/2 */
 };
 
 #define IN2_PER_FT2 144.0
@@ -57,16 +59,16 @@ static void set_defaults(struct band_design *design)
         .weight_lb = 480e3,
         .g_ft_s2 = G_FT_S2,
         .deceleration_ft_s2 = 0.5 * G_FT_S2,
-        .bands = 4.0,
+        .band_count = 4.0,
         .area_ft2 = 6.0 * 0.375 / IN2_PER_FT2,
         .yield_lb_ft2 = 50e3 * IN2_PER_FT2,
         .modulus_lb_ft2 = 29e6 * IN2_PER_FT2,
-        .mat_lb = 160.0,
+        .mat_weight_lb = 160.0,
         .friction = 0.5,
         .mats_per_connection = 4.0,
         .rows_per_connection = 10.0,
-        .row_ft = 2.0,
-        .spring_lb_ft = 0.0,
+        .mat_length_ft = 2.0,
+        .spring_stiffness_lb_ft = 0.0,
         .force_position = 0.5,
     };
 }
@@ -76,42 +78,46 @@ static enum mr_status set_too_weak_error(const struct band_design *d, struct err
     return error_set(error, MR_USAGE,
                      "bands too weak: each carries R = %.6g lb and yields at A fy = %.6g lb (C.10 "
                      "leaves n F' = %.6g lb); give more bands, or a larger area or yield",
-                     d->r_lb, d->strength_lb, d->strength_lb - d->r_lb);
+                     d->band_load_lb, d->strength_lb, d->strength_lb - d->band_load_lb);
 }
 
 /* Computes the results from the inputs. MR_USAGE: no band meets these inputs; `error` has the
  * reason. */
 static enum mr_status design_bands(struct band_design *d, struct error *error)
 {
-    d->r_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->bands;
+    d->band_load_lb = d->weight_lb * d->deceleration_ft_s2 / d->g_ft_s2 / d->band_count;
     d->strength_lb = d->area_ft2 * d->yield_lb_ft2;
-    d->friction_lb = d->strength_lb - d->r_lb;
-    if (!(d->friction_lb > 0.0))
+    d->max_friction_lb = d->strength_lb - d->band_load_lb;
+    if (!(d->max_friction_lb > 0.0))
         return set_too_weak_error(d, error);
-    d->connection_lb = d->mats_per_connection * d->friction * d->mat_lb;
-    d->connections_max = d->connection_lb > 0.0
-                           ? floor(d->friction_lb / d->connection_lb * (1.0 + 1e-12))
-                           : HUGE_VAL;
-    double apart_ft = d->rows_per_connection * d->row_ft;
-    d->length_max_ft = d->connections_max * apart_ft;
-    d->connections = d->length_ft > 0.0 ? floor(d->length_ft / apart_ft * (1.0 + 1e-12))
-                                        : d->connections_max;
+    d->connection_friction_lb = d->mats_per_connection * d->friction * d->mat_weight_lb;
+    d->max_connection_count =
+        d->connection_friction_lb > 0.0
+            ? floor(d->max_friction_lb / d->connection_friction_lb * (1.0 + 1e-12))
+            : HUGE_VAL;
+    double apart_ft = d->rows_per_connection * d->mat_length_ft;
+    d->max_band_length_ft = d->max_connection_count * apart_ft;
+    d->connection_count = d->band_length_ft > 0.0
+                            ? floor(d->band_length_ft / apart_ft * (1.0 + 1e-12))
+                            : d->max_connection_count;
     /* Without a band length, held_lb is the largest n F' that C.10 allows, even if n is not a whole
      * number. The worked example does the same: 52.5 kip, not 164 x 320 lb. */
-    double held_lb = d->length_ft > 0.0 ? d->connections * d->connection_lb : d->friction_lb;
-    d->t0_min_lb = held_lb + 0.5 * d->r_lb;
-    d->t0_max_lb = d->strength_lb - 0.5 * d->r_lb;
-    d->t0_lb = d->tension_lb > 0.0 ? d->tension_lb : 0.5 * (d->t0_min_lb + d->t0_max_lb);
-    d->spacing_ft = d->width_ft > 0.0 ? d->width_ft / d->bands : 0.0;
-    double length_ft = d->length_ft > 0.0 ? d->length_ft : d->length_max_ft;
+    double held_lb = d->band_length_ft > 0.0 ? d->connection_count * d->connection_friction_lb
+                                             : d->max_friction_lb;
+    d->t0_min_lb = held_lb + 0.5 * d->band_load_lb;
+    d->t0_max_lb = d->strength_lb - 0.5 * d->band_load_lb;
+    d->t0_lb = d->given_t0_lb > 0.0 ? d->given_t0_lb : 0.5 * (d->t0_min_lb + d->t0_max_lb);
+    d->spacing_ft = d->gear_width_ft > 0.0 ? d->gear_width_ft / d->band_count : 0.0;
+    double length_ft = d->band_length_ft > 0.0 ? d->band_length_ft : d->max_band_length_ft;
     double band_lb_ft = d->area_ft2 * d->modulus_lb_ft2 / length_ft;
-    if (!(d->spring_lb_ft > 0.0))
-        d->spring_lb_ft = band_lb_ft;
-    double give = d->spring_lb_ft / band_lb_ft; /* K L/(A E) */
-    d->ahead_lb = -d->r_lb * (d->force_position * give + 1.0) / (give + 2.0);
-    d->behind_lb = d->r_lb * ((1.0 - d->force_position) * give + 1.0) / (give + 2.0);
-    d->min_lb = d->t0_lb - held_lb - 0.5 * d->r_lb;
-    d->max_lb = d->t0_lb + 0.5 * d->r_lb;
+    if (!(d->spring_stiffness_lb_ft > 0.0))
+        d->spring_stiffness_lb_ft = band_lb_ft;
+    double give = d->spring_stiffness_lb_ft / band_lb_ft; /* K L/(A E) */
+    d->tension_change_ahead_lb = -d->band_load_lb * (d->force_position * give + 1.0) / (give + 2.0);
+    d->tension_change_behind_lb = d->band_load_lb * ((1.0 - d->force_position) * give + 1.0) /
+                                  (give + 2.0);
+    d->min_tension_lb = d->t0_lb - held_lb - 0.5 * d->band_load_lb;
+    d->max_tension_lb = d->t0_lb + 0.5 * d->band_load_lb;
     return MR_OK;
 }
 
@@ -124,8 +130,8 @@ struct request {
 
 struct input {
     const char *name;
-    const char *own, *unit; /* unit of the field, and unit of an input without a unit */
-    double low, high;       /* smallest and largest value, in `unit` */
+    const char *field_unit, *bare_unit; /* unit of the field, and unit of an input without a unit */
+    double low, high;                   /* smallest and largest value, in `bare_unit` */
     size_t offset;
 };
 
@@ -134,22 +140,22 @@ struct input {
 static const struct input inputs[] = {
     {"weight", "lb", "lb", 1e-3, 1e9, DESIGN_OFFSET(weight_lb)},
     {"deceleration", "ft/s2", "ft/s2", 1e-3, 1e3, DESIGN_OFFSET(deceleration_ft_s2)},
-    {"bands", "", "", 0.01, 1000, DESIGN_OFFSET(bands)},
+    {"bands", "", "", 0.01, 1000, DESIGN_OFFSET(band_count)},
     {"width", "ft", "in", 1e-4, 1e4, offsetof(struct request, width_ft)},
     {"thickness", "ft", "in", 1e-4, 1e3, offsetof(struct request, thickness_ft)},
     {"area", "ft2", "in2", 1e-8, 1e6, DESIGN_OFFSET(area_ft2)},
     {"yield", "lb/ft2", "psi", 1, 1e9, DESIGN_OFFSET(yield_lb_ft2)},
     {"modulus", "lb/ft2", "psi", 1, 1e12, DESIGN_OFFSET(modulus_lb_ft2)},
-    {"mat", "lb", "lb", 1e-4, 1e6, DESIGN_OFFSET(mat_lb)},
+    {"mat", "lb", "lb", 1e-4, 1e6, DESIGN_OFFSET(mat_weight_lb)},
     {"friction", "", "", 0, 10, DESIGN_OFFSET(friction)},
     {"held", "", "", 0, 1000, DESIGN_OFFSET(mats_per_connection)},
     {"every", "", "", 1, 1000, DESIGN_OFFSET(rows_per_connection)},
-    {"row", "ft", "ft", 1e-3, 1000, DESIGN_OFFSET(row_ft)},
-    {"gear", "ft", "ft", 0, 1e4, DESIGN_OFFSET(width_ft)},
-    {"length", "ft", "ft", 0, 1e6, DESIGN_OFFSET(length_ft)},
-    {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, DESIGN_OFFSET(spring_lb_ft)},
+    {"row", "ft", "ft", 1e-3, 1000, DESIGN_OFFSET(mat_length_ft)},
+    {"gear", "ft", "ft", 0, 1e4, DESIGN_OFFSET(gear_width_ft)},
+    {"length", "ft", "ft", 0, 1e6, DESIGN_OFFSET(band_length_ft)},
+    {"spring", "lb/ft", "lb/ft", 1e-6, 1e12, DESIGN_OFFSET(spring_stiffness_lb_ft)},
     {"at", "", "", 0, 1, DESIGN_OFFSET(force_position)},
-    {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(tension_lb)},
+    {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(given_t0_lb)},
 };
 
 static const struct input *find_input(const char *word, const char **value)
@@ -173,11 +179,11 @@ static const struct input *find_input(const char *word, const char **value)
 static double read_value(const struct input *input, const char *text)
 {
     double value = 0.0;
-    quantity_read(text, input->name, input->own, input->unit, &value, fatal);
-    if (!(value >= quantity_convert(input->low, input->unit, input->own) &&
-          value <= quantity_convert(input->high, input->unit, input->own)))
+    quantity_read(text, input->name, input->field_unit, input->bare_unit, &value, fatal);
+    if (!(value >= quantity_convert(input->low, input->bare_unit, input->field_unit) &&
+          value <= quantity_convert(input->high, input->bare_unit, input->field_unit)))
         error_set(fatal, MR_USAGE, "value out of range: %s is %s; give %g to %g %s", input->name,
-                  text, input->low, input->high, input->unit);
+                  text, input->low, input->high, input->bare_unit);
     return value;
 }
 
@@ -233,18 +239,18 @@ struct force_text {
 };
 static struct force_text format_force(const struct findings *f, double lb)
 {
-    struct force_text said;
+    struct force_text out;
     const struct unit *unit = unit_of(UNIT_TENSION, f->si);
-    snprintf(said.text, sizeof said.text, "%.6g %s", lb * unit->factor, unit->text);
-    return said;
+    snprintf(out.text, sizeof out.text, "%.6g %s", lb * unit->factor, unit->text);
+    return out;
 }
 
 static void check_design(const struct band_design *d, struct findings *f)
 {
-    if (d->connections > d->connections_max)
+    if (d->connection_count > d->max_connection_count)
         add_finding(
             f, "theory: %.0f connections; C.10 allows %.0f; use shorter, more or stronger bands",
-            d->connections, d->connections_max);
+            d->connection_count, d->max_connection_count);
     if (d->t0_lb < d->t0_min_lb * (1.0 - 1e-9))
         add_finding(f, "theory: T0 %s is below n F' + R/2 = %s (C.8): the band may go loose",
                     format_force(f, d->t0_lb).text, format_force(f, d->t0_min_lb).text);
@@ -263,30 +269,33 @@ struct figure {
 
 #define DESIGN_FIELD(field) offsetof(struct band_design, field)
 static const struct figure figures[] = {
-    {"R", "R", UNIT_TENSION, 1, DESIGN_FIELD(r_lb), ", braking force, (W/N) a/g (C.1)"},
+    {"R", "R", UNIT_TENSION, 1, DESIGN_FIELD(band_load_lb), ", braking force, (W/N) a/g (C.1)"},
     {"strength", "A fy", UNIT_TENSION, 1, DESIGN_FIELD(strength_lb), ", strength"},
-    {"nF", "n F'", UNIT_TENSION, 1, DESIGN_FIELD(friction_lb),
+    {"nF", "n F'", UNIT_TENSION, 1, DESIGN_FIELD(max_friction_lb),
      ", available friction, A fy - R (C.10)"},
-    {"F", "F'", UNIT_TENSION, 1, DESIGN_FIELD(connection_lb), ", friction on one connection"},
+    {"F", "F'", UNIT_TENSION, 1, DESIGN_FIELD(connection_friction_lb),
+     ", friction on one connection"},
     {NULL, "held", UNIT_NUMBER, 0, DESIGN_FIELD(mats_per_connection),
      " mats act against a connection"},
-    {"n", "n", UNIT_NUMBER, 0, DESIGN_FIELD(connections), " connections"},
-    {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(connections_max), " connections"},
-    {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(length_max_ft),
+    {"n", "n", UNIT_NUMBER, 0, DESIGN_FIELD(connection_count), " connections"},
+    {"n_most", "largest n", UNIT_NUMBER, 0, DESIGN_FIELD(max_connection_count), " connections"},
+    {"longest", "length", UNIT_STATION, 1, DESIGN_FIELD(max_band_length_ft),
      " between springs, at most"},
     {"T0", "T0", UNIT_TENSION, 1, DESIGN_FIELD(t0_lb), ", pretension"},
     {"T0_least", "at least", UNIT_TENSION, 1, DESIGN_FIELD(t0_min_lb), " (C.8)"},
     {"T0_most", "at most", UNIT_TENSION, 1, DESIGN_FIELD(t0_max_lb), " (C.9)"},
-    {"ahead", "dT", UNIT_TENSION, 1, DESIGN_FIELD(ahead_lb), " ahead of the aircraft (C.6)"},
-    {"behind", "dT", UNIT_TENSION, 1, DESIGN_FIELD(behind_lb), " behind it (C.7)"},
+    {"ahead", "dT", UNIT_TENSION, 1, DESIGN_FIELD(tension_change_ahead_lb),
+     " ahead of the aircraft (C.6)"},
+    {"behind", "dT", UNIT_TENSION, 1, DESIGN_FIELD(tension_change_behind_lb), " behind it (C.7)"},
     {NULL, "at", UNIT_NUMBER, 2, DESIGN_FIELD(force_position),
      " of the length, where the braking force acts"},
-    {"least", "least tension", UNIT_TENSION, 1, DESIGN_FIELD(min_lb), " by theory"},
-    {"most", "largest tension", UNIT_TENSION, 1, DESIGN_FIELD(max_lb), " by theory"},
-    {"spring", "K", UNIT_STIFFNESS, 1, DESIGN_FIELD(spring_lb_ft), ", springs at the ends"},
+    {"least", "least tension", UNIT_TENSION, 1, DESIGN_FIELD(min_tension_lb), " by theory"},
+    {"most", "largest tension", UNIT_TENSION, 1, DESIGN_FIELD(max_tension_lb), " by theory"},
+    {"spring", "K", UNIT_STIFFNESS, 1, DESIGN_FIELD(spring_stiffness_lb_ft),
+     ", springs at the ends"},
 };
 
-static void add_figures(const struct band_design *d, struct answer *answer)
+static void add_design_values(const struct band_design *d, struct answer *answer)
 {
     for (size_t i = 0; i < sizeof figures / sizeof *figures; i++) {
         double value;
@@ -304,7 +313,7 @@ static struct answer *make_answer(const struct band_design *d, const struct find
     bool placed = d->spacing_ft > 0.0;
     answer_keep_units(answer);
     answer_open(answer, "design", "design by Appendix C, per band");
-    add_figures(d, answer);
+    add_design_values(d, answer);
     answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
                  placed ? d->spacing_ft : (double)NAN, 2)
         ->digits = 9;

@@ -30,14 +30,14 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_ROUNDS    6 /* times that missing pages are requested */
-#define BOX_PAGE_BITS 15u
-#define KIND_S        1.2 /* a board sends its identity and the state of its key once a second */
+#define BOX_ROUNDS       6 /* times that missing pages are requested */
+#define BOX_PAGE_BITS    15u
+#define TYPE_WAIT_S      1.2 /* a board sends its identity and the state of its key once a second */
 /* Erasing twice takes 0.8 s; it takes 6 s if the memory fails three times */
-#define KEY_S         20.0
-#define HMIL_PER_IN   100000.0
-#define COLUMNS       7u   /* joint openings in one row of the table */
-#define CLOSED_HMIL   200u /* 0.002 in: the predictor regards a smaller opening as closed */
+#define KEY_TIMEOUT_S    20.0
+#define HMIL_PER_IN      100000.0
+#define OPENINGS_PER_ROW 7u   /* joint openings in one row of the table */
+#define CLOSED_HMIL      200u /* 0.002 in: the predictor regards a smaller opening as closed */
 
 struct request {
     const struct cli *cli;
@@ -65,15 +65,15 @@ struct box_client {
     struct mr_box_space space;
     struct box_client_record records[BOX_CLIENT_RECORDS];
     size_t count;
-    bool list_complete;
+    bool is_list_complete;
     /* the record that is being read */
-    uint16_t reading;
+    uint16_t record_number;
     uint8_t (*pages)[MR_BOXPAGE];
-    uint8_t *present;
-    size_t page_count, parts;
+    uint8_t *is_present;
+    size_t page_count, received_parts;
     uint8_t half_page_bytes[MR_BOXPAGE / 2];
     uint32_t half_page; /* the page whose first half is in half_page_bytes */
-    bool ended;
+    bool has_ended;
 };
 
 static void handle_part(struct box_client *client, const uint8_t *payload)
@@ -84,9 +84,9 @@ static void handle_part(struct box_client *client, const uint8_t *payload)
     uint8_t part = mr_get_u8(&p);
     struct mr_boxpage_header header;
     uint8_t whole[MR_BOXPAGE];
-    if (!client->pages || record != client->reading || page >= client->page_count)
+    if (!client->pages || record != client->record_number || page >= client->page_count)
         return;
-    client->parts++;
+    client->received_parts++;
     if (part == 0) {
         memcpy(client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
         client->half_page = page;
@@ -95,7 +95,7 @@ static void handle_part(struct box_client *client, const uint8_t *payload)
         memcpy(whole + sizeof client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
         if (mr_boxpage_check(whole, &header) == MR_OK && header.record == record) {
             memcpy(client->pages[page], whole, sizeof whole);
-            client->present[page] = 1;
+            client->is_present[page] = 1;
         }
     }
 }
@@ -120,7 +120,7 @@ static enum mr_status handle_box_message(void *context, const struct dialogue_me
         if (mr_box_record_get(&record, bytes, length) != MR_OK)
             break;
         if (!record.record)
-            client->list_complete = true;
+            client->is_list_complete = true;
         else if (client->count < BOX_CLIENT_RECORDS)
             client->records[client->count++].record = record;
         break;
@@ -133,8 +133,8 @@ static enum mr_status handle_box_message(void *context, const struct dialogue_me
             handle_part(client, bytes);
         break;
     case MR_ID_BOX_END:
-        client->ended |= mr_box_end_get(&end, bytes, length) == MR_OK &&
-                         end.record == client->reading;
+        client->has_ended |= mr_box_end_get(&end, bytes, length) == MR_OK &&
+                             end.record == client->record_number;
         break;
     default: break;
     }
@@ -176,9 +176,9 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
 static void box_client_list(struct box_client *client)
 {
     client->count = 0;
-    client->list_complete = false;
+    client->is_list_complete = false;
     send_box_command(client, MR_COMMAND_BOX_LIST, 0);
-    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->list_complete,
+    if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->is_list_complete,
                             DIALOGUE_ANSWER_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the list of records timed out: %s; try again",
                   dialogue_spec(client->dialogue));
@@ -187,7 +187,7 @@ static void box_client_list(struct box_client *client)
 static size_t find_first_missing(const struct box_client *client)
 {
     size_t page = 0;
-    while (page < client->page_count && client->present[page])
+    while (page < client->page_count && client->is_present[page])
         page++;
     return page;
 }
@@ -197,19 +197,19 @@ static size_t find_first_missing(const struct box_client *client)
 static void box_client_read(struct box_client *client, const struct box_client_record *record,
                             uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
 {
-    client->reading = record->record.record;
+    client->record_number = record->record.record;
     client->pages = pages;
-    client->present = present;
+    client->is_present = present;
     client->page_count = record->record.pages;
     for (int round = 0; round < BOX_ROUNDS && find_first_missing(client) < client->page_count;
          round++) {
-        client->ended = false;
-        send_box_command(
-            client, MR_COMMAND_BOX_READ,
-            (int32_t)((uint32_t)client->reading << BOX_PAGE_BITS | find_first_missing(client)));
+        client->has_ended = false;
+        send_box_command(client, MR_COMMAND_BOX_READ,
+                         (int32_t)((uint32_t)client->record_number << BOX_PAGE_BITS |
+                                   find_first_missing(client)));
         /* the next round requests the pages that are still missing */
-        dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->ended,
-                                      &client->parts, DIALOGUE_ANSWER_S, fatal);
+        dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->has_ended,
+                                      &client->received_parts, DIALOGUE_ANSWER_S, fatal);
     }
     client->pages = NULL;
 }
@@ -400,8 +400,8 @@ static int report_identity(const struct request *request, struct dialogue *dialo
     if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(dialogue, fatal);
     struct error late = {0}; /* older firmware does not send the board type */
-    (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known, KIND_S,
-                              &late);
+    (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known,
+                              TYPE_WAIT_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);
@@ -512,7 +512,7 @@ static int run_arm(const struct request *request, struct dialogue *dialogue)
 
 /* ---- runway state of the predictor ---- */
 
-static const char *copy_text(unsigned copy, char out[40])
+static const char *runway_copy_text(unsigned copy, char out[40])
 {
     if (copy == MR_RUNWAY_WHOLE || copy >= MR_RUNWAY_UNREAD)
         return mr_runway_copy_text(copy);
@@ -549,8 +549,8 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
         " times the configured closing resistance";
     answer_count(answer, "crc", NULL, (int64_t)stored->crc);
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
-    answer_words(answer, "copy_a", "copy A", "%s", copy_text(stored->copy_a, a));
-    answer_words(answer, "copy_b", "copy B", "%s", copy_text(stored->copy_b, b));
+    answer_words(answer, "copy_a", "copy A", "%s", runway_copy_text(stored->copy_a, a));
+    answer_words(answer, "copy_b", "copy B", "%s", runway_copy_text(stored->copy_b, b));
     answer_count(answer, "closed_joints", NULL, count_closed(state));
     answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", count_closed(state),
                  state->mats + 1u);
@@ -560,10 +560,10 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     answer_close(answer);
     answer_table(answer, NULL,
                  "openings in rows of joints, starting with the joint in the first column");
-    for (unsigned s = 0; 10 * s <= state->mats; s += COLUMNS) {
+    for (unsigned s = 0; 10 * s <= state->mats; s += OPENINGS_PER_ROW) {
         answer_row(answer);
         answer_count(answer, NULL, "joint", 10 * s + 1);
-        for (unsigned i = 0; i < COLUMNS && 10 * (s + i) <= state->mats; i++) {
+        for (unsigned i = 0; i < OPENINGS_PER_ROW && 10 * (s + i) <= state->mats; i++) {
             char label[12];
             snprintf(label, sizeof label, "+%u", 10 * i);
             answer_value(answer, NULL, label, UNIT_DISPLACEMENT, segment_closed_in(state, s + i),
@@ -698,7 +698,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     uint8_t key[MR_KEY_BYTES] = {0};
     struct error error = {0};
     struct dialogue_command order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
-                                     .answer_s = KEY_S};
+                                     .answer_s = KEY_TIMEOUT_S};
     if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
         error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
@@ -714,7 +714,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
         order.argument = (int32_t)mr_crc32(0, key, sizeof key);
         send_key(dialogue, key);
     }
-    double until_s = dialogue_now_s(dialogue) + KEY_S;
+    double until_s = dialogue_now_s(dialogue) + KEY_TIMEOUT_S;
     enum mr_status status; /* not MR_OK while the black box uses the memory */
     do {
         error = (struct error){0};
@@ -747,29 +747,29 @@ static int run_health(const struct request *request, struct dialogue *dialogue)
     return health_run(dialogue, request->words[0], request->cli);
 }
 
-enum { CAN = 1, DB = 2, IMAGE = 4, OUT = 8 };
+enum { VERB_CAN = 1, VERB_DB = 2, VERB_IMAGE = 4, VERB_OUT = 8 };
 
 static const struct verb {
     const char *name;
-    unsigned options;   /* options that this subcommand allows besides --serial */
-    unsigned words;     /* largest number of arguments after the subcommand */
-    const char *number; /* name of the numeric argument, for errors; NULL: there is none */
+    unsigned options;        /* options that this subcommand allows besides --serial */
+    unsigned words_max;      /* largest number of arguments after the subcommand */
+    const char *number_name; /* name of the numeric argument, for errors; NULL: there is none */
     double min, max; /* limits of the numeric argument; if `min` is 1, the argument is required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
 } verbs[] = {
-    {.name = "", .options = IMAGE, .run = report_identity},
+    {.name = "", .options = VERB_IMAGE, .run = report_identity},
     {.name = "list", .run = run_box},
-    {"read", DB, 1, "the record", 1.0, 65535.0, run_box},
+    {"read", VERB_DB, 1, "the record", 1.0, 65535.0, run_box},
     {"free", 0, 1, "the record", 1.0, 65535.0, run_box},
     {.name = "health", .run = run_health},
     {.name = "self-test", .run = run_health},
     {.name = "reset", .run = run_health},
     {"zero", 0, 1, "zero number", 0.0, 2.0, run_gages},
     {.name = "shunt", .run = run_gages},
-    {"arm", CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, run_arm},
-    {.name = "disarm", .options = CAN, .run = run_arm},
-    {.name = "runway", .options = OUT, .words = 2, .run = run_runway},
-    {.name = "key", .words = 1, .run = set_key},
+    {"arm", VERB_CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, run_arm},
+    {.name = "disarm", .options = VERB_CAN, .run = run_arm},
+    {.name = "runway", .options = VERB_OUT, .words_max = 2, .run = run_runway},
+    {.name = "key", .words_max = 1, .run = set_key},
 };
 
 static const struct verb *find_verb(const char *word)
@@ -793,10 +793,10 @@ static void check_options(struct request *r, const struct verb *verb)
         unsigned option;
         const char *name, *whose;
     } options[] = {
-        {r->can != NULL, CAN, "--can", "only for arm, disarm and config"},
-        {r->db || r->run, DB, r->db ? "--db" : "--run", "read's"},
-        {r->image != NULL, IMAGE, "--image", "only for matrig board without a further word"},
-        {r->out || r->force, OUT, r->out ? "-o" : "--force", "only for runway and config"},
+        {r->can != NULL, VERB_CAN, "--can", "only for arm, disarm and config"},
+        {r->db || r->run, VERB_DB, r->db ? "--db" : "--run", "read's"},
+        {r->image != NULL, VERB_IMAGE, "--image", "only for matrig board without a further word"},
+        {r->out || r->force, VERB_OUT, r->out ? "-o" : "--force", "only for runway and config"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
         if (options[i].given && !(verb->options & options[i].option))
@@ -811,11 +811,11 @@ static void check_options(struct request *r, const struct verb *verb)
         error_set(fatal, MR_USAGE,
                   "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
                   verb->name, verb->name[0] ? " " : "",
-                  verb->options & CAN ? "--can LINK or " : "");
+                  verb->options & VERB_CAN ? "--can LINK or " : "");
     if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == run_arm)
         error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board",
                   r->can ? r->can : r->serial);
-    if (verb->options & DB && !r->db)
+    if (verb->options & VERB_DB && !r->db)
         error_set(fatal, MR_USAGE, "no campaign for the record: matrig board %s needs --db DB",
                   verb->name);
     if (verb->run == run_runway)
@@ -826,19 +826,19 @@ static void check_words(struct request *r, const struct verb *verb)
 {
     double number = 0.0;
     const char *word = r->words[1];
-    if (r->words[1 + verb->words])
+    if (r->words[1 + verb->words_max])
         error_set(fatal, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help", verb->name,
-                  verb->words ? "more" : "number", r->words[1 + verb->words]);
-    if (verb->number && !word && verb->min > 0.0)
+                  verb->words_max ? "more" : "number", r->words[1 + verb->words_max]);
+    if (verb->number_name && !word && verb->min > 0.0)
         error_set(fatal, MR_USAGE,
                   "no record number: matrig board %s needs one; see matrig board list", verb->name);
-    if (!verb->number || !word)
+    if (!verb->number_name || !word)
         return;
-    cli_number(word, verb->number, verb->min, verb->max, &number, fatal);
+    cli_number(word, verb->number_name, verb->min, verb->max, &number, fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
         error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",
-                  verb->number, word);
+                  verb->number_name, word);
 }
 
 static int board_command(int argc, char **argv, const struct cli *cli)

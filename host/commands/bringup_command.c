@@ -19,7 +19,7 @@ struct request {
 
 /* ---- printing ---- */
 
-static json_t *number_or_word(const struct bringup_line *line)
+static json_t *value_to_json(const struct bringup_line *line)
 {
     if (!line || line->is_absent)
         return json_null();
@@ -27,12 +27,12 @@ static json_t *number_or_word(const struct bringup_line *line)
                                                                      : json_real(line->number);
 }
 
-static json_t *line_json(const struct bringup_result *j)
+static json_t *line_to_json(const struct bringup_result *j)
 {
     const struct bringup_limit *limit = j->limit;
     json_t *json = json_pack(
         "{ssssss?sosbssss}", "name", j->name, "verdict", bringup_verdict_text(j->verdict), "unit",
-        j->line ? j->line->unit : NULL, "value", number_or_word(j->line), "said", j->line != NULL,
+        j->line ? j->line->unit : NULL, "value", value_to_json(j->line), "said", j->line != NULL,
         "source", limit ? limit->source : "", "advice", limit && j->verdict ? limit->advice : "");
     if (limit && !limit->words) {
         json_object_set_new(json, "least", cli_json_number(j->min, 15));
@@ -44,7 +44,7 @@ static json_t *line_json(const struct bringup_result *j)
 }
 
 /* Writes the limits of a value in hexadecimal or decimal, like the value. */
-static void limits_text(const struct bringup_result *j, char out[VALUE_TEXT_SIZE])
+static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_limit *limit = j->limit;
     bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
@@ -76,7 +76,8 @@ static size_t find_group_size(const struct bringup_result *judged, size_t count,
     return n;
 }
 
-static void value_text(const struct bringup_result *judged, size_t group, char out[VALUE_TEXT_SIZE])
+static void format_value(const struct bringup_result *judged, size_t group,
+                         char out[VALUE_TEXT_SIZE])
 {
     const struct bringup_line *least = judged->line, *most = judged->line;
     for (size_t i = 1; i < group; i++) {
@@ -94,8 +95,8 @@ static void value_text(const struct bringup_result *judged, size_t group, char o
 static void print_row(struct answer *answer, const struct bringup_result *j, size_t group)
 {
     char value[VALUE_TEXT_SIZE], limits[VALUE_TEXT_SIZE], name[VALUE_TEXT_SIZE];
-    value_text(j, group, value);
-    limits_text(j, limits);
+    format_value(j, group, value);
+    format_limits(j, limits);
     if (group > 1)
         snprintf(name, sizeof name, "%s (%zu)", j->limit->name, group);
     else
@@ -133,7 +134,7 @@ static int check_values(const struct request *request, const struct bringup *b)
     struct answer *answer = answer_new(request->cli->si);
     for (size_t i = 0; i < count; i++) {
         verdicts[judged[i].verdict]++;
-        json_array_append_new(lines, line_json(&judged[i]));
+        json_array_append_new(lines, line_to_json(&judged[i]));
     }
     answer_words(answer, "section", NULL, "%s", b->section);
     answer_words_or_none(answer, "board", NULL, uid ? uid->value : NULL, NULL);

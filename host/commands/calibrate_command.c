@@ -48,7 +48,7 @@ static enum unit_kind unit_kind(const struct request *r)
 }
 
 /* Unit of the calibration. Known values are converted to it. */
-static const char *unit_text(const struct request *r)
+static const char *find_unit_text(const struct request *r)
 {
     return r->channel < MR_TRANSDUCERS ? "in" : "lb";
 }
@@ -59,7 +59,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
                     const struct calibrate_fit *fit, const struct mr_channel_config *channel,
                     int code)
 {
-    const char *unit = unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
+    const char *unit = find_unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
     answer_words(answer, "channel", "channel", "%s", r->word);
     answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low,
@@ -191,13 +191,13 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
         snprintf(mend, sizeof mend,
                  "without point %zu (%.6g %s, %.6g codes) the others fit within %.2g %s: measure "
                  "that point again",
-                 i + 1, points->point[i].value, unit_text(r), points->point[i].code, rest,
-                 unit_text(r));
+                 i + 1, points->point[i].value, find_unit_text(r), points->point[i].code, rest,
+                 find_unit_text(r));
     error_set(&error, MR_LIMIT,
               "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
               "%s, or accept the deviation with --accept REASON",
-              fit->max_deviation, unit_text(r), 100.0 * fit->max_deviation / span, r->miss_percent,
-              name_source(r), mend);
+              fit->max_deviation, find_unit_text(r), 100.0 * fit->max_deviation / span,
+              r->miss_percent, name_source(r), mend);
     r->output = NULL;
     if (r->cli->json) /* the JSON object already contains the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
@@ -217,7 +217,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 struct reading_sum {
     const struct mr_channel_config *reference;
     unsigned channel, count, invalid_count;
-    double sum, squares, first;
+    double sum, sum_of_squares, first_value;
 };
 
 static enum mr_status gather_readings(void *context, const struct dialogue_message *message,
@@ -239,9 +239,9 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
         return MR_OK;
     }
     double code = (double)reading.code * (double)ratio;
-    g->first = g->count ? g->first : code;
-    g->sum += code - g->first;
-    g->squares += (code - g->first) * (code - g->first);
+    g->first_value = g->count ? g->first_value : code;
+    g->sum += code - g->first_value;
+    g->sum_of_squares += (code - g->first_value) * (code - g->first_value);
     g->count++;
     return MR_OK;
 }
@@ -266,8 +266,8 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
                   g->invalid_count ? "check the wiring of the sensor"
                                    : "check that the board is connected");
     double n = g->count;
-    point->code = g->first + g->sum / n;
-    point->spread = sqrt(fmax(g->squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
+    point->code = g->first_value + g->sum / n;
+    point->spread = sqrt(fmax(g->sum_of_squares - g->sum * g->sum / n, 0.0) / (n - 1.0));
 }
 
 /* Reads a line from the keyboard. Meanwhile, messages of the board are received, so that none pile
@@ -300,7 +300,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
 {
     struct reading_sum g = {.reference = &config->channel[MR_REFERENCE], .channel = r->channel};
     char line[100];
-    const char *unit = unit_text(r);
+    const char *unit = find_unit_text(r);
     points->unit = unit_word_find(unit, 2);
     dialogue_subscribe(dialogue, gather_readings, &g);
     cli_note(r->cli,
@@ -498,8 +498,8 @@ static void read_known(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
     double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
-    if (calibrate_value_parse(r->known_error_text, unit_kind(r), unit_word_find(unit_text(r), 2),
-                              &r->known_error, &wrong) &&
+    if (calibrate_value_parse(r->known_error_text, unit_kind(r),
+                              unit_word_find(find_unit_text(r), 2), &r->known_error, &wrong) &&
         r->known_error >= 0.0 && r->known_error <= most)
         return;
     if (wrong.what[0])
@@ -508,7 +508,7 @@ static void read_known(struct request *r)
     error_set(fatal, MR_USAGE,
               "not a standard error from 0 to %g %s: '%s' for --known; give a number in %s, or "
               "with its unit",
-              most, unit_text(r), r->known_error_text, unit_text(r));
+              most, find_unit_text(r), r->known_error_text, find_unit_text(r));
 }
 
 static void check_request(struct request *r)

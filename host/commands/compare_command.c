@@ -101,8 +101,8 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
     return exit_code == 0 && verdict->failed ? cli_fail(&error) : exit_code;
 }
 
-static int compare_one(struct store *store, const struct request *request,
-                       struct compare_model *model, const struct cli *cli)
+static int compare_one_landing(struct store *store, const struct request *request,
+                               struct compare_model *model, const struct cli *cli)
 {
     struct compare_landing landing;
     struct compare_verdict verdict = {0};
@@ -128,8 +128,8 @@ static void show_progress(void *ctx, size_t done, size_t of)
         fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 
-static int compare_many(struct store *store, const struct request *request,
-                        struct compare_model *model, const struct cli *cli)
+static int compare_all_landings(struct store *store, const struct request *request,
+                                struct compare_model *model, const struct cli *cli)
 {
     struct compare_series set;
     struct answer *answer = answer_new(cli->si);
@@ -156,8 +156,8 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     model.is_not_stored = !stored;
     if (!stored)
         cli_note(cli, "the comparison was not stored: %s", cannot.text);
-    int exit_code = request.run ? compare_one(store, &request, &model, cli)
-                                : compare_many(store, &request, &model, cli);
+    int exit_code = request.run ? compare_one_landing(store, &request, &model, cli)
+                                : compare_all_landings(store, &request, &model, cli);
     compare_model_free(&model);
     compare_limits_free(&request.limits);
     return exit_code;

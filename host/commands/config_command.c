@@ -28,7 +28,7 @@ struct session {
     uint32_t crc;
 };
 
-static const char *copy_text(unsigned copy)
+static const char *config_copy_text(unsigned copy)
 {
     return copy == 0   ? "intact"
          : copy == 255 ? "empty"
@@ -41,10 +41,10 @@ static void note_damage(const struct cli *cli, const struct mr_config_state *sta
 {
     if (state->copy_a != 0 && state->copy_a != 255)
         cli_note(cli, "copy A of the configuration in the board's flash is damaged: %s",
-                 copy_text(state->copy_a));
+                 config_copy_text(state->copy_a));
     if (state->copy_b != 0 && state->copy_b != 255)
         cli_note(cli, "copy B of the configuration in the board's flash is damaged: %s",
-                 copy_text(state->copy_b));
+                 config_copy_text(state->copy_b));
 }
 
 /* Prints a note if the board's configuration is invalid. Older firmware may have accepted it. */
@@ -83,12 +83,13 @@ static int run_get(const struct request *request)
     note_damage(request->cli, state);
     note_invalid(request->cli, &session.config);
     if (request->cli->json)
-        exit_code = cli_print_json(
-            json_pack("{sIsIssssssss}", "revision", (json_int_t)session.config.site[0].revision,
-                      "crc", (json_int_t)session.crc, "source",
-                      mr_config_source_text(state->source), "copy_a", copy_text(state->copy_a),
-                      "copy_b", copy_text(state->copy_b), "text", text),
-            0);
+        exit_code = cli_print_json(json_pack("{sIsIssssssss}", "revision",
+                                             (json_int_t)session.config.site[0].revision, "crc",
+                                             (json_int_t)session.crc, "source",
+                                             mr_config_source_text(state->source), "copy_a",
+                                             config_copy_text(state->copy_a), "copy_b",
+                                             config_copy_text(state->copy_b), "text", text),
+                                   0);
     else if (request->output)
         printf("%s: revision %u, CRC %08x, %s\n", request->output, session.config.site[0].revision,
                session.crc, mr_config_source_text(state->source));
@@ -196,7 +197,8 @@ static void find_base(const struct request *request, struct session *session, ui
 }
 
 /* Writes the LINK with which the board can be reached on CAN after the change. */
-static void link_at_base(const struct request *request, uint16_t base, char out[LINK_SPEC_SIZE])
+static void format_link_at_base(const struct request *request, uint16_t base,
+                                char out[LINK_SPEC_SIZE])
 {
     uint16_t old;
     struct error error = {0};
@@ -226,7 +228,7 @@ static int run_set(const struct request *request)
     uint16_t base = wanted.site[0].can_base;
     bool moves = count && base != session.config.site[0].can_base;
     char at_base[LINK_SPEC_SIZE];
-    link_at_base(request, base, at_base);
+    format_link_at_base(request, base, at_base);
     if (count)
         check_gain_changes(request, &session.config, &wanted);
     if (moves)

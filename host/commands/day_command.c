@@ -68,11 +68,11 @@ struct day_facts {
     bool is_go, calibration_due;
     char no_go[200]; /* first reason for a NO-GO; an overdue calibration is listed before others */
     /* a log is running since logging_since_us */
-    bool logging;
+    bool is_logging;
     int64_t logging_since_us;
     /* since the newest landing; only in this process: the campaign does not store these facts */
     int64_t calibrated_us;
-    bool skipped[DAY_STEPS];
+    bool is_skipped[DAY_STEPS];
 };
 
 struct day_plan {
@@ -216,7 +216,7 @@ static void day_facts_read(struct store *store, int64_t now_us, struct day_facts
     memcpy(f->serial, was.serial, sizeof f->serial);
     memcpy(f->can, was.can, sizeof f->can);
     /* The lock is read first: a log that begins after this line is found by the next call. */
-    f->logging = store_is_logged(store);
+    f->is_logging = store_is_logged(store);
     read_links(store, f);
     read_landings(store, f);
     read_series(store, f);
@@ -225,7 +225,7 @@ static void day_facts_read(struct store *store, int64_t now_us, struct day_facts
     read_ready(store, f);
     if (f->run == was.run) {
         f->calibrated_us = was.calibrated_us;
-        memcpy(f->skipped, was.skipped, sizeof f->skipped);
+        memcpy(f->is_skipped, was.is_skipped, sizeof f->is_skipped);
     }
 }
 
@@ -261,7 +261,7 @@ static enum day_state set_reason(char reason[240], enum day_state state, const c
     return state;
 }
 
-static const char *clock_text(int64_t us, char out[9])
+static const char *format_clock(int64_t us, char out[9])
 {
     time_t s = (time_t)(us / 1000000);
     struct tm at;
@@ -282,7 +282,7 @@ static enum day_state look_state(const struct day_facts *f, char reason[240])
         return set_reason(reason, DAY_NOT_NEEDED, "no landing yet");
     if (f->has_notes)
         return set_reason(reason, DAY_DONE, "RUN %lld has a note", (long long)f->run);
-    if (f->logging && is_landing_in_progress(f))
+    if (f->is_logging && is_landing_in_progress(f))
         return set_reason(reason, DAY_NOT_NEEDED, "RUN %lld is not over", (long long)f->run);
     if (is_landing_in_progress(f))
         return set_reason(
@@ -321,7 +321,7 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
                           (long long)f->survey, f->survey_read, f->survey_items);
     if (is_surveyed(f))
         return set_reason(reason, DAY_DONE, "survey %lld, ended %s", (long long)f->survey,
-                          clock_text(f->survey_ended_us, at));
+                          format_clock(f->survey_ended_us, at));
     return f->run ? set_reason(reason, DAY_NEXT, "the mat has not been surveyed since RUN %lld",
                                (long long)f->run)
                   : set_reason(reason, DAY_NEXT, "the mat has not been surveyed yet");
@@ -330,11 +330,11 @@ static enum day_state survey_state(const struct day_facts *f, char reason[240])
 static enum day_state load_state(const struct day_facts *f, char reason[240])
 {
     char at[9];
-    if (!is_surveyed(f) && f->skipped[DAY_SURVEY])
+    if (!is_surveyed(f) && f->is_skipped[DAY_SURVEY])
         return set_reason(reason, DAY_NOT_NEEDED, "no survey to load");
     if (is_surveyed(f) && f->loaded_us)
         return set_reason(reason, DAY_DONE, "the board has survey %lld, since %s",
-                          (long long)f->survey, clock_text(f->loaded_us, at));
+                          (long long)f->survey, format_clock(f->loaded_us, at));
     return set_reason(reason, DAY_NEXT, "the survey is not loaded into the board");
 }
 
@@ -354,7 +354,7 @@ static enum day_state ready_state(const struct day_facts *f, char reason[240])
                (is_surveyed(f) && f->ready_us < f->loaded_us);
     if (!f->ready_us)
         return set_reason(reason, DAY_NEXT, "board and sensors have not been checked yet");
-    clock_text(f->ready_us, at);
+    format_clock(f->ready_us, at);
     if (old)
         return set_reason(reason, DAY_NEXT, "the last check, at %s, predates %s", at,
                           f->ready_us < f->armed_us        ? "the last landing"
@@ -367,7 +367,7 @@ static enum day_state ready_state(const struct day_facts *f, char reason[240])
 static enum day_state land_state(const struct day_facts *f, char reason[240])
 {
     long long run = (long long)f->run;
-    if (!f->logging)
+    if (!f->is_logging)
         return set_reason(reason, DAY_NEXT, "start the log in another terminal");
     if (is_landing_in_progress(f))
         return set_reason(reason, DAY_NEXT, "RUN %lld: %s", run,
@@ -390,10 +390,10 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
     plan->next = DAY_LAND;
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
         plan->state[step] = of[step](f, plan->reason[step]);
-        if (plan->state[step] == DAY_NEXT && f->skipped[step])
+        if (plan->state[step] == DAY_NEXT && f->is_skipped[step])
             plan->state[step] = DAY_SKIPPED;
         /* While a log runs, the landing is next, even if earlier steps are open. */
-        if (plan->state[step] == DAY_NEXT && f->logging && step != DAY_LAND)
+        if (plan->state[step] == DAY_NEXT && f->is_logging && step != DAY_LAND)
             plan->state[step] = DAY_LATER;
         if (plan->state[step] != DAY_NEXT)
             continue;
@@ -409,9 +409,9 @@ static void day_plan_make(const struct day_facts *f, struct day_plan *plan)
 
 /* ---- the command ---- */
 
-#define WORDS    (INSPECTION_FIELDS_MAX + 8)
-#define NO_CAN   "none"
-#define STANDARD "standard"
+#define WORDS_MAX       (INSPECTION_FIELDS_MAX + 8)
+#define NO_CAN          "none"
+#define STANDARD_SERIES "standard"
 
 struct request {
     const char *db, *serial, *can;
@@ -429,7 +429,7 @@ struct day {
 
 /* A command line of matrig. The texts belong to the caller. */
 struct command_line {
-    const char *words[WORDS]; /* words[0] is the path of matrig */
+    const char *words[WORDS_MAX]; /* words[0] is the path of matrig */
     size_t count;
 };
 
@@ -476,7 +476,7 @@ static void print_error(struct day *day)
 
 static void add_word(struct command_line *line, const char *word)
 {
-    if (line->count + 1 < WORDS)
+    if (line->count + 1 < WORDS_MAX)
         line->words[line->count++] = word;
 }
 
@@ -497,7 +497,7 @@ static struct command_line make_line(const char *command, const char *word)
 }
 
 /* Returns the command line as a user would type it. The caller frees the text. */
-static char *line_text(const struct command_line *line)
+static char *format_line(const struct command_line *line)
 {
     static const char plain[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz"
                                 "0123456789_@%+=:,./-";
@@ -530,7 +530,7 @@ static bool run_line(struct day *day, const struct command_line *line)
     /* A handler is used because the command would inherit SIG_IGN. */
     const struct sigaction action = {.sa_handler = ignore_signal, .sa_flags = SA_RESTART};
     struct sigaction was;
-    char *text = line_text(line);
+    char *text = format_line(line);
     pid_t child;
     int status = 0;
     printf("$ %s\n", text);
@@ -840,8 +840,8 @@ static void run_land_step(struct day *day)
 {
     struct command_line line;
     make_step_line(day, DAY_LAND, &line);
-    char *text = line_text(&line);
-    if (day->facts.logging)
+    char *text = format_line(&line);
+    if (day->facts.is_logging)
         printf("%s\n", day->plan.reason[DAY_LAND]);
     else
         printf("run this in another terminal; there, type arm to arm the board, and Ctrl-C to "
@@ -890,7 +890,7 @@ static void print_list(const struct day *day)
                step_words[step].key, state_text(plan->state[step]), plan->reason[step]);
     printf("Enter: %s: %s\n", step_words[plan->next].key, step_words[plan->next].text);
     if (make_step_line(day, plan->next, &line)) {
-        char *text = line_text(&line);
+        char *text = format_line(&line);
         printf("       %s\n", text);
         free(text);
     }
@@ -911,7 +911,7 @@ static int run_day(struct day *day)
         else if (!key[0])
             run_step(day, day->plan.next);
         else if (key[0] == 's')
-            day->facts.skipped[day->plan.next] = day->plan.next != DAY_LAND;
+            day->facts.is_skipped[day->plan.next] = day->plan.next != DAY_LAND;
         else if (key[0] == 'r')
             write_report(day);
         print_error(day);
@@ -926,10 +926,10 @@ static int show_day(const struct day *day)
     answer_words(answer, "db", NULL, "%s", day->r.db);
     answer_words(answer, "next", NULL, "%s", step_words[day->plan.next].key);
     answer_words(answer, "reason", NULL, "%s", day->plan.reason[day->plan.next]);
-    char *text = make_step_line(day, day->plan.next, &line) ? line_text(&line) : NULL;
+    char *text = make_step_line(day, day->plan.next, &line) ? format_line(&line) : NULL;
     answer_words_or_none(answer, "command", NULL, text, NULL);
     free(text);
-    answer_flag(answer, "logging", NULL, day->facts.logging);
+    answer_flag(answer, "logging", NULL, day->facts.is_logging);
     answer_count(answer, "run", NULL, day->facts.run);
     answer_count(answer, "landings_today", NULL, day->facts.landings_today);
     answer_table(answer, "steps", "");

@@ -21,11 +21,11 @@
 
 #define BAUD_MIN            9600.0
 #define BAUD_MAX            460800.0
-#define HELLO_S             2.5 /* s; the board sends a hello once a second */
+#define HELLO_WAIT_S        2.5 /* s; the board sends a hello once a second */
 #define HELLO_AFTER_RESET_S 6.0
-#define COMMAND_S           3.0
+#define COMMAND_TIMEOUT_S   3.0
 /* S; the board sends its type after the hello, older firmware 1 s later */
-#define BOARD_S             1.0
+#define TYPE_WAIT_S         1.0
 #define RESTART_MS          200    /* the board resets after 50 ms; the rest is for the reset */
 #define ROM_BAUD            115200 /* baud; the highest rate that AN3155 guarantees */
 #define CHIP_TRIES          3u
@@ -37,13 +37,13 @@ struct session {
     const struct cli *cli;
     const char *spec;
     const char *tty; /* path of the port; stm32flash opens it */
-    bool pts;        /* the port is a pseudo-terminal, which has no parity */
+    bool is_pts;     /* the port is a pseudo-terminal, which has no parity */
     bool force;
     int64_t baud;
     struct imagefile image;
     unsigned chip; /* id of the chip for which the image is built */
     struct dialogue *dialogue;
-    bool same_image, firmware_runs;
+    bool is_same_image, firmware_runs;
 };
 
 /* ---- stm32flash ---- */
@@ -70,13 +70,13 @@ struct part {
     uint32_t address; /* offset from MR_FLASH, bytes */
     const uint8_t *bytes;
     size_t count;
-    bool start; /* start the program afterwards */
+    bool starts_program; /* start the program afterwards */
 };
 
 /* Shows progress: the newest percentage in the output of stm32flash, such as `(42.00%)`. */
-static void show_output(const struct session *to, const char *part, const char *said)
+static void show_output(const struct session *to, const char *part, const char *output)
 {
-    const char *percent = strrchr(said, '(');
+    const char *percent = strrchr(output, '(');
     char *end;
     double value = percent ? strtod(percent + 1, &end) : 0;
     if (cli_can_draw() && !to->cli->quiet && percent && *end == '%')
@@ -85,40 +85,41 @@ static void show_output(const struct session *to, const char *part, const char *
 
 /* Reads the output of stm32flash until stm32flash ends. If there is too much output, keeps the
  * newest part. */
-static void read_output(const struct session *to, int fd, const char *part, char said[OUTPUT_SIZE])
+static void read_output(const struct session *to, int fd, const char *part,
+                        char output[OUTPUT_SIZE])
 {
     size_t length = 0;
     ssize_t count;
     for (;;) {
         if (length == OUTPUT_SIZE - 1) {
-            memmove(said, said + OUTPUT_SIZE / 2, length -= OUTPUT_SIZE / 2);
-            said[length] = '\0';
+            memmove(output, output + OUTPUT_SIZE / 2, length -= OUTPUT_SIZE / 2);
+            output[length] = '\0';
         }
-        if ((count = read(fd, said + length, OUTPUT_SIZE - 1 - length)) <= 0)
+        if ((count = read(fd, output + length, OUTPUT_SIZE - 1 - length)) <= 0)
             return;
-        said[length += (size_t)count] = '\0';
-        show_output(to, part, said);
+        output[length += (size_t)count] = '\0';
+        show_output(to, part, output);
     }
 }
 
-static void copy_last_line(char *said, char line[120])
+static void copy_last_line(char *output, char line[120])
 {
-    size_t end = strlen(said);
-    while (end > 0 && strchr("\r\n ", said[end - 1]))
-        said[--end] = '\0';
+    size_t end = strlen(output);
+    while (end > 0 && strchr("\r\n ", output[end - 1]))
+        output[--end] = '\0';
     size_t start = end;
-    while (start > 0 && !strchr("\r\n", said[start - 1]))
+    while (start > 0 && !strchr("\r\n", output[start - 1]))
         start--;
-    snprintf(line, 120, "%s", said + start);
+    snprintf(line, 120, "%s", output + start);
 }
 
-/* Runs stm32flash with the arguments `words`. MR_LIMIT: stm32flash failed; `said` has its output
+/* Runs stm32flash with the arguments `words`. MR_LIMIT: stm32flash failed; `output` has its output
  * and `error` is not set. */
 static enum mr_status run_program(const struct session *to, const char *const words[],
-                                  const char *part, char said[OUTPUT_SIZE], struct error *error)
+                                  const char *part, char output[OUTPUT_SIZE], struct error *error)
 {
     char baud[12];
-    const char *all[WORDS_MAX] = {"stm32flash", "-m", to->pts ? "8n1" : "8e1", "-b", baud};
+    const char *all[WORDS_MAX] = {"stm32flash", "-m", to->is_pts ? "8n1" : "8e1", "-b", baud};
     size_t n = 5;
     int ends[2], status = 0;
     pid_t child;
@@ -126,12 +127,12 @@ static enum mr_status run_program(const struct session *to, const char *const wo
     while (*words && n < WORDS_MAX - 2)
         all[n++] = *words++;
     all[n] = to->tty;
-    said[0] = '\0';
+    output[0] = '\0';
     if (pipe2(ends, O_CLOEXEC) != 0)
         return error_set(error, MR_IO, "cannot create a pipe to stm32flash; close other programs");
     if (process_start(all, (const int[]){-1, ends[1], ends[1]}, &child, error) == MR_OK) {
         close(ends[1]);
-        read_output(to, ends[0], part, said);
+        read_output(to, ends[0], part, output);
         waitpid(child, &status, 0);
     } else {
         close(ends[1]);
@@ -148,20 +149,21 @@ static enum mr_status run_program(const struct session *to, const char *const wo
 
 /* Reads the id of the chip from its boot ROM. MR_TIMEOUT: no answer. MR_IO: stm32flash is
  * missing. */
-static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, struct error *error)
+static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *chip,
+                                           struct error *error)
 {
-    char said[OUTPUT_SIZE], why[120];
+    char output[OUTPUT_SIZE], why[120];
     /* The first try can fail, because the firmware may still send while it restarts. */
     for (unsigned try = 0; try < CHIP_TRIES; try++) {
-        enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", said,
+        enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", output,
                                             error);
-        const char *id = strstr(said, "Device ID");
+        const char *id = strstr(output, "Device ID");
         if (status == MR_OK && id && sscanf(id, "Device ID : %x", chip) == 1)
             return MR_OK;
         if (error->status != MR_OK)
             return error->status;
     }
-    copy_last_line(said, why);
+    copy_last_line(output, why);
     return error_set(error, MR_TIMEOUT,
                      "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, "
                      "on USART1; power-cycle the board if an earlier attempt was interrupted",
@@ -171,8 +173,9 @@ static enum mr_status stm32flash_chip(const struct session *to, unsigned *chip, 
 static enum mr_status write_part(const struct session *to, const char *folder,
                                  const struct part *part, struct error *error)
 {
-    char path[TEMPORARY_FOLDER + 40], at[12], said[OUTPUT_SIZE], why[120];
-    const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->start ? "-g" : NULL, at, NULL};
+    char path[TEMPORARY_FOLDER + 40], at[12], output[OUTPUT_SIZE], why[120];
+    const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->starts_program ? "-g" : NULL,
+                           at,   NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
     snprintf(at, sizeof at, "0x%08x", (unsigned)(MR_FLASH + part->address));
     FILE *file = fopen(path, "wb");
@@ -180,9 +183,9 @@ static enum mr_status write_part(const struct session *to, const char *folder,
     if (!file || fclose(file) != 0 || !written)
         return error_set(error, MR_IO, "cannot write: %s; free disk space there, or set TMPDIR",
                          path);
-    if (run_program(to, words, part->name, said, error) != MR_LIMIT)
+    if (run_program(to, words, part->name, output, error) != MR_LIMIT)
         return error->status;
-    copy_last_line(said, why);
+    copy_last_line(output, why);
     return error_set(
         error, MR_IO,
         "stm32flash failed at the %s, %s: %s (%s); power-cycle the board and run the command "
@@ -210,7 +213,8 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
     const struct imagefile *image = &to->image;
     struct part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
                          false};
-    struct part program = {.name = "program"}, vectors = {.name = "vectors", .start = true};
+    struct part program = {.name = "program"},
+                vectors = {.name = "vectors", .starts_program = true};
     char folder[TEMPORARY_FOLDER];
     enum mr_status status = temporary_folder_create(folder, "flash", error);
     if (status == MR_OK &&
@@ -228,7 +232,8 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 static void enter_rom(struct session *session)
 {
     struct mr_ack ack;
-    const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM, .answer_s = COMMAND_S};
+    const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM,
+                                           .answer_s = COMMAND_TIMEOUT_S};
     if (dialogue_send_command(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
         dialogue_set_no_answer_error(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
@@ -275,7 +280,7 @@ static void check_board(struct session *session)
     struct identity *identity = &session->dialogue->identity;
     if (session->image.has_header && !session->force &&
         dialogue_wait_until(session->dialogue, dialogue_is_flag_set, &identity->board_known,
-                            BOARD_S, fatal) == MR_OK &&
+                            TYPE_WAIT_S, fatal) == MR_OK &&
         identity->board != session->image.header.board)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
@@ -288,18 +293,18 @@ static void check_board(struct session *session)
 static void identify_firmware(struct session *session)
 {
     char why[200];
-    if (!receive_firmware(session, HELLO_S)) {
+    if (!receive_firmware(session, HELLO_WAIT_S)) {
         cli_note(session->cli,
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return;
     }
     check_board(session);
-    session->same_image = session->image.has_header &&
-                          identity_is_running(&session->dialogue->identity, &session->image.header,
-                                              why, sizeof why);
-    if (session->same_image && !session->force)
+    session->is_same_image = session->image.has_header &&
+                             identity_is_running(&session->dialogue->identity,
+                                                 &session->image.header, why, sizeof why);
+    if (session->is_same_image && !session->force)
         return;
-    if (!session->same_image && session->image.has_header)
+    if (!session->is_same_image && session->image.has_header)
         cli_note(session->cli, "flash: %s", why);
     enter_rom(session);
 }
@@ -341,9 +346,9 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
 {
     char real[PATH_MAX];
     session->tty = tty;
-    session->pts = realpath(tty, real) && strncmp(real, "/dev/pts/", 9) == 0;
+    session->is_pts = realpath(tty, real) && strncmp(real, "/dev/pts/", 9) == 0;
     unsigned chip = 0;
-    enum mr_status status = stm32flash_chip(session, &chip, error);
+    enum mr_status status = stm32flash_read_chip(session, &chip, error);
     if (status == MR_OK && chip != session->chip)
         status = error_set(error, MR_VERSION,
                            "wrong chip: the chip id is 0x%03x, the image is for 0x%03x: %s; check "
@@ -403,7 +408,7 @@ static int run_flash(struct session *session)
     session->dialogue->accepts_any_layout = true;
     identify_firmware(session);
     dialogue_close(session->dialogue);
-    bool already = session->same_image && !session->force;
+    bool already = session->is_same_image && !session->force;
     if (!already && program_chip(session, tty, &error) != MR_OK)
         return cli_fail(&error);
     if (!already && session->image.has_header) {

@@ -21,7 +21,7 @@
  * in the pilot study, 1300 lb in the standard series, and up to 2250 lb as a C-5 at this scale. */
 static const struct field {
     const char *name;
-    bool number;
+    bool is_number;
     double low, high;
 } fields[] = {
     {"touchdown_ft", true, 0.0, 120.0},
@@ -31,7 +31,7 @@ static const struct field {
     {"runway", false, 0, 0},
     {"series", false, 0, 0},
 };
-#define FIELDS (sizeof fields / sizeof fields[0])
+#define FIELD_COUNT (sizeof fields / sizeof fields[0])
 
 struct request {
     const struct cli *cli;
@@ -162,19 +162,19 @@ static void store_change(const struct request *r, struct store *store, const cha
     store_change_add(store, &row, fatal);
 }
 
-static void refuse_field(const char *said)
+static void refuse_field(const char *argument)
 {
     char word[40], text[SPELL_SUGGEST_TEXT];
     struct spell_suggest near;
-    snprintf(word, sizeof word, "%.*s", (int)strcspn(said, "="), said);
+    snprintf(word, sizeof word, "%.*s", (int)strcspn(argument, "="), argument);
     spell_suggest_begin(&near, word);
-    for (size_t i = 0; i < FIELDS; i++)
+    for (size_t i = 0; i < FIELD_COUNT; i++)
         spell_suggest_add(&near, fields[i].name);
     spell_suggest_text(&near, text);
     error_set(fatal, MR_USAGE,
               "cannot correct '%s'%s%s give FIELD=VALUE, where FIELD is touchdown_ft, weight_lb, "
               "pattern, modification, runway or series",
-              said, text, text[0] ? "" : ";");
+              argument, text, text[0] ? "" : ";");
 }
 
 /* Converts the number to the unit of the field. A number without a unit is stored as typed; a
@@ -203,7 +203,7 @@ static void store_correction(const struct request *r, struct store *store)
     const char *value = strchr(r->correct, '=');
     size_t length = value ? (size_t)(value - r->correct) : 0;
     const struct field *field = NULL;
-    for (size_t i = 0; i < FIELDS; i++) {
+    for (size_t i = 0; i < FIELD_COUNT; i++) {
         if (strlen(fields[i].name) == length && strncmp(fields[i].name, r->correct, length) == 0)
             field = &fields[i];
     }
@@ -211,7 +211,7 @@ static void store_correction(const struct request *r, struct store *store)
         refuse_field(r->correct);
         return;
     }
-    if (field->number)
+    if (field->is_number)
         correct_number(field, value + 1, number);
     if (strcmp(field->name, "series") == 0) {
         struct store_series *rows;
@@ -225,7 +225,7 @@ static void store_correction(const struct request *r, struct store *store)
             error_set(fatal, MR_UNKNOWN, "no series '%s': %s; matrig landing DB lists them",
                       value + 1, r->words[0]);
     }
-    store_change(r, store, field->name, field->number ? number : value + 1);
+    store_change(r, store, field->name, field->is_number ? number : value + 1);
 }
 
 /* Refuses a wave later than the end of the record: a typing error (300 s for 3.00 s), or the wrong

@@ -17,13 +17,13 @@
 /* Frames that are shown at the start although they were logged earlier: ten seconds of a landing,
  * or minutes without one. */
 #define FRAMES_AT_START 30000
-#define FRAMES_PER_TURN 2000
+#define FRAMES_PER_POLL 2000
 #define SESSION_LINKS   200
 
 struct watch {
     const struct cli *cli;
     struct store *store;
-    struct store_follow_position place;
+    struct store_follow_position position;
     int64_t session;
     struct store_session_row links; /* links of the logged session */
     struct live_source source;
@@ -61,9 +61,9 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
     int64_t session = 0;
     bool more = true;
     enum mr_status status = MR_OK;
-    for (int turn = 0; more && turn < 1 + FRAMES_AT_START / FRAMES_PER_TURN && status == MR_OK;
+    for (int turn = 0; more && turn < 1 + FRAMES_AT_START / FRAMES_PER_POLL && status == MR_OK;
          turn++)
-        status = store_follow(watch->store, &watch->place, FRAMES_PER_TURN, &follower, &more,
+        status = store_follow(watch->store, &watch->position, FRAMES_PER_POLL, &follower, &more,
                               error);
     if (status == MR_OK)
         status = store_newest_session(watch->store, &session, error);
@@ -110,7 +110,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
         .si = watch->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
-    store_follow_begin(watch->store, FRAMES_AT_START, &watch->place, fatal);
+    store_follow_begin(watch->store, FRAMES_AT_START, &watch->position, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)
         return;

@@ -18,14 +18,14 @@
 
 /* Smallest jump of the clock that is reported, per loop cycle. Slewing by NTP is below 500 ppm and
  * is not reported. */
-#define CLOCK_JUMP_US      50000
-#define TURN_MAX_US        250000u /* longest loop cycle */
-#define TRANSACTION_MAX_US 40000u  /* longest loop cycle while a commit is pending */
-#define LOCK_WAIT_MS       20      /* time between two attempts to begin the session */
+#define CLOCK_JUMP_US            50000
+#define CYCLE_MAX_US             250000u /* longest loop cycle */
+#define TRANSACTION_CYCLE_MAX_US 40000u  /* longest loop cycle while a commit is pending */
+#define LOCK_WAIT_MS             20      /* time between two attempts to begin the session */
 /* Longest absence of a device, s. A cable that is unplugged between landings must not end the
  * log. */
-#define ABSENCE_MAX_S      3600.0
-#define ABSENCE_POLL_MS    250 /* time between two attempts to open a missing device */
+#define ABSENCE_MAX_S            3600.0
+#define ABSENCE_POLL_MS          250 /* time between two attempts to open a missing device */
 
 /* Records a change of this computer's clock in the campaign. The user or NTP may set the clock
  * during logging. Stored times are not changed. Deadlines use the monotonic clock. */
@@ -58,9 +58,9 @@ static bool is_campaign_locked(const struct logger *logger)
 /* Time until the next deadline, but at most one loop cycle. */
 static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 {
-    uint64_t now_us = monotonic_us(), until_us = now_us + TURN_MAX_US;
-    if (logger->in_transaction && logger->begun_us + TRANSACTION_MAX_US < until_us)
-        until_us = logger->begun_us + TRANSACTION_MAX_US;
+    uint64_t now_us = monotonic_us(), until_us = now_us + CYCLE_MAX_US;
+    if (logger->in_transaction && logger->begun_us + TRANSACTION_CYCLE_MAX_US < until_us)
+        until_us = logger->begun_us + TRANSACTION_CYCLE_MAX_US;
     if (is_campaign_locked(logger) && logger->retry_us < until_us)
         until_us = logger->retry_us;
     if (deadline_us < until_us)
@@ -74,8 +74,8 @@ static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_t deadline_us,
                                      bool ready[LINK_KINDS], bool *signalled, struct error *error)
 {
-    enum { SIGNALS = LINK_KINDS, TYPED, QUEUE_EVENT, POLLED };
-    struct pollfd polled[POLLED];
+    enum { POLL_SIGNALS = LINK_KINDS, POLL_KEYBOARD, POLL_QUEUE_EVENT, POLL_COUNT };
+    struct pollfd polled[POLL_COUNT];
     bool held = is_campaign_locked(logger);
     int wait_ms = poll_timeout_ms(logger, deadline_us);
     uint64_t counted;
@@ -88,13 +88,14 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
         if (ready[link])
             wait_ms = 0;
     }
-    polled[SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
-    polled[TYPED] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
-    polled[QUEUE_EVENT] = (struct pollfd){.fd = held ? -1 : logger->event_fd, .events = POLLIN};
-    if (poll(polled, POLLED, wait_ms) < 0 && errno != EINTR)
+    polled[POLL_SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
+    polled[POLL_KEYBOARD] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
+    polled[POLL_QUEUE_EVENT] = (struct pollfd){.fd = held ? -1 : logger->event_fd,
+                                               .events = POLLIN};
+    if (poll(polled, POLL_COUNT, wait_ms) < 0 && errno != EINTR)
         return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
-    if (polled[QUEUE_EVENT].revents & POLLIN &&
+    if (polled[POLL_QUEUE_EVENT].revents & POLLIN &&
         read(logger->event_fd, &counted, sizeof counted) < 0 && errno != EAGAIN)
         return error_set(error, MR_IO, "cannot wait for data from the links (%s); try again",
                          strerror(errno));
@@ -102,16 +103,16 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
                       (logger->link_open[link] && !held &&
                        link_queue_has_unread(link_reader_queue(logger->reader[link])));
-    *signalled = polled[SIGNALS].revents & POLLIN && logger_is_signalled(logger, signals);
-    if (polled[TYPED].fd >= 0 && polled[TYPED].revents)
+    *signalled = polled[POLL_SIGNALS].revents & POLLIN && logger_is_signalled(logger, signals);
+    if (polled[POLL_KEYBOARD].fd >= 0 && polled[POLL_KEYBOARD].revents)
         typed_read(&logger->typed);
     return MR_OK;
 }
 
 /* Does one loop cycle: stores received data, commits if it is time, and prints landings and links
  * without data. */
-static enum mr_status process_turn(struct logger *logger, const bool ready[LINK_KINDS],
-                                   struct error *error)
+static enum mr_status process_cycle(struct logger *logger, const bool ready[LINK_KINDS],
+                                    struct error *error)
 {
     enum mr_status status = MR_OK;
     for (unsigned link = 0; link < LINK_KINDS && status == MR_OK; link++) {
@@ -146,7 +147,7 @@ static enum mr_status collect_data(struct logger *logger, int signals, double fo
         if (status == MR_OK)
             logger_select_lagging_link(logger, ready);
         if (status == MR_OK && !is_campaign_locked(logger) &&
-            process_turn(logger, ready, error) != MR_OK)
+            process_cycle(logger, ready, error) != MR_OK)
             status = logger_wait_for_store(logger, error);
         if (status != MR_OK)
             return status;

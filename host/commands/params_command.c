@@ -142,14 +142,14 @@ static void plot_rigid(struct plot *plot, const struct push_series *series,
     }
     if (known)
         top_lb = fabs(fit->limit_lb);
-    plot_draw(plot, &(struct plot_series){
-                        .kind = PLOT_LINE,
-                        .key = known ? "Coulomb, rigid, up to its limit" : "Coulomb, rigid",
-                        .colour = 5,
-                        .dashed = true,
-                        .x = (double[]){fit->dial_zero_in, fit->dial_zero_in, right_in},
-                        .y = (double[]){0.0, top_lb, top_lb},
-                        .count = known ? 3 : 2});
+    plot_add_series(plot, &(struct plot_series){
+                              .kind = PLOT_LINE,
+                              .key = known ? "Coulomb, rigid, up to its limit" : "Coulomb, rigid",
+                              .colour = 5,
+                              .is_dashed = true,
+                              .x = (double[]){fit->dial_zero_in, fit->dial_zero_in, right_in},
+                              .y = (double[]){0.0, top_lb, top_lb},
+                              .count = known ? 3 : 2});
 }
 
 static void plot_push(const struct params_request *request, const struct push *push)
@@ -163,23 +163,23 @@ static void plot_push(const struct params_request *request, const struct push *p
         const struct push_fit *fit = &push->ground.fit[i];
         char title[PUSH_NAME_SIZE + 40];
         snprintf(title, sizeof title, "test %s, %.4g lb", series->name, series->load_lb);
-        plot_panel(plot, title, (struct plot_axis){.label = "displacement (in)"},
-                   (struct plot_axis){.label = "force (lb)"});
-        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
-                                              .key = "read",
-                                              .colour = PLOT_GREY,
-                                              .x = series->moved_in,
-                                              .y = series->force_lb,
-                                              .count = series->count});
+        plot_begin_panel(plot, title, (struct plot_axis){.label = "displacement (in)"},
+                         (struct plot_axis){.label = "force (lb)"});
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
+                                                    .key = "read",
+                                                    .colour = PLOT_GREY,
+                                                    .x = series->moved_in,
+                                                    .y = series->force_lb,
+                                                    .count = series->count});
         push_fit_curve(series, push->setting.gages, fit, law_in);
-        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
-                                              .key = isnan(fit->k_lb_in.value)
-                                                       ? "elastic, smallest stiffness"
-                                                       : "elastic ground",
-                                              .colour = 1,
-                                              .x = law_in,
-                                              .y = series->force_lb,
-                                              .count = series->count});
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                                    .key = isnan(fit->k_lb_in.value)
+                                                             ? "elastic, smallest stiffness"
+                                                             : "elastic ground",
+                                                    .colour = 1,
+                                                    .x = law_in,
+                                                    .y = series->force_lb,
+                                                    .count = series->count});
         plot_rigid(plot, series, fit);
     }
     plot_write(plot, request->plot_path, fatal);
@@ -193,8 +193,8 @@ static double read_number(const char *name, const json_t *value)
 {
     double number;
     struct quantity_error wrong;
-    return quantity_json(value, quantity_unit_of_name(name), &number, &wrong) ? number
-                                                                              : (double)NAN;
+    return quantity_read_json(value, quantity_unit_of_name(name), &number, &wrong) ? number
+                                                                                   : (double)NAN;
 }
 
 static bool has_key(const struct reader *r, const char *name)
@@ -405,7 +405,7 @@ static void read_subgrade(struct reader *r)
 static const struct test {
     const char *name;
     void (*read)(struct reader *r);
-    const char *names; /* names that the test may have */
+    const char *reading_names; /* names that the test may have */
 } tests[] = {
     {"inertia", read_inertia, " weight_lb spacing_ft cord_ft period_s "},
     {"tension", read_tension, " joint_in slope_lb_in_in strip_in force_lb stretch_in "},
@@ -434,9 +434,9 @@ static void read_test(struct reader *r, const char *name, const json_t *readings
     {
         char padded[64];
         snprintf(padded, sizeof padded, " %s ", key);
-        if (key[0] != '_' && !strstr(test->names, padded))
+        if (key[0] != '_' && !strstr(test->reading_names, padded))
             error_set(fatal, MR_MALFORMED, "unknown reading: %s: %s: \"%s\"; this test has%s",
-                      r->path, name, key, test->names);
+                      r->path, name, key, test->reading_names);
     }
     r->test = name;
     r->readings = readings;

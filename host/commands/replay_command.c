@@ -29,7 +29,7 @@ struct replay {
     struct board_messages recorded, replayed;
     struct replay_input input;
     struct diff diff;
-    bool same_image;
+    bool is_same_image;
 };
 
 static void default_paths(struct replay *replay)
@@ -145,8 +145,9 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
           load_losses(store, replay, &options, error) == MR_OK &&
           run_board(replay, cli, error) == MR_OK))
         return error->status;
-    replay->same_image = replay->recorded.landing.image_crc == replay->replayed.landing.image_crc;
-    options.is_exact = replay->exact_asked || replay->same_image;
+    replay->is_same_image = replay->recorded.landing.image_crc ==
+                            replay->replayed.landing.image_crc;
+    options.is_exact = replay->exact_asked || replay->is_same_image;
     options.shift_blocks = replay->input.shift_blocks;
     diff_messages(&replay->recorded, &replay->replayed, &options, &replay->diff);
     return MR_OK;
@@ -168,7 +169,7 @@ static void add_replay(const struct replay *replay, struct answer *answer)
         " segments";
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
-    if (replay->same_image)
+    if (replay->is_same_image)
         answer_words(answer, NULL, "image", "%08x, the image that recorded the landing", replayed);
     else
         answer_words(answer, NULL, "image", "%08x (firmware %s); recorded by %08x (firmware %s)",

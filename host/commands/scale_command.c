@@ -17,8 +17,8 @@
 
 struct request {
     /* modulus: the materials keep their stiffness; false: their density */
-    bool modulus, to_model, force;
-    double n;
+    bool keeps_modulus, to_model, force;
+    double length_scale;
     const char *to, *keep; /* as the user typed it; NULL: not given */
     const char *output_path;
     const char *words[WORDS_MAX];
@@ -31,7 +31,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     while (request->count < WORDS_MAX && request->words[request->count])
         request->count++;
     request->to_model = request->to && strcmp(request->to, "model") == 0;
-    request->modulus = request->keep && strcmp(request->keep, "modulus") == 0;
+    request->keeps_modulus = request->keep && strcmp(request->keep, "modulus") == 0;
 }
 
 /* Similitude: returns the exponent of the length scale n, in halves, for the ratio prototype /
@@ -39,27 +39,27 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
  * Force scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with
  * n^2 if their stiffness is kept (the pilot model: Table B.2). All other exponents follow from the
  * dimensions. */
-static int half_powers(const struct request *request, const char *unit)
+static int find_half_powers(const struct request *request, const char *unit)
 {
     int powers[3]; /* powers of force, length and time in the unit */
-    quantity_dimension(unit, powers);
-    return (request->modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
+    quantity_find_dimension(unit, powers);
+    return (request->keeps_modulus ? 4 : 6) * powers[0] + 2 * powers[1] + powers[2];
 }
 
 /* The factor by which a value in this unit is multiplied. */
 static double find_factor(const struct request *request, const char *unit)
 {
-    double ratio = pow(request->n, 0.5 * half_powers(request, unit));
+    double ratio = pow(request->length_scale, 0.5 * find_half_powers(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
 /* Makes an answer with the facts that all subcommands print. */
-static struct answer *scale_answer(const struct request *request)
+static struct answer *make_answer(const struct request *request)
 {
     /* the answer is never in SI, because scene keys have fixed units */
     struct answer *answer = answer_new(false);
-    answer_words(answer, "keep", NULL, request->modulus ? "modulus" : "density");
-    answer_value(answer, "n", NULL, UNIT_NUMBER, request->n, 0)->digits = 17;
+    answer_words(answer, "keep", NULL, request->keeps_modulus ? "modulus" : "density");
+    answer_value(answer, "n", NULL, UNIT_NUMBER, request->length_scale, 0)->digits = 17;
     answer_words(answer, "to", NULL, request->to_model ? "model" : "prototype");
     return answer;
 }
@@ -95,12 +95,12 @@ static const struct quantity {
     {"torsional_damping", "CT", "ft lb s/rad"},
     {"line_force", "q", "lb/ft"},
 };
-#define QUANTITIES (sizeof quantities / sizeof quantities[0])
+#define QUANTITY_COUNT (sizeof quantities / sizeof quantities[0])
 
 static const struct quantity *quantity_find(const char *name,
                                             int (*compare)(const char *, const char *))
 {
-    for (size_t i = 0; i < QUANTITIES; i++) {
+    for (size_t i = 0; i < QUANTITY_COUNT; i++) {
         if (compare(quantities[i].name, name) == 0 || compare(quantities[i].symbol, name) == 0)
             return &quantities[i];
     }
@@ -108,35 +108,36 @@ static const struct quantity *quantity_find(const char *name,
 }
 
 /* Writes a power of n: "n^3", "n^2.5", "n", "1/n" or "1". */
-static void power_text(int half_powers, char text[16])
+static void format_power(int find_half_powers, char text[16])
 {
-    int size = abs(half_powers);
+    int size = abs(find_half_powers);
     char number[8] = "";
     if (size != 2)
         snprintf(number, sizeof number, size % 2 ? "^%d.5" : "^%d", size / 2);
-    if (half_powers == 0)
+    if (find_half_powers == 0)
         snprintf(text, 16, "1");
     else
-        snprintf(text, 16, "%sn%s", half_powers < 0 ? "1/" : "", number);
+        snprintf(text, 16, "%sn%s", find_half_powers < 0 ? "1/" : "", number);
 }
 
 /* Prints every ratio; used without operands. */
 static int show_ratios(const struct request *request, const struct cli *cli)
 {
-    struct answer *answer = scale_answer(request);
-    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->n,
-                    request->modulus ? "modulus" : "density");
+    struct answer *answer = make_answer(request);
+    answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->length_scale,
+                    request->keeps_modulus ? "modulus" : "density");
     answer_table(answer, "ratios", "");
-    for (size_t i = 0; i < QUANTITIES; i++) {
+    for (size_t i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         char power[16];
-        int halves = half_powers(request, quantity->unit);
-        power_text(halves, power);
+        int halves = find_half_powers(request, quantity->unit);
+        format_power(halves, power);
         answer_row(answer);
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
-        answer_value(answer, "ratio", "ratio", UNIT_NUMBER, pow(request->n, 0.5 * halves), -6)
+        answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
+                     pow(request->length_scale, 0.5 * halves), -6)
             ->digits = 12;
     }
     answer_close(answer);
@@ -184,7 +185,7 @@ static int scale_values(const struct request *request, const struct cli *cli)
         }
         values[i].to = values[i].from * find_factor(request, values[i].quantity->unit);
     }
-    struct answer *answer = scale_answer(request);
+    struct answer *answer = make_answer(request);
     answer_open(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
         const struct quantity *quantity = values[i].quantity;
@@ -210,7 +211,7 @@ static json_t *scale_value(const struct request *request, const json_t *value, c
     struct quantity_error wrong;
     if (!quantity_kind_of(unit)) /* "1", a mat number and a name are not quantities */
         return json_deep_copy(value);
-    if (quantity_json(value, unit, &number, &wrong))
+    if (quantity_read_json(value, unit, &number, &wrong))
         return json_real(number * find_factor(request, unit));
     if (!json_is_array(value))
         return json_deep_copy(value);
@@ -287,8 +288,8 @@ static double find_default(const struct request *request, const struct sim_key *
 /* Adds the defaults that change with scale, because the defaults of matrig are for the model. Adds
  * the defaults of a modification only if `scene` has the modification, and the defaults of the
  * scene only if `whole`. */
-static void complete_result(const struct request *request, const json_t *scene, bool whole,
-                            json_t *result)
+static void add_changing_defaults(const struct request *request, const json_t *scene, bool whole,
+                                  json_t *result)
 {
     static const char *const gates[][2] = {
         {"band_", "bands"}, {"band2_", "bands2"}, {"cleat_", "cleat_every"}};
@@ -317,8 +318,8 @@ static void set_default(json_t *object, const char *key, json_t *value)
 
 /* Writes all keys of scene, runway, aircraft and engine into the study, because the defaults are
  * for the model. */
-static json_t *complete_study(const struct request *request, const json_t *source,
-                              const struct landing_series *c, struct error *error)
+static json_t *write_out_study(const struct request *request, const json_t *source,
+                               const struct landing_series *c, struct error *error)
 {
     const char *path = request->words[0];
     json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held),
@@ -329,9 +330,9 @@ static json_t *complete_study(const struct request *request, const json_t *sourc
     {
         set_default(entry, "touchdown_ft", json_real(SERIES_TOUCHDOWN_FT));
         set_default(entry, "speed_ft_s", json_real(SERIES_SPEED_FT_S));
-        complete_result(request, json_object_get(entry, "apply"), false, scene);
+        add_changing_defaults(request, json_object_get(entry, "apply"), false, scene);
     }
-    complete_result(request, scene, true, scene);
+    add_changing_defaults(request, scene, true, scene);
     json_object_del(scene, "F"); /* the landings define F */
     json_object_del(scene, "Vac");
     json_object_set_new(study, "scene", scene);
@@ -356,12 +357,12 @@ static json_t *scale_json(const struct request *request, const json_t *source, b
     json_t *whole;
     if (is_study) {
         series_load(&series, path, fatal);
-        whole = complete_study(request, source, &series, fatal);
+        whole = write_out_study(request, source, &series, fatal);
         series_free(&series);
     } else {
         sim_scene_load(&scene, path, fatal);
         whole = json_deep_copy(source);
-        complete_result(request, source, true, whole);
+        add_changing_defaults(request, source, true, whole);
         sim_scene_free(&scene);
     }
     json_t *other = scale_object(request, whole);
@@ -371,8 +372,8 @@ static json_t *scale_json(const struct request *request, const json_t *source, b
             json_sprintf(
                 "Converted to %s scale by matrig scale: n %g, %s kept. Texts (name, observed) are "
                 "unchanged.",
-                request->to_model ? "model" : "prototype", request->n,
-                request->modulus ? "modulus" : "density"));
+                request->to_model ? "model" : "prototype", request->length_scale,
+                request->keeps_modulus ? "modulus" : "density"));
     json_decref(whole);
     return other;
 }
@@ -388,12 +389,12 @@ static int scale_file(const struct request *request, const struct cli *cli)
     if (request->output_path || !cli->json)
         output_write_json(request->output_path, other, 17, fatal);
     if (cli->json) {
-        struct answer *answer = scale_answer(request);
+        struct answer *answer = make_answer(request);
         answer_json_value(answer, is_study ? "study" : "scene", json_incref(other));
         code = answer_show(cli, answer, 0);
     } else if (request->output_path) {
         printf("%s: %s at n = %g\n", request->output_path,
-               request->to_model ? "model" : "prototype", request->n);
+               request->to_model ? "model" : "prototype", request->length_scale);
     }
     json_decref(source);
     json_decref(other);
@@ -426,7 +427,7 @@ static const struct command_part parts[] = {
               "study file, JSON: runway, aircraft, landings, modifications and scene are scaled"),
     OPTION_CHOICE("--to", "SIDE", to, "side", "model|prototype",
                   "convert to prototype (from model values) or to model; default: prototype"),
-    OPTION_NUMBER("--n", "N", n, NULL, 1e-3, 1e3, 7.0,
+    OPTION_NUMBER("--n", "N", length_scale, NULL, 1e-3, 1e3, 7.0,
                   "prototype length / model length; default: {standard}"),
     HELP_ITEM("--keep density", "rule of the 1/7 model: forces scale by n^3 (default)"),
     HELP_ITEM("--keep modulus", "rule of the small model of the pilot study: forces scale by n^2"),

@@ -17,13 +17,13 @@
 #include "host/commands/program.h"
 #include "host/landing_series/series.h"
 
-#define NAME "matrig-study"
+#define STUDY_PROGRAM "matrig-study"
 
 static bool try_program(char *path, size_t size, const char *folder, size_t length,
                         const char *below)
 {
     struct stat file;
-    int need = snprintf(path, size, "%.*s%s" NAME, (int)length, folder, below);
+    int need = snprintf(path, size, "%.*s%s" STUDY_PROGRAM, (int)length, folder, below);
     return need > 0 && (size_t)need < size && stat(path, &file) == 0 && S_ISREG(file.st_mode) &&
            access(path, X_OK) == 0;
 }
@@ -51,7 +51,8 @@ static int fail_start(const char *command, const char *why)
 {
     struct error error = {0};
     error_set(&error, MR_IO,
-              "cannot start " NAME ", which runs matrig %s: %s; build it with make all, or install "
+              "cannot start " STUDY_PROGRAM
+              ", which runs matrig %s: %s; build it with make all, or install "
               "it with make install or the package matrig-study",
               command, why);
     return cli_fail(&error);
@@ -69,7 +70,7 @@ int study_exec(int argc, char **argv, const struct cli *cli)
                  "not found next to %s, in ../libexec/matrig from there, or on PATH", matrig);
         return fail_start(argv[0], why);
     }
-    words[count++] = NAME;
+    words[count++] = STUDY_PROGRAM;
     words[count++] = STUDY_STARTED_BY;
     words[count++] = (char *)VERSION_TEXT;
     words[count++] = matrig;

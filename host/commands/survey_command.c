@@ -136,7 +136,7 @@ static void add_movement(const struct survey_results *found, struct answer *answ
     answer_close(answer);
 }
 
-static json_t *estimates_json(const struct survey_estimate *e, size_t count, double factor)
+static json_t *estimates_to_json(const struct survey_estimate *e, size_t count, double factor)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -145,7 +145,7 @@ static json_t *estimates_json(const struct survey_estimate *e, size_t count, dou
     return list;
 }
 
-static json_t *numbers_json(const double *value, size_t count, double factor)
+static json_t *numbers_to_json(const double *value, size_t count, double factor)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -153,27 +153,29 @@ static json_t *numbers_json(const double *value, size_t count, double factor)
     return list;
 }
 
-static json_t *readings_json(const struct survey_readings *r, double factor)
+static json_t *readings_to_json(const struct survey_readings *r, double factor)
 {
     json_t *gaps = json_array(), *stations = json_array(), *across = json_array(),
            *diagonals = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
-        json_array_append_new(gaps, numbers_json(r->gap_in[line], SURVEY_SPANS, factor));
-        json_array_append_new(stations, numbers_json(r->station_in[line], SURVEY_STATIONS, factor));
-        json_array_append_new(across, numbers_json(r->across_in[line], SURVEY_STATIONS, factor));
+        json_array_append_new(gaps, numbers_to_json(r->gap_in[line], SURVEY_SPANS, factor));
+        json_array_append_new(stations,
+                              numbers_to_json(r->station_in[line], SURVEY_STATIONS, factor));
+        json_array_append_new(across, numbers_to_json(r->across_in[line], SURVEY_STATIONS, factor));
     }
     for (unsigned line = 0; line < SURVEY_DIAGONALS; line++)
         json_array_append_new(diagonals,
-                              numbers_json(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
+                              numbers_to_json(r->diagonal_in[line], SURVEY_DIAGONAL_SPANS, factor));
     return json_pack("{sososososo}", "gap", gaps, "station", stations, "across", across, "diagonal",
                      diagonals, "error", cli_json_number(r->error_in * factor, 4));
 }
 
-static json_t *moved_json(const struct survey_change *change, double factor)
+static json_t *change_to_json(const struct survey_change *change, double factor)
 {
     json_t *lines = json_array();
     for (unsigned line = 0; line < SURVEY_LINES; line++)
-        json_array_append_new(lines, estimates_json(change->movement[line], SURVEY_POINTS, factor));
+        json_array_append_new(lines,
+                              estimates_to_json(change->movement[line], SURVEY_POINTS, factor));
     return lines;
 }
 
@@ -212,13 +214,15 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
 static void add_matrices(const struct survey *survey, const struct survey_results *found,
                          struct answer *answer, double factor)
 {
-    answer_json_value(answer, "readings", readings_json(&survey->readings, factor));
-    answer_json_value(answer, "slack", estimates_json(found->slack.segment, SURVEY_SPANS, factor));
+    answer_json_value(answer, "readings", readings_to_json(&survey->readings, factor));
+    answer_json_value(answer, "slack",
+                      estimates_to_json(found->slack.segment, SURVEY_SPANS, factor));
     if (!found->previous)
         return;
-    answer_json_value(answer, "change", readings_json(&found->since_previous.change, factor));
-    answer_json_value(answer, "moved", moved_json(&found->since_previous, factor));
-    answer_json_value(answer, "bow", estimates_json(found->since_first.bow, SURVEY_POINTS, factor));
+    answer_json_value(answer, "change", readings_to_json(&found->since_previous.change, factor));
+    answer_json_value(answer, "moved", change_to_json(&found->since_previous, factor));
+    answer_json_value(answer, "bow",
+                      estimates_to_json(found->since_first.bow, SURVEY_POINTS, factor));
 }
 
 static void add_survey(const struct survey *survey, const struct survey_results *found,
@@ -256,37 +260,37 @@ struct entry_session {
     struct store *store;
     struct survey *survey;
     const char *source;
-    bool quit;
+    bool has_quit;
 };
 
-static double display_value(const struct request *request, double value_in)
+static double convert_for_display(const struct request *request, double value_in)
 {
     return value_in * unit_of(UNIT_DISPLACEMENT, request->cli->si)->factor;
 }
 
-static void print_prompt(const struct entry_session *typist)
+static void print_prompt(const struct entry_session *session)
 {
-    const struct survey_progress *progress = &typist->survey->progress;
-    bool si = typist->request->cli->si;
+    const struct survey_progress *progress = &session->survey->progress;
+    bool si = session->request->cli->si;
     char text[120];
-    if (typist->request->cli->quiet || progress->current == progress->plan.count)
+    if (session->request->cli->quiet || progress->current == progress->plan.count)
         return;
     survey_item_text(&progress->plan.item[progress->current], si, text, sizeof text);
     fprintf(stderr, "%zu/%zu  %s", survey_progress_count_read(progress), progress->plan.count,
             text);
     if (!isnan(progress->value_in[progress->current]))
         fprintf(stderr, ", read: %.*f", si ? 2 : 3,
-                display_value(typist->request, progress->value_in[progress->current]));
+                convert_for_display(session->request, progress->value_in[progress->current]));
     if (!isnan(progress->previous_in[progress->current]))
         fprintf(stderr, ", last %.*f", si ? 2 : 3,
-                display_value(typist->request, progress->previous_in[progress->current]));
+                convert_for_display(session->request, progress->previous_in[progress->current]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
-static void store_reading(struct entry_session *typist, size_t item, enum survey_outcome outcome,
+static void store_reading(struct entry_session *session, size_t item, enum survey_outcome outcome,
                           const char *note)
 {
-    const struct survey_progress *progress = &typist->survey->progress;
+    const struct survey_progress *progress = &session->survey->progress;
     const struct survey_item *place = &progress->plan.item[item];
     struct store_gage_reading reading = {.line = place->line,
                                          .place = place->place,
@@ -295,16 +299,16 @@ static void store_reading(struct entry_session *typist, size_t item, enum survey
                                          .confirmed = outcome == SURVEY_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
     snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);
-    snprintf(reading.source, sizeof reading.source, "%s", typist->source);
+    snprintf(reading.source, sizeof reading.source, "%s", session->source);
     snprintf(reading.note, sizeof reading.note, "%s", note ? note : "");
-    store_gage_reading_add(typist->store, typist->survey->row.id, &reading, fatal);
+    store_gage_reading_add(session->store, session->survey->row.id, &reading, fatal);
 }
 
-static void report_outcome(const struct entry_session *typist, enum survey_outcome outcome,
+static void report_outcome(const struct entry_session *session, enum survey_outcome outcome,
                            size_t item, const struct survey_entry *entry)
 {
-    const struct survey_progress *progress = &typist->survey->progress;
-    const struct request *r = typist->request;
+    const struct survey_progress *progress = &session->survey->progress;
+    const struct request *r = session->request;
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
     if (r->cli->quiet)
         return;
@@ -313,10 +317,10 @@ static void report_outcome(const struct entry_session *typist, enum survey_outco
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
-                cli_can_draw() ? "\a" : "", display_value(r, entry->value_in), unit->text,
-                display_value(r, away_in),
+                cli_can_draw() ? "\a" : "", convert_for_display(r, entry->value_in), unit->text,
+                convert_for_display(r, away_in),
                 isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
-                display_value(r, survey_item_limit_in(&progress->plan.item[item])));
+                convert_for_display(r, survey_item_limit_in(&progress->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
         const char *bell = cli_can_draw() ? "\a" : "";
         if (entry->error.what[0])
@@ -339,12 +343,12 @@ static void report_outcome(const struct entry_session *typist, enum survey_outco
 }
 
 /* Handles one line that the user typed. */
-static void handle_line(struct entry_session *typist, const char *line)
+static void handle_line(struct entry_session *session, const char *line)
 {
     struct survey_entry entry;
     size_t item = 0;
-    survey_entry_parse(line, typist->request->cli->si, &entry);
-    typist->quit |= entry.kind == SURVEY_QUIT;
+    survey_entry_parse(line, session->request->cli->si, &entry);
+    session->has_quit |= entry.kind == SURVEY_QUIT;
     if (entry.kind == SURVEY_EMPTY || entry.kind == SURVEY_QUIT)
         return;
     if (entry.kind == SURVEY_HELP) {
@@ -354,11 +358,11 @@ static void handle_line(struct entry_session *typist, const char *line)
             stderr);
         return;
     }
-    enum survey_outcome outcome = survey_progress_apply(&typist->survey->progress, &entry, &item);
+    enum survey_outcome outcome = survey_progress_apply(&session->survey->progress, &entry, &item);
     if (outcome == SURVEY_STORED || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
         outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
-        store_reading(typist, item, outcome, entry.note);
-    report_outcome(typist, outcome, item, &entry);
+        store_reading(session, item, outcome, entry.note);
+    report_outcome(session, outcome, item, &entry);
 }
 
 /* A line that is being typed. Bytes are collected until Enter; a line that is too long is
@@ -366,49 +370,49 @@ static void handle_line(struct entry_session *typist, const char *line)
 struct line {
     char text[LINE_MAX_BYTES];
     size_t length;
-    bool too_long;
+    bool is_too_long;
 };
 
-static void handle_bytes(struct entry_session *typist, struct line *line, const char *bytes,
+static void handle_bytes(struct entry_session *session, struct line *line, const char *bytes,
                          size_t count)
 {
-    for (size_t i = 0; i < count && !typist->quit; i++) {
+    for (size_t i = 0; i < count && !session->has_quit; i++) {
         bool end = bytes[i] == '\n' || bytes[i] == '\r';
         if (!end && line->length + 1 < sizeof line->text && bytes[i] != '\0') {
             line->text[line->length++] = bytes[i];
             continue;
         }
-        line->too_long |= !end;
+        line->is_too_long |= !end;
         if (!end)
             continue;
         line->text[line->length] = '\0';
-        handle_line(typist, line->too_long ? "too long" : line->text);
+        handle_line(session, line->is_too_long ? "too long" : line->text);
         bool empty = line->length == 0;
         line->length = 0;
-        line->too_long = false;
-        if (typist->survey->progress.current == typist->survey->progress.plan.count)
-            typist->quit = true;
-        if (!typist->quit && !empty)
-            print_prompt(typist);
+        line->is_too_long = false;
+        if (session->survey->progress.current == session->survey->progress.plan.count)
+            session->has_quit = true;
+        if (!session->has_quit && !empty)
+            print_prompt(session);
     }
 }
 
 /* Reads lines until all readings are entered, the user types q, or the input ends. */
-static void enter_readings(struct entry_session *typist)
+static void enter_readings(struct entry_session *session)
 {
     struct line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
-    typist->quit = typist->survey->progress.current == typist->survey->progress.plan.count;
-    if (!typist->quit)
-        print_prompt(typist);
-    while (!typist->quit && count > 0) {
+    session->has_quit = session->survey->progress.current == session->survey->progress.plan.count;
+    if (!session->has_quit)
+        print_prompt(session);
+    while (!session->has_quit && count > 0) {
         count = read(STDIN_FILENO, bytes, sizeof bytes);
         if (count < 0 && errno == EINTR)
             continue;
-        handle_bytes(typist, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
+        handle_bytes(session, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
     }
-    if (!typist->request->cli->quiet)
+    if (!session->request->cli->quiet)
         fputc('\n', stderr);
 }
 
@@ -416,14 +420,14 @@ static void enter_readings(struct entry_session *typist)
 
 /* Reads all readings from a sheet. Readings that the user would have to confirm at the keyboard are
  * refused without --doubtful. */
-static void read_sheet(struct entry_session *typist)
+static void read_sheet(struct entry_session *session)
 {
     static struct survey_sheet sheet;
-    struct survey_progress *progress = &typist->survey->progress;
-    const struct request *request = typist->request;
+    struct survey_progress *progress = &session->survey->progress;
+    const struct request *request = session->request;
     size_t doubted = 0, item;
     survey_sheet_read(request->from, &progress->plan, &sheet, fatal);
-    store_begin(typist->store, fatal);
+    store_begin(session->store, fatal);
     for (size_t i = 0; i < progress->plan.count; i++) {
         struct survey_entry entry = {.kind = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
@@ -436,17 +440,18 @@ static void read_sheet(struct entry_session *typist)
         } else if (outcome == SURVEY_DOUBTFUL) {
             char text[120];
             survey_item_text(&progress->plan.item[i], request->cli->si, text, sizeof text);
-            cli_note(
-                request->cli, "reading not accepted, %+.3f %s away from %s: %s",
-                display_value(request, entry.value_in - survey_progress_expected_in(progress, i)),
-                unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
-                isnan(progress->previous_in[i]) ? "the design distance" : "the last reading", text);
+            cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
+                     convert_for_display(request,
+                                         entry.value_in - survey_progress_expected_in(progress, i)),
+                     unit_of(UNIT_DISPLACEMENT, request->cli->si)->text,
+                     isnan(progress->previous_in[i]) ? "the design distance" : "the last reading",
+                     text);
             doubted++;
             continue;
         }
-        store_reading(typist, i, outcome, sheet.note[i]);
+        store_reading(session, i, outcome, sheet.note[i]);
     }
-    store_commit(typist->store, fatal);
+    store_commit(session->store, fatal);
     survey_progress_move_to_next(progress, 0);
     if (doubted)
         error_set(
@@ -561,10 +566,10 @@ static void check_before_end(const struct request *request, struct store *store,
 
 static void run_survey(const struct request *request, struct store *store, struct survey *survey)
 {
-    struct entry_session typist = {.request = request,
-                                   .store = store,
-                                   .survey = survey,
-                                   .source = request->from ? request->from : "keyboard"};
+    struct entry_session session = {.request = request,
+                                    .store = store,
+                                    .survey = survey,
+                                    .source = request->from ? request->from : "keyboard"};
     store_set_durable(store, fatal);
     if (request->end)
         check_before_end(request, store, survey);
@@ -572,9 +577,9 @@ static void run_survey(const struct request *request, struct store *store, struc
         begin_survey(request, store, survey);
     int64_t id = survey->row.id;
     if (request->from)
-        read_sheet(&typist);
+        read_sheet(&session);
     else if (!request->end)
-        enter_readings(&typist);
+        enter_readings(&session);
     if (request->end || survey->progress.current == survey->progress.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
     survey_load(store, id, survey, fatal);
@@ -583,14 +588,15 @@ static void run_survey(const struct request *request, struct store *store, struc
 /* ---- loading ---- */
 
 struct load_result {
-    unsigned sent;      /* number of segments sent to the board */
-    unsigned different; /* number of these segments for which the board reports another value */
-    unsigned older;     /* number of segments that only an earlier survey set in the board */
+    unsigned sent_segments; /* number of segments sent to the board */
+    unsigned
+        different_segments; /* number of these segments for which the board reports another value */
+    unsigned older_segments; /* number of segments that only an earlier survey set in the board */
 };
 
-#define ANSWER_S  2.0 /* s, after which the command is sent again */
-#define TRIES     3
-#define DIGITS_IN 1e-4 /* resolution of the command and of the answer */
+#define ANSWER_TIMEOUT_S      2.0 /* s, after which the command is sent again */
+#define TRIES_MAX             3
+#define OPENING_RESOLUTION_IN 1e-4 /* resolution of the command and of the answer */
 
 struct loading {
     struct dialogue *dialogue;
@@ -626,8 +632,8 @@ static void send_command(struct loading *l, unsigned code, unsigned segment, int
                      &(struct dialogue_command){.code = (uint8_t)code,
                                                 .index = (uint8_t)segment,
                                                 .argument = argument,
-                                                .answer_s = ANSWER_S,
-                                                .tries = TRIES},
+                                                .answer_s = ANSWER_TIMEOUT_S,
+                                                .tries = TRIES_MAX},
                      "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 
@@ -635,9 +641,10 @@ static void read_back(struct loading *l)
 {
     memset(l->received, 0, sizeof l->received);
     l->received_count = 0;
-    for (int tries = 0; tries < TRIES; tries++) {
+    for (int tries = 0; tries < TRIES_MAX; tries++) {
         send_command(l, MR_COMMAND_STATE, 0, 0);
-        if (dialogue_wait_until(l->dialogue, is_every_reading_stored, l, ANSWER_S, fatal) == MR_OK)
+        if (dialogue_wait_until(l->dialogue, is_every_reading_stored, l, ANSWER_TIMEOUT_S, fatal) ==
+            MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
@@ -651,9 +658,10 @@ static void compare_slacks(const struct loading *l, const struct survey_slack *s
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double wanted_in = slack->segment[k].value_in;
         if (isnan(wanted_in))
-            loaded->older += isnan(l->slack_in[k]) ? 0u : 1u;
+            loaded->older_segments += isnan(l->slack_in[k]) ? 0u : 1u;
         else
-            loaded->different += fabs(l->slack_in[k] - wanted_in) <= 0.51 * DIGITS_IN ? 0u : 1u;
+            loaded->different_segments +=
+                fabs(l->slack_in[k] - wanted_in) <= 0.51 * OPENING_RESOLUTION_IN ? 0u : 1u;
     }
 }
 
@@ -665,7 +673,7 @@ static void load_board(const struct request *request, struct store *store,
 {
     struct loading loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
-    *loaded = (struct load_result){.sent = 0};
+    *loaded = (struct load_result){.sent_segments = 0};
     if (found->slack.surveyed == 0)
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
@@ -678,14 +686,15 @@ static void load_board(const struct request *request, struct store *store,
         double slack_in = found->slack.segment[k].value_in;
         if (isnan(slack_in))
             continue;
-        send_command(&loading, MR_COMMAND_SURVEY, k, (int32_t)lround(slack_in / DIGITS_IN));
-        loaded->sent++;
+        send_command(&loading, MR_COMMAND_SURVEY, k,
+                     (int32_t)lround(slack_in / OPENING_RESOLUTION_IN));
+        loaded->sent_segments++;
     }
     read_back(&loading);
     compare_slacks(&loading, &found->slack, loaded);
     dialogue_close(loading.dialogue);
-    store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load, loaded->sent,
-                        fatal);
+    store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
+                        loaded->sent_segments, fatal);
 }
 
 static int report_load(const struct request *request, const struct survey *survey,
@@ -693,15 +702,16 @@ static int report_load(const struct request *request, const struct survey *surve
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
-    answer_count(answer, "sent", "loaded", loaded->sent)->suffix = " segments";
+    answer_count(answer, "sent", "loaded", loaded->sent_segments)->suffix = " segments";
     answer_count(answer, "read_back", "read back", SURVEY_SPANS)->suffix = " segments";
-    answer_count(answer, "different", "different", loaded->different);
-    answer_count(answer, "of_an_earlier_survey", loaded->older ? "not in this survey" : NULL,
-                 loaded->older)
+    answer_count(answer, "different", "different", loaded->different_segments);
+    answer_count(answer, "of_an_earlier_survey",
+                 loaded->older_segments ? "not in this survey" : NULL, loaded->older_segments)
         ->suffix = " segments, for which the board keeps its earlier values";
-    if (!loaded->older && loaded->sent < SURVEY_SPANS)
-        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent);
-    return answer_show(request->cli, answer, loaded->different ? mr_status_exit_code(MR_LIMIT) : 0);
+    if (!loaded->older_segments && loaded->sent_segments < SURVEY_SPANS)
+        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent_segments);
+    return answer_show(request->cli, answer,
+                       loaded->different_segments ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 static size_t write_sheet(const struct request *request, struct store *store, struct survey *survey)
@@ -739,7 +749,7 @@ static int run(const struct request *request)
 {
     static struct survey survey;
     static struct survey_results found;
-    struct load_result loaded = {.sent = 0};
+    struct load_result loaded = {.sent_segments = 0};
     /* a campaign can be created by its first --sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);

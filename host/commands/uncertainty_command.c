@@ -29,9 +29,9 @@ struct request {
 };
 
 /* The data from which the budgets are computed. */
-struct subject {
+struct budget_input {
     struct mr_config config;
-    bool config_known;
+    bool is_config_known;
     int64_t run; /* RUN of the landing; 0: none, only a configuration */
     struct measured measured;
     struct certificates certificates;
@@ -52,7 +52,7 @@ static enum unit_kind find_unit_kind(const struct channel_budget *one)
 
 /* ---- from the campaign ---- */
 
-static void load_landing(struct store *store, const struct request *r, struct subject *s)
+static void load_landing(struct store *store, const struct request *r, struct budget_input *s)
 {
     struct store_landing *rows = NULL;
     struct error unread = {0};
@@ -70,18 +70,18 @@ static void load_landing(struct store *store, const struct request *r, struct su
     measured_load(store, s->run, &s->measured, fatal);
     if (s->measured.landing.config_crc != STORE_NONE)
         store_configuration_get(store, (uint32_t)s->measured.landing.config_crc, &text, fatal);
-    s->config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
+    s->is_config_known = text && config_text_read(text, "", &s->config, &unread) == MR_OK;
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
         if (s->measured.recalibrated_channels >> i & 1 && !s->config.channel[i].calibrated_day)
             s->config.channel[i].calibrated_day = 1;
     free(text);
 }
 
-static void load_subject(const struct request *r, struct subject *s)
+static void load_subject(const struct request *r, struct budget_input *s)
 {
     struct store *store = program_open_campaign(r->words[0], STORE_READ);
     char uid[25] = "";
-    s->config_known = r->config != NULL;
+    s->is_config_known = r->config != NULL;
     if (r->config)
         config_text_load(r->config, &s->config, fatal);
     else
@@ -94,7 +94,7 @@ static void load_subject(const struct request *r, struct subject *s)
 
 /* Describes a reading of the landing for the error budget: the peak in the summary, or
  * `at_value`. */
-static struct mr_error_case make_landing_case(const struct subject *s, double at_value,
+static struct mr_error_case make_landing_case(const struct budget_input *s, double at_value,
                                               struct channel_budget *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];
@@ -106,7 +106,7 @@ static struct mr_error_case make_landing_case(const struct subject *s, double at
 }
 
 /* Describes a reading of a board with this configuration for the error budget. */
-static struct mr_error_case make_plain_case(const struct request *r, const struct subject *s,
+static struct mr_error_case make_plain_case(const struct request *r, const struct budget_input *s,
                                             struct channel_budget *one)
 {
     one->channel = s->config.channel[one->index];
@@ -121,7 +121,7 @@ static struct mr_error_case make_plain_case(const struct request *r, const struc
         .reference_error = s->config.channel[MR_REFERENCE].gain_error};
 }
 
-static bool make_budget(const struct request *r, const struct subject *s, unsigned index,
+static bool make_budget(const struct request *r, const struct budget_input *s, unsigned index,
                         struct channel_budget *one)
 {
     *one = (struct channel_budget){.index = index};
@@ -138,7 +138,7 @@ static bool make_budget(const struct request *r, const struct subject *s, unsign
         of.certificate_expanded = certificates_standard_uncertainty(one->certificate, one->value) *
                                   of.certificate_factor;
     }
-    if (s->config_known && s->config.site[0].mat_length_ft > 0.0f) {
+    if (s->is_config_known && s->config.site[0].mat_length_ft > 0.0f) {
         of.station_error_ft = (double)s->config.site[0].switch_error_ft;
         of.slope_max_in_ft =
             (double)(s->config.predict[0].slack_in / s->config.site[0].mat_length_ft);
@@ -228,7 +228,7 @@ static void add_legend(struct answer *answer)
 }
 
 /* Adds the rows and sums of a budget. Text shows only the sums. */
-static void add_table(const struct request *r, const struct subject *s, const char *name,
+static void add_table(const struct request *r, const struct budget_input *s, const char *name,
                       unsigned from, unsigned to, struct answer *answer)
 {
     struct channel_budget one;
@@ -248,7 +248,7 @@ static void add_table(const struct request *r, const struct subject *s, const ch
     answer_close(answer);
 }
 
-static void add_tables(const struct request *r, const struct subject *s, struct answer *answer)
+static void add_tables(const struct request *r, const struct budget_input *s, struct answer *answer)
 {
     add_table(r, s, "displacements", 0, MR_TRANSDUCERS, answer);
     add_table(r, s, "tensions", MR_TRANSDUCERS, MR_TRANSDUCERS + MR_GAGES, answer);
@@ -283,7 +283,8 @@ static void check_request(struct request *r)
                   unit);
 }
 
-static void report_budgets(const struct request *r, const struct subject *s, struct answer *answer)
+static void report_budgets(const struct request *r, const struct budget_input *s,
+                           struct answer *answer)
 {
     struct channel_budget one;
     if (r->channel >= 0 && !make_budget(r, s, (unsigned)r->channel, &one))
@@ -301,7 +302,7 @@ static void report_budgets(const struct request *r, const struct subject *s, str
 
 static int uncertainty_command(int argc, char **argv, const struct cli *cli)
 {
-    static struct subject s;
+    static struct budget_input s;
     struct request r = {.cli = cli};
     struct answer *answer = answer_new(cli->si);
     command_parse(&command_uncertainty, argc, argv, cli, &r, r.words, fatal);

@@ -148,7 +148,7 @@ static double read_number(const struct reader *r, const char *where, const char 
 {
     struct quantity_error wrongly;
     double v = otherwise;
-    if (value && !quantity_json(value, unit, &v, &wrongly))
+    if (value && !quantity_read_json(value, unit, &v, &wrongly))
         refuse_value(r, where, key, wrongly.advice);
     else if (value && (!isfinite(v) || fabs(v) > 1e12))
         refuse_value(r, where, key, "give a number");

@@ -39,7 +39,7 @@ static void refuse_key(const struct keys *keys, const char *where, const char *k
 static bool read_number(const char *key, const json_t *entry, double *value)
 {
     struct quantity_error wrong;
-    return quantity_json(entry, quantity_unit_of_name(key), value, &wrong);
+    return quantity_read_json(entry, quantity_unit_of_name(key), value, &wrong);
 }
 
 static bool read_value(const struct series_key *key, const json_t *entry, void *field)
@@ -246,7 +246,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     if (!json_is_array(list) || c->station_count == 0 || c->station_count > SERIES_STATIONS_MAX)
         refuse_key(r, "", "stations_ft", "a list of 1 to 64 stations");
     for (size_t i = 0; i < c->station_count && !has_failed(r); i++) {
-        if (!quantity_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
+        if (!quantity_read_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
             !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
             refuse_key(r, "", "stations_ft", "stations on the runway");
     }
@@ -265,8 +265,8 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
                      *a = json_array_get(row, 1);
         struct series_knot *knot = &landing->profile[i];
         struct quantity_error wrong;
-        if (json_array_size(row) != 2 || !quantity_json(x, "ft", &knot->station_ft, &wrong) ||
-            !quantity_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
+        if (json_array_size(row) != 2 || !quantity_read_json(x, "ft", &knot->station_ft, &wrong) ||
+            !quantity_read_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
             !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
             !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
             refuse_key(

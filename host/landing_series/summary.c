@@ -306,7 +306,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
     const struct unit *unit = unit_of(kind, answer_is_si(answer));
-    const char *suffix = unit_as_passed(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    const char *suffix = unit_of_callers(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
     char key[40], head[60];
     snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
     answer_json_value(answer, key, make_spread_json(s));

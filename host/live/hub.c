@@ -111,10 +111,10 @@ static json_t *text_to_json(const char *text)
 
 static json_t *make_units_json(bool si)
 {
-    static const char *const names[UNIT_KINDS] = {"station", "displacement", "speed",
-                                                  "deceleration", "tension"};
+    static const char *const names[UNIT_MEASURED_KINDS] = {"station", "displacement", "speed",
+                                                           "deceleration", "tension"};
     json_t *units = json_object();
-    for (int kind = 0; kind < UNIT_KINDS; kind++) {
+    for (int kind = 0; kind < UNIT_MEASURED_KINDS; kind++) {
         const struct unit *unit = unit_of((enum unit_kind)kind, si);
         json_object_set_new(units, names[kind],
                             json_pack("{sssf}", "text", unit->text, "factor", unit->factor));

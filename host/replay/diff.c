@@ -115,9 +115,9 @@ static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
         double value = tolerances[i].tolerance;
         const char *unit = tolerances[i].unit;
-        for (int kind = 0; si && kind < UNIT_KINDS; kind++) {
+        for (int kind = 0; si && kind < UNIT_MEASURED_KINDS; kind++) {
             const struct unit *shown = unit_of((enum unit_kind)kind, true);
-            if (strcmp(unit_as_passed((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+            if (strcmp(unit_of_callers((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
                 continue;
             value *= shown->factor;
             unit = shown->text;

@@ -197,14 +197,14 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
         ms[count] = ok ? run->ms : (double)NAN;
         error[count++] = ok ? error_ft(run, lift) : (double)NAN;
     }
-    plot_draw(plot, &(struct plot_series){.kind = beyond ? PLOT_POINTS : PLOT_LINE_POINTS,
-                                          .key = beyond ? NULL : solver,
-                                          .colour = index,
-                                          .shape = index,
-                                          .hollow = beyond,
-                                          .x = ms,
-                                          .y = error,
-                                          .count = count});
+    plot_add_series(plot, &(struct plot_series){.kind = beyond ? PLOT_POINTS : PLOT_LINE_POINTS,
+                                                .key = beyond ? NULL : solver,
+                                                .colour = index,
+                                                .shape = index,
+                                                .is_hollow = beyond,
+                                                .x = ms,
+                                                .y = error,
+                                                .count = count});
 }
 
 static void plot_panel_of(struct plot *plot, const struct error_study *study, bool lift)
@@ -212,20 +212,20 @@ static void plot_panel_of(struct plot *plot, const struct error_study *study, bo
     const double floor_ft = lift ? study->agreement_lift_ft : study->disagreement_u_ft;
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
-    plot_panel(
-        plot, NULL, (struct plot_axis){.label = "run time (ms)", .log = true},
+    plot_begin_panel(
+        plot, NULL, (struct plot_axis){.label = "run time (ms)", .is_logarithmic = true},
         (struct plot_axis){.label = lift ? "largest error of lift (ft)" : "largest error of u (ft)",
-                           .log = true});
+                           .is_logarithmic = true});
     for (unsigned k = 0; k < count; k++) {
         plot_solver(plot, study, names[k], k, lift, false);
         plot_solver(plot, study, names[k], k, lift, true);
     }
     if (floor_ft > 0.0)
-        plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS,
-                                              .key = "disagreement of the references",
-                                              .colour = PLOT_GREY,
-                                              .y = &floor_ft,
-                                              .count = 1});
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+                                                    .key = "disagreement of the references",
+                                                    .colour = PLOT_GREY,
+                                                    .y = &floor_ft,
+                                                    .count = 1});
 }
 
 static enum mr_status write_plot(const char *path, const char *name,

@@ -431,8 +431,8 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
     const double limits[] = {-PLOT_BAND, PLOT_BAND};
     format_misfit(misfit, text, sizeof text);
     struct plot *plot = plot_new("residuals of a fit", 900, 420, 1);
-    plot_panel(plot, text, (struct plot_axis){.label = "station (ft)"},
-               (struct plot_axis){.label = "(measured - expected) / standard deviation"});
+    plot_begin_panel(plot, text, (struct plot_axis){.label = "station (ft)"},
+                     (struct plot_axis){.label = "(measured - expected) / standard deviation"});
     for (size_t l = 0; l < list->count; l++) {
         const struct fit_landing *landing = &list->landing[l];
         for (int sums = 0; sums < 2; sums++) {
@@ -446,23 +446,23 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
             }
             snprintf(key, sizeof key, "RUN %lld, %s", (long long)landing->run,
                      sums ? "sums of gaps after" : "movements");
-            plot_draw(plot, &(struct plot_series){.kind = PLOT_POINTS,
-                                                  .key = key,
-                                                  .colour = (unsigned)l,
-                                                  .shape = (unsigned)l,
-                                                  .hollow = sums,
-                                                  .x = station_ft,
-                                                  .y = residual,
-                                                  .count = count});
+            plot_add_series(plot, &(struct plot_series){.kind = PLOT_POINTS,
+                                                        .key = key,
+                                                        .colour = (unsigned)l,
+                                                        .shape = (unsigned)l,
+                                                        .is_hollow = sums,
+                                                        .x = station_ft,
+                                                        .y = residual,
+                                                        .count = count});
         }
     }
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS,
-                                          .key = "95 % of data sets",
-                                          .colour = PLOT_GREY,
-                                          .dashed = true,
-                                          .x = limits,
-                                          .y = limits,
-                                          .count = 2});
+    plot_add_series(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+                                                .key = "95 % of data sets",
+                                                .colour = PLOT_GREY,
+                                                .is_dashed = true,
+                                                .x = limits,
+                                                .y = limits,
+                                                .count = 2});
     free(station_ft);
     return plot_write(plot, path, error);
 }

@@ -33,12 +33,12 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
         for (size_t k = 0; k < c->station_count; k++)
             middle[k] = s->landing[i].total_in[k].median;
         snprintf(key, sizeof key, "landing %zu", i + 1);
-        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE,
-                                              .key = key,
-                                              .colour = (unsigned)(i / every),
-                                              .x = c->stations_ft,
-                                              .y = middle,
-                                              .count = c->station_count});
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE,
+                                                    .key = key,
+                                                    .colour = (unsigned)(i / every),
+                                                    .x = c->stations_ft,
+                                                    .y = middle,
+                                                    .count = c->station_count});
     }
 }
 
@@ -56,8 +56,8 @@ static void plot_buckles(struct plot *plot, const struct landing_series *c,
         station_ft[count] = runs[i].buckle_ft;
         landing[count++] = runs[i].buckled + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
     }
-    plot_draw(plot,
-              &(struct plot_series){
+    plot_add_series(
+        plot, &(struct plot_series){
                   .kind = PLOT_POINTS, .colour = 1, .x = station_ft, .y = landing, .count = count});
     free(station_ft);
 }
@@ -69,9 +69,10 @@ static enum mr_status write_plot(const char *path, const struct landing_series *
     const struct plot_axis station = {
         "station (ft)", 0.0, c->landings[0].scene.mats * c->landings[0].scene.length_ft, false};
     struct plot *plot = plot_new(c->name, 1000, 420, 2);
-    plot_panel(plot, NULL, station, (struct plot_axis){.label = "total movement, median (in)"});
+    plot_begin_panel(plot, NULL, station,
+                     (struct plot_axis){.label = "total movement, median (in)"});
     plot_movement(plot, c, s);
-    plot_panel(
+    plot_begin_panel(
         plot, NULL, station,
         (struct plot_axis){"buckles in landing", 0.5, (double)c->landing_count + 0.5, false});
     plot_buckles(plot, c, runs);

@@ -124,7 +124,7 @@ static enum mr_status read_number(const json_t *object, const char *key, const c
 {
     const json_t *value = json_object_get(object, key);
     struct quantity_error wrong;
-    if (quantity_json(value, unit, number, &wrong))
+    if (quantity_read_json(value, unit, number, &wrong))
         return MR_OK;
     bool text = json_is_string(value) && *unit;
     return error_set(error, MR_MALFORMED, "%s: %s: \"%s\" is not a number%s%s; %s",

@@ -409,9 +409,10 @@ static void row(const char *model, const char *name, const struct cost *cost)
 
 static void draw_panel(struct plot *plot, const struct predictor_study *study, bool own)
 {
-    plot_panel(plot, own ? "the runway it assumes" : "another runway: survey, eight transducers",
-               (struct plot_axis){.label = "million cycles on the board", .log = true},
-               (struct plot_axis){.label = "rms error of u (in)", .log = true});
+    plot_begin_panel(
+        plot, own ? "the runway it assumes" : "another runway: survey, eight transducers",
+        (struct plot_axis){.label = "million cycles on the board", .is_logarithmic = true},
+        (struct plot_axis){.label = "rms error of u (in)", .is_logarithmic = true});
     for (unsigned k = 0; k < PREDICTOR_STUDY_LANDINGS; k++) {
         double x[PREDICTOR_STUDY_VARIANTS], y[PREDICTOR_STUDY_VARIANTS];
         char key[24];
@@ -424,13 +425,13 @@ static void draw_panel(struct plot *plot, const struct predictor_study *study, b
             y[count++] = own ? run->own.rms_in : run->other.rms_in;
         }
         snprintf(key, sizeof key, "landing %u", k + 1);
-        plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
-                                              .key = key,
-                                              .colour = k,
-                                              .shape = k,
-                                              .x = x,
-                                              .y = y,
-                                              .count = count});
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
+                                                    .key = key,
+                                                    .colour = k,
+                                                    .shape = k,
+                                                    .x = x,
+                                                    .y = y,
+                                                    .count = count});
     }
 }
 

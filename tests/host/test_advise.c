@@ -193,7 +193,7 @@ TEST(the_longest_zone_is_found)
         double closed = 0.7 + 0.3 * rng_uniform(&chance);
         for (unsigned j = 0; j < 90; j++)
             opening_ft[j] = rng_uniform(&chance) < closed ? 0.00005f : 0.001f;
-        struct advise_zone zone = advise_longest_zone(opening_ft, 90, trial % 40);
+        struct advise_zone zone = advise_find_longest_zone(opening_ft, 90, trial % 40);
         assert_int_equal(zone.mats, longest_by_trying(opening_ft, 90, trial % 40));
         longest = zone.mats > longest ? zone.mats : longest;
     }
@@ -232,8 +232,8 @@ static double play_alone(const struct advise_members *members, size_t m,
             continue;
         for (unsigned j = 0; j <= MATS; j++)
             opening_ft[j] = mr_chain_opening_ft(&chain, j + 1);
-        struct advise_zone zone = advise_longest_zone(opening_ft, MATS + 1,
-                                                      (unsigned)ceil(at_ft / (double)MAT_FT));
+        struct advise_zone zone = advise_find_longest_zone(opening_ft, MATS + 1,
+                                                           (unsigned)ceil(at_ft / (double)MAT_FT));
         if (isnan(zone_ft) && zone.mats >= 50 && zone.first * (double)MAT_FT - at_ft < 2.0)
             zone_ft = at_ft;
     }
@@ -262,7 +262,7 @@ TEST(a_share_is_what_chains_alone_count)
     struct advise_members members;
     struct advise_plan plan = {.speed_ft_s = 18.0,
                                .speed_spread = 0.01,
-                               .spread = 0.1,
+                               .mean_spread = 0.1,
                                .mean_ft_s2 = 6.0,
                                .touchdown_ft = 3.0,
                                .touchdown_spread_ft = 0.5,
@@ -280,17 +280,17 @@ TEST(a_share_is_what_chains_alone_count)
         double moved_in,
             zone_ft = play_alone(&members, m, &braking[m], step_of(&members, m / 8), &moved_in);
         assert_near((double)met[m].movement_in[1], moved_in, 1e-6);
-        assert_int_equal(isnan(met[m].zone_ft), isnan(zone_ft));
+        assert_int_equal(isnan(met[m].zone_station_ft), isnan(zone_ft));
         if (!isnan(zone_ft))
-            assert_near((double)met[m].zone_ft, zone_ft, 1e-4);
+            assert_near((double)met[m].zone_station_ft, zone_ft, 1e-4);
         events += isnan(zone_ft) ? 0u : 1u;
         by_half += (unsigned)(zone_ft <= 0.5 * (double)MAT_FT * MATS);
     }
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
     assert_near(row.zone_share, (double)events / COUNT, 1e-12);
-    assert_near(row.by_station[2].p, advise_calibrate((double)by_half / COUNT, members.is_surveyed),
-                1e-12);
+    assert_near(row.zone_by_part[2].p,
+                advise_calibrate((double)by_half / COUNT, members.is_surveyed), 1e-12);
     advise_members_free(&members);
 }
 
@@ -298,7 +298,8 @@ TEST(a_seed_says_the_same_whatever_the_threads)
 {
     static struct advise_braking braking[COUNT];
     static struct advise_outcome met[3][COUNT];
-    struct advise_plan plan = {.speed_ft_s = 15.0, .spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
+    struct advise_plan plan = {
+        .speed_ft_s = 15.0, .mean_spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
     for (unsigned i = 0; i < 3; i++) {
@@ -454,31 +455,33 @@ TEST(how_plans_are_met)
 {
     static const double ratio[] = {0.10, 0.05, 0.20};
     double bias, spread;
-    advise_plan_deviation(NULL, 0, &bias, &spread);
+    advise_predict_plan_deviation(NULL, 0, &bias, &spread);
     assert_near(bias, 0.0, 1e-15);
     assert_near(spread, 0.1, 1e-12);
-    advise_plan_deviation(ratio, 3, &bias, &spread);
+    advise_predict_plan_deviation(ratio, 3, &bias, &spread);
     assert_near(bias, 0.05000, 1e-4);
     assert_near(spread, 0.10797, 1e-4);
 }
 
 TEST(harder_braking_stops_before_closed_mats)
 {
-    struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone = {.p = 0.1}},
-                                {.mean_ft_s2 = 5.0, .zone = {.p = 0.3}},
-                                {.mean_ft_s2 = 6.0, .zone = {.p = 0.6}},
-                                {.mean_ft_s2 = 7.0, .zone = {.p = 0.1}}};
-    assert_near(advise_stop_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
-    assert_true(isnan(advise_stop_short_ft_s2(row, 4, 0.7)));
-    assert_true(isnan(advise_stop_short_ft_s2(row, 3, 0.05)));
+    struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone_probability = {.p = 0.1}},
+                                {.mean_ft_s2 = 5.0, .zone_probability = {.p = 0.3}},
+                                {.mean_ft_s2 = 6.0, .zone_probability = {.p = 0.6}},
+                                {.mean_ft_s2 = 7.0, .zone_probability = {.p = 0.1}}};
+    assert_near(advise_find_stop_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
+    assert_true(isnan(advise_find_stop_short_ft_s2(row, 4, 0.7)));
+    assert_true(isnan(advise_find_stop_short_ft_s2(row, 3, 0.05)));
 }
 
 /* Of the same rows: up to where the first part is below, though the last row is again. */
 TEST(the_hardest_braking)
 {
     static const double mean_ft_s2[] = {4.0, 5.0, 6.0, 7.0};
-    const struct advise_row row[4] = {
-        {.zone = {.p = 0.1}}, {.zone = {.p = 0.3}}, {.zone = {.p = 0.6}}, {.zone = {.p = 0.1}}};
+    const struct advise_row row[4] = {{.zone_probability = {.p = 0.1}},
+                                      {.zone_probability = {.p = 0.3}},
+                                      {.zone_probability = {.p = 0.6}},
+                                      {.zone_probability = {.p = 0.1}}};
     struct advise_bound hardest = advise_find_bound(mean_ft_s2, row, 4, 0.2);
     assert_near(hardest.value, 4.5, 1e-12);
     assert_false(hardest.is_unbounded);
@@ -492,9 +495,9 @@ TEST(the_hardest_braking)
 TEST(the_reach_and_its_interval)
 {
     static const double x[] = {10.0, 20.0, 30.0};
-    struct advise_row row[] = {{.zone = {.p = 0.1, .low = 0.05, .high = 0.15}},
-                               {.zone = {.p = 0.3, .low = 0.25, .high = 0.35}},
-                               {.zone = {.p = 0.6, .low = 0.55, .high = 0.65}}};
+    struct advise_row row[] = {{.zone_probability = {.p = 0.1, .low = 0.05, .high = 0.15}},
+                               {.zone_probability = {.p = 0.3, .low = 0.25, .high = 0.35}},
+                               {.zone_probability = {.p = 0.6, .low = 0.55, .high = 0.65}}};
     struct advise_bound reach = advise_find_bound(x, row, 3, 0.2);
     assert_near(reach.value, 15.0, 1e-12);
     assert_near(reach.low, 12.5, 1e-12);

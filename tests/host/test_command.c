@@ -243,7 +243,7 @@ TEST(no_text_speaks_of_an_option_that_is_not_taken)
     for (size_t i = 0; i < command_table.count; i++) {
         const struct command *c = command_table.commands[i].command;
         struct help_page page = help_page_make(c);
-        speaks_of_its_own(c, c->words);
+        speaks_of_its_own(c, c->usage);
         for (size_t r = 0; r < page.rows; r++) {
             speaks_of_its_own(c, page.row[r].text);
             if (page.row[r].term)
@@ -257,8 +257,8 @@ static void sound_rows(const struct command *c)
 {
     for (size_t i = 0; i < c->count; i++) {
         const struct command_option *o = &c->parts[i].option;
-        if (c->parts[i].with)
-            sound_rows(c->parts[i].with);
+        if (c->parts[i].included)
+            sound_rows(c->parts[i].included);
         for (size_t k = 0; o->name && k < i; k++) {
             if (c->parts[k].option.name && strcmp(c->parts[k].option.name, o->name) == 0)
                 fail_msg("matrig %s has %s twice", c->name, o->name);
@@ -271,8 +271,8 @@ static void sound_rows(const struct command *c)
         if (number && !(o->low < o->high))
             fail_msg("matrig %s: %s has no range", c->name, o->name);
         /* 0, NaN and infinity say that it was not given */
-        if (number && o->standard != 0.0 && isfinite(o->standard) &&
-            !(o->standard >= o->low && o->standard <= o->high))
+        if (number && o->default_value != 0.0 && isfinite(o->default_value) &&
+            !(o->default_value >= o->low && o->default_value <= o->high))
             fail_msg("matrig %s: the standard of %s is outside its range", c->name, o->name);
     }
 }

@@ -11,16 +11,18 @@ static struct plot *small(const char *title)
 {
     static const double x[] = {1, 2, 3, 4, 5}, y[] = {1e-3, 1e-2, (double)NAN, 10, 100};
     struct plot *plot = plot_new(title, 600, 400, 2);
-    plot_panel(plot, "left", (struct plot_axis){"time (s)", 0, 6, false},
-               (struct plot_axis){"error (ft)", .log = true});
-    plot_draw(plot, &(struct plot_series){
-                        .kind = PLOT_LINE_POINTS, .key = "rk4", .x = x, .y = y, .count = 5});
-    plot_draw(plot,
-              &(struct plot_series){.kind = PLOT_BAND, .x = x, .y = y, .high = x, .count = 5});
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_RULES, .x = x, .count = 2, .dashed = true});
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_LEVELS, .key = "limit", .y = y, .count = 1});
-    plot_panel(plot, NULL, (struct plot_axis){"empty", 0, 1, false},
-               (struct plot_axis){NULL, 1, 0, false});
+    plot_begin_panel(plot, "left", (struct plot_axis){"time (s)", 0, 6, false},
+                     (struct plot_axis){"error (ft)", .is_logarithmic = true});
+    plot_add_series(plot, &(struct plot_series){
+                              .kind = PLOT_LINE_POINTS, .key = "rk4", .x = x, .y = y, .count = 5});
+    plot_add_series(
+        plot, &(struct plot_series){.kind = PLOT_BAND, .x = x, .y = y, .y_high = x, .count = 5});
+    plot_add_series(
+        plot, &(struct plot_series){.kind = PLOT_RULES, .x = x, .count = 2, .is_dashed = true});
+    plot_add_series(plot,
+                    &(struct plot_series){.kind = PLOT_LEVELS, .key = "limit", .y = y, .count = 1});
+    plot_begin_panel(plot, NULL, (struct plot_axis){"empty", 0, 1, false},
+                     (struct plot_axis){NULL, 1, 0, false});
     return plot;
 }
 
@@ -89,8 +91,9 @@ TEST(a_long_line_is_thinned_and_keeps_its_spike)
     }
     scratch_path(path, sizeof path, "plot-long.svg");
     struct plot *plot = plot_new("long", 600, 400, 1);
-    plot_panel(plot, NULL, (struct plot_axis){.label = "x"}, (struct plot_axis){.label = "y"});
-    plot_draw(plot, &(struct plot_series){.kind = PLOT_LINE, .x = x, .y = y, .count = MANY});
+    plot_begin_panel(plot, NULL, (struct plot_axis){.label = "x"},
+                     (struct plot_axis){.label = "y"});
+    plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE, .x = x, .y = y, .count = MANY});
     plot_write(plot, path, &error);
     assert_no_error(&error);
     read_back(path, text, sizeof text);

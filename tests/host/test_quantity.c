@@ -194,11 +194,11 @@ TEST(json_text_has_its_unit)
 {
     json_t *number = json_real(2.5), *text = json_string("25.4 mm"), *bare = json_string("2.5");
     double value;
-    assert_true(quantity_json(number, "in", &value, &wrong) && value == 2.5);
-    assert_true(quantity_json(text, "in", &value, &wrong) && value == 1.0);
-    assert_false(quantity_json(bare, "in", &value, &wrong));
-    assert_false(quantity_json(text, "", &value, &wrong));
-    assert_false(quantity_json(NULL, "in", &value, &wrong));
+    assert_true(quantity_read_json(number, "in", &value, &wrong) && value == 2.5);
+    assert_true(quantity_read_json(text, "in", &value, &wrong) && value == 1.0);
+    assert_false(quantity_read_json(bare, "in", &value, &wrong));
+    assert_false(quantity_read_json(text, "", &value, &wrong));
+    assert_false(quantity_read_json(NULL, "in", &value, &wrong));
     json_decref(number);
     json_decref(text);
     json_decref(bare);

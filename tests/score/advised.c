@@ -61,7 +61,7 @@ void advised_plan(struct advise_plan *plan, const struct score_landing *landing,
                                  .touchdown_spread_ft = TOUCHDOWN_ERROR,
                                  .profile = known->profile,
                                  .seed = landing->number};
-    advise_plan_deviation(log_ratio, landings, &plan->bias, &plan->spread);
+    advise_predict_plan_deviation(log_ratio, landings, &plan->log_bias, &plan->mean_spread);
 }
 
 bool advised_say(struct advise_members *members, const struct advise_plan *plan,
@@ -184,9 +184,9 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
             double mean_ft_s2 = factors[r] * known[i].plan_ft_s2;
             good = advised_say(&members, &plan, &known[i], mean_ft_s2, &row);
             chart[i].mean_ft_s2[r] = mean_ft_s2;
-            chart[i].p[r] = row.zone.p;
+            chart[i].p[r] = row.zone_probability.p;
             chart[i].share[r] = row.zone_share;
-            chart[i].half_ft[r] = row.median_zone_ft;
+            chart[i].half_ft[r] = row.median_zone_station_ft;
         }
         if (good && i + 1 < series.landings)
             good = advised_teach(&members, &truth->landing[i], &known[i], &known[i + 1]);

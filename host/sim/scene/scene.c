@@ -361,7 +361,7 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
-    return quantity_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
+    return quantity_read_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
 }
 
 static const char *type_name(const json_t *value)
@@ -501,10 +501,11 @@ static enum mr_status read_path(struct sim_scene *scene, const char *path, const
         for (size_t k = 0; k < 3; k++) {
             const json_t *entry = json_array_get(row, k);
             if (json_array_size(row) == 3 && json_is_string(entry) &&
-                !quantity_json(entry, units[k], &number[k], &wrong))
+                !quantity_read_json(entry, units[k], &number[k], &wrong))
                 return error_set(error, MR_MALFORMED, "%s: %s: path row %zu: \"%s\"; %s",
                                  wrong.what, path, i, json_string_value(entry), wrong.advice);
-            if (json_array_size(row) != 3 || !quantity_json(entry, units[k], &number[k], &wrong))
+            if (json_array_size(row) != 3 ||
+                !quantity_read_json(entry, units[k], &number[k], &wrong))
                 return error_set(error, MR_MALFORMED,
                                  "wrong type: %s: path row %zu; give three numbers, "
                                  "[t_s, x_ft, F_lb]",
