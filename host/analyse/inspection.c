@@ -21,22 +21,15 @@
 #define NEW      false
 #define NO_LIMIT (double)NAN
 /* clang-format off */
-#define KIND(kind, place, words, source) static const struct inspection_field fields_of_##kind[] = {
-#define FIELD(kind, field, value, last, text, ...) \
-    {.name = #field, .words = text, .type = INSPECTION_##value, .from_last = last, __VA_ARGS__},
-#define KIND_END(kind) };
-#include "host/store/records.def"
-
 const struct inspection_kind inspection_kinds[] = {
 #define KIND(kind, place, words, source) \
-    {#kind, words, source, INSPECTION_##place, fields_of_##kind, COUNT(fields_of_##kind)},
+    {#kind, words, source, INSPECTION_##place, (const struct inspection_field[]){
+#define FIELD(kind, field, value, last, text, ...) \
+    {.name = #field, .words = text, .type = INSPECTION_##value, .from_last = last, __VA_ARGS__},
+#define KIND_END(kind) {.name = NULL}}},
 #include "host/store/records.def"
-};
+    {.name = NULL}};
 /* clang-format on */
-const size_t inspection_kind_count = COUNT(inspection_kinds);
-#define KIND(kind, place, words, source) \
-    _Static_assert(COUNT(fields_of_##kind) <= INSPECTION_FIELDS_MAX, "too many fields of " #kind);
-#include "host/store/records.def"
 
 static enum mr_status refuse_name(const struct spell_suggest *near, const char *what,
                                   const char *where, const char *advice, struct error *error)
@@ -52,10 +45,9 @@ enum mr_status inspection_kind_find(const char *name, const struct inspection_ki
 {
     struct spell_suggest near;
     spell_suggest_begin(&near, name);
-    for (*kind = inspection_kinds; *kind < inspection_kinds + COUNT(inspection_kinds); ++*kind) {
+    for (*kind = inspection_kinds; (*kind)->name; ++*kind)
         if (spell_suggest_add(&near, (*kind)->name))
             return MR_OK;
-    }
     return refuse_name(&near, "unknown kind", "a record", "matrig record --kinds lists the kinds",
                        error);
 }
@@ -226,14 +218,13 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
 {
     char name[80];
     const char *text = strchr(word, '=');
-    const struct inspection_field *field = NULL;
+    const struct inspection_field *field = kind->field;
     struct spell_suggest near;
     snprintf(name, sizeof name, "%.*s", (int)strcspn(word, "="), word);
     spell_suggest_begin(&near, name);
-    for (size_t i = 0; i < kind->fields; i++)
-        if (spell_suggest_add(&near, kind->field[i].name))
-            field = &kind->field[i];
-    if (!field || !text)
+    while (field->name && !spell_suggest_add(&near, field->name))
+        field++;
+    if (!field->name || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
     static const char *const parts[] = {"", "_error", "_sha256", "_marks"};
@@ -329,8 +320,8 @@ static enum inspection_verdict judge_field(const struct inspection_field *field,
 enum inspection_verdict inspection_judge(const struct inspection *entry)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
-    for (size_t i = 0; i < entry->kind->fields; i++) {
-        enum inspection_verdict verdict = judge_field(&entry->kind->field[i], entry->values);
+    for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
+        enum inspection_verdict verdict = judge_field(field, entry->values);
         worst = verdict > worst ? verdict : worst;
     }
     return worst;
@@ -427,7 +418,7 @@ void inspection_add_table(const struct inspections *all, const struct inspection
             continue;
         rows[count++] = entry;
         verdicts[inspection_judge(entry)] += !entry->replaced_by;
-        for (size_t f = 0; f < kind->fields; f++)
+        for (size_t f = 0; kind->field[f].name; f++)
             used[f] |= json_object_get(entry->values, kind->field[f].name) != NULL;
     }
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
@@ -447,7 +438,7 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         if (judged)
             answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))->warn =
                 verdict == INSPECTION_FAIL;
-        for (size_t f = 0; f < kind->fields; f++)
+        for (size_t f = 0; kind->field[f].name; f++)
             if (used[f])
                 add_cell(rows[i], &kind->field[f], answer);
         answer_words_or_none(answer, NULL, "by", rows[i]->row.who, "-");
@@ -541,16 +532,16 @@ size_t inspection_add_differences(struct store *store, const struct inspections 
     const bool si = answer_is_si(answer);
     answer_table(answer, "differences", "");
     add_journal_differences(store, &d, error);
-    for (size_t k = 0; k < COUNT(inspection_kinds); k++) {
-        const struct inspection_kind *kind = &inspection_kinds[k];
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
         const struct inspection *a = inspection_newest(all, kind, from),
                                 *b = inspection_newest(all, kind, to);
-        for (size_t f = 0; f < kind->fields && inspection_is_single(kind); f++) {
+        const struct inspection_field *field = kind->field;
+        for (; field->name && inspection_is_single(kind); field++) {
             char is[2][INSPECTION_TEXT_SIZE], label[80];
-            format_shown(&kind->field[f], a ? a->values : NULL, si, is[0]);
-            format_shown(&kind->field[f], b ? b->values : NULL, si, is[1]);
-            format_label(&kind->field[f], si, label);
-            add_difference(&d, kind->name, kind->field[f].name, label, is[0], is[1]);
+            format_shown(field, a ? a->values : NULL, si, is[0]);
+            format_shown(field, b ? b->values : NULL, si, is[1]);
+            format_label(field, si, label);
+            add_difference(&d, kind->name, field->name, label, is[0], is[1]);
         }
     }
     answer_close(answer);

@@ -37,12 +37,11 @@ struct inspection_field {
 struct inspection_kind {
     const char *name, *words, *source;
     enum inspection_place place;
-    const struct inspection_field *field;
-    size_t fields;
+    const struct inspection_field *field; /* a field without name ends them */
 };
+/* A kind without name ends them. */
 extern const struct inspection_kind inspection_kinds[];
-extern const size_t inspection_kind_count;
-#define INSPECTION_FIELDS_MAX 25
+#define INSPECTION_FIELDS_MAX 25 /* tests/cli/records.sh counts them */
 
 /* MR_UNKNOWN: there is no such kind; the error names the nearest one. */
 enum mr_status inspection_kind_find(const char *name, const struct inspection_kind **kind,

@@ -710,18 +710,18 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
 {
     static char word[INSPECTION_FIELDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char run_text[24], was[INSPECTION_TEXT_SIZE], value[INSPECTION_TEXT_SIZE];
+    size_t words = 0;
     struct command_line line = make_line("record", day->r.db);
     json_t *values = json_object();
     bool goes_on = true;
     snprintf(run_text, sizeof run_text, "%lld", (long long)day->facts.run);
     add_word(&line, kind->name);
     add_word(&line, run_text);
-    for (size_t f = 0; f < kind->fields && goes_on; f++) {
-        const struct inspection_field *field = &kind->field[f];
+    for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
         const char *unit = inspection_unit(field, false);
         if (field->marked)
             continue;
-        bool ends = f == 0 && !inspection_is_single(kind);
+        bool ends = field == kind->field && !inspection_is_single(kind);
         inspection_format(field, field->from_last ? last->values : NULL, was);
         char *question = xasprintf(*unit ? "%s: %s, %s (Enter: %s): " : "%s: %s%s (Enter: %s): ",
                                    kind->words, field->words, unit,
@@ -731,12 +731,12 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
         do {
             print_error(day);
             goes_on = ask_user(question, value, sizeof value);
-            snprintf(word[f], sizeof word[f], "%s=%s", field->name, value[0] ? value : was);
-        } while (goes_on && inspection_read(kind, word[f], values, &day->error) != MR_OK);
+            snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
+        } while (goes_on && inspection_read(kind, word[words], values, &day->error) != MR_OK);
         free(question);
         goes_on &= !(ends && !value[0]);
         if (value[0] || was[0])
-            add_word(&line, word[f]);
+            add_word(&line, word[words++]);
     }
     json_decref(values);
     if (goes_on)
@@ -749,8 +749,7 @@ static void ask_records(struct day *day)
 {
     struct inspections all;
     inspection_load(day->store, &all, fatal);
-    for (size_t k = 0; k < inspection_kind_count; k++) {
-        const struct inspection_kind *kind = &inspection_kinds[k];
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
         const struct inspection *last = inspection_newest(&all, kind, 0);
         if (kind->place != INSPECTION_LANDING || !last ||
             (inspection_is_single(kind) && inspection_newest(&all, kind, day->facts.run)))

@@ -39,10 +39,8 @@ static int list_kinds(const struct cli *cli)
     struct answer *answer = answer_new(false);
     char range[80];
     answer_table(answer, "kinds", "");
-    for (size_t k = 0; k < inspection_kind_count; k++) {
-        const struct inspection_kind *kind = &inspection_kinds[k];
-        for (size_t f = 0; f < kind->fields; f++) {
-            const struct inspection_field *field = &kind->field[f];
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
+        for (const struct inspection_field *field = kind->field; field->name; field++) {
             const char *unit = inspection_unit(field, false);
             answer_row(answer);
             answer_words(answer, "kind", "kind", "%s", kind->name);
@@ -100,8 +98,7 @@ static void copy_previous_fields(const struct inspections *all, const struct ins
     const struct inspection *last = inspection_newest(all, kind, 0);
     char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
     answer_table(answer, "kept", "");
-    for (size_t f = 0; last && f < kind->fields; f++) {
-        const struct inspection_field *field = &kind->field[f];
+    for (const struct inspection_field *field = kind->field; last && field->name; field++) {
         inspection_format(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
@@ -176,11 +173,11 @@ static void write_csv(const struct request *r, const struct inspections *all, in
                     kind->place == INSPECTION_LANDING ? (double)entry->row.run : entry->row.place);
         else if (*place)
             fprintf(output.file, "%s,", place);
-        for (size_t f = 0; f < kind->fields; f++) {
+        for (const struct inspection_field *field = kind->field; field->name; field++) {
             if (entry)
-                inspection_format(&kind->field[f], entry->values, text);
-            csv_write_cell(output.file, entry ? text : kind->field[f].name);
-            fputc(f + 1 < kind->fields ? ',' : '\n', output.file);
+                inspection_format(field, entry->values, text);
+            csv_write_cell(output.file, entry ? text : field->name);
+            fputc(field[1].name ? ',' : '\n', output.file);
         }
     }
     output_end(&output, fatal);
@@ -309,9 +306,9 @@ static void show_records(const struct cli *cli, const struct request *r,
     if (all->count == 0)
         cli_note(cli, "no records yet: %s; matrig record --kinds lists the kinds", r->words[0]);
     inspection_add_json(all, r->kind, run, answer);
-    for (size_t k = 0; k < inspection_kind_count; k++)
-        if (!r->kind || r->kind == &inspection_kinds[k])
-            inspection_add_table(all, &inspection_kinds[k], run, answer);
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
+        if (!r->kind || r->kind == kind)
+            inspection_add_table(all, kind, run, answer);
 }
 
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)

@@ -73,9 +73,9 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
 {
     const struct inspections *all = &report->records;
     struct answer *answer = answer_new(report->si);
-    for (size_t k = 0; k < inspection_kind_count; k++)
-        if ((inspection_kinds[k].place == INSPECTION_LANDING) == (run > 0))
-            inspection_add_table(all, &inspection_kinds[k], run, answer);
+    for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++)
+        if ((kind->place == INSPECTION_LANDING) == (run > 0))
+            inspection_add_table(all, kind, run, answer);
     if (all->count && run > 1)
         inspection_add_differences(report->store, all, run - 1, run, answer, report->error);
     report_answer(answer, out);
