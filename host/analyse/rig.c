@@ -5,41 +5,32 @@
 
 #include "host/base/xmalloc.h"
 
-enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed_ft_s, size_t count,
-                                   double height_ft, struct estimate *predicted_ft_s,
-                                   struct error *error)
+enum mr_status rig_predict(const double *x, const double *y, size_t count, double at, bool squared,
+                           struct estimate *predicted, struct error *error)
 {
-    double *squared = xcalloc(2 * count + 1, sizeof *squared), *weight = squared + count;
+    double *z = xcalloc(2 * count + 1, sizeof *z), *weight = z + count;
     struct line_fit line;
-    /* equal errors of v are errors of v^2 that are proportional to v */
+    /* equal errors of y are errors of y^2 that are proportional to y */
     for (size_t i = 0; i < count; i++) {
-        squared[i] = speed_ft_s[i] * speed_ft_s[i];
-        weight[i] = 1.0 / squared[i];
+        z[i] = squared ? y[i] * y[i] : y[i];
+        weight[i] = squared ? 1.0 / z[i] : 1.0;
     }
-    enum mr_status status = line_fit_weighted(release_ft, squared, weight, count, &line, error);
-    free(squared);
+    enum mr_status status = line_fit_weighted(x, z, weight, count, &line, error);
+    free(z);
     if (status != MR_OK)
         return status;
-    double v2 = line.intercept.value + line.slope.value * height_ft;
-    if (!(v2 > 0.0))
+    double value = line.intercept.value + line.slope.value * at;
+    if (squared && !(value > 0.0))
         return error_set(error, MR_NUMERICS,
                          "the gear would not reach touchdown: release at %g ft, according to %zu "
                          "landings; give a height near those of the landings",
-                         height_ft, count);
-    *predicted_ft_s = line_predict(&line, count, height_ft, 1.0 / v2);
-    predicted_ft_s->value = sqrt(v2);
-    predicted_ft_s->error /= 2.0 * predicted_ft_s->value;
+                         at, count);
+    *predicted = line_predict(&line, count, at, squared ? 1.0 / value : 1.0);
+    if (squared) {
+        predicted->value = sqrt(value);
+        predicted->error /= 2.0 * predicted->value;
+    }
     return MR_OK;
-}
-
-enum mr_status rig_bearing_drag(const double *temperatures_f, const double *deceleration_ft_s2,
-                                size_t count, double temperature_f,
-                                struct estimate *predicted_ft_s2, struct error *error)
-{
-    struct line_fit line;
-    if (line_fit(temperatures_f, deceleration_ft_s2, count, &line, error) == MR_OK)
-        *predicted_ft_s2 = line_predict(&line, count, temperature_f, 1.0);
-    return error->status;
 }
 
 enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,

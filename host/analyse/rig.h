@@ -5,24 +5,19 @@
 #ifndef MATRIG_HOST_ANALYSE_RIG_H
 #define MATRIG_HOST_ANALYSE_RIG_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-/* Speed of a coasting gear released at `height_ft` above the runway. If the track dissipates a
- * fixed share of the energy and drag does not depend on speed, v^2 is a linear function of height.
- * MR_TOO_FEW: fewer than three landings, or all heights are equal. MR_NUMERICS: the line predicts
- * that the gear does not reach the runway. */
-enum mr_status rig_touchdown_speed(const double *release_ft, const double *speed_ft_s, size_t count,
-                                   double height_ft, struct estimate *predicted_ft_s,
-                                   struct error *error);
-
-/* Deceleration without brakes at `temperature_f`, as a linear function of temperature. MR_TOO_FEW:
- * fewer than three landings, or all temperatures are equal. */
-enum mr_status rig_bearing_drag(const double *temperatures_f, const double *deceleration_ft_s2,
-                                size_t count, double temperature_f,
-                                struct estimate *predicted_ft_s2, struct error *error);
+/* Value of y in the next landing at x = `at`, if y, or with `squared` y^2, is a linear function of x.
+ * Squared: speed of a coasting gear by its height of release, where the track dissipates a fixed
+ * share of the energy and drag does not depend on speed. Linear: deceleration without brakes by
+ * temperature. MR_TOO_FEW: fewer than three landings, or all x are equal. MR_NUMERICS: the line
+ * predicts that the gear does not reach the runway. */
+enum mr_status rig_predict(const double *x, const double *y, size_t count, double at, bool squared,
+                           struct estimate *predicted, struct error *error);
 
 /* Points marked in a picture, in pixels from its upper left corner: two points at a known distance,
  * and the point whose height is measured. `error`: standard error of each coordinate. */

@@ -110,9 +110,7 @@ static void begin_load(const struct request *r, struct store *store, const struc
 struct rig_relation {
     const char *name, *label;                         /* name and label of the prediction */
     const char *field, *filter_field, *filter_choice; /* such as "temperature_f", "brake", "none" */
-    enum unit_kind unit;
-    enum mr_status (*predict)(const double *x, const double *y, size_t count, double at,
-                              struct estimate *predicted, struct error *error);
+    enum unit_kind unit; /* of a speed or a deceleration; the square of a speed is linear */
 };
 
 static void add_relation(const struct request *r, struct store *store,
@@ -147,7 +145,7 @@ static void add_relation(const struct request *r, struct store *store,
         count += found && !is_void && y[count] > 0.0;
     }
     double at = inspection_number(values, relation->field).value;
-    if (relation->predict(x, y, count, at, &predicted, &error) == MR_OK) {
+    if (rig_predict(x, y, count, at, relation->unit == UNIT_SPEED, &predicted, &error) == MR_OK) {
         answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
                         predicted.error, 2);
         answer_remark(answer, " in the next landing, from %zu landings", count);
@@ -159,11 +157,9 @@ static void add_relation(const struct request *r, struct store *store,
 }
 
 static const struct rig_relation drag = {
-    "bearing_drag", "drag without brakes", "temperature_f", "brake",
-    "none",         UNIT_DECELERATION,     rig_bearing_drag};
+    "bearing_drag", "drag without brakes", "temperature_f", "brake", "none", UNIT_DECELERATION};
 static const struct rig_relation coasting = {
-    "coasting_speed", "speed by coasting", "release_ft",       "drive",
-    "coast",          UNIT_SPEED,          rig_touchdown_speed};
+    "coasting_speed", "speed by coasting", "release_ft", "drive", "coast", UNIT_SPEED};
 
 static int run_advise(struct request *r, const struct cli *cli)
 {

@@ -46,10 +46,10 @@ TEST(a_track_that_takes_a_share_of_the_energy)
     double speed[4];
     for (unsigned i = 0; i < 4; i++)
         speed[i] = sqrt(2 * G * height[i] * share);
-    assert_int_equal(rig_touchdown_speed(height, speed, 4, 20, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict(height, speed, 4, 20, true, &predicted, &error), MR_OK);
     assert_near(predicted.value, 28, 1e-9);
     assert_near(predicted.error, 0, 1e-5);
-    assert_int_equal(rig_touchdown_speed(height, speed, 4, 5, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict(height, speed, 4, 5, true, &predicted, &error), MR_OK);
     assert_near(predicted.value, 14, 1e-9);
 }
 
@@ -58,9 +58,9 @@ TEST(a_height_from_which_the_gear_does_not_arrive)
     const double height[] = {10, 14, 20}, speed[] = {10, 20, 28};
     struct estimate predicted;
     struct error error = {0};
-    assert_int_equal(rig_touchdown_speed(height, speed, 3, 1, &predicted, &error), MR_NUMERICS);
+    assert_int_equal(rig_predict(height, speed, 3, 1, true, &predicted, &error), MR_NUMERICS);
     error = (struct error){0};
-    assert_int_equal(rig_touchdown_speed(height, speed, 2, 12, &predicted, &error), MR_TOO_FEW);
+    assert_int_equal(rig_predict(height, speed, 2, 12, true, &predicted, &error), MR_TOO_FEW);
 }
 
 /* 2.7.1: 4 to 6 ft/s2 from 50 to 90 F. */
@@ -69,7 +69,7 @@ TEST(the_drag_of_the_report)
     const double f[] = {50, 60, 80, 90}, a[] = {4, 4.5, 5.5, 6};
     struct estimate predicted;
     struct error error = {0};
-    assert_int_equal(rig_bearing_drag(f, a, 4, 72, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict(f, a, 4, 72, false, &predicted, &error), MR_OK);
     assert_near(predicted.value, 5.1, 1e-12);
     assert_near(predicted.error, 0, 1e-6);
 }
@@ -87,7 +87,7 @@ TEST(touchdown_speeds_hold)
             height[k] = uniform(8, 20);
             speed[k] = sqrt(2 * G * share * height[k] - lost) + normal(error_ft_s);
         }
-        rig_touchdown_speed(height, speed, count, next, &predicted, &error);
+        rig_predict(height, speed, count, next, true, &predicted, &error);
         held += has(predicted, sqrt(2 * G * share * next - lost) + normal(error_ft_s));
     }
     assert_holds(held);
@@ -106,7 +106,7 @@ TEST(drags_hold)
             f[k] = uniform(50, 90);
             a[k] = middle + slope * (f[k] - 70) + normal(error_ft_s2);
         }
-        rig_bearing_drag(f, a, count, next, &predicted, &error);
+        rig_predict(f, a, count, next, false, &predicted, &error);
         held += has(predicted, middle + slope * (next - 70) + normal(error_ft_s2));
     }
     assert_holds(held);
