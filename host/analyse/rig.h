@@ -11,7 +11,7 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-/* Value of y in the next landing at x = `at`, if y, or with `squared` y^2, is a linear function of x.
+/* Value of y in the next landing at x = `at`, if y (or y^2, with `squared`) is linear in x.
  * Squared: speed of a coasting gear by its height of release, where the track dissipates a fixed
  * share of the energy and drag does not depend on speed. Linear: deceleration without brakes by
  * temperature. MR_TOO_FEW: fewer than three landings, or all x are equal. MR_NUMERICS: the line
