@@ -83,7 +83,7 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         compute_weights(bands, each);
         set_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;
-        each->min.tension_lb = each->max.tension_lb = MR_NAN;
+        each->min_tension.tension_lb = each->max_tension.tension_lb = MR_NAN;
         bands->is_active |= each->gages > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
@@ -269,14 +269,14 @@ static void check_slack(struct mr_bands *bands, unsigned number, unsigned gage, 
 {
     const struct mr_band *band = &bands->band[number];
     if (!(lb < band->slack_lb)) {
-        bands->low_steps[gage] = 0;
+        bands->slack_steps[gage] = 0;
         return;
     }
-    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS)
-        bands->low_steps[gage]++;
-    if (bands->low_steps[gage] < MR_BANDS_LOW_STEPS || bands->low_reported >> gage & 1u)
+    if (bands->slack_steps[gage] < MR_BANDS_SLACK_STEPS)
+        bands->slack_steps[gage]++;
+    if (bands->slack_steps[gage] < MR_BANDS_SLACK_STEPS || bands->slack_reported_gages >> gage & 1u)
         return;
-    bands->low_reported |= 1u << gage;
+    bands->slack_reported_gages |= 1u << gage;
     bool ahead = bands->channel[gage].station_ft > wheel_ft;
     add_finding(bands, number, gage + 1, 0, ahead ? MR_BAND_SLACK : MR_BAND_LOOSE, lb, block);
 }
@@ -285,10 +285,10 @@ static void update_extremes(struct mr_band *band, unsigned gage, float lb, uint3
 {
     struct mr_band_extreme here = {.tension_lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
     /* negated, so that both are also true for the first reading, when min and max are NaN */
-    if (!(lb >= band->min.tension_lb))
-        band->min = here;
-    if (!(lb <= band->max.tension_lb))
-        band->max = here;
+    if (!(lb >= band->min_tension.tension_lb))
+        band->min_tension = here;
+    if (!(lb <= band->max_tension.tension_lb))
+        band->max_tension = here;
 }
 
 static void update_band(struct mr_bands *bands, unsigned number, const float *tension_lb,
@@ -297,7 +297,7 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
     struct mr_band *band = &bands->band[number];
     bool sudden = false;
     if (quiet) /* movement before the landing does not count */
-        band->min = band->max = (struct mr_band_extreme){.tension_lb = MR_NAN};
+        band->min_tension = band->max_tension = (struct mr_band_extreme){.tension_lb = MR_NAN};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
@@ -305,14 +305,15 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
         bands->sum_lb[g] += lb;
         bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
-            bands->low_steps[g] = 0;
+            bands->slack_steps[g] = 0;
             continue;
         }
         if (!quiet)
             update_extremes(band, g, lb, block);
         check_slack(bands, number, g, lb, wheel_ft, block);
-        if (band->yield_lb > 0.0f && lb >= band->yield_lb && !(bands->over_reported >> g & 1u)) {
-            bands->over_reported |= 1u << g;
+        if (band->yield_lb > 0.0f && lb >= band->yield_lb &&
+            !(bands->overload_reported_gages >> g & 1u)) {
+            bands->overload_reported_gages |= 1u << g;
             add_finding(bands, number, g + 1, 0, MR_BAND_OVERLOAD, lb, block);
         }
         sudden |= bands->filled == MR_BANDS_HISTORY_STEPS && is_sudden(bands, band, g);
@@ -351,8 +352,8 @@ static void check_spread(struct mr_bands *bands, unsigned number, uint32_t block
     float high_error = mr_bands_tension_error_lb(&bands->channel[high], bands->before_lb[high]);
     float error_lb = __builtin_sqrtf(low_error * low_error + high_error * high_error);
     if (spread_lb > MR_BANDS_SPREAD_SHARE * mean_lb + SIGNIFICANCE_SIGMA * error_lb &&
-        !band->unequal_reported) {
-        band->unequal_reported = true;
+        !band->is_unequal_reported) {
+        band->is_unequal_reported = true;
         add_finding(bands, number, low + 1, high + 1, MR_BAND_UNEQUAL, spread_lb, block);
     }
 }
@@ -404,7 +405,7 @@ void mr_bands_end(struct mr_bands *bands)
     bands->is_active = false;
 }
 
-static float extreme_error(const struct mr_bands *bands, const struct mr_band_extreme *extreme)
+static float extreme_error_lb(const struct mr_bands *bands, const struct mr_band_extreme *extreme)
 {
     if (!extreme->gage)
         return MR_NAN;
@@ -419,7 +420,7 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
 {
     const struct mr_band *band = &bands->band[number];
     float before_variance = 0.0f, change_variance = 0.0f, low_lb = MR_NAN, high_lb = MR_NAN;
-    *figures = (struct mr_band_figures){.min = band->min, .max = band->max};
+    *figures = (struct mr_band_figures){.min = band->min_tension, .max = band->max_tension};
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         const struct mr_channel_config *gage = &bands->channel[g];
@@ -445,8 +446,8 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
     figures->before_error_lb = __builtin_sqrtf(before_variance) / count;
     figures->change_error_lb = __builtin_sqrtf(change_variance) / count;
     figures->spread_lb = high_lb - low_lb;
-    figures->min_error_lb = extreme_error(bands, &band->min);
-    figures->max_error_lb = extreme_error(bands, &band->max);
+    figures->min_error_lb = extreme_error_lb(bands, &band->min_tension);
+    figures->max_error_lb = extreme_error_lb(bands, &band->max_tension);
 }
 
 unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],

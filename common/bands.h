@@ -48,7 +48,7 @@
 /* steps (40 ms) that a sudden change must persist; a later change is a new one */
 #define MR_BANDS_HOLD_STEPS            10u
 /* steps (12 ms) below the limit before a gage counts as slack */
-#define MR_BANDS_LOW_STEPS             3u
+#define MR_BANDS_SLACK_STEPS           3u
 #define MR_BANDS_SLACK_SHARE           0.10f /* as a fraction of the pretension */
 #define MR_BANDS_STEP_PRETENSION_SHARE 0.05f /* as a fraction of the pretension */
 #define MR_BANDS_STEP_LB               5.0f  /* lower limit of the step that counts as sudden */
@@ -88,10 +88,10 @@ struct mr_band {
     uint8_t gage[MR_GAGES]; /* numbers from 0, ordered by station */
     float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
     float step_lb, slack_lb, yield_lb;
-    struct mr_band_extreme min, max;
+    struct mr_band_extreme min_tension, max_tension;
     uint8_t hold_steps; /* steps until the next search for a sudden change */
     /* is_frozen: a failure was found, so the baseline does not change any more */
-    bool unequal_reported, is_frozen;
+    bool is_unequal_reported, is_frozen;
     struct mr_band_candidate candidate;
 };
 
@@ -107,8 +107,9 @@ struct mr_bands {
     bool is_group_quiet;
     float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
-    uint8_t low_steps[MR_GAGES];
-    uint32_t low_reported, over_reported; /* one bit per gage whose finding has been reported */
+    uint8_t slack_steps[MR_GAGES];
+    uint32_t slack_reported_gages,
+        overload_reported_gages; /* one bit per gage whose finding has been reported */
     struct mr_band_finding finding[MR_BANDS_FINDINGS_MAX];
     unsigned finding_count;
 };

@@ -4,12 +4,12 @@
 
 #include "common/wire.h"
 
-#define BLOCK  64u
-#define ROUNDS 10u
+#define BLOCK_BYTES 64u
+#define ROUNDS      10u
 
 /* RFC 7693 2.6: the first 32 bits of the fractional parts of the square roots of 2, 3, 5 ... 19. */
-static const uint32_t start[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
-                                  0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
+static const uint32_t initial_state[8] = {0x6a09e667u, 0xbb67ae85u, 0x3c6ef372u, 0xa54ff53au,
+                                          0x510e527fu, 0x9b05688cu, 0x1f83d9abu, 0x5be0cd19u};
 
 /* RFC 7693 2.7 */
 static const uint8_t sigma[ROUNDS][16] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15},
@@ -24,37 +24,39 @@ static const uint8_t sigma[ROUNDS][16] = {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11,
                                           {10, 2, 8, 4, 7, 6, 1, 5, 15, 11, 9, 14, 3, 12, 13, 0}};
 
 /* Words of `v` in each of a round's eight mixings: columns, then diagonals. */
-static const uint8_t mixed[8][4] = {{0, 4, 8, 12},  {1, 5, 9, 13},  {2, 6, 10, 14}, {3, 7, 11, 15},
-                                    {0, 5, 10, 15}, {1, 6, 11, 12}, {2, 7, 8, 13},  {3, 4, 9, 14}};
+static const uint8_t mixed_words[8][4] = {{0, 4, 8, 12},  {1, 5, 9, 13},  {2, 6, 10, 14},
+                                          {3, 7, 11, 15}, {0, 5, 10, 15}, {1, 6, 11, 12},
+                                          {2, 7, 8, 13},  {3, 4, 9, 14}};
 
-static uint32_t rotate(uint32_t word, unsigned bits)
+static uint32_t rotate_right(uint32_t word, unsigned bits)
 {
     return word >> bits | word << (32u - bits);
 }
 
 /* RFC 7693 3.2. `counted`: bytes so far, including this block. */
-static void compress(uint32_t h[8], const uint8_t block[BLOCK], uint32_t counted, uint32_t last)
+static void compress(uint32_t h[8], const uint8_t block[BLOCK_BYTES], uint32_t counted,
+                     uint32_t last)
 {
     uint32_t m[16], v[16];
     const uint8_t *p = block;
     for (unsigned i = 0; i < 16; i++)
         m[i] = mr_get_u32(&p);
     memcpy(v, h, 8 * sizeof *v);
-    memcpy(v + 8, start, sizeof start);
+    memcpy(v + 8, initial_state, sizeof initial_state);
     v[12] ^= counted;
     v[14] ^= last;
     for (unsigned round = 0; round < ROUNDS; round++) {
         for (unsigned i = 0; i < 8; i++) {
-            uint32_t *a = &v[mixed[i][0]], *b = &v[mixed[i][1]], *c = &v[mixed[i][2]],
-                     *d = &v[mixed[i][3]];
+            uint32_t *a = &v[mixed_words[i][0]], *b = &v[mixed_words[i][1]],
+                     *c = &v[mixed_words[i][2]], *d = &v[mixed_words[i][3]];
             *a += *b + m[sigma[round][2 * i]];
-            *d = rotate(*d ^ *a, 16);
+            *d = rotate_right(*d ^ *a, 16);
             *c += *d;
-            *b = rotate(*b ^ *c, 12);
+            *b = rotate_right(*b ^ *c, 12);
             *a += *b + m[sigma[round][2 * i + 1]];
-            *d = rotate(*d ^ *a, 8);
+            *d = rotate_right(*d ^ *a, 8);
             *c += *d;
-            *b = rotate(*b ^ *c, 7);
+            *b = rotate_right(*b ^ *c, 7);
         }
     }
     for (unsigned i = 0; i < 8; i++)
@@ -65,18 +67,18 @@ void mr_blake2s(uint8_t *out, size_t out_length, const uint8_t *key, size_t key_
                 const uint8_t *bytes, size_t length)
 {
     uint32_t h[8], counted = 0;
-    uint8_t block[BLOCK] = {0};
-    memcpy(h, start, sizeof h);
+    uint8_t block[BLOCK_BYTES] = {0};
+    memcpy(h, initial_state, sizeof h);
     h[0] ^= 0x01010000u ^ (uint32_t)key_length << 8 ^ (uint32_t)out_length;
     if (key_length) { /* the key is a separate block ahead of the message */
         memcpy(block, key, key_length);
-        counted = BLOCK;
+        counted = BLOCK_BYTES;
         compress(h, block, counted, length ? 0 : UINT32_MAX);
     }
     bool done = key_length && !length;
     while (!done) {
-        size_t n = length < BLOCK ? length : BLOCK;
-        done = length <= BLOCK;
+        size_t n = length < BLOCK_BYTES ? length : BLOCK_BYTES;
+        done = length <= BLOCK_BYTES;
         memset(block, 0, sizeof block);
         if (n)
             memcpy(block, bytes, n);

@@ -11,7 +11,7 @@
 #define CODE_RANGE           4096u
 
 /* The codes of two neighbouring channels in one scan. */
-static inline uint32_t pair_at(const uint16_t *code)
+static inline uint32_t get_pair(const uint16_t *code)
 {
     uint32_t pair;
     __builtin_memcpy(&pair, code, sizeof pair);
@@ -47,8 +47,8 @@ static void count_saturation(struct mr_block *block, unsigned channel, const uin
     }
 }
 
-static inline void count_pair(struct mr_block *block, unsigned channel, const uint16_t *code,
-                              unsigned stride)
+static inline void count_pair_saturation(struct mr_block *block, unsigned channel,
+                                         const uint16_t *code, unsigned stride)
 {
     count_saturation(block, channel, code, stride);
     count_saturation(block, channel + 1, code + 1, stride);
@@ -67,28 +67,28 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
         uint32_t plus = 0, minus = 0, extreme = 0;
 #pragma GCC unroll 4
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2) {
-            uint32_t forward = pair_at(&transducers[scan][i]),
-                     reversed = pair_at(&transducers[scan + 1][i]);
+            uint32_t forward = get_pair(&transducers[scan][i]),
+                     reversed = get_pair(&transducers[scan + 1][i]);
             plus += forward;
             minus += reversed;
             extreme |= saturation_bits(forward) | saturation_bits(reversed);
         }
-        put_pair(&block->plus[i], plus);
-        put_pair(&block->minus[i], minus);
+        put_pair(&block->forward_sum[i], plus);
+        put_pair(&block->reversed_sum[i], minus);
         if (has_saturation(extreme))
-            count_pair(block, i, &transducers[0][i], MR_TRANSDUCERS);
+            count_pair_saturation(block, i, &transducers[0][i], MR_TRANSDUCERS);
     }
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i += 2) {
         uint32_t sum = 0, extreme = 0;
 #pragma GCC unroll 8
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
-            uint32_t pair = pair_at(&adc1[scan][i]);
+            uint32_t pair = get_pair(&adc1[scan][i]);
             sum += pair;
             extreme |= saturation_bits(pair);
         }
         put_pair(&block->sum[i], sum);
         if (has_saturation(extreme))
-            count_pair(block, MR_TRANSDUCERS + i, &adc1[0][i], MR_ADC1_CHANNELS);
+            count_pair_saturation(block, MR_TRANSDUCERS + i, &adc1[0][i], MR_ADC1_CHANNELS);
     }
 }
 
@@ -117,7 +117,7 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
         uint32_t sum_even = 0, sum_odd = 0, extreme = 0;
         const uint16_t *at = code + i;
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan += 2, at += 2 * count) {
-            uint32_t first = pair_at(at), second = pair_at(at + count);
+            uint32_t first = get_pair(at), second = get_pair(at + count);
             sum_even += first;
             sum_odd += second;
             extreme |= saturation_bits(first) | saturation_bits(second);
@@ -147,8 +147,8 @@ void mr_block_from_fitted(struct mr_block *block, const struct mr_scan *scan, ui
     *block = (struct mr_block){.index = index, .tick = tick, .absent = scan->absent};
     sum_columns(block, channel, scan->transducers, transducers, even, odd);
     for (unsigned i = 0; i < scan->transducers; i++) {
-        block->plus[channel[i]] = even[i];
-        block->minus[channel[i]] = odd[i];
+        block->forward_sum[channel[i]] = even[i];
+        block->reversed_sum[channel[i]] = odd[i];
     }
     channel += scan->transducers;
     sum_columns(block, channel, scan->others, others, even, odd);

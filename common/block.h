@@ -51,9 +51,9 @@ struct mr_block {
     uint32_t tick;  /* TIM2 at the first trigger of the block, 1/84 us */
     union {
         struct {
-            uint16_t plus[MR_TRANSDUCERS];  /* sum of 4 codes, excitation forward */
-            uint16_t minus[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
-            uint16_t sum[MR_ADC1_CHANNELS]; /* sum of 8 codes */
+            uint16_t forward_sum[MR_TRANSDUCERS];  /* sum of 4 codes, excitation forward */
+            uint16_t reversed_sum[MR_TRANSDUCERS]; /* sum of 4 codes, excitation reversed */
+            uint16_t sum[MR_ADC1_CHANNELS];        /* sum of 8 codes */
         };
         uint16_t sums[MR_BLOCK_SUMS]; /* all sums as one array */
     };

@@ -8,21 +8,21 @@
  * bytes also fill from the lowest bit. */
 struct mr_bits {
     uint8_t *next;      /* address of the next whole word */
-    uint32_t held;      /* bits of the incomplete word */
-    unsigned held_bits; /* always below 32 */
+    uint32_t word;      /* bits of the incomplete word */
+    unsigned word_bits; /* always below 32 */
 };
 
 /* `bits` at most 31; higher bits of `value` must be 0. Writes at most one word. */
 static inline void mr_bits_put(struct mr_bits *to, uint32_t value, unsigned bits)
 {
-    unsigned total = to->held_bits + bits;
-    to->held |= value << to->held_bits;
+    unsigned total = to->word_bits + bits;
+    to->word |= value << to->word_bits;
     if (total >= 32) { /* a word is full */
-        to->next = mr_put_u32(to->next, to->held);
-        to->held = value >> (32 - to->held_bits);
+        to->next = mr_put_u32(to->next, to->word);
+        to->word = value >> (32 - to->word_bits);
         total -= 32;
     }
-    to->held_bits = total;
+    to->word_bits = total;
 }
 
 static inline void mr_bits_put32(struct mr_bits *to, uint32_t value)
@@ -34,9 +34,9 @@ static inline void mr_bits_put32(struct mr_bits *to, uint32_t value)
 /* Writes the incomplete word, padded with zeroes. Returns the bits written since `start`. */
 static inline size_t mr_bits_end(struct mr_bits *to, const uint8_t *start)
 {
-    if (to->held_bits)
-        mr_put_u32(to->next, to->held);
-    return (size_t)(to->next - start) * 8u + to->held_bits;
+    if (to->word_bits)
+        mr_put_u32(to->next, to->word);
+    return (size_t)(to->next - start) * 8u + to->word_bits;
 }
 
 enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
@@ -47,28 +47,29 @@ enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OT
 /* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
 #define INITIAL_MEAN16  128u
 
-/* The sums present in a block: first `four` sums of 4 codes each, then sums of 8. */
+/* The sums present in a block: first `four_code_count` sums of 4 codes each, then sums of 8. */
 struct sums {
     const uint16_t *value;
-    unsigned four, count;
+    unsigned four_code_count, count;
     uint16_t gathered[MR_PACK_SUMS];
 };
 
 static unsigned plain_bits(const struct sums *sums, unsigned i)
 {
-    return i < sums->four ? 14u : 15u;
+    return i < sums->four_code_count ? 14u : 15u;
 }
 
 static void count_sums(struct sums *sums, uint32_t absent)
 {
-    sums->four = 2u * (MR_TRANSDUCERS - (unsigned)__builtin_popcount(absent & MR_BITS_TRANSDUCERS));
+    sums->four_code_count =
+        2u * (MR_TRANSDUCERS - (unsigned)__builtin_popcount(absent & MR_BITS_TRANSDUCERS));
     sums->count = MR_PACK_SUMS - (unsigned)__builtin_popcount(mr_block_absent_sums(absent));
 }
 
 static void gather_sums(struct sums *sums, const struct mr_block *block)
 {
     sums->value = block->sums;
-    sums->four = 2u * MR_TRANSDUCERS;
+    sums->four_code_count = 2u * MR_TRANSDUCERS;
     sums->count = MR_PACK_SUMS;
     if (!block->absent)
         return;
@@ -104,7 +105,7 @@ void mr_pack_reset(struct mr_pack *pack)
 
 bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block)
 {
-    return pack->keyed && block->index == pack->index && block->tick == pack->tick &&
+    return pack->has_key && block->index == pack->index && block->tick == pack->tick &&
            block->absent == pack->absent;
 }
 
@@ -113,7 +114,7 @@ size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
 {
     struct mr_bits w = {.next = out};
     mr_pack_reset(pack);
-    pack->keyed = true;
+    pack->has_key = true;
     pack->index = block->index;
     pack->tick = block->tick;
     pack->absent = block->absent;
@@ -174,7 +175,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
         }
         mr_bits_put(&w, code, length);
     }
-    size_t bits = (size_t)(w.next - to->next) * 8u + w.held_bits - to->held_bits;
+    size_t bits = (size_t)(w.next - to->next) * 8u + w.word_bits - to->word_bits;
     *to = w;
     return bits;
 }
@@ -183,11 +184,11 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
 static bool is_wide(const struct sums *sums)
 {
     uint32_t of_four = 0, of_eight = 0, pair;
-    for (unsigned i = 0; i < sums->four; i += 2) {
+    for (unsigned i = 0; i < sums->four_code_count; i += 2) {
         __builtin_memcpy(&pair, sums->value + i, sizeof pair);
         of_four |= pair;
     }
-    for (unsigned i = sums->four; i < sums->count; i += 2) {
+    for (unsigned i = sums->four_code_count; i < sums->count; i += 2) {
         __builtin_memcpy(&pair, sums->value + i, sizeof pair);
         of_eight |= pair;
     }
@@ -206,9 +207,9 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
     struct sums sums;
     gather_sums(&sums, block);
     size_t packed = put_packed(&w, pack, sums.value, sums.count);
-    bool wide_now = is_wide(&sums), wide = wide_now || pack->wide;
-    pack->wide = wide_now;
-    if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four) {
+    bool wide_now = is_wide(&sums), wide = wide_now || pack->is_wide;
+    pack->is_wide = wide_now;
+    if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four_code_count) {
         w = before;
         if (wide)
             mr_bits_put(&w, OTHER_TAG(OTHER_WIDE), OTHER_BITS);
@@ -322,7 +323,7 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
         return MR_OK;
     case OTHER_KEY:
         mr_pack_reset(pack);
-        pack->keyed = true;
+        pack->has_key = true;
         pack->index = get_bits(r, 16);
         pack->index |= get_bits(r, 16) << 16;
         pack->tick = get_bits(r, 16);
@@ -331,13 +332,13 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
     case OTHER_SATURATION: get_saturation(r, pack); return MR_OK;
     case OTHER_WIDE:
         record->kind = MR_RECORD_BLOCK;
-        if (!pack->keyed)
+        if (!pack->has_key)
             return MR_MALFORMED;
         get_block(r, pack, TAG_OTHER, &record->block);
         return MR_OK;
     case OTHER_ABSENT:
         pack->absent = get_bits(r, 24);
-        return pack->keyed && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
+        return pack->has_key && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
     case OTHER_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
     default: return MR_MALFORMED;
     }
@@ -356,7 +357,7 @@ enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bit
         status = get_other(&r, pack, record);
     } else if (tag == TAG_END) {
         record->kind = MR_RECORD_END;
-    } else if (!pack->keyed) {
+    } else if (!pack->has_key) {
         status = MR_MALFORMED;
     } else {
         record->kind = MR_RECORD_BLOCK;

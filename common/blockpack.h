@@ -45,7 +45,7 @@
 /* State of the packer or unpacker between blocks. To begin, set it to zero or call
  * mr_pack_reset. */
 struct mr_pack {
-    bool keyed;     /* index and tick are known */
+    bool has_key;   /* index and tick are known */
     uint32_t index; /* index of the next block */
     uint32_t tick;
     uint32_t absent;
@@ -53,7 +53,7 @@ struct mr_pack {
     uint16_t value[MR_PACK_SUMS];
     uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
-    bool wide; /* the previous block was wide: a difference from it may need more than 16 bits */
+    bool is_wide; /* the previous block was wide: a difference from it may need more than 16 bits */
 };
 
 void mr_pack_reset(struct mr_pack *pack);

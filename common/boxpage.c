@@ -5,9 +5,9 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define CRC_OFFSET (MR_BOXPAGE - 4u)
+#define CRC_OFFSET (MR_BOXPAGE_BYTES - 4u)
 
-static uint32_t page_crc(const uint8_t page[MR_BOXPAGE])
+static uint32_t page_crc(const uint8_t page[MR_BOXPAGE_BYTES])
 {
     uint8_t kind = page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE;
     uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND);
@@ -15,21 +15,22 @@ static uint32_t page_crc(const uint8_t page[MR_BOXPAGE])
     return mr_crc32(crc, page + MR_BOXPAGE_FIRST, CRC_OFFSET - MR_BOXPAGE_FIRST);
 }
 
-void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record)
+void mr_boxpage_seal(uint8_t page[MR_BOXPAGE_BYTES], uint32_t seq, uint16_t record)
 {
     mr_put_u16(mr_put_u32(page, seq), record);
     page[MR_BOXPAGE_KIND] |= MR_BOXPAGE_LIVE;
     mr_put_u32(page + CRC_OFFSET, page_crc(page));
 }
 
-enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header)
+enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
+                                struct mr_boxpage_header *header)
 {
     const uint8_t *p = page;
     const uint8_t *crc = page + CRC_OFFSET;
     size_t i = 0;
-    while (i < MR_BOXPAGE && page[i] == 0xff)
+    while (i < MR_BOXPAGE_BYTES && page[i] == 0xff)
         i++;
-    if (i == MR_BOXPAGE)
+    if (i == MR_BOXPAGE_BYTES)
         return MR_TOO_FEW;
     if (mr_get_u32(&crc) != page_crc(page))
         return MR_CRC;
@@ -37,19 +38,19 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpag
     header->record = mr_get_u16(&p);
     uint8_t kind = mr_get_u8(&p);
     header->kind = kind & (uint8_t)~MR_BOXPAGE_LIVE;
-    header->freed = !(kind & MR_BOXPAGE_LIVE);
+    header->is_freed = !(kind & MR_BOXPAGE_LIVE);
     header->first = mr_get_u8(&p);
     return header->kind >= MR_BOXPAGE_START && header->kind <= MR_BOXPAGE_END ? MR_OK : MR_CRC;
 }
 
-static uint8_t *begin_page(uint8_t page[MR_BOXPAGE], enum mr_boxpage_kind kind)
+static uint8_t *begin_page(uint8_t page[MR_BOXPAGE_BYTES], enum mr_boxpage_kind kind)
 {
-    memset(page, 0xff, MR_BOXPAGE);
+    memset(page, 0xff, MR_BOXPAGE_BYTES);
     page[MR_BOXPAGE_KIND] = (uint8_t)(MR_BOXPAGE_LIVE | kind);
-    return page + MR_BOXPAGE_HEADER;
+    return page + MR_BOXPAGE_HEADER_BYTES;
 }
 
-void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start_page *start)
+void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_start_page *start)
 {
     uint8_t *p = begin_page(page, MR_BOXPAGE_START);
     p = mr_put_u16(mr_put_u16(p, start->layout), start->landing);
@@ -62,9 +63,9 @@ void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_star
     mr_put_u8(p, start->clock_source);
 }
 
-void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start_page *start)
+void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_start_page *start)
 {
-    const uint8_t *p = page + MR_BOXPAGE_HEADER;
+    const uint8_t *p = page + MR_BOXPAGE_HEADER_BYTES;
     start->layout = mr_get_u16(&p);
     start->landing = mr_get_u16(&p);
     start->armed_block = mr_get_u32(&p);
@@ -78,16 +79,16 @@ void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_star
     start->clock_source = mr_get_u8(&p);
 }
 
-void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end)
+void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_end *end)
 {
     uint8_t *p = begin_page(page, MR_BOXPAGE_END);
     mr_put_u32(mr_put_u32(mr_put_u32(mr_put_u32(p, end->first_block), end->blocks), end->lost),
                end->messages_lost);
 }
 
-void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end)
+void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_end *end)
 {
-    const uint8_t *p = page + MR_BOXPAGE_HEADER;
+    const uint8_t *p = page + MR_BOXPAGE_HEADER_BYTES;
     end->first_block = mr_get_u32(&p);
     end->blocks = mr_get_u32(&p);
     end->lost = mr_get_u32(&p);
@@ -96,7 +97,7 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *e
 
 /* ---- reading a record ---- */
 
-#define PAGE_BITS (MR_BOXPAGE_PAYLOAD * 8u)
+#define PAGE_BITS (MR_BOXPAGE_PAYLOAD_BYTES * 8u)
 
 void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present,
                       size_t count)
@@ -107,9 +108,9 @@ void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uin
     reader->count = count;
 }
 
-static const uint8_t *stream_page(const struct mr_boxread *reader, size_t i)
+static const uint8_t *find_stream_page(const struct mr_boxread *reader, size_t i)
 {
-    const uint8_t *page = reader->pages + i * MR_BOXPAGE;
+    const uint8_t *page = reader->pages + i * MR_BOXPAGE_BYTES;
     bool there = i < reader->count && reader->present[i] &&
                  (page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE) == (MR_BOXPAGE_LIVE | MR_BOXPAGE_STREAM);
     return there ? page : NULL;
@@ -118,10 +119,10 @@ static const uint8_t *stream_page(const struct mr_boxread *reader, size_t i)
 static bool resynchronise(struct mr_boxread *reader)
 {
     for (; reader->page < reader->count; reader->page++) {
-        const uint8_t *page = stream_page(reader, reader->page);
-        if (page && page[MR_BOXPAGE_FIRST] < MR_BOXPAGE_PAYLOAD) {
+        const uint8_t *page = find_stream_page(reader, reader->page);
+        if (page && page[MR_BOXPAGE_FIRST] < MR_BOXPAGE_PAYLOAD_BYTES) {
             reader->bit = 8u * page[MR_BOXPAGE_FIRST];
-            reader->pack.keyed = false;
+            reader->pack.has_key = false;
             reader->is_synchronised = true;
             return true;
         }
@@ -137,19 +138,22 @@ static void skip_pages(struct mr_boxread *reader, size_t pages)
 
 enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record)
 {
-    uint8_t window[2 * MR_BOXPAGE_PAYLOAD]; /* a record may begin on one page and end on the next */
+    uint8_t
+        window[2 *
+               MR_BOXPAGE_PAYLOAD_BYTES]; /* a record may begin on one page and end on the next */
     for (;;) {
         if (!reader->is_synchronised && !resynchronise(reader))
             return MR_TOO_FEW;
-        const uint8_t *page = stream_page(reader, reader->page);
+        const uint8_t *page = find_stream_page(reader, reader->page);
         if (!page) {
             skip_pages(reader, 0);
             continue;
         }
-        const uint8_t *next = stream_page(reader, reader->page + 1);
-        memcpy(window, page + MR_BOXPAGE_HEADER, MR_BOXPAGE_PAYLOAD);
+        const uint8_t *next = find_stream_page(reader, reader->page + 1);
+        memcpy(window, page + MR_BOXPAGE_HEADER_BYTES, MR_BOXPAGE_PAYLOAD_BYTES);
         if (next)
-            memcpy(window + MR_BOXPAGE_PAYLOAD, next + MR_BOXPAGE_HEADER, MR_BOXPAGE_PAYLOAD);
+            memcpy(window + MR_BOXPAGE_PAYLOAD_BYTES, next + MR_BOXPAGE_HEADER_BYTES,
+                   MR_BOXPAGE_PAYLOAD_BYTES);
         size_t at = reader->bit;
         enum mr_status status = mr_unpack(&reader->pack, window, next ? 2 * PAGE_BITS : PAGE_BITS,
                                           &at, record);

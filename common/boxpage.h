@@ -23,13 +23,13 @@
 #include "common/blockpack.h"
 #include "common/status.h"
 
-#define MR_BOXPAGE          256u
-#define MR_BOXPAGE_HEADER   8u
-#define MR_BOXPAGE_PAYLOAD  244u
-#define MR_BOXPAGE_KIND     6u /* offsets */
-#define MR_BOXPAGE_FIRST    7u
-#define MR_BOXPAGE_LIVE     0x80u
-#define MR_BOXPAGE_NO_FIRST 0xffu
+#define MR_BOXPAGE_BYTES         256u
+#define MR_BOXPAGE_HEADER_BYTES  8u
+#define MR_BOXPAGE_PAYLOAD_BYTES 244u
+#define MR_BOXPAGE_KIND          6u /* offsets */
+#define MR_BOXPAGE_FIRST         7u
+#define MR_BOXPAGE_LIVE          0x80u
+#define MR_BOXPAGE_NO_FIRST      0xffu
 
 enum mr_boxpage_kind { MR_BOXPAGE_START = 1, MR_BOXPAGE_STREAM = 2, MR_BOXPAGE_END = 3 };
 
@@ -38,13 +38,14 @@ struct mr_boxpage_header {
     uint16_t record;
     uint8_t kind; /* enum mr_boxpage_kind */
     uint8_t first;
-    uint8_t freed; /* 1: the record has been freed */
+    uint8_t is_freed; /* 1: the record has been freed */
 };
 
 /* Completes a page that already holds kind, first and payload: writes seq, record and CRC. */
-void mr_boxpage_seal(uint8_t page[MR_BOXPAGE], uint32_t seq, uint16_t record);
+void mr_boxpage_seal(uint8_t page[MR_BOXPAGE_BYTES], uint32_t seq, uint16_t record);
 /* MR_OK; MR_TOO_FEW: erased (all ones); MR_CRC: neither erased nor a valid page. */
-enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_header *header);
+enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
+                                struct mr_boxpage_header *header);
 
 /* Payload of a start page. */
 struct mr_boxpage_start_page {
@@ -55,8 +56,10 @@ struct mr_boxpage_start_page {
     uint8_t firmware[3];
     uint8_t clock_source;
 };
-void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_start_page *start);
-void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_start_page *start);
+void mr_boxpage_put_start(uint8_t page[MR_BOXPAGE_BYTES],
+                          const struct mr_boxpage_start_page *start);
+void mr_boxpage_get_start(const uint8_t page[MR_BOXPAGE_BYTES],
+                          struct mr_boxpage_start_page *start);
 
 /* Payload of an end page. */
 struct mr_boxpage_end {
@@ -66,8 +69,8 @@ struct mr_boxpage_end {
     uint32_t lost;
     uint32_t messages_lost; /* messages not stored */
 };
-void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE], const struct mr_boxpage_end *end);
-void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE], struct mr_boxpage_end *end);
+void mr_boxpage_put_end(uint8_t page[MR_BOXPAGE_BYTES], const struct mr_boxpage_end *end);
+void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_end *end);
 
 /* ---- reading a record ---- */
 

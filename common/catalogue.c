@@ -8,7 +8,7 @@
 /* put: writes the fields in table order. */
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text)                                         \
-    size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]) \
+    size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_BYTES_MAX]) \
     {                                                                                    \
         uint8_t *p = out;
 #define INTEGER(name, type, field, unit, text) p = mr_put_##type(p, message->field);
@@ -34,7 +34,7 @@
 #define FLOAT(name, field, unit, text) uint8_t field[4];
 #define END(name, NAME)                                          \
     };                                                           \
-    _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_MAX, \
+    _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_BYTES_MAX, \
         "message " #name " is longer than a CAN frame");
 #include "common/catalogue.def"
 
@@ -303,7 +303,7 @@ static uint16_t missing_bits(const float *readings, unsigned count)
 }
 
 size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readings, uint32_t index,
-                          uint8_t out[MR_MESSAGE_MAX])
+                          uint8_t out[MR_MESSAGE_BYTES_MAX])
 {
     const struct mr_series *series = &all_series[pack->series];
     uint8_t *p = out;

@@ -2,7 +2,7 @@
  * catalogue.def, and tables that describe the messages.
  *
  * Real fields are floats in the unit of the field; they are NaN where the wire carries the code for
- * a missing value. A put function writes exactly the message's length (at most MR_MESSAGE_MAX
+ * a missing value. A put function writes exactly the message's length (at most MR_MESSAGE_BYTES_MAX
  * bytes) and returns that length. A get function returns MR_OK, or MR_TRUNCATED or MR_TOO_LONG when
  * `length` differs from the message's length; it never reads beyond `length`. Pure functions, no
  * state. */
@@ -22,8 +22,8 @@ union mr_layouts {
 #define SINCE(name, NAME, layout) uint8_t name[layout];
 #include "common/catalogue.def"
 };
-#define MR_LAYOUT      ((unsigned)sizeof(union mr_layouts))
-#define MR_MESSAGE_MAX 8u
+#define MR_LAYOUT            ((unsigned)sizeof(union mr_layouts))
+#define MR_MESSAGE_BYTES_MAX 8u
 
 typedef uint8_t mr_u8;
 typedef int8_t mr_i8;
@@ -75,8 +75,8 @@ enum mr_message_index {
     MR_MESSAGES
 };
 
-#define MESSAGE(name, NAME, id, direction, text)                                          \
-    size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_MAX]); \
+#define MESSAGE(name, NAME, id, direction, text)                                                \
+    size_t mr_##name##_put(const struct mr_##name *message, uint8_t out[MR_MESSAGE_BYTES_MAX]); \
     enum mr_status mr_##name##_get(struct mr_##name *message, const uint8_t *bytes, size_t length);
 #include "common/catalogue.def"
 
@@ -146,8 +146,8 @@ struct mr_message {
     unsigned index; /* enum mr_message_index: selects the member of `as` */
     /* low 16 bits of the block that the message belongs to; -1: no such field */
     int32_t block16;
-    int64_t block;                   /* full block index; -1: no such field */
-    uint8_t payload[MR_MESSAGE_MAX]; /* as received, info->length bytes */
+    int64_t block;                         /* full block index; -1: no such field */
+    uint8_t payload[MR_MESSAGE_BYTES_MAX]; /* as received, info->length bytes */
     union {
 #define MESSAGE(name, NAME, id, direction, text) struct mr_##name name;
 #include "common/catalogue.def"
@@ -205,7 +205,7 @@ unsigned mr_series_pack_find(uint16_t id);
 /* Writes one pack. `readings` holds all readings of the series, NaN if missing; `index` is the
  * block measured. Returns the length. */
 size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readings, uint32_t index,
-                          uint8_t out[MR_MESSAGE_MAX]);
+                          uint8_t out[MR_MESSAGE_BYTES_MAX]);
 /* Reads the readings of a pack and returns their number. `payload` has the message's length. */
 unsigned mr_series_pack_get(const struct mr_series_pack *pack, const uint8_t *payload,
                             float readings[MR_PACK_READINGS]);

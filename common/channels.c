@@ -62,8 +62,8 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
         return reading;
     reading.validity = saturated_ends(block, channel);
     if (channel < MR_TRANSDUCERS) {
-        float plus = (float)block->plus[channel];
-        float minus = (float)block->minus[channel];
+        float plus = (float)block->forward_sum[channel];
+        float minus = (float)block->reversed_sum[channel];
         reading.code = (plus - minus) / CODES_PER_SUM;
         if (reading.validity == MR_VALID)
             reading.validity = check_wiring(config, (plus + minus) / CODES_PER_SUM, reading.code);

@@ -11,12 +11,12 @@ struct command_row {
     int32_t per_unit;
 };
 
-static const struct command_row rows[] = {
+static const struct command_row command_rows[] = {
 #define COMMAND(NAME, code, text, part, indexed, counts, ...) {code, text, indexed, counts},
 #include "common/catalogue.def"
 };
 
-#define ROW_COUNT (sizeof rows / sizeof rows[0])
+#define ROW_COUNT (sizeof command_rows / sizeof command_rows[0])
 
 static const char *skip_blanks(const char *p)
 {
@@ -53,13 +53,13 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
 {
     words = skip_blanks(words);
     for (size_t i = 0; i < ROW_COUNT; i++) {
-        const char *p = match_word(words, rows[i].name);
+        const char *p = match_word(words, command_rows[i].name);
         int32_t index = 0;
         int32_t argument = 0;
         if (!p)
             continue;
         p = skip_blanks(p);
-        if (rows[i].indexed) {
+        if (command_rows[i].indexed) {
             p = parse_scaled(p, 1, &index);
             if (!p || index < 0 || index > 255)
                 return MR_USAGE;
@@ -68,12 +68,14 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
                 return MR_USAGE;
         }
         if (*p) {
-            p = parse_scaled(p, rows[i].per_unit, &argument);
+            p = parse_scaled(p, command_rows[i].per_unit, &argument);
             if (!p || *skip_blanks(p))
                 return MR_USAGE;
         }
-        *command = (struct mr_command){
-            .code = rows[i].code, .index = (uint8_t)index, .tag = tag, .argument = argument};
+        *command = (struct mr_command){.code = command_rows[i].code,
+                                       .index = (uint8_t)index,
+                                       .tag = tag,
+                                       .argument = argument};
         return MR_OK;
     }
     return MR_UNKNOWN;
@@ -82,8 +84,8 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
 const char *mr_command_name(unsigned code)
 {
     for (size_t i = 0; i < ROW_COUNT; i++) {
-        if (rows[i].code == code)
-            return rows[i].name;
+        if (command_rows[i].code == code)
+            return command_rows[i].name;
     }
     return "unknown";
 }

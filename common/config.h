@@ -1,8 +1,8 @@
 /* Configuration of the instrument: site, channels with their calibration, switches, bands,
  * predictor. config.def has the fields, units and limits.
  *
- * Stored form: MR_CONFIG_IMAGE bytes, little-endian, identical in flash, on the links and in the
- * database:
+ * Stored form: MR_CONFIG_IMAGE_BYTES bytes, little-endian, identical in flash, on the links and in
+ * the database:
  *
  *      0  "MRCF"
  *      4  format u16 (MR_CONFIG_FORMAT) | 0 u16
@@ -82,10 +82,11 @@ enum {
 #undef SIZE_u32
 };
 
-#define MR_CONFIG_FORMAT 1u
-#define MR_CONFIG_HEADER 20u
-#define MR_CONFIG_IMAGE  ((MR_CONFIG_HEADER + (unsigned)MR_CONFIG_FIELD_BYTES + 3u) / 4u * 4u + 4u)
-#define MR_CONFIG_WORDS  (MR_CONFIG_IMAGE / 4u)
+#define MR_CONFIG_FORMAT       1u
+#define MR_CONFIG_HEADER_BYTES 20u
+#define MR_CONFIG_IMAGE_BYTES \
+    ((MR_CONFIG_HEADER_BYTES + (unsigned)MR_CONFIG_FIELD_BYTES + 3u) / 4u * 4u + 4u)
+#define MR_CONFIG_WORDS (MR_CONFIG_IMAGE_BYTES / 4u)
 
 enum mr_config_type {
     MR_CONFIG_TYPE_u8,
@@ -125,7 +126,8 @@ static inline float mr_config_gate_ft(const struct mr_config *config, unsigned i
 }
 
 uint32_t mr_config_layout_crc(void);
-/* Writes MR_CONFIG_IMAGE bytes; returns their CRC-32, which is also in the last four bytes. */
+/* Writes MR_CONFIG_IMAGE_BYTES bytes; returns their CRC-32, which is also in the last four
+ * bytes. */
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image);
 /* Checks that `image` is a complete configuration of this table. MR_OK; MR_MALFORMED: not a
  * configuration; MR_TRUNCATED: longer than `length`; MR_CRC; MR_VERSION: intact, but of a different

@@ -159,23 +159,23 @@ static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_ima
 uint32_t mr_config_encode(const struct mr_config *config, uint8_t *image)
 {
     uint8_t *p = mr_put_u32(image, MAGIC);
-    memset(image, 0, MR_CONFIG_IMAGE);
+    memset(image, 0, MR_CONFIG_IMAGE_BYTES);
     p = mr_put_u32(image, MAGIC);
     p = mr_put_u16(mr_put_u16(p, MR_CONFIG_FORMAT), 0);
-    p = mr_put_u32(p, MR_CONFIG_IMAGE);
+    p = mr_put_u32(p, MR_CONFIG_IMAGE_BYTES);
     p = mr_put_u32(p, mr_config_layout_crc());
     p = mr_put_u32(p, config->site[0].revision);
     /* the cast is safe: copy_elements only reads the configuration */
     copy_elements(p, (struct mr_config *)(uintptr_t)config, true, false);
-    uint32_t crc = mr_crc32(0, image, MR_CONFIG_IMAGE - 4);
-    mr_put_u32(image + MR_CONFIG_IMAGE - 4, crc);
+    uint32_t crc = mr_crc32(0, image, MR_CONFIG_IMAGE_BYTES - 4);
+    mr_put_u32(image + MR_CONFIG_IMAGE_BYTES - 4, crc);
     return crc;
 }
 
 enum mr_status mr_config_check_image(const uint8_t *image, size_t length)
 {
     const uint8_t *p = image;
-    if (length < MR_CONFIG_HEADER + 4)
+    if (length < MR_CONFIG_HEADER_BYTES + 4)
         return MR_TRUNCATED;
     if (mr_get_u32(&p) != MAGIC)
         return MR_MALFORMED;
@@ -183,14 +183,14 @@ enum mr_status mr_config_check_image(const uint8_t *image, size_t length)
     uint16_t reserved = mr_get_u16(&p);
     uint32_t own_length = mr_get_u32(&p);
     uint32_t layout = mr_get_u32(&p);
-    if (own_length < MR_CONFIG_HEADER + 4)
+    if (own_length < MR_CONFIG_HEADER_BYTES + 4)
         return MR_MALFORMED;
     if (own_length > length)
         return MR_TRUNCATED;
     p = image + own_length - 4;
     if (mr_get_u32(&p) != mr_crc32(0, image, own_length - 4))
         return MR_CRC;
-    if (format != MR_CONFIG_FORMAT || reserved || own_length != MR_CONFIG_IMAGE ||
+    if (format != MR_CONFIG_FORMAT || reserved || own_length != MR_CONFIG_IMAGE_BYTES ||
         layout != mr_config_layout_crc())
         return MR_VERSION;
     return MR_OK;
@@ -201,13 +201,13 @@ enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_c
     enum mr_status status = mr_config_check_image(image, length);
     if (status == MR_OK)
         /* the cast is safe: copy_elements only reads the image */
-        copy_elements((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER, config, false, true);
+        copy_elements((uint8_t *)(uintptr_t)image + MR_CONFIG_HEADER_BYTES, config, false, true);
     return status;
 }
 
 void mr_config_swap(uint8_t *image, struct mr_config *config)
 {
-    copy_elements(image + MR_CONFIG_HEADER, config, true, true);
+    copy_elements(image + MR_CONFIG_HEADER_BYTES, config, true, true);
 }
 
 static enum mr_config_rule check_real(const struct mr_config_field *field, const uint8_t *at)

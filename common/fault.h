@@ -64,9 +64,11 @@ const char *mr_fault_text(unsigned fault);
  * by a processor fault, the parts of the firmware supervised by the watchdog, and the self-tests.
  * Shared by board and host. */
 
-#define MR_CRASH_STACK 16u /* words of the stack, beginning at the stack pointer of the fault */
+/* words of the stack, beginning at the stack pointer of the fault */
+#define MR_CRASH_STACK_WORDS 16u
 
-/* Words of the message `crash`, in this order. MR_CRASH_STACK words of the stack follow them. */
+/* Words of the message `crash`, in this order. MR_CRASH_STACK_WORDS words of the stack follow
+ * them. */
 /* clang-format off */
 #define MR_CRASH_TABLE(X)                                                          \
     X(KIND, "kind") X(BLOCK, "block") X(TASK, "task") X(IMAGE, "image crc")        \
@@ -79,7 +81,7 @@ const char *mr_fault_text(unsigned fault);
 enum mr_crash_item {
 #define MR_CRASH_ENUM(NAME, text) MR_CRASH_##NAME,
     MR_CRASH_TABLE(MR_CRASH_ENUM) MR_CRASH_STACK_FIRST,
-    MR_CRASH_ITEMS = MR_CRASH_STACK_FIRST + MR_CRASH_STACK
+    MR_CRASH_ITEMS = MR_CRASH_STACK_FIRST + MR_CRASH_STACK_WORDS
 };
 #undef MR_CRASH_ENUM
 

@@ -6,11 +6,11 @@
 #include "common/wire.h"
 
 size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size_t length,
-                       uint8_t out[MR_FRAME_MAX])
+                       uint8_t out[MR_FRAME_BYTES_MAX])
 {
-    uint8_t content[MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD];
+    uint8_t content[MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES];
     uint8_t *p = content;
-    if (length > MR_FRAME_PAYLOAD_MAX)
+    if (length > MR_FRAME_PAYLOAD_BYTES_MAX)
         return 0;
     p = mr_put_u16(p, seq);
     p = mr_put_u16(p, type);
@@ -37,7 +37,7 @@ size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size
 void mr_deframer_init(struct mr_deframer *deframer)
 {
     deframer->length = 0;
-    deframer->overflow = 0;
+    deframer->discarded_bytes = 0;
 }
 
 /* Decodes COBS in place. Returns the decoded length, or 0 if a run points beyond the end. */
@@ -63,12 +63,12 @@ enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, stru
         if (deframer->length < sizeof deframer->bytes)
             deframer->bytes[deframer->length++] = byte;
         else
-            deframer->overflow = 1;
+            deframer->discarded_bytes = 1;
         return MR_TOO_FEW;
     }
 
     size_t raw_length = deframer->length;
-    uint8_t overflow = deframer->overflow;
+    uint8_t overflow = deframer->discarded_bytes;
     mr_deframer_init(deframer);
     if (raw_length == 0)
         return MR_TOO_FEW;
@@ -77,7 +77,7 @@ enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, stru
     size_t length = cobs_decode(deframer->bytes, raw_length);
     if (length == 0)
         return MR_MALFORMED;
-    if (length < MR_FRAME_OVERHEAD)
+    if (length < MR_FRAME_OVERHEAD_BYTES)
         return MR_TRUNCATED;
     const uint8_t *p = deframer->bytes + length - 4;
     if (mr_get_u32(&p) != mr_crc32(0, deframer->bytes, length - 4))
@@ -86,6 +86,6 @@ enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, stru
     frame->seq = mr_get_u16(&p);
     frame->type = mr_get_u16(&p);
     frame->payload = p;
-    frame->length = length - MR_FRAME_OVERHEAD;
+    frame->length = length - MR_FRAME_OVERHEAD_BYTES;
     return MR_OK;
 }

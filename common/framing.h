@@ -2,7 +2,7 @@
  *
  *     seq      number of the frame, per sender, wraps; a jump is the number of lost frames
  *     type     MR_ID_... of the catalogue (low 11 bits), or MR_ID_BLOCK, MR_ID_BOX_PART
- *     payload  0 to MR_FRAME_PAYLOAD_MAX bytes
+ *     payload  0 to MR_FRAME_PAYLOAD_BYTES_MAX bytes
  *     CRC-32   of everything before it (common/crc32.h)
  *
  * COBS (Cheshire and Baker, 1999): every run of up to 254 non-zero bytes is preceded by its length
@@ -16,16 +16,17 @@
 
 #include "common/status.h"
 
-#define MR_FRAME_PAYLOAD_MAX 136u
-#define MR_FRAME_OVERHEAD    8u /* bytes of seq, type and CRC */
+#define MR_FRAME_PAYLOAD_BYTES_MAX 136u
+#define MR_FRAME_OVERHEAD_BYTES    8u /* bytes of seq, type and CRC */
 /* One COBS length byte (the content never reaches 254 bytes) and the final zero. */
-#define MR_FRAME_MAX         (MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD + 2u)
-_Static_assert(MR_FRAME_PAYLOAD_MAX + MR_FRAME_OVERHEAD < 254u, "a frame must fit one COBS run");
+#define MR_FRAME_BYTES_MAX         (MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES + 2u)
+_Static_assert(MR_FRAME_PAYLOAD_BYTES_MAX + MR_FRAME_OVERHEAD_BYTES < 254u,
+               "a frame must fit one COBS run");
 
 /* Encodes one frame, including the final zero. Returns its length, or 0 when `length` exceeds
- * MR_FRAME_PAYLOAD_MAX. */
+ * MR_FRAME_PAYLOAD_BYTES_MAX. */
 size_t mr_frame_encode(uint16_t seq, uint16_t type, const uint8_t *payload, size_t length,
-                       uint8_t out[MR_FRAME_MAX]);
+                       uint8_t out[MR_FRAME_BYTES_MAX]);
 
 struct mr_frame {
     uint16_t seq;
@@ -36,9 +37,9 @@ struct mr_frame {
 };
 
 struct mr_deframer {
-    uint8_t bytes[MR_FRAME_MAX];
+    uint8_t bytes[MR_FRAME_BYTES_MAX];
     size_t length;
-    uint8_t overflow; /* number of bytes discarded since the last zero byte */
+    uint8_t discarded_bytes; /* number of bytes discarded since the last zero byte */
 };
 
 /* Starts or restarts a deframer. */

@@ -51,9 +51,9 @@ enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel)
 {
     struct mr_gain_limits limits = mr_gain_limits(channel);
     float gain = __builtin_fabsf(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
-    if (!(gain <= limits.max))
+    if (!(gain <= limits.max_gain))
         return MR_RULE_COARSE;
-    if (!(gain >= limits.min))
+    if (!(gain >= limits.min_gain))
         return MR_RULE_FINE;
     if (codes > 0.0f && codes < MR_RANGE_MIN_CODES)
         return MR_RULE_NARROW;

@@ -49,7 +49,7 @@
 #define MR_RANGE_MIN_SHARE              0.25f
 
 struct mr_gain_limits {
-    float min, max;            /* magnitude of the gain, in or lb per code */
+    float min_gain, max_gain;  /* magnitude of the gain, in or lb per code */
     float low_code, high_code; /* readable range: code times the reference's ratio */
 };
 

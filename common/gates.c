@@ -108,7 +108,7 @@ static bool cholesky_factor(double matrix[TERMS][TERMS], unsigned n)
     return true;
 }
 
-static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
+static void solve_factored(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
 {
     for (unsigned i = 0; i < n; i++) {
         for (unsigned k = 0; k < i; k++)
@@ -123,13 +123,13 @@ static void solve(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
 }
 
 /* Computes `scale` times the inverse of the matrix with the given Cholesky factor. */
-static void invert(double lower[TERMS][TERMS], unsigned n, double scale,
-                   double inverse[TERMS][TERMS])
+static void invert_factored(double lower[TERMS][TERMS], unsigned n, double scale,
+                            double inverse[TERMS][TERMS])
 {
     for (unsigned column = 0; column < n; column++) {
         double unit[TERMS] = {0};
         unit[column] = scale;
-        solve(lower, n, unit);
+        solve_factored(lower, n, unit);
         for (unsigned row = 0; row < n; row++)
             inverse[row][column] = unit[row];
     }
@@ -165,7 +165,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     }
     if (!cholesky_factor(matrix, terms))
         return MR_NUMERICS;
-    solve(matrix, terms, right);
+    solve_factored(matrix, terms, right);
     memcpy(fit->coefficient, right, sizeof right);
 
     double squares = 0.0;
@@ -181,7 +181,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     if (count > terms &&
         squares > mr_chi_square((unsigned)count - terms, MR_SIGMA_1_IN_100) * deviation * deviation)
         deviation = fit->residual_ft * mr_gates_student_factor((unsigned)count - terms);
-    invert(matrix, terms, deviation * deviation, fit->covariance);
+    invert_factored(matrix, terms, deviation * deviation, fit->covariance);
     return MR_OK;
 }
 
@@ -275,13 +275,13 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
                                       double position_error_ft, struct mr_motion_estimate *motion)
 {
     struct mr_gates_fit fit;
-    size_t used = count < MR_GATES_ONLINE ? count : MR_GATES_ONLINE;
+    size_t used = count < MR_GATES_ONLINE_MAX ? count : MR_GATES_ONLINE_MAX;
     if (used < 2)
         return MR_TOO_FEW;
     enum mr_status status = mr_gates_fit(gates + (count - used), used, used > 2 ? 2 : 1,
                                          position_error_ft, &fit);
     struct mr_gates_search search = {0};
-    if (status == MR_OK && used == MR_GATES_ONLINE && !is_parabola(&fit, position_error_ft)) {
+    if (status == MR_OK && used == MR_GATES_ONLINE_MAX && !is_parabola(&fit, position_error_ft)) {
         while (search_outlier(gates + (count - used), used, position_error_ft, &fit, &search)) {
         }
     }
@@ -293,8 +293,8 @@ enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
 /* Bisects for the time when the position of the fit, or its speed if `speed` is true, crosses
  * `target`, rising if `sign` is 1, falling if it is -1. 60 halvings reach the last bit of any
  * interval. */
-static bool bisect(const struct mr_gates_fit *fit, bool speed, double sign, double target,
-                   double low_s, double high_s, double *t_s)
+static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sign, double target,
+                          double low_s, double high_s, double *t_s)
 {
     for (int i = 0; i < 60; i++) {
         struct basis basis;
@@ -328,8 +328,8 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     struct basis basis;
     double gradient[TERMS];
 
-    if (!bisect(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
-                last_s + (beyond_last ? margin_s : 0.0), &t_s))
+    if (!find_crossing(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
+                       last_s + (beyond_last ? margin_s : 0.0), &t_s))
         return MR_NUMERICS;
     mr_gates_motion_at(fit, t_s, motion);
     /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc =
@@ -355,7 +355,7 @@ static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate 
     if (!(last.deceleration_ft_s2.value > 0.0) || !(last.speed_ft_s.value > 0.0))
         return false;
     double horizon_s = 4.0 * last.speed_ft_s.value / last.deceleration_ft_s2.value;
-    if (!bisect(fit, true, -1.0, 0.0, last_s, last_s + horizon_s, &stop_s))
+    if (!find_crossing(fit, true, -1.0, 0.0, last_s, last_s + horizon_s, &stop_s))
         return false;
     mr_gates_motion_at(fit, stop_s, &stop);
     if (!(stop.deceleration_ft_s2.value > 0.0))
@@ -372,8 +372,8 @@ static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size
                                  struct mr_braking *fit);
 static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
                                           double position_error_ft, struct mr_braking *fit);
-static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
-                    struct mr_braking *fit, enum mr_status *status);
+static bool iterate_fit(const struct mr_gate *gates, size_t count, double position_error_ft,
+                        struct mr_braking *fit, enum mr_status *status);
 
 static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
                           struct mr_gates_summary *summary)
@@ -410,8 +410,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
                                                                      touchdown.speed_ft_s.value};
     double braked_ft_s2 = touchdown.deceleration_ft_s2.value;
     if (on_track < 2 && braked_ft_s2 > 0.0) {
-        /* the polynomial brakes from touchdown on, but the gear only after the delay of the
-         * brake */
+        /* the polynomial brakes from touchdown on, the gear only after the delay of the brake */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
             root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
@@ -422,8 +421,8 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
 /* Widens the errors by the residuals, because braking was not quite constant. */
 static void widen_errors(const struct mr_braking *fit, struct mr_gates_summary *summary)
 {
-    double factor = sqrt(fit->chi_square / (double)fit->freedom) *
-                    mr_gates_student_factor(fit->freedom);
+    double factor = sqrt(fit->chi_square / (double)fit->degrees_of_freedom) *
+                    mr_gates_student_factor(fit->degrees_of_freedom);
     struct mr_estimate *const estimate[] = {&summary->touchdown_speed_ft_s, &summary->touchdown_t_s,
                                             &summary->stop_t_s, &summary->stop_station_ft,
                                             &summary->mean_deceleration_ft_s2};
@@ -495,7 +494,7 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
             work->attempt = MR_FINAL_WITHOUT;
         return work->is_begun || late ? MR_TOO_FEW : MR_LIMIT;
     }
-    if (iterate(gates, count, work->position_error_ft, fit, &status))
+    if (iterate_fit(gates, count, work->position_error_ft, fit, &status))
         return MR_TOO_FEW;
     work->is_begun = false;
     if (status != MR_OK && !late)
@@ -511,7 +510,7 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
 
 /* Fits all gates. With fewer than four beyond touchdown no other fit is possible, so a poor one is
  * accepted. */
-static void fit_all(struct mr_final_fit *work)
+static void fit_all_gates(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
     enum mr_status status = try_uniform(work);
@@ -520,7 +519,7 @@ static void fit_all(struct mr_final_fit *work)
     if (status == MR_OK) {
         summary->is_uniform = true;
         mark_outliers(&work->braking, work->gates, work->count, summary);
-        summary->used_for_stop = work->braking.freedom + 3;
+        summary->used_for_stop = work->braking.degrees_of_freedom + 3;
         finish_fit(work, mr_braking_summarise(&work->braking, summary));
     } else if (work->used < 4) {
         status = mr_braking_fit(work->gates, work->count, work->touchdown_ft,
@@ -567,7 +566,7 @@ static const struct mr_gate *last_gates(const struct mr_final_fit *work)
 }
 
 /* Fits a parabola to the last gates, with fewer gates each time until it fits. */
-static void fit_last(struct mr_final_fit *work, bool fewer)
+static void fit_last_gates(struct mr_final_fit *work, bool fewer)
 {
     struct mr_gates_fit *fit = &work->end_fit.fit;
     for (;;) {
@@ -589,12 +588,12 @@ static void fit_last(struct mr_final_fit *work, bool fewer)
     work->stage = MR_FINAL_STOP;
 }
 
-static void fit_end(struct mr_final_fit *work)
+static void fit_end_gates(struct mr_final_fit *work)
 {
     size_t count = work->count - work->on_track;
     memset(&work->end_fit, 0, sizeof work->end_fit);
     work->end_fit.used = count < MR_GATES_END_MAX ? count : MR_GATES_END_MAX;
-    fit_last(work, false);
+    fit_last_gates(work, false);
 }
 
 /* Looks for a single gate without which the last gates lie on a parabola. */
@@ -607,7 +606,7 @@ static void find_outlier(struct mr_final_fit *work)
         return;
     if (!search->found) {
         work->end_fit.used--;
-        fit_last(work, true);
+        fit_last_gates(work, true);
         return;
     }
     struct mr_motion_estimate there;
@@ -630,8 +629,8 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
     summary->used_for_stop = (unsigned)work->end_fit.used;
     /* Changing braking may continue to change. The other extreme is a cubic through the last gates;
      * the difference adds to the error. */
-    if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE &&
-        mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE), MR_GATES_ONLINE, 3,
+    if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE_MAX &&
+        mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
         extrapolate_stop(&cubic, &cubic_s, &cubic_ft)) {
         summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
@@ -646,9 +645,9 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
 bool mr_final_fit_step(struct mr_final_fit *work)
 {
     switch (work->stage) {
-    case MR_FINAL_ALL: fit_all(work); break;
+    case MR_FINAL_ALL: fit_all_gates(work); break;
     case MR_FINAL_TOUCHDOWN: fit_touchdown(work); break;
-    case MR_FINAL_LAST_GATES: fit_end(work); break;
+    case MR_FINAL_LAST_GATES: fit_end_gates(work); break;
     case MR_FINAL_OUTLIER: find_outlier(work); break;
     case MR_FINAL_STOP: finish_fit(work, find_stop(work, &work->summary)); break;
     case MR_FINAL_DONE: break;
@@ -682,7 +681,7 @@ _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and i
 struct motion {
     double station_ft;
     double speed_ft_s;
-    double slope[UNKNOWNS];
+    double gradient[UNKNOWNS];
 };
 
 /* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
@@ -713,11 +712,12 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct motion *m
     motion->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s -
                          fit->deceleration_ft_s2 * lost;
     motion->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
-    motion->slope[MR_BRAKING_TIME] = -motion->speed_ft_s;
-    motion->slope[MR_BRAKING_SPEED] = since_s;
-    motion->slope[MR_BRAKING_DECELERATION] = -lost;
-    motion->slope[MR_BRAKING_DELAY] = fit->deceleration_ft_s2 * (fit->late ? rate : -by_delay);
-    motion->slope[MR_BRAKING_SHAPE] =
+    motion->gradient[MR_BRAKING_TIME] = -motion->speed_ft_s;
+    motion->gradient[MR_BRAKING_SPEED] = since_s;
+    motion->gradient[MR_BRAKING_DECELERATION] = -lost;
+    motion->gradient[MR_BRAKING_DELAY] = fit->deceleration_ft_s2 *
+                                         (fit->is_brake_late ? rate : -by_delay);
+    motion->gradient[MR_BRAKING_SHAPE] =
         braked_s > 2.0 * fit->delay_s ? -0.5 * fit->deceleration_ft_s2 * fit->delay_s * fit->delay_s
                                       : 0.0;
 }
@@ -776,7 +776,7 @@ static enum mr_status set_start_values(const struct mr_gate *gates, size_t count
                          last->station_ft;
         fit->deceleration_ft_s2 = 2.0 * lost_ft / (since_s * since_s);
     }
-    fit->freedom = (unsigned)total - 3;
+    fit->degrees_of_freedom = (unsigned)total - 3;
     return fit->speed_ft_s > 0.0 && fit->deceleration_ft_s2 > 0.0 ? MR_OK : MR_NUMERICS;
 }
 
@@ -800,7 +800,7 @@ static void set_equations(const struct mr_gate *gates, size_t count, double posi
     memset(matrix, 0, UNKNOWNS * sizeof matrix[0]);
     memset(right, 0, UNKNOWNS * sizeof right[0]);
     fit->chi_square = 0.0;
-    if (!fit->late)
+    if (!fit->is_brake_late)
         add_prior(MR_BRAKE_DELAY_S, MR_BRAKE_DELAY_ERROR_S, fit->delay_s, MR_BRAKING_DELAY, fit,
                   matrix, right);
     add_prior(MR_BRAKE_SHAPE, MR_BRAKE_SHAPE_ERROR, fit->shape, MR_BRAKING_SHAPE, fit, matrix,
@@ -813,10 +813,10 @@ static void set_equations(const struct mr_gate *gates, size_t count, double posi
         double residual = (gates[g].station_ft - motion.station_ft) * weight;
         fit->chi_square += residual * residual;
         for (unsigned i = 0; i < UNKNOWNS; i++) {
-            motion.slope[i] *= weight;
-            right[i] += motion.slope[i] * residual;
+            motion.gradient[i] *= weight;
+            right[i] += motion.gradient[i] * residual;
             for (unsigned k = 0; k <= i; k++)
-                matrix[i][k] += motion.slope[i] * motion.slope[k];
+                matrix[i][k] += motion.gradient[i] * motion.gradient[k];
         }
     }
 }
@@ -854,8 +854,8 @@ static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size
                      (late.speed_ft_s - end.speed_ft_s.value) / late.deceleration_ft_s2;
     mr_gates_motion_at(&parabola, onset_s, &onset);
     double rolled_ft = late.speed_ft_s * (onset_s - late.touchdown_s);
-    late.late = true;
-    late.freedom--;
+    late.is_brake_late = true;
+    late.degrees_of_freedom--;
     late.onset_s = onset_s - late.touchdown_s - late.delay_s;
     if (!(late.deceleration_ft_s2 > 0.0) || !(late.onset_s > 0.0) || late.onset_s > ONSET_MAX_S ||
         fabs(onset.position_ft.value - late.touchdown_ft - rolled_ft) > LATE_OFF_FT)
@@ -864,10 +864,9 @@ static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size
     return MR_OK;
 }
 
-/* Computes one iteration of the fit, or the covariance after the last one. False: the fit has
- * ended. */
-static bool iterate(const struct mr_gate *gates, size_t count, double position_error_ft,
-                    struct mr_braking *fit, enum mr_status *status)
+/* Computes one iteration, or the covariance after the last one. False: the fit has ended. */
+static bool iterate_fit(const struct mr_gate *gates, size_t count, double position_error_ft,
+                        struct mr_braking *fit, enum mr_status *status)
 {
     double matrix[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
     set_equations(gates, count, position_error_ft, fit, matrix, step);
@@ -877,17 +876,17 @@ static bool iterate(const struct mr_gate *gates, size_t count, double position_e
     /* no convergence after ITERATIONS_MAX: the gates contradict each other, and chi-square shows
      * it */
     if (fit->is_converged || fit->iterations == ITERATIONS_MAX) {
-        invert(matrix, UNKNOWNS, 1.0, fit->covariance);
+        invert_factored(matrix, UNKNOWNS, 1.0, fit->covariance);
         return false;
     }
     fit->iterations++;
-    solve(matrix, UNKNOWNS, step);
+    solve_factored(matrix, UNKNOWNS, step);
     fit->touchdown_s += step[MR_BRAKING_TIME];
     fit->speed_ft_s += step[MR_BRAKING_SPEED];
     fit->deceleration_ft_s2 += step[MR_BRAKING_DECELERATION];
-    double *delay_s = fit->late ? &fit->onset_s : &fit->delay_s;
-    *delay_s = clamp(*delay_s + step[MR_BRAKING_DELAY], fit->late ? 0.0 : DELAY_MIN_S,
-                     fit->late ? ONSET_MAX_S : DELAY_MAX_S);
+    double *delay_s = fit->is_brake_late ? &fit->onset_s : &fit->delay_s;
+    *delay_s = clamp(*delay_s + step[MR_BRAKING_DELAY], fit->is_brake_late ? 0.0 : DELAY_MIN_S,
+                     fit->is_brake_late ? ONSET_MAX_S : DELAY_MAX_S);
     fit->shape = clamp(fit->shape + step[MR_BRAKING_SHAPE], 0.0, 1.0);
     if (!(fit->speed_ft_s > 0.0) || !(fit->deceleration_ft_s2 > 0.0))
         *status = MR_NUMERICS;
@@ -902,7 +901,7 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
                               double position_error_ft, uint32_t left_out, struct mr_braking *fit)
 {
     enum mr_status status = begin_braking(gates, count, touchdown_ft, left_out, fit);
-    while (status == MR_OK && iterate(gates, count, position_error_ft, fit, &status)) {
+    while (status == MR_OK && iterate_fit(gates, count, position_error_ft, fit, &status)) {
     }
     return status;
 }
@@ -916,7 +915,8 @@ double mr_chi_square(unsigned freedom, double deviations)
 
 bool mr_braking_is_accepted(const struct mr_braking *fit)
 {
-    return fit->freedom == 0 || fit->chi_square <= mr_chi_square(fit->freedom, MR_SIGMA_1_IN_1000);
+    return fit->degrees_of_freedom == 0 ||
+           fit->chi_square <= mr_chi_square(fit->degrees_of_freedom, MR_SIGMA_1_IN_1000);
 }
 
 /* Finds the gate without which chi-square falls most (exact for a linear model), and by how
@@ -931,7 +931,7 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
             continue;
         motion_at(fit, gates[g].t_s, &motion);
         double residual = (gates[g].station_ft - motion.station_ft) / position_error_ft;
-        double own = 1.0 - variance_of(fit->covariance, UNKNOWNS, motion.slope) /
+        double own = 1.0 - variance_of(fit->covariance, UNKNOWNS, motion.gradient) /
                                (position_error_ft * position_error_ft);
         if (own > 1e-6 && residual * residual / own > most) {
             most = residual * residual / own;
@@ -947,7 +947,7 @@ static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t co
     size_t worst = 0, out = 0;
     for (size_t g = 0; g < count; g++)
         out += !is_used(fit, g);
-    if (out > count / 5 || fit->freedom < 2 ||
+    if (out > count / 5 || fit->degrees_of_freedom < 2 ||
         find_worst(fit, gates, count, position_error_ft, &worst) <
             MR_GATE_OUTLIER_SIGMA * MR_GATE_OUTLIER_SIGMA)
         return MR_LIMIT;
@@ -958,7 +958,7 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
                                     double position_error_ft, struct mr_braking *fit)
 {
     enum mr_status status = begin_without_worst(gates, count, position_error_ft, fit);
-    while (status == MR_OK && iterate(gates, count, position_error_ft, fit, &status)) {
+    while (status == MR_OK && iterate_fit(gates, count, position_error_ft, fit, &status)) {
     }
     return status;
 }
@@ -982,7 +982,7 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
     const double of_touchdown[UNKNOWNS] = {[MR_BRAKING_TIME] = 1.0};
     const double of_stop[UNKNOWNS] = {1.0, 1.0 / a, -v / (a * a), 1.0, 0.0};
     const double of_station[UNKNOWNS] = {0.0, after_s, -0.5 * v * v / (a * a) - 0.5 * k * d * d,
-                                         fit->late ? v : v - k * a * d, -0.5 * a * d * d};
+                                         fit->is_brake_late ? v : v - k * a * d, -0.5 * a * d * d};
     const double of_mean[UNKNOWNS] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
                                       v * v / (a * a * after_s * after_s), -v / (after_s * after_s),
                                       0.0};

@@ -23,10 +23,10 @@
 
 #include "common/status.h"
 
-#define MR_GATES_MAX       32u /* maximum edges of one landing */
-#define MR_GATES_ORDER_MAX 4u  /* maximum order of the polynomial */
-#define MR_GATES_ONLINE    6u  /* edges used by the online estimate */
-#define MR_GATES_END_MAX   8u  /* edges used at each end by the final fit */
+#define MR_GATES_MAX        32u /* maximum edges of one landing */
+#define MR_GATES_ORDER_MAX  4u  /* maximum order of the polynomial */
+#define MR_GATES_ONLINE_MAX 6u  /* edges used by the online estimate */
+#define MR_GATES_END_MAX    8u  /* edges used at each end by the final fit */
 
 struct mr_gate {
     double t_s;        /* time at which the switch opened, s from any origin */
@@ -72,8 +72,8 @@ enum mr_status mr_gates_fit_best(const struct mr_gate *gates, size_t count,
                                  double position_error_ft, struct mr_gates_fit *fit);
 
 /* Online estimate of the motion at the last gate, from a parabola (a line with two gates) through
- * the last MR_GATES_ONLINE gates or fewer. With MR_GATES_ONLINE gates, a single gate without which
- * the others fit a parabola is left out. */
+ * the last MR_GATES_ONLINE_MAX gates or fewer. With MR_GATES_ONLINE_MAX gates, a single gate
+ * without which the others fit a parabola is left out. */
 enum mr_status mr_gates_latest_motion(const struct mr_gate *gates, size_t count,
                                       double position_error_ft, struct mr_motion_estimate *motion);
 
@@ -182,10 +182,10 @@ struct mr_braking {
     double onset_s; /* time from touchdown to the onset of a late brake; otherwise 0 */
     double delay_s;
     double shape;
-    bool late; /* the unknown MR_BRAKING_DELAY is the onset; delay_s is not fitted */
+    bool is_brake_late; /* the unknown MR_BRAKING_DELAY is the onset; delay_s is not fitted */
     double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
     double chi_square;
-    unsigned freedom; /* degrees of freedom of chi-square */
+    unsigned degrees_of_freedom; /* degrees of freedom of chi-square */
     unsigned iterations;
     bool is_converged; /* the last iteration changed no result significantly */
     uint32_t left_out; /* bit g: gate g was left out */

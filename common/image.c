@@ -3,7 +3,7 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define CRC_OFFSET (MR_IMAGE_HEAD - 4u)
+#define CRC_OFFSET (MR_IMAGE_HEAD_BYTES - 4u)
 #define DIGITS     12u
 
 static bool is_in_flash(const struct mr_image *image)
@@ -12,7 +12,7 @@ static bool is_in_flash(const struct mr_image *image)
            image->program_end <= MR_FLASH + MR_FLASH_BYTES;
 }
 
-enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD])
+enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES])
 {
     const uint8_t *p = head + MR_IMAGE_OFFSET;
     memset(image, 0, sizeof *image);
@@ -27,7 +27,7 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     image->major = mr_get_u8(&p);
     image->minor = mr_get_u8(&p);
     image->patch = mr_get_u8(&p);
-    image->changed = mr_get_u8(&p) != 0;
+    image->is_modified = mr_get_u8(&p) != 0;
     image->commit = mr_get_u32(&p);
     image->commit_more = mr_get_u16(&p);
     image->board = mr_get_u16(&p);
@@ -37,14 +37,14 @@ enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_
     return is_in_flash(image) ? MR_OK : MR_MALFORMED;
 }
 
-void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD])
+void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES])
 {
     uint8_t *p = mr_put_u32(head + MR_IMAGE_OFFSET, MR_IMAGE_MAGIC);
     p = mr_put_u16(mr_put_u16(p, MR_IMAGE_FORMAT), MR_IMAGE_BYTES);
     p = mr_put_u32(mr_put_u32(p, image->program_start), image->program_end);
     p = mr_put_u32(p, image->program_crc);
     p = mr_put_u8(mr_put_u8(mr_put_u8(p, image->major), image->minor), image->patch);
-    p = mr_put_u8(p, image->changed);
+    p = mr_put_u8(p, image->is_modified);
     p = mr_put_u16(mr_put_u32(p, image->commit), image->commit_more);
     p = mr_put_u16(p, image->board);
     image->header_crc = mr_crc32(0, head, CRC_OFFSET);

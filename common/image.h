@@ -40,12 +40,12 @@ enum {
 #define MR_IMAGE_FORMAT      1u
 #define MR_IMAGE_OFFSET      0x200u /* offset of the header from MR_FLASH */
 #define MR_IMAGE_BYTES       36u
-#define MR_IMAGE_HEAD        (MR_IMAGE_OFFSET + MR_IMAGE_BYTES) /* bytes of vectors and header */
+#define MR_IMAGE_HEAD_BYTES  (MR_IMAGE_OFFSET + MR_IMAGE_BYTES) /* bytes of vectors and header */
 #define MR_IMAGE_COMMIT_TEXT 24u
 
 struct mr_image {
     uint8_t major, minor, patch;
-    bool changed;         /* built from sources that differ from the commit */
+    bool is_modified;     /* built from sources that differ from the commit */
     uint32_t commit;      /* first eight hexadecimal digits of the commit's hash */
     uint16_t commit_more; /* next four digits; `commit` and `commit_more` 0: unknown */
     uint16_t board;       /* enum mr_board_number, or an unknown number */
@@ -55,12 +55,12 @@ struct mr_image {
     uint32_t header_crc;
 };
 
-/* Reads the header from the first MR_IMAGE_HEAD bytes of flash. MR_OK; MR_UNKNOWN: no header;
+/* Reads the header from the first MR_IMAGE_HEAD_BYTES bytes of flash. MR_OK; MR_UNKNOWN: no header;
  * MR_VERSION: a different format; MR_CRC: vectors or header are damaged or were never stamped
  * (`image` is filled nevertheless); MR_MALFORMED: the program is outside the flash. */
-enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD]);
+enum mr_status mr_image_get(struct mr_image *image, const uint8_t head[MR_IMAGE_HEAD_BYTES]);
 /* Writes the header into `head`, which already holds the vectors, and computes header_crc. */
-void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD]);
+void mr_image_put(struct mr_image *image, uint8_t head[MR_IMAGE_HEAD_BYTES]);
 
 /* Writes the commit as text: "c7a3136ab3a3", "c7a3136ab3a3-dirty" or "unknown". */
 void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,

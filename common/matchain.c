@@ -52,7 +52,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     chain->slack_ft = params->slack_ft * (float)group;
     chain->step_s = params->step_s * (float)group;
     chain->per_lb = chain->step_s / chain->mass_slug;
-    chain->low = MR_CHAIN_BAYS + 1u;
+    chain->low_bay = MR_CHAIN_BAYS + 1u;
     chain->bays = (chain->count + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         float opening_ft = 0.0f, held_lb = 0.0f;
@@ -155,11 +155,11 @@ static float step_bay(struct mr_chain *chain, const struct constants *constants,
 
 static void wake_bay(struct mr_chain *chain, unsigned bay)
 {
-    chain->awake[bay] = true;
-    if (bay < chain->low)
-        chain->low = bay;
-    if (bay > chain->high)
-        chain->high = bay;
+    chain->is_awake[bay] = true;
+    if (bay < chain->low_bay)
+        chain->low_bay = bay;
+    if (bay > chain->high_bay)
+        chain->high_bay = bay;
 }
 
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
@@ -176,20 +176,20 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
         wake_bay(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
         chain->push_lb[wheel] = pushed_lb + thrust_lb;
     }
-    for (unsigned bay = chain->low; bay <= chain->high; bay++) {
-        if (chain->awake[bay])
+    for (unsigned bay = chain->low_bay; bay <= chain->high_bay; bay++) {
+        if (chain->is_awake[bay])
             left_lb = step_bay(chain, &constants, bay,
                                carried ? left_lb
                                        : update_joint_now(chain, &constants, bay_first(bay)));
-        carried = chain->awake[bay];
+        carried = chain->is_awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
-    for (unsigned bay = chain->low, high = chain->high; bay <= high; bay++) {
-        if (!chain->awake[bay])
+    for (unsigned bay = chain->low_bay, high = chain->high_bay; bay <= high; bay++) {
+        if (!chain->is_awake[bay])
             continue;
-        if (bay > 1u && !chain->awake[bay - 1u] && chain->v_ft_s[bay_first(bay)] != 0.0f)
+        if (bay > 1u && !chain->is_awake[bay - 1u] && chain->v_ft_s[bay_first(bay)] != 0.0f)
             wake_bay(chain, bay - 1u);
-        if (bay < chain->bays && !chain->awake[bay + 1u] &&
+        if (bay < chain->bays && !chain->is_awake[bay + 1u] &&
             chain->v_ft_s[bay_last(chain, bay)] != 0.0f)
             wake_bay(chain, bay + 1u);
     }
@@ -205,12 +205,12 @@ void mr_chain_set_force(struct mr_chain *chain, unsigned mat, float push_lb)
 
 bool mr_chain_end_block(struct mr_chain *chain)
 {
-    unsigned low = chain->low, high = chain->high;
-    chain->low = MR_CHAIN_BAYS + 1u;
-    chain->high = 0;
+    unsigned low = chain->low_bay, high = chain->high_bay;
+    chain->low_bay = MR_CHAIN_BAYS + 1u;
+    chain->high_bay = 0;
     for (unsigned bay = low; bay <= high; bay++) {
         unsigned first = bay_first(bay), last = bay_last(chain, bay);
-        if (!chain->awake[bay])
+        if (!chain->is_awake[bay])
             continue;
         bool moves = chain->v_ft_s[first - 1u] != 0.0f || chain->v_ft_s[last + 1u] != 0.0f;
         for (unsigned n = first; n <= last; n++) {
@@ -218,13 +218,13 @@ bool mr_chain_end_block(struct mr_chain *chain)
             moves = moves || v_ft_s != 0.0f;
             if (!(__builtin_fabsf(u_ft) < MR_CHAIN_RUNAWAY_FT &&
                   __builtin_fabsf(v_ft_s) < MR_CHAIN_RUNAWAY_FT_S))
-                chain->runaway = true;
+                chain->has_diverged = true;
         }
-        chain->awake[bay] = moves;
+        chain->is_awake[bay] = moves;
         if (moves)
             wake_bay(chain, bay);
     }
-    return !chain->runaway;
+    return !chain->has_diverged;
 }
 
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)

@@ -52,9 +52,9 @@ struct mr_chain {
     unsigned group; /* number of mats per group */
     unsigned count; /* number of groups */
     /* bays low..high contain all awake bays; low > high: none is awake */
-    unsigned bays, low, high;
+    unsigned bays, low_bay, high_bay;
     /* indexed by bay, from 1; bay b holds mats (b - 1) MR_CHAIN_BAY + 1 to b MR_CHAIN_BAY */
-    bool awake[MR_CHAIN_BAYS + 2u];
+    bool is_awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* the values of one group */
     float per_lb;                                             /* step divided by mass */
     float u_ft[MR_CHAIN_INDICES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
@@ -63,8 +63,8 @@ struct mr_chain {
     float reach_ft[MR_CHAIN_INDICES];
     float grit_lb[MR_CHAIN_INDICES];
     float push_lb[MR_CHAIN_INDICES]; /* permanent force on each group, in addition to the thrust */
-    uint32_t updates; /* number of mats computed since the last mr_chain_reset_updates */
-    bool runaway;     /* a guard has tripped: the state is invalid */
+    uint32_t updates;  /* number of mats computed since the last mr_chain_reset_updates */
+    bool has_diverged; /* a guard has tripped: the state is invalid */
 };
 
 /* Largest stable step of a chain of single mats: 4 / (d + sqrt(d^2 + 4 w^2)), w^2 = 4 kl / m, d = 4

@@ -122,14 +122,14 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
     for (unsigned i = passage->held_count; i-- > 0;) {
         if (is_rolling(speed_between(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
-            news.started = news.gate = true;
+            news.has_started_landing = news.has_new_gate = true;
             return news;
         }
     }
     if (passage->held_count) {
         double speed_ft_s = speed_between(&passage->held[passage->held_count - 1], edge);
         if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
-            news.pushed = add_push(passage, edge, speed_ft_s);
+            news.has_new_pushback = add_push(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
         passage->state = MR_PASSAGE_UNDECIDED;
     }
@@ -157,7 +157,7 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
     double since_ft_s = speed_between(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
     if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
-        news.pushed = add_push(passage, edge, since_ft_s);
+        news.has_new_pushback = add_push(passage, edge, since_ft_s);
         add_event(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
     } else if (is_plausible_speed(passage, since_ft_s)) {
         if (passage->gates == MR_GATES_MAX)
@@ -166,14 +166,14 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
         add_gate(passage, edge);
         if (passage->gates == 3)
             passage->entry_ft_s = speed_between(&passage->source[0], edge);
-        news.gate = true;
+        news.has_new_gate = true;
     } else if (passage->gates > 2 && since_ft_s > 0.0 &&
                is_plausible_speed(passage,
                                   speed_between(&passage->source[passage->gates - 2], edge))) {
         add_event(passage, last, MR_SWITCH_LATE);
         passage->gates--;
         add_gate(passage, edge);
-        news.gate = true;
+        news.has_new_gate = true;
     } else {
         add_event(passage, edge, MR_SWITCH_OUT_OF_ORDER);
     }

@@ -75,9 +75,9 @@ struct mr_passage {
 
 /* Result of the last edge. */
 struct mr_passage_changes {
-    bool started; /* a landing has started: there are two gates */
-    bool gate;    /* the landing has one more gate, or its last gate has changed */
-    bool pushed;  /* a new push-back has begun */
+    bool has_started_landing; /* a landing has started: there are two gates */
+    bool has_new_gate;        /* the landing has one more gate, or its last gate has changed */
+    bool has_new_pushback;    /* a new push-back has begun */
 };
 
 void mr_passage_start(struct mr_passage *passage);

@@ -305,8 +305,10 @@ static void set_grits(struct mr_predictor *p)
 static void update_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
-    unsigned first = (chain->low - 1u) * MR_CHAIN_BAY + 1u, last = chain->high * MR_CHAIN_BAY + 1u;
-    if (chain->group == 1u || chain->low > chain->high || p->block % GRIT_UPDATE_BLOCKS != 0)
+    unsigned first = (chain->low_bay - 1u) * MR_CHAIN_BAY + 1u,
+             last = chain->high_bay * MR_CHAIN_BAY + 1u;
+    if (chain->group == 1u || chain->low_bay > chain->high_bay ||
+        p->block % GRIT_UPDATE_BLOCKS != 0)
         return;
     unsigned followed = 0;
     for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
@@ -361,14 +363,14 @@ static void begin_scan(struct mr_predictor *p)
     float group_ft = p->config.chain.mat_length_ft * (float)chain->group,
           end_ft = group_ft * (float)chain->count;
     float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
-    struct mr_zonescan_range order = {.from = (uint16_t)(chain->count + 2u),
+    struct mr_zonescan_range order = {.from_joint = (uint16_t)(chain->count + 2u),
                                       .position = 1,
                                       .push_lb = thrust_lb(p),
                                       .grit_lb = chain->group > 1u ? p->closing_lb
                                                                    : chain->grit_lb};
     if (wheel_ft < end_ft) {
         order.position = (uint16_t)((unsigned)(wheel_ft / group_ft) + 1u);
-        order.from = (uint16_t)(order.position + 1u);
+        order.from_joint = (uint16_t)(order.position + 1u);
     }
     if (p->speed_ft_s > 0.0f && wheel_ft < end_ft) {
         float stopping_ft_s2 = p->braking ? p->deceleration_ft_s2
@@ -384,7 +386,7 @@ static void begin_scan(struct mr_predictor *p)
 
 static void store_found_zone(struct mr_predictor *p)
 {
-    p->found = p->scan.found;
+    p->found_zone = p->scan.found;
     p->found_group = (uint8_t)p->chain.group;
     p->is_scan_restarted = false;
     begin_scan(p);
@@ -531,7 +533,7 @@ void mr_predictor_arm(struct mr_predictor *p)
 {
     p->is_armed = true;
     p->braking = p->is_degraded = p->has_fallen_back = false;
-    p->moved = 0;
+    p->moved_mask = 0;
     p->level = p->config.level;
     p->block = p->corrected_block = p->updates = p->visits = p->block_updates_max = 0;
     reset_budget(p);
@@ -581,7 +583,7 @@ static float spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat, f
     }
     p->last_in[i] = reading_in;
     if (reading_in > MOVED_IN || reading_in < -MOVED_IN)
-        p->moved |= 1u << i;
+        p->moved_mask |= 1u << i;
     if (__builtin_isnan(p->smoothed_in[i]))
         p->smoothed_in[i] = reading_in;
     float moved_in = (reading_in - p->smoothed_in[i]) * SMOOTHING_SHARE;
@@ -659,7 +661,7 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
 
 static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
-    float push_lb = input->on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
+    float push_lb = input->is_on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
     if (p->level == MR_PREDICTOR_PLOUGH) {
         unsigned mat = mat_at_station(p, input->wheel_ft);
         if (mat && push_lb > 0.0f && mat != p->ploughed_mat)
@@ -754,7 +756,7 @@ void mr_predictor_on_block(struct mr_predictor *p, const struct mr_predictor_inp
     p->wheel_ft = known ? input->wheel_ft : MR_NAN;
     /* at rest, rounding can make the speed negative */
     p->speed_ft_s = !known ? MR_NAN : input->speed_ft_s > 0.0f ? input->speed_ft_s : 0.0f;
-    if (known && input->braking_known && input->deceleration_ft_s2 > 0.0f &&
+    if (known && input->is_braking_known && input->deceleration_ft_s2 > 0.0f &&
         input->deceleration_ft_s2 <= DECELERATION_MAX_FT_S2) {
         p->deceleration_ft_s2 = input->deceleration_ft_s2;
         p->braking = true;
@@ -777,7 +779,7 @@ void mr_predictor_end_landing(struct mr_predictor *p)
 {
     if (!p->is_armed)
         return;
-    if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved))
+    if (p->level == MR_PREDICTOR_KINEMATIC || (__builtin_isnan(p->wheel_ft) && p->moved_mask))
         set_gaps_from_readings(p);
     else
         set_gaps_from_chain(p);
@@ -805,8 +807,8 @@ static float position_ft(const struct mr_predictor *p, unsigned place, float gro
  * and the present incomplete one. */
 static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
-    const struct mr_zonescan_found *found = &p->found;
-    unsigned group = p->found_group, coming = found->future, place = found->future_position;
+    const struct mr_zonescan_found *found = &p->found_zone;
+    unsigned group = p->found_group, coming = found->future_groups, place = found->future_position;
     float group_ft = p->config.chain.mat_length_ft * (float)group;
     zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
                              ? thrust_lb(p)
@@ -815,12 +817,12 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
         float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
         zone->future_mats = coming * group;
         zone->future_ft = coming ? position_ft(p, place, group_ft) : MR_NAN;
-        if (p->scan.found.future * p->chain.group > zone->future_mats) {
-            zone->future_mats = p->scan.found.future * p->chain.group;
+        if (p->scan.found.future_groups * p->chain.group > zone->future_mats) {
+            zone->future_mats = p->scan.found.future_groups * p->chain.group;
             zone->future_ft = position_ft(p, p->scan.found.future_position, ahead_ft);
         }
     }
-    unsigned first = found->first, end = found->first + found->groups;
+    unsigned first = found->first_joint, end = found->first_joint + found->groups;
     unsigned wheel = p->wheel_ft > 0.0f && p->wheel_ft < 1e6f
                        ? (unsigned)(p->wheel_ft / group_ft) + 2u
                        : 0;
@@ -830,7 +832,7 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
     zone->mats = (end - first) * group;
     zone->start_ft = (float)(first - 1u) * group_ft;
     zone->end_ft = (float)(end - 1u) * group_ft;
-    unsigned passed = (first - found->first) * group, closed = found->closed * group;
+    unsigned passed = (first - found->first_joint) * group, closed = found->closed_joints * group;
     zone->closed_joints = closed > passed + 2u ? closed - passed : 2u;
     zone->mean_gap_in = IN_PER_FT * found->open_ft / (float)((found->groups + 1u) * group);
 }
@@ -948,7 +950,7 @@ void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zon
     zone->critical_lb = p->config.mat_weight_lb * p->config.chain.mat_length_ft /
                         (2.0f * p->config.bump_ft);
     zone->age_blocks = p->block - p->corrected_block;
-    if (p->level == MR_PREDICTOR_KINEMATIC || (unmoved && p->moved)) {
+    if (p->level == MR_PREDICTOR_KINEMATIC || (unmoved && p->moved_mask)) {
         zone->level = MR_PREDICTOR_KINEMATIC;
         fill_kinematic_zone(p, zone);
     } else {

@@ -69,8 +69,8 @@ struct mr_predictor_input {
     float wheel_ft; /* station of the lead wheel; NaN before the first switch */
     float speed_ft_s;
     float deceleration_ft_s2;
-    bool braking_known;                    /* deceleration is from switches beyond touchdown */
-    bool on_runway;                        /* the gear has touched down, or is assumed to have */
+    bool is_braking_known;                 /* deceleration is from switches beyond touchdown */
+    bool is_on_runway;                     /* the gear has touched down, or is assumed to have */
     float displacement_in[MR_TRANSDUCERS]; /* movements since arming; NaN: not valid */
 };
 
@@ -104,12 +104,12 @@ struct mr_predictor_zone {
 struct mr_predictor {
     struct mr_predictor_config config;
     struct mr_chain chain;
-    struct mr_zonescan scan;          /* search in progress */
-    struct mr_zonescan_found found;   /* result of the last complete search */
-    float scanned_ft_s2;              /* deceleration at the start of the search in progress */
-    bool is_scan_restarted;           /* the search in progress replaced an incomplete one */
-    uint8_t found_group;              /* mats per group in `found` */
-    float gap_ft[MR_CHAIN_MATS + 1u]; /* by joint, at the start of the chain */
+    struct mr_zonescan scan;             /* search in progress */
+    struct mr_zonescan_found found_zone; /* result of the last complete search */
+    float scanned_ft_s2;                 /* deceleration at the start of the search in progress */
+    bool is_scan_restarted;              /* the search in progress replaced an incomplete one */
+    uint8_t found_group;                 /* mats per group in `found_zone` */
+    float gap_ft[MR_CHAIN_MATS + 1u];    /* by joint, at the start of the chain */
     /* levels with groups: resistance against closing a whole group */
     float closing_lb[MR_CHAIN_MATS / 2u + 2u];
     float surveyed_in[MR_SEGMENTS]; /* sums of openings; NaN: not surveyed since the last landing */
@@ -117,7 +117,7 @@ struct mr_predictor {
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings; /* landings included in the runway's state */
     bool is_armed, braking, is_degraded, has_fallen_back;
-    uint32_t moved;                /* bit mask of trusted transducers that have moved */
+    uint32_t moved_mask;           /* bit mask of trusted transducers that have moved */
     enum mr_predictor_level level; /* current level */
     uint32_t block;                /* blocks since arming */
     uint32_t corrected_block;

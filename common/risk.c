@@ -24,7 +24,7 @@
 #define LANDINGS_MAX           6.0f
 #define EXPECTED_ZONE_MIN_MATS 30u
 
-static const float weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
+static const float risk_weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
 #include "common/risk_weights.def"
 };
 
@@ -161,7 +161,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         a_ft_s2 = a_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2 : a_ft_s2;
         if (a_ft_s2 > HARDER_RATIO * risk->hardest_ft_s2) {
             risk->hardest_ft_s2 = a_ft_s2;
-            risk->hardest_in_ft = stopping_distance_ft;
+            risk->hardest_distance_ft = stopping_distance_ft;
         }
         float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
         stopping_distance_ft += (v_ft_s - 0.5f * a_ft_s2 * step_s) * step_s;
@@ -178,13 +178,13 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 }
 
 /* Looks ahead as if the present deceleration continued. */
-static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predictor *p)
+static void look_ahead_at_present_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
     float a_ft_s2 = p->deceleration_ft_s2 > DECELERATION_MIN_FT_S2 ? p->deceleration_ft_s2
                                                                    : DECELERATION_MIN_FT_S2;
     risk->hardest_ft_s2 = a_ft_s2;
-    risk->hardest_in_ft = 0.0f;
+    risk->hardest_distance_ft = 0.0f;
     risk->stopping_distance_ft = __builtin_isnan(speed_ft_s)
                                    ? MR_NAN
                                    : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
@@ -192,12 +192,12 @@ static void look_ahead_as_now(struct mr_risk_state *risk, const struct mr_predic
 
 static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    risk->hardest_ft_s2 = risk->hardest_in_ft = 0.0f;
+    risk->hardest_ft_s2 = risk->hardest_distance_ft = 0.0f;
     if (is_following_plan(risk))
         look_ahead_by_plan(risk,
                            __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s : p->speed_ft_s);
     else
-        look_ahead_as_now(risk, p);
+        look_ahead_at_present_braking(risk, p);
 }
 
 /* Starts the search for the zone that the hardest later braking would close. */
@@ -209,7 +209,8 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
-    float from_ft = wheel_ft + risk->hardest_in_ft, to_ft = wheel_ft + risk->stopping_distance_ft;
+    float from_ft = wheel_ft + risk->hardest_distance_ft,
+          to_ft = wheel_ft + risk->stopping_distance_ft;
     risk->scan_group = chain->group;
     risk->is_scanning = from_ft >= 0.0f && from_ft < end_ft && to_ft >= from_ft;
     if (!risk->is_scanning) {
@@ -219,7 +220,7 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
     to_ft = to_ft < end_ft ? to_ft : end_ft;
     mr_zonescan_begin(&risk->scan, chain,
                       &(struct mr_zonescan_range){
-                          .from = (uint16_t)(chain->count + 2u),
+                          .from_joint = (uint16_t)(chain->count + 2u),
                           .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
                           .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
                           .push_lb = p->config.thrust_lb_per_g * risk->hardest_ft_s2 / G_FT_S2,
@@ -240,7 +241,7 @@ static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor 
     if (!risk->is_scanning ||
         !mr_zonescan_continue(&risk->scan, &p->chain, MR_RISK_VISITS_PER_BLOCK))
         return;
-    risk->planned_mats = risk->scan.found.future * risk->scan_group;
+    risk->planned_mats = risk->scan.found.future_groups * risk->scan_group;
     risk->is_scanning = false;
 }
 
@@ -266,30 +267,30 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
 /* Compares the measured speed loss with the planned one. */
 static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
-    risk->lost_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
+    risk->planned_loss_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
     bool off = risk->touchdown_ft_s > (1.0f + SPEED_TOLERANCE) * risk->plan.speed_ft_s ||
                risk->touchdown_ft_s < (1.0f - SPEED_TOLERANCE) * risk->plan.speed_ft_s;
-    if (risk->lost_ft_s > COMPARED_LOSS_FT_S && speed_ft_s > 0.0f) {
-        float met = (risk->touchdown_ft_s - speed_ft_s) / risk->lost_ft_s;
+    if (risk->planned_loss_ft_s > COMPARED_LOSS_FT_S && speed_ft_s > 0.0f) {
+        float met = (risk->touchdown_ft_s - speed_ft_s) / risk->planned_loss_ft_s;
         off = off || !is_between(met, PLAN_RATIO_MIN, PLAN_RATIO_MAX);
         risk->plan_ratio = met < PLAN_RATIO_MIN ? PLAN_RATIO_MIN
                          : met > PLAN_RATIO_MAX ? PLAN_RATIO_MAX
                                                 : met;
     }
-    risk->off_blocks = (uint16_t)(off ? risk->off_blocks + 1u : 0u);
-    risk->has_left_plan = risk->has_left_plan || risk->off_blocks >= OFF_BLOCKS;
+    risk->deviating_blocks = (uint16_t)(off ? risk->deviating_blocks + 1u : 0u);
+    risk->has_left_plan = risk->has_left_plan || risk->deviating_blocks >= OFF_BLOCKS;
 }
 
 void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
                       const struct mr_predictor_input *input)
 {
-    if (input->on_runway && p->speed_ft_s > 0.0f && !risk->is_down) {
-        risk->is_down = true;
+    if (input->is_on_runway && p->speed_ft_s > 0.0f && !risk->has_touched_down) {
+        risk->has_touched_down = true;
         risk->touchdown_ft_s = p->speed_ft_s;
     }
-    if (risk->is_down && is_following_plan(risk))
+    if (risk->has_touched_down && is_following_plan(risk))
         compare_with_plan(risk, p->speed_ft_s);
-    if (risk->is_down)
+    if (risk->has_touched_down)
         risk->since_s += BLOCK_S;
     continue_scan(risk, p);
 }
@@ -352,20 +353,20 @@ static float mean_opening_in(const struct mr_risk_state *risk, float wheel_ft, c
 
 /* Reports when the wheel reaches the expected zone, and when it is 10 to 15 mats inside it. */
 static void set_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
-                     struct mr_risk_report *said)
+                     struct mr_risk_report *report)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS     ? zone->start_ft
                    : zone->future_mats >= EXPECTED_ZONE_MIN_MATS ? zone->future_ft
                                                                  : MR_NAN;
-    said->start_s = said->failure_s = said->failure_ft = MR_NAN;
+    report->start_s = report->failure_s = report->failure_ft = MR_NAN;
     if (__builtin_isnan(start_ft) || !(p->speed_ft_s > 0.0f) || __builtin_isnan(p->wheel_ft))
         return;
     float ahead_ft = start_ft - p->wheel_ft;
-    said->failure_ft = start_ft + MR_RISK_FAILURE_MATS * p->config.chain.mat_length_ft;
-    said->start_s = mr_closure_lead_s(ahead_ft > 0.0f ? ahead_ft : 0.0f, p->speed_ft_s,
-                                      p->deceleration_ft_s2);
-    said->failure_s = mr_closure_lead_s(said->failure_ft - p->wheel_ft, p->speed_ft_s,
+    report->failure_ft = start_ft + MR_RISK_FAILURE_MATS * p->config.chain.mat_length_ft;
+    report->start_s = mr_closure_lead_s(ahead_ft > 0.0f ? ahead_ft : 0.0f, p->speed_ft_s,
                                         p->deceleration_ft_s2);
+    report->failure_s = mr_closure_lead_s(report->failure_ft - p->wheel_ft, p->speed_ft_s,
+                                          p->deceleration_ft_s2);
 }
 
 static unsigned find_basis(const struct mr_risk_state *risk, const struct mr_predictor *p,
@@ -384,11 +385,11 @@ static unsigned find_basis(const struct mr_risk_state *risk, const struct mr_pre
 
 static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
                                        const struct mr_predictor_zone *zone,
-                                       const struct mr_risk_report *said)
+                                       const struct mr_risk_report *report)
 {
-    if (__builtin_isnan(said->risk))
+    if (__builtin_isnan(report->risk))
         return MR_RISK_NOT_KNOWN;
-    if (said->basis & MR_RISK_STOPPED)
+    if (report->basis & MR_RISK_STOPPED)
         return MR_RISK_NO_REASON;
     if (zone->mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_THERE;
@@ -396,8 +397,9 @@ static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
         return MR_RISK_ZONE_COMING;
     if (risk->planned_mats >= MR_PREDICTOR_WARNING_MATS)
         return MR_RISK_ZONE_PLANNED;
-    return said->basis & MR_RISK_OF_CHART && said->input[MR_RISK_CHART] > 0.0f ? MR_RISK_BY_ODDS
-                                                                               : MR_RISK_NO_REASON;
+    return report->basis & MR_RISK_OF_CHART && report->input[MR_RISK_CHART] > 0.0f
+             ? MR_RISK_BY_ODDS
+             : MR_RISK_NO_REASON;
 }
 
 /* Without a chart, the plan is used before braking, and during braking if it plans much harder
@@ -411,19 +413,19 @@ static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predi
 
 static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
                        const struct mr_predictor_zone *zone, bool by_plan,
-                       struct mr_risk_report *said)
+                       struct mr_risk_report *report)
 {
     struct mr_closure_zone closed;
-    float left_in[MR_SEGMENTS], *x = said->input;
-    bool blind = said->basis & MR_RISK_BLIND;
+    float left_in[MR_SEGMENTS], *x = report->input;
+    bool blind = report->basis & MR_RISK_BLIND;
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
     look_ahead(risk, p);
     bool planned = by_plan && is_plan_used(risk, p),
-         charted = by_plan && said->basis & MR_RISK_OF_CHART;
+         charted = by_plan && report->basis & MR_RISK_OF_CHART;
     if (!planned)
-        look_ahead_as_now(risk, p);
+        look_ahead_at_present_braking(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_CONSTANT] = 1.0f;
     x[MR_RISK_FUTURE] = zone_share(zone->future_mats);
@@ -444,46 +446,46 @@ static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
         x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
                                        row_count(&risk->plan), risk->mean_ft_s2 * risk->plan_ratio);
     }
-    said->weight_set = (charted   ? MR_RISK_BY_CHART
-                        : planned ? MR_RISK_BY_PLAN
-                                  : MR_RISK_NO_PLAN) +
-                       (said->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
-                       (blind ? MR_RISK_IF_NO_SENSOR : 0u);
+    report->weight_set = (charted   ? MR_RISK_BY_CHART
+                          : planned ? MR_RISK_BY_PLAN
+                                    : MR_RISK_NO_PLAN) +
+                         (report->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
+                         (blind ? MR_RISK_IF_NO_SENSOR : 0u);
 }
 
-static float compute_risk(const struct mr_risk_report *said)
+static float compute_risk(const struct mr_risk_report *report)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
-        sum += weights[said->weight_set][i] * said->input[i];
+        sum += risk_weights[report->weight_set][i] * report->input[i];
     return mr_risk_logistic(sum);
 }
 
 void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
-                     const struct mr_predictor_zone *zone, struct mr_risk_report *said)
+                     const struct mr_predictor_zone *zone, struct mr_risk_report *report)
 {
-    *said = (struct mr_risk_report){.risk = MR_NAN, .basis = find_basis(risk, p, zone)};
-    set_lead(p, zone, said);
-    bool moves = !(said->basis & MR_RISK_NO_MOTION);
+    *report = (struct mr_risk_report){.risk = MR_NAN, .basis = find_basis(risk, p, zone)};
+    set_lead(p, zone, report);
+    bool moves = !(report->basis & MR_RISK_NO_MOTION);
     /* without switches the motion that the rule needs is unknown */
-    if ((moves || said->basis & MR_RISK_OF_PLAN) && !(p->moved && !moves)) {
-        set_inputs(risk, p, zone, true, said);
-        said->risk = compute_risk(said);
+    if ((moves || report->basis & MR_RISK_OF_PLAN) && !(p->moved_mask && !moves)) {
+        set_inputs(risk, p, zone, true, report);
+        report->risk = compute_risk(report);
         /* a plan must not lower the risk of a measured zone */
-        if (zone->mats >= MR_PREDICTOR_WARNING_MATS && said->start_s >= 0.0f &&
-            said->weight_set >= MR_RISK_BY_PLAN) {
-            struct mr_risk_report without = *said;
+        if (zone->mats >= MR_PREDICTOR_WARNING_MATS && report->start_s >= 0.0f &&
+            report->weight_set >= MR_RISK_BY_PLAN) {
+            struct mr_risk_report without = *report;
             set_inputs(risk, p, zone, false, &without);
             without.risk = compute_risk(&without);
-            if (without.risk > said->risk)
-                *said = without;
+            if (without.risk > report->risk)
+                *report = without;
         }
     }
-    if (moves && risk->is_down && p->speed_ft_s < SLOW_FT_S) {
-        said->basis |= MR_RISK_STOPPED;
-        said->risk = 0.0f;
+    if (moves && risk->has_touched_down && p->speed_ft_s < SLOW_FT_S) {
+        report->basis |= MR_RISK_STOPPED;
+        report->risk = 0.0f;
     }
-    said->reason = find_reason(risk, zone, said);
+    report->reason = find_reason(risk, zone, report);
 }
 
 float mr_risk_lamp_limit(float cost_ratio)
@@ -491,10 +493,10 @@ float mr_risk_lamp_limit(float cost_ratio)
     return 1.0f / (1.0f + cost_ratio);
 }
 
-bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
-                  const struct mr_risk_report *said)
+bool mr_risk_is_lamp_on(float limit, const struct mr_predictor_zone *zone,
+                        const struct mr_risk_report *report)
 {
-    if (__builtin_isnan(limit) || __builtin_isnan(said->risk))
+    if (__builtin_isnan(limit) || __builtin_isnan(report->risk))
         return zone->verdict == MR_PREDICTOR_WARNING;
-    return said->risk >= limit;
+    return report->risk >= limit;
 }

@@ -90,15 +90,15 @@ struct mr_risk_state {
     bool has_plan, has_chart, is_chart_old;
     bool has_left_plan; /* the landing deviated from the plan */
     float touchdown_ft;
-    bool is_down;
+    bool has_touched_down;
     float touchdown_ft_s;       /* speed at touchdown */
     float since_s;              /* time since touchdown */
     float mean_ft_s2;           /* mean of the planned decelerations over the distance */
-    float lost_ft_s;            /* planned loss of speed since touchdown */
+    float planned_loss_ft_s;    /* planned loss of speed since touchdown */
     float plan_ratio;           /* ratio of the braking so far to the plan */
-    uint16_t off_blocks;        /* consecutive blocks outside the plan's range */
+    uint16_t deviating_blocks;  /* consecutive blocks outside the plan's range */
     float hardest_ft_s2;        /* largest future braking */
-    float hardest_in_ft;        /* distance until the largest future braking begins */
+    float hardest_distance_ft;  /* distance until the largest future braking begins */
     float stopping_distance_ft; /* remaining distance to the stop */
     struct mr_zonescan scan;
     bool is_scanning;
@@ -133,8 +133,8 @@ void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *pred
  * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */
 float mr_risk_lamp_limit(float cost_ratio);
 /* True if the lamp warns. Without a limit or a risk the lamp follows the verdict. */
-bool mr_risk_lamp(float limit, const struct mr_predictor_zone *zone,
-                  const struct mr_risk_report *said);
+bool mr_risk_is_lamp_on(float limit, const struct mr_predictor_zone *zone,
+                        const struct mr_risk_report *said);
 
 /* 1 / (1 + exp(-x)), accurate to 1e-6. */
 float mr_risk_logistic(float x);

@@ -19,16 +19,16 @@ void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, 
 {
     mr_put_u32(mr_put_u32(image, MAGIC), sequence);
     put_fields(state, image + 8);
-    mr_put_u32(image + MR_RUNWAY_IMAGE - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE - 4));
+    mr_put_u32(image + MR_RUNWAY_IMAGE_BYTES - 4, mr_crc32(0, image, MR_RUNWAY_IMAGE_BYTES - 4));
 }
 
 enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
-                              const uint8_t image[MR_RUNWAY_IMAGE])
+                              const uint8_t image[MR_RUNWAY_IMAGE_BYTES])
 {
-    const uint8_t *p = image, *end = image + MR_RUNWAY_IMAGE - 4;
+    const uint8_t *p = image, *end = image + MR_RUNWAY_IMAGE_BYTES - 4;
     if (mr_get_u32(&p) != MAGIC)
         return MR_MALFORMED;
-    if (mr_get_u32(&end) != mr_crc32(0, image, MR_RUNWAY_IMAGE - 4))
+    if (mr_get_u32(&end) != mr_crc32(0, image, MR_RUNWAY_IMAGE_BYTES - 4))
         return MR_CRC;
     *sequence = mr_get_u32(&p);
     state->mats = mr_get_u16(&p);
@@ -52,19 +52,19 @@ uint32_t mr_runway_crc(const struct mr_predictor_state *state)
     return crc;
 }
 
-static unsigned joints_of(const struct mr_predictor_state *state)
+static unsigned joint_count(const struct mr_predictor_state *state)
 {
     return (state->mats < MR_CHAIN_MATS ? state->mats : MR_CHAIN_MATS) + 1u;
 }
 
 unsigned mr_runway_messages(const struct mr_predictor_state *state)
 {
-    return (joints_of(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
+    return (joint_count(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
 }
 
 static uint16_t gap_hmil_at(const struct mr_predictor_state *state, unsigned j)
 {
-    return j < joints_of(state) ? state->gap_hmil[j] : 0;
+    return j < joint_count(state) ? state->gap_hmil[j] : 0;
 }
 
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n)
@@ -76,7 +76,7 @@ struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state
                                      .gap_3 = gap_hmil_at(state, j + 2u)};
 }
 
-static void set_gap(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
+static void set_gap_hmil(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
 {
     if (j < MR_RUNWAY_JOINTS)
         state->gap_hmil[j] = gap_hmil;
@@ -87,9 +87,9 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
 {
     if (message->index == 0)
         return;
-    set_gap(state, message->index - 1u, message->gap_1);
-    set_gap(state, message->index, message->gap_2);
-    set_gap(state, message->index + 1u, message->gap_3);
+    set_gap_hmil(state, message->index - 1u, message->gap_1);
+    set_gap_hmil(state, message->index, message->gap_2);
+    set_gap_hmil(state, message->index + 1u, message->gap_3);
 }
 
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
@@ -100,8 +100,8 @@ int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsign
 
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument)
 {
-    set_gap(state, 2u * index, (uint16_t)argument);
-    set_gap(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
+    set_gap_hmil(state, 2u * index, (uint16_t)argument);
+    set_gap_hmil(state, 2u * index + 1u, (uint16_t)((uint32_t)argument >> 16));
 }
 
 int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index)

@@ -1,7 +1,7 @@
 /* The predictor's runway (struct mr_predictor_state) and parameters (struct mr_predictor_config) in
  * their stored form and in messages and commands. Board and host agree on every bit.
  *
- * Stored form, MR_RUNWAY_IMAGE bytes, little-endian:
+ * Stored form, MR_RUNWAY_IMAGE_BYTES bytes, little-endian:
  *
  *      0  "MRRW"
  *      4  sequence u32: of two copies, the one with the higher number is newer
@@ -18,16 +18,16 @@
 #include "common/predictor.h"
 
 #define MR_RUNWAY_JOINTS      (MR_CHAIN_MATS + 1u)
-#define MR_RUNWAY_BODY        (8u + 2u * MR_RUNWAY_JOINTS)
-#define MR_RUNWAY_IMAGE       (8u + MR_RUNWAY_BODY + 4u)
+#define MR_RUNWAY_BODY_BYTES  (8u + 2u * MR_RUNWAY_JOINTS)
+#define MR_RUNWAY_IMAGE_BYTES (8u + MR_RUNWAY_BODY_BYTES + 4u)
 #define MR_RUNWAY_PER_MESSAGE 3u
 
-/* Writes the stored form of a state: MR_RUNWAY_IMAGE bytes. */
+/* Writes the stored form of a state: MR_RUNWAY_IMAGE_BYTES bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
 /* Reads the stored form of a state. MR_OK; MR_MALFORMED: not a stored runway; MR_CRC: damaged.
  * mr_predictor_load checks whether the state fits the configured runway. */
 enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequence,
-                              const uint8_t image[MR_RUNWAY_IMAGE]);
+                              const uint8_t image[MR_RUNWAY_IMAGE_BYTES]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 /* Number of messages that carry the joints of a state, and the n-th message, n from 0. */
 unsigned mr_runway_messages(const struct mr_predictor_state *state);

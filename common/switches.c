@@ -13,8 +13,8 @@ void mr_switches_start(struct mr_switches *switches)
 void mr_switches_reset(struct mr_switches *switches)
 {
     switches->count = 0;
-    switches->opened = 0;
-    switches->identified = 0;
+    switches->opened_mask = 0;
+    switches->identified_position = 0;
     switches->has_decided = false;
     switches->is_level_after_known = false;
 }
@@ -44,8 +44,8 @@ static bool is_following(const struct mr_switches *switches, uint32_t tick, uint
     return switches->has_decided && tick - switches->decided_tick < within_ticks;
 }
 
-static void identify(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
-                     float step_codes, struct mr_switch_edge *edge)
+static void identify_switch(struct mr_switches *switches, const uint16_t *steps_codes,
+                            unsigned count, float step_codes, struct mr_switch_edge *edge)
 {
     edge->step_codes = step_codes;
     if (is_below_step(step_codes)) {
@@ -57,15 +57,15 @@ static void identify(struct mr_switches *switches, const uint16_t *steps_codes, 
     edge->position = (uint8_t)mr_staircase_identify(step_codes, steps_codes, count, 0);
     if (!edge->position) {
         edge->reason = MR_SWITCH_OTHER_STEP;
-    } else if (switches->opened & 1u << (edge->position - 1)) {
-        bool bounced = edge->position == switches->identified &&
+    } else if (switches->opened_mask & 1u << (edge->position - 1)) {
+        bool bounced = edge->position == switches->identified_position &&
                        edge->tick - switches->identified_tick < MR_SWITCH_REOPEN_TICKS;
         edge->reason = bounced ? MR_SWITCH_BOUNCE : MR_SWITCH_DOUBLE;
     }
 }
 
 /* Number of edges, beginning with the oldest, each less than the bounce time before the next. */
-static unsigned cluster_size(const struct mr_switches *switches)
+static unsigned count_cluster_edges(const struct mr_switches *switches)
 {
     unsigned n = 1;
     while (n < switches->count &&
@@ -81,7 +81,7 @@ static unsigned cluster_size(const struct mr_switches *switches)
 static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_codes,
                            unsigned count, float own_step)
 {
-    unsigned n = cluster_size(switches);
+    unsigned n = count_cluster_edges(switches);
     struct mr_switch_edge *first = &switches->waiting[0], *last = &switches->waiting[n - 1];
     const struct mr_staircase *staircase = &switches->staircase;
     uint32_t now = staircase->tick[(staircase->count - 1) % MR_STAIRCASE_HISTORY_BLOCKS];
@@ -96,13 +96,13 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
         first->level_codes = switches->level_after_codes;
     }
     if (status == MR_OK && first->is_level_known)
-        identify(switches, steps_codes, count, after - first->level_codes, first);
+        identify_switch(switches, steps_codes, count, after - first->level_codes, first);
     bool one = first->position && first->reason == MR_SWITCH_GOOD;
     if (!one && own_step == own_step && n > 1) {
         struct mr_switch_edge alone = *first;
         alone.position = 0;
         alone.reason = MR_SWITCH_GOOD;
-        identify(switches, steps_codes, count, own_step, &alone);
+        identify_switch(switches, steps_codes, count, own_step, &alone);
         if (alone.position && alone.reason == MR_SWITCH_GOOD) {
             *first = alone;
             return true;
@@ -136,8 +136,8 @@ static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edg
     switches->has_decided = true;
     switches->decided_tick = edge->tick;
     if (edge->position && edge->reason != MR_SWITCH_BOUNCE) {
-        switches->opened |= 1u << (edge->position - 1);
-        switches->identified = edge->position;
+        switches->opened_mask |= 1u << (edge->position - 1);
+        switches->identified_position = edge->position;
         switches->identified_tick = edge->tick;
     }
 }
@@ -153,8 +153,8 @@ bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes,
         enum mr_status status = mr_staircase_step(&switches->staircase, oldest->tick, &step_codes);
         if (status == MR_TOO_FEW)
             return false;
-        if (status == MR_OK && cluster_size(switches) == 1)
-            identify(switches, steps_codes, count, step_codes, oldest);
+        if (status == MR_OK && count_cluster_edges(switches) == 1)
+            identify_switch(switches, steps_codes, count, step_codes, oldest);
         else if (!decide_cluster(switches, steps_codes, count,
                                  status == MR_OK ? step_codes : MR_NAN))
             return false;

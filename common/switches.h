@@ -38,10 +38,10 @@ struct mr_switches {
     struct mr_staircase staircase;
     struct mr_switch_edge waiting[MR_SWITCHES_WAITING_MAX]; /* oldest first */
     unsigned count;                                         /* number of waiting edges */
-    uint32_t opened;                                        /* bit p-1: switch p has opened */
+    uint32_t opened_mask;                                   /* bit p-1: switch p has opened */
     uint32_t decided_tick;                                  /* tick of the newest decided edge */
     uint32_t identified_tick;                               /* tick of the newest identified edge */
-    uint8_t identified;                                     /* switch of that edge; 0: none yet */
+    uint8_t identified_position;                            /* switch of that edge; 0: none yet */
     bool has_decided;
     bool is_level_after_known;
     float level_after_codes; /* level after the newest decided edge */

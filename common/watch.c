@@ -50,7 +50,7 @@ void mr_watch_begin(struct mr_watch *watch, const struct mr_channel_config *conf
     watch->is_recording = true;
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
-        channel->last = channel->before_last = channel->good = channel->anchor =
+        channel->last_reading = channel->earlier_reading = channel->good_reading = channel->anchor =
             channel->rest_noise = MR_NAN;
         find_neighbours(channel, config, c);
         channel->anchor_up_channel = channel->anchor_down_channel = MR_WATCH_NO_CHANNEL;
@@ -62,9 +62,10 @@ void mr_watch_end(struct mr_watch *watch)
     watch->is_recording = false;
     for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
         struct mr_watch_channel *channel = &watch->channel[c];
-        if (channel->reported == MR_INVALID_RATE || channel->reported == MR_INVALID_STUCK)
+        if (channel->reported_validity == MR_INVALID_RATE ||
+            channel->reported_validity == MR_INVALID_STUCK)
             /* not checked between landings, so there is no change to report */
-            channel->reported = MR_VALID;
+            channel->reported_validity = MR_VALID;
     }
 }
 
@@ -80,9 +81,9 @@ float mr_watch_noise(const struct mr_watch *watch, unsigned c)
  * position of a reading in its three, from 0. */
 static void update_noise(struct mr_watch_channel *channel, float value, float unit, unsigned turn)
 {
-    float second = value - 2.0f * channel->last + channel->before_last;
-    channel->before_last = turn == 0 ? MR_NAN : channel->last;
-    channel->last = value;
+    float second = value - 2.0f * channel->last_reading + channel->earlier_reading;
+    channel->earlier_reading = turn == 0 ? MR_NAN : channel->last_reading;
+    channel->last_reading = value;
     if (turn < 2 || __builtin_isnan(second))
         return;
     float square = second * second * (1.0f / 6.0f);
@@ -101,10 +102,10 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
                         float value, uint32_t index)
 {
     float allowed = config->rate_limit_per_s * BLOCK_S * (float)(index - channel->good_block);
-    if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good) > allowed)
+    if (config->rate_limit_per_s > 0.0f && __builtin_fabsf(value - channel->good_reading) > allowed)
         /* without a good reading the comparison with NaN is false, so the reading is accepted */
         return true;
-    channel->good = value;
+    channel->good_reading = value;
     channel->good_block = index;
     return false;
 }
@@ -115,14 +116,14 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
     while (next != MR_WATCH_NO_CHANNEL &&
-           (watch->channel[next].newest_validity != MR_VALID || watch->channel[next].is_stuck))
+           (watch->channel[next].new_validity != MR_VALID || watch->channel[next].is_stuck))
         next = upfield ? watch->channel[next].upfield : watch->channel[next].downfield;
     return next;
 }
 
 static float channel_reading(const struct mr_watch *watch, uint8_t c)
 {
-    return c == MR_WATCH_NO_CHANNEL ? MR_NAN : watch->channel[c].last;
+    return c == MR_WATCH_NO_CHANNEL ? MR_NAN : watch->channel[c].last_reading;
 }
 
 static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel, float value,
@@ -190,32 +191,32 @@ static void update_validity(struct mr_watch *watch, unsigned c, uint8_t validity
     struct mr_watch_channel *channel = &watch->channel[c];
     if (validity != MR_VALID && channel->invalid_count < UINT16_MAX)
         channel->invalid_count++;
-    if (validity != channel->newest_validity || channel->repeats == 0) {
-        channel->newest_validity = validity;
+    if (validity != channel->new_validity || channel->repeat_count == 0) {
+        channel->new_validity = validity;
         channel->since_block = validity == MR_INVALID_STUCK ? channel->anchor_block : index;
-        channel->repeats = 0;
+        channel->repeat_count = 0;
     }
-    if (channel->repeats < UINT8_MAX)
-        channel->repeats++;
+    if (channel->repeat_count < UINT8_MAX)
+        channel->repeat_count++;
     unsigned enough = validity == MR_INVALID_RATE ? 1
                     : validity == MR_VALID        ? MR_WATCH_SETTLE_VALID
                                                   : MR_WATCH_SETTLE;
     bool paused = channel->has_reported && index - channel->reported_block < MR_WATCH_PAUSE_BLOCKS;
-    if (validity != channel->reported && channel->repeats >= enough && !paused)
-        watch->changed |= 1u << c;
+    if (validity != channel->reported_validity && channel->repeat_count >= enough && !paused)
+        watch->changed_channels |= 1u << c;
 }
 
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
                          struct mr_watch_change *news)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
-    if (!(watch->changed >> c & 1u))
+    if (!(watch->changed_channels >> c & 1u))
         return false;
-    watch->changed &= ~(1u << c);
-    channel->reported = channel->newest_validity;
+    watch->changed_channels &= ~(1u << c);
+    channel->reported_validity = channel->new_validity;
     channel->reported_block = index;
     channel->has_reported = true;
-    *news = (struct mr_watch_change){.validity = channel->newest_validity,
+    *news = (struct mr_watch_change){.validity = channel->new_validity,
                                      .block = channel->since_block};
     return true;
 }
@@ -259,8 +260,8 @@ void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *conf
     if (watch->is_recording)
         check_reading(watch, config, c, index, reading);
     channel->code = reading->code;
-    bool news = reading->validity != channel->newest_validity ||
-                reading->validity != channel->reported || channel->repeats == 0;
+    bool news = reading->validity != channel->new_validity ||
+                reading->validity != channel->reported_validity || channel->repeat_count == 0;
     if (news || reading->validity != MR_VALID)
         update_validity(watch, c, reading->validity, index);
 }

@@ -59,16 +59,17 @@
 #define MR_WATCH_NO_CHANNEL      255u
 
 struct mr_watch_channel {
-    float last, before_last; /* readings used for the noise, at most 8 blocks old; NaN: none */
-    float code;              /* newest code, valid or not */
-    float variance;          /* variance of one reading's noise */
-    float rest_noise; /* noise MR_WATCH_REST_BLOCKS after the beginning; NaN: not known yet */
-    float good;       /* newest reading within the rate limit; NaN: none */
+    float last_reading,
+        earlier_reading; /* readings used for the noise, at most 8 blocks old; NaN: none */
+    float code;          /* newest code, valid or not */
+    float variance;      /* variance of one reading's noise */
+    float rest_noise;    /* noise MR_WATCH_REST_BLOCKS after the beginning; NaN: not known yet */
+    float good_reading;  /* newest reading within the rate limit; NaN: none */
     uint32_t good_block;
     float anchor, anchor_up, anchor_down;
     uint32_t anchor_block;
     uint32_t reported_block; /* block of the last reported change */
-    uint32_t since_block;    /* block at which `repeats` began */
+    uint32_t since_block;    /* block at which `repeat_count` began */
     uint16_t invalid_count;  /* number of readings that were not valid; saturates at 65535 */
     uint16_t noise_count;    /* second differences in the mean; saturates at MR_WATCH_NOISE_COUNT */
     uint16_t constant_count; /* number of consecutive readings with the same code */
@@ -76,7 +77,7 @@ struct mr_watch_channel {
     /* nearest valid neighbours when the anchor was set; MR_WATCH_NO_CHANNEL: none */
     uint8_t anchor_up_channel, anchor_down_channel;
     /* reported validity; validity of the newest reading; equal readings in a row */
-    uint8_t reported, newest_validity, repeats;
+    uint8_t reported_validity, new_validity, repeat_count;
     bool is_stuck, has_reported;
 };
 
@@ -84,7 +85,7 @@ struct mr_watch {
     /* true from mr_watch_begin to mr_watch_end; between landings only the wiring is checked */
     bool is_recording;
     uint32_t begin_block;
-    uint32_t changed; /* bit c: channel c has a change to report */
+    uint32_t changed_channels; /* bit c: channel c has a change to report */
     struct mr_watch_channel channel[MR_WATCH_CHANNELS];
 };
 

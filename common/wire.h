@@ -20,71 +20,71 @@
 
 /* Always inlined: compilers combine four bytes into a single store or load, which is shorter than a
  * call. */
-#define WIRE static inline __attribute__((always_inline))
+#define WIRE_INLINE static inline __attribute__((always_inline))
 
-WIRE uint8_t *mr_put_u8(uint8_t *p, uint8_t v)
+WIRE_INLINE uint8_t *mr_put_u8(uint8_t *p, uint8_t v)
 {
     *p = v;
     return p + 1;
 }
-WIRE uint8_t *mr_put_i8(uint8_t *p, int8_t v)
+WIRE_INLINE uint8_t *mr_put_i8(uint8_t *p, int8_t v)
 {
     *p = (uint8_t)v;
     return p + 1;
 }
-WIRE uint8_t *mr_put_u16(uint8_t *p, uint16_t v)
+WIRE_INLINE uint8_t *mr_put_u16(uint8_t *p, uint16_t v)
 {
     p[0] = (uint8_t)v;
     p[1] = (uint8_t)(v >> 8);
     return p + 2;
 }
-WIRE uint8_t *mr_put_i16(uint8_t *p, int16_t v)
+WIRE_INLINE uint8_t *mr_put_i16(uint8_t *p, int16_t v)
 {
     return mr_put_u16(p, (uint16_t)v);
 }
-WIRE uint8_t *mr_put_u32(uint8_t *p, uint32_t v)
+WIRE_INLINE uint8_t *mr_put_u32(uint8_t *p, uint32_t v)
 {
     return mr_put_u16(mr_put_u16(p, (uint16_t)v), (uint16_t)(v >> 16));
 }
-WIRE uint8_t *mr_put_i32(uint8_t *p, int32_t v)
+WIRE_INLINE uint8_t *mr_put_i32(uint8_t *p, int32_t v)
 {
     return mr_put_u32(p, (uint32_t)v);
 }
-WIRE uint8_t *mr_put_f32(uint8_t *p, float v)
+WIRE_INLINE uint8_t *mr_put_f32(uint8_t *p, float v)
 {
     uint32_t bits;
     memcpy(&bits, &v, sizeof bits);
     return mr_put_u32(p, bits);
 }
 
-WIRE uint8_t mr_get_u8(const uint8_t **p)
+WIRE_INLINE uint8_t mr_get_u8(const uint8_t **p)
 {
     return *(*p)++;
 }
-WIRE int8_t mr_get_i8(const uint8_t **p)
+WIRE_INLINE int8_t mr_get_i8(const uint8_t **p)
 {
     return (int8_t) * (*p)++;
 }
-WIRE uint16_t mr_get_u16(const uint8_t **p)
+WIRE_INLINE uint16_t mr_get_u16(const uint8_t **p)
 {
     uint16_t v = (uint16_t)((*p)[0] | (*p)[1] << 8);
     *p += 2;
     return v;
 }
-WIRE int16_t mr_get_i16(const uint8_t **p)
+WIRE_INLINE int16_t mr_get_i16(const uint8_t **p)
 {
     return (int16_t)mr_get_u16(p);
 }
-WIRE uint32_t mr_get_u32(const uint8_t **p)
+WIRE_INLINE uint32_t mr_get_u32(const uint8_t **p)
 {
     uint32_t low = mr_get_u16(p);
     return low | (uint32_t)mr_get_u16(p) << 16;
 }
-WIRE int32_t mr_get_i32(const uint8_t **p)
+WIRE_INLINE int32_t mr_get_i32(const uint8_t **p)
 {
     return (int32_t)mr_get_u32(p);
 }
-WIRE float mr_get_f32(const uint8_t **p)
+WIRE_INLINE float mr_get_f32(const uint8_t **p)
 {
     uint32_t bits = mr_get_u32(p);
     float v;

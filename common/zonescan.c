@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-enum { FUTURE_START, FUTURE_END, PRESENT_ZONE, ZONE_SUMS, COMPLETE };
+enum { PHASE_FUTURE_START, PHASE_FUTURE_END, PHASE_PRESENT_ZONE, PHASE_SUMS, PHASE_COMPLETE };
 
 static float closed_ft(const struct mr_chain *chain)
 {
@@ -20,12 +20,12 @@ static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_ch
 static void begin_position(struct mr_zonescan *scan)
 {
     bool any = scan->range.position <= scan->range.last_position;
-    scan->phase = any ? FUTURE_START : PRESENT_ZONE;
-    scan->joint = any ? (uint16_t)(scan->range.position + 1u) : scan->range.from;
-    scan->start_before = scan->start;
-    scan->start = 0;
+    scan->phase = any ? PHASE_FUTURE_START : PHASE_PRESENT_ZONE;
+    scan->joint = any ? (uint16_t)(scan->range.position + 1u) : scan->range.from_joint;
+    scan->previous_start_joint = scan->start_joint;
+    scan->start_joint = 0;
     if (!any)
-        scan->last_open = 0;
+        scan->last_open_joint = 0;
 }
 
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
@@ -41,9 +41,9 @@ void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
 
 static void end_position(struct mr_zonescan *scan)
 {
-    unsigned groups = scan->start ? (unsigned)scan->last_closed - scan->start : 0;
-    if (groups > scan->found.future) {
-        scan->found.future = (uint16_t)groups;
+    unsigned groups = scan->start_joint ? (unsigned)scan->last_closed_joint - scan->start_joint : 0;
+    if (groups > scan->found.future_groups) {
+        scan->found.future_groups = (uint16_t)groups;
         scan->found.future_position = scan->range.position;
     }
     scan->range.position = (uint16_t)(scan->range.position + MR_ZONE_STRIDE);
@@ -58,7 +58,7 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
     unsigned j = scan->joint;
     scan->visits++;
     if (j > chain->count + 1u || j > scan->range.position + scan->window + 1u) {
-        scan->end = 0;
+        scan->end_joint = 0;
         end_position(scan);
         return;
     }
@@ -66,28 +66,30 @@ static void find_start(struct mr_zonescan *scan, const struct mr_chain *chain)
         scan->joint++;
         return;
     }
-    scan->start = (uint16_t)j;
-    scan->phase = FUTURE_END;
-    if (scan->end <= j || j < scan->start_before) {
-        scan->last_closed = (uint16_t)j;
-        scan->last_open = (uint16_t)(j > scan->range.position + 1u ? j - 1u : 0);
+    scan->start_joint = (uint16_t)j;
+    scan->phase = PHASE_FUTURE_END;
+    if (scan->end_joint <= j || j < scan->previous_start_joint) {
+        scan->last_closed_joint = (uint16_t)j;
+        scan->last_open_joint = (uint16_t)(j > scan->range.position + 1u ? j - 1u : 0);
         scan->joint = (uint16_t)(j + 1u);
         return;
     }
-    if (scan->last_open <= scan->range.position || is_closing(scan, chain, scan->last_open)) {
-        scan->last_closed = scan->last_open > scan->last_closed ? scan->last_open
-                                                                : scan->last_closed;
-        scan->last_open = 0;
+    if (scan->last_open_joint <= scan->range.position ||
+        is_closing(scan, chain, scan->last_open_joint)) {
+        scan->last_closed_joint = scan->last_open_joint > scan->last_closed_joint
+                                    ? scan->last_open_joint
+                                    : scan->last_closed_joint;
+        scan->last_open_joint = 0;
         scan->visits++;
     }
-    scan->joint = scan->end;
+    scan->joint = scan->end_joint;
 }
 
 /* Finds the end of the zone that the wheel closes from a position, within the visits allowed. */
 static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint, last_open = scan->last_open, last_closed = scan->last_closed,
-             beyond = chain->count + 2u;
+    unsigned j = scan->joint, last_open = scan->last_open_joint,
+             last_closed = scan->last_closed_joint, beyond = chain->count + 2u;
     uint32_t visits = scan->visits;
     bool ended = false;
     for (; visits < until && !ended; visits++) {
@@ -102,9 +104,9 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
         }
     }
     scan->visits = visits;
-    scan->joint = scan->end = (uint16_t)j;
-    scan->last_open = (uint16_t)last_open;
-    scan->last_closed = (uint16_t)last_closed;
+    scan->joint = scan->end_joint = (uint16_t)j;
+    scan->last_open_joint = (uint16_t)last_open;
+    scan->last_closed_joint = (uint16_t)last_closed;
     if (ended)
         end_position(scan);
 }
@@ -113,8 +115,8 @@ static void find_end(struct mr_zonescan *scan, const struct mr_chain *chain, uin
  * allowed. */
 static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
-    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start,
-             last_open = scan->last_open, best = scan->found.groups;
+    unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start_joint,
+             last_open = scan->last_open_joint, best = scan->found.groups;
     unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
     float most_lb = scan->found.compression_lb, limit_ft = closed_ft(chain);
     scan->visits += stop > j ? stop - j : 1u;
@@ -131,47 +133,47 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
         first = first ? first : j;
         if (j - first > best) {
             best = j - first;
-            scan->found.first = (uint16_t)first;
+            scan->found.first_joint = (uint16_t)first;
         }
     }
     scan->joint = (uint16_t)j;
-    scan->start = (uint16_t)first;
-    scan->last_open = (uint16_t)last_open;
+    scan->start_joint = (uint16_t)first;
+    scan->last_open_joint = (uint16_t)last_open;
     scan->found.groups = (uint16_t)best;
     scan->found.compression_lb = most_lb;
     if (j < beyond)
         return;
-    scan->phase = best ? ZONE_SUMS : COMPLETE;
-    scan->joint = scan->found.first;
+    scan->phase = best ? PHASE_SUMS : PHASE_COMPLETE;
+    scan->joint = scan->found.first_joint;
 }
 
 /* Sums the openings and counts the closed joints of the zone that was found. */
 static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain, uint32_t until)
 {
     struct mr_zonescan_found *found = &scan->found;
-    unsigned j = scan->joint, beyond = found->first + found->groups + 1u;
+    unsigned j = scan->joint, beyond = found->first_joint + found->groups + 1u;
     for (; j < beyond && scan->visits < until; j++, scan->visits++) {
         float opening_ft = mr_chain_opening_ft(chain, j);
         found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
-        found->closed = (uint16_t)(found->closed + !(opening_ft > closed_ft(chain)));
+        found->closed_joints = (uint16_t)(found->closed_joints + !(opening_ft > closed_ft(chain)));
     }
     scan->joint = (uint16_t)j;
     if (j == beyond)
-        scan->phase = COMPLETE;
+        scan->phase = PHASE_COMPLETE;
 }
 
 bool mr_zonescan_continue(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits)
 {
     uint32_t until = scan->visits + visits;
-    while (scan->phase != COMPLETE && scan->visits < until) {
-        if (scan->phase == FUTURE_START)
+    while (scan->phase != PHASE_COMPLETE && scan->visits < until) {
+        if (scan->phase == PHASE_FUTURE_START)
             find_start(scan, chain);
-        else if (scan->phase == FUTURE_END)
+        else if (scan->phase == PHASE_FUTURE_END)
             find_end(scan, chain, until);
-        else if (scan->phase == PRESENT_ZONE)
+        else if (scan->phase == PHASE_PRESENT_ZONE)
             scan_present(scan, chain, until);
         else
             sum_openings(scan, chain, until);
     }
-    return scan->phase == COMPLETE;
+    return scan->phase == PHASE_COMPLETE;
 }

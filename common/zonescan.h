@@ -30,7 +30,7 @@
 /* Range of the search. */
 struct mr_zonescan_range {
     /* first joint of the search for the present zone; above count + 1: no search */
-    uint16_t from;
+    uint16_t from_joint;
     uint16_t position; /* group under the wheel */
     /* last position, in steps of MR_ZONE_STRIDE from `position`; below `position`: none */
     uint16_t last_position;
@@ -41,12 +41,12 @@ struct mr_zonescan_range {
 
 struct mr_zonescan_found {
     /* longest present zone: joints first .. first + groups; groups 0: none */
-    uint16_t groups, first;
-    uint16_t closed;      /* closed joints in the zone */
-    float open_ft;        /* sum of the openings in the zone */
-    float compression_lb; /* largest compression from joint `from` on */
+    uint16_t groups, first_joint;
+    uint16_t closed_joints; /* closed joints in the zone */
+    float open_ft;          /* sum of the openings in the zone */
+    float compression_lb;   /* largest compression from joint `from` on */
     /* longest future zone, and the wheel's position when it forms; 0: none */
-    uint16_t future, future_position;
+    uint16_t future_groups, future_position;
 };
 
 struct mr_zonescan {
@@ -55,9 +55,9 @@ struct mr_zonescan {
     uint8_t phase;
     uint16_t joint, window;
     /* first closing joint for this and the previous position, or of the present zone; 0: none */
-    uint16_t start, start_before;
+    uint16_t start_joint, previous_start_joint;
     /* joint that ends the zone; last open and closed joint before it */
-    uint16_t end, last_open, last_closed;
+    uint16_t end_joint, last_open_joint, last_closed_joint;
     uint32_t visits; /* number of joints examined */
 };
 

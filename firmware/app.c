@@ -76,7 +76,7 @@ void app_apply_configuration(struct app *app)
     board_scans_configure(app->fitted);
     for (unsigned i = 0; i < 4; i++)
         clear_history_row(app, i);
-    app->blocks_in_row = 0;
+    app->consecutive_blocks = 0;
     baseline_discard(&app->baseline);
     predict_configure(&app->predict, app->slack_in);
     if (!config.site[0].black_box)
@@ -91,7 +91,7 @@ static void update_key_message(struct app *app)
 {
     app->telemetry.bus_key = (struct mr_bus_key){.state = (uint8_t)app->keystore.state,
                                                  .refused = app->proof.refused,
-                                                 .changes = app->keystore.change};
+                                                 .changes = app->keystore.change_number};
 }
 
 static void report_configuration(struct app *app)
@@ -131,7 +131,7 @@ static void report_blocks_before(struct app *app)
 {
     uint32_t first = app->next_index;
     while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE &&
-           app->blocks_in_row > app->next_index - first)
+           app->consecutive_blocks > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
         landinglink_send_block(&app->telemetry, &app->newest_blocks[first % APP_NEWEST_BLOCKS]);
@@ -171,7 +171,7 @@ static bool is_reported_while_idle(uint32_t index)
  * already NaN in the histories. */
 static void read_blocks_before(struct app *app)
 {
-    for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->blocks_in_row; age++)
+    for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->consecutive_blocks; age++)
         read_channels(app, &app->newest_blocks[(app->next_index - age) % APP_NEWEST_BLOCKS]);
 }
 
@@ -626,7 +626,7 @@ static void count_lost_blocks(struct app *app, uint32_t next_index)
     for (uint32_t i = 0; i < lost && i < 4; i++)
         clear_history_row(app, next_index - 1 - i);
     if (lost)
-        app->blocks_in_row = 0;
+        app->consecutive_blocks = 0;
     app->next_index = next_index;
 }
 
@@ -692,7 +692,7 @@ bool app_poll(struct app *app)
         count_lost_blocks(app, block->index);
         handle_input(app);
         process_block(app, block);
-        app->blocks_in_row++;
+        app->consecutive_blocks++;
         app->next_index = block->index + 1;
         any = true;
         tasks_done(MR_TASK_BLOCKS);

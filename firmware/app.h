@@ -49,7 +49,7 @@ struct app {
 
     /* the block with index i is at i modulo APP_NEWEST_BLOCKS */
     struct mr_block newest_blocks[APP_NEWEST_BLOCKS];
-    uint32_t blocks_in_row; /* consecutive blocks up to the newest */
+    uint32_t consecutive_blocks; /* consecutive blocks up to the newest */
 
     /* Readings of the newest block and of the three before it, NaN for a lost block. A message
      * carries the mean of the last 2 or 4. Not updated while no means are sent. */

@@ -9,7 +9,7 @@
 void bandwatch_arm(struct bandwatch *watch)
 {
     mr_bands_arm(&watch->bands, &config.channel[MR_TRANSDUCERS], config.band);
-    watch->wheel_known = false;
+    watch->is_wheel_known = false;
 }
 
 static void report_findings(const struct mr_bands *bands, struct telemetry *telemetry)
@@ -25,10 +25,10 @@ static void report_findings(const struct mr_bands *bands, struct telemetry *tele
 static float wheel_ft(struct bandwatch *watch, const struct landing *landing,
                       const struct mr_block *block)
 {
-    if (!watch->wheel_known || block->index - watch->wheel_block >= BANDWATCH_WHEEL_BLOCKS) {
+    if (!watch->is_wheel_known || block->index - watch->wheel_block >= BANDWATCH_WHEEL_BLOCKS) {
         watch->wheel = landing_wheel_at(landing, block->tick);
         watch->wheel_block = block->index;
-        watch->wheel_known = true;
+        watch->is_wheel_known = true;
     }
     float since_s = (float)(block->index - watch->wheel_block) * S_PER_BLOCK;
     return __builtin_isnan(watch->wheel.speed_ft_s)

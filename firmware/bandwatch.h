@@ -14,7 +14,7 @@ struct bandwatch {
     struct mr_bands bands;
     struct landing_wheel wheel; /* wheel at block wheel_block */
     uint32_t wheel_block;
-    bool wheel_known; /* the wheel's position has been determined since arming */
+    bool is_wheel_known; /* the wheel's position has been determined since arming */
 };
 
 void bandwatch_arm(struct bandwatch *watch);

@@ -52,7 +52,7 @@ enum job {
 
 static uint32_t address_of(unsigned sector, unsigned page)
 {
-    return sector * NOR_SECTOR + page * NOR_PAGE;
+    return sector * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
 
 static bool is_dirty(uint8_t state)
@@ -63,9 +63,9 @@ static bool is_dirty(uint8_t state)
 static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
     uint8_t before = box->sector[sector];
-    box->ready = box->ready - (before == SECTOR_ERASED) + (state == SECTOR_ERASED);
-    box->dirty = box->dirty - is_dirty(before) + is_dirty(state);
-    box->bad = box->bad - (before == SECTOR_BAD) + (state == SECTOR_BAD);
+    box->ready_sectors = box->ready_sectors - (before == SECTOR_ERASED) + (state == SECTOR_ERASED);
+    box->dirty_sectors = box->dirty_sectors - is_dirty(before) + is_dirty(state);
+    box->bad_sectors = box->bad_sectors - (before == SECTOR_BAD) + (state == SECTOR_BAD);
     box->sector[sector] = state;
 }
 
@@ -111,7 +111,7 @@ static void begin_job(struct blackbox *box, enum job job, unsigned sector, unsig
 static void begin_read(struct blackbox *box, enum job job, unsigned sector, unsigned page)
 {
     begin_job(box, job, sector, page);
-    nor_begin_read(address_of(sector, page), box->buffer, NOR_PAGE);
+    nor_begin_read(address_of(sector, page), box->buffer, NOR_PAGE_BYTES);
 }
 
 /* Frees a record: marks its sectors as dirty. */
@@ -135,7 +135,7 @@ static bool is_rolling(const struct blackbox *box)
 
 static void open_page(struct blackbox_writer *writer, uint8_t *page)
 {
-    memset(page, 0, MR_BOXPAGE);
+    memset(page, 0, MR_BOXPAGE_BYTES);
     page[MR_BOXPAGE_KIND] = MR_BOXPAGE_LIVE | MR_BOXPAGE_STREAM;
     page[MR_BOXPAGE_FIRST] = MR_BOXPAGE_NO_FIRST;
     writer->page = page;
@@ -148,18 +148,18 @@ static void open_ring_page(struct blackbox *box)
     if (is_rolling(box) && box->pages_closed - box->pages_written == BLACKBOX_RING_PAGES)
         box->pages_written++;
     if (box->pages_closed % BLACKBOX_KEY_PAGES == 0)
-        box->key_due = true;
-    box->key_valid[box->pages_closed % BLACKBOX_RING_PAGES] = false;
-    open_page(&box->stream, box->ring[box->pages_closed % BLACKBOX_RING_PAGES]);
+        box->is_key_due = true;
+    box->has_key[box->pages_closed % BLACKBOX_RING_PAGES] = false;
+    open_page(&box->stream_writer, box->ring[box->pages_closed % BLACKBOX_RING_PAGES]);
 }
 
 static void begin_ring(struct blackbox *box)
 {
     box->pages_closed = 0;
     box->pages_written = 0;
-    box->pack.keyed = false;
+    box->pack.has_key = false;
     open_ring_page(box);
-    box->stream.page[MR_BOXPAGE_FIRST] = 0;
+    box->stream_writer.page[MR_BOXPAGE_FIRST] = 0;
 }
 
 /* True if the ring has room for one more block or message, which may need the page after the open
@@ -171,7 +171,7 @@ static bool has_room(const struct blackbox *box)
 
 static void close_page(struct blackbox *box, struct blackbox_writer *writer)
 {
-    if (writer == &box->stream) {
+    if (writer == &box->stream_writer) {
         box->pages_closed++;
         open_ring_page(box);
     } else if (++box->config_closed < BLACKBOX_CONFIG_PAGES) {
@@ -181,7 +181,7 @@ static void close_page(struct blackbox *box, struct blackbox_writer *writer)
     }
 }
 
-_Static_assert(MR_BOXPAGE_PAYLOAD % 4u == 0, "no word crosses the end of a page");
+_Static_assert(MR_BOXPAGE_PAYLOAD_BYTES % 4u == 0, "no word crosses the end of a page");
 
 /* Appends `count` bits word by word: `bits` holds whole words, padded with zeroes. */
 static void append_bits(struct blackbox *box, struct blackbox_writer *writer, const uint8_t *bits,
@@ -196,8 +196,8 @@ static void append_bits(struct blackbox *box, struct blackbox_writer *writer, co
         if (held + n < 32)
             continue;
         unsigned end = writer->bit / 32u;
-        mr_put_u32(writer->page + MR_BOXPAGE_HEADER + 4u * (end - 1), writer->held);
-        if (end == MR_BOXPAGE_PAYLOAD / 4u) {
+        mr_put_u32(writer->page + MR_BOXPAGE_HEADER_BYTES + 4u * (end - 1), writer->held);
+        if (end == MR_BOXPAGE_PAYLOAD_BYTES / 4u) {
             close_page(box, writer);
             writer->bit = held + n - 32;
         }
@@ -216,73 +216,73 @@ static void end_stream(struct blackbox *box, struct blackbox_writer *writer)
     mr_put_u32(ones, (1u << left) - 1u);
     append_bits(box, writer, ones, left);
     if (writer->bit) {
-        memset(writer->page + MR_BOXPAGE_HEADER + writer->bit / 8, 0xff,
-               MR_BOXPAGE_PAYLOAD - writer->bit / 8);
+        memset(writer->page + MR_BOXPAGE_HEADER_BYTES + writer->bit / 8, 0xff,
+               MR_BOXPAGE_PAYLOAD_BYTES - writer->bit / 8);
         close_page(box, writer);
     }
 }
 
-static void put_key(struct blackbox *box, const struct mr_block *block)
+static void append_key(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    append_bits(box, &box->stream, bits, mr_pack_padding(box->stream.bit % 8, bits));
+    append_bits(box, &box->stream_writer, bits, mr_pack_padding(box->stream_writer.bit % 8, bits));
     unsigned slot = box->pages_closed % BLACKBOX_RING_PAGES;
-    if (box->stream.page[MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
-        box->stream.page[MR_BOXPAGE_FIRST] = (uint8_t)(box->stream.bit / 8);
-    if (!box->key_valid[slot]) {
-        box->key_valid[slot] = true;
+    if (box->stream_writer.page[MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
+        box->stream_writer.page[MR_BOXPAGE_FIRST] = (uint8_t)(box->stream_writer.bit / 8);
+    if (!box->has_key[slot]) {
+        box->has_key[slot] = true;
         box->key_block[slot] = block->index;
-        box->key_stored[slot] = box->stored;
+        box->key_stored[slot] = box->stored_count;
     }
-    if (box->first_open) {
-        box->first_open = false;
+    if (box->is_first_block_open) {
+        box->is_first_block_open = false;
         box->end.first_block = block->index;
-        box->first_stored = box->stored;
+        box->first_stored_count = box->stored_count;
     }
-    append_bits(box, &box->stream, bits, mr_pack_key(&box->pack, block, bits));
-    box->key_due = false;
+    append_bits(box, &box->stream_writer, bits, mr_pack_key(&box->pack, block, bits));
+    box->is_key_due = false;
 }
 
 void blackbox_on_block(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
+    if (!box->is_armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
         return;
     box->last_block = block->index;
     if (!has_room(box)) {
         health_count(MR_FAULT_BOX_LOST, 0);
         return;
     }
-    if (box->key_due || !mr_pack_can_follow(&box->pack, block))
-        put_key(box, block);
-    append_bits(box, &box->stream, bits, mr_pack_block(&box->pack, block, bits));
-    box->stored++;
+    if (box->is_key_due || !mr_pack_can_follow(&box->pack, block))
+        append_key(box, block);
+    append_bits(box, &box->stream_writer, bits, mr_pack_block(&box->pack, block, bits));
+    box->stored_count++;
 }
 
 void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *payload,
                              size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
+    if (!box->is_armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
         return;
     if (!has_room(box)) {
         box->end.messages_lost++;
         health_count(MR_FAULT_BOX_LOST, 1);
         return;
     }
-    append_bits(box, &box->stream, bits, mr_pack_message(id, payload, length, bits));
+    append_bits(box, &box->stream_writer, bits, mr_pack_message(id, payload, length, bits));
 }
 
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start)
 {
     if (is_rolling(box))
         begin_ring(box);
-    box->armed = true;
-    box->reading = -1;
+    box->is_armed = true;
+    box->reading_index = -1;
     box->start = *start;
     box->config_closed = 1;
-    open_page(&box->meta, box->config[1]);
-    box->meta.page[MR_BOXPAGE_FIRST] = 0;
+    open_page(&box->config_writer, box->config[1]);
+    box->config_writer.page[MR_BOXPAGE_FIRST] = 0;
     box->is_configuring = true;
 }
 
@@ -293,16 +293,16 @@ void blackbox_record_configuration(struct blackbox *box, uint16_t id, const uint
     if (!box->is_configuring)
         return;
     size_t count = mr_pack_message(id, payload, length, bits);
-    unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_closed) * MR_BOXPAGE_PAYLOAD * 8u -
-                    box->meta.bit;
+    unsigned left = (BLACKBOX_CONFIG_PAGES - box->config_closed) * MR_BOXPAGE_PAYLOAD_BYTES * 8u -
+                    box->config_writer.bit;
     if (count + MR_PACK_TAG_BITS + 32u <= left) {
         /* keep room for the end tag and for the last, incomplete word */
-        append_bits(box, &box->meta, bits, count);
+        append_bits(box, &box->config_writer, bits, count);
         return;
     }
     health_count(MR_FAULT_BOX_LOST, 1);
     /* ends the page properly: otherwise a reader would continue with bits of the stream */
-    end_stream(box, &box->meta);
+    end_stream(box, &box->config_writer);
     box->is_configuring = false;
 }
 
@@ -322,18 +322,18 @@ static void skip_to_key(struct blackbox *box)
                MR_BOXPAGE_NO_FIRST)
         box->pages_written++;
     uint32_t keyed = box->pages_written;
-    while (keyed != box->pages_closed && !box->key_valid[keyed % BLACKBOX_RING_PAGES])
+    while (keyed != box->pages_closed && !box->has_key[keyed % BLACKBOX_RING_PAGES])
         keyed++;
     unsigned slot = keyed % BLACKBOX_RING_PAGES;
-    box->first_open = !box->key_valid[slot];
-    box->key_due |= box->first_open;
+    box->is_first_block_open = !box->has_key[slot];
+    box->is_key_due |= box->is_first_block_open;
     box->end = (struct mr_boxpage_end){.first_block = box->key_block[slot]};
-    box->first_stored = box->key_stored[slot];
+    box->first_stored_count = box->key_stored[slot];
 }
 
 /* --- scan of the memory at start: the next step follows when a job ends --- */
 
-static void scan_next(struct blackbox *box)
+static void scan_next_sector(struct blackbox *box)
 {
     box->tries = 0;
     box->scan_sector++;
@@ -368,39 +368,39 @@ static void register_page(struct blackbox *box, const struct mr_boxpage_header *
     if (header->seq >= record->next_seq) {
         record->next_seq = header->seq + 1;
         record->last_sector = (uint16_t)box->job_sector;
-        box->freed[place] = header->freed && box->job_page == 0;
+        box->is_freed[place] = header->is_freed && box->job_page == 0;
     }
 }
 
-static void scan_page(struct blackbox *box)
+static void check_scanned_page(struct blackbox *box)
 {
     struct mr_boxpage_header header;
     if (mr_boxpage_check(box->buffer, &header) == MR_OK) {
         register_page(box, &header);
-        scan_next(box);
+        scan_next_sector(box);
     } else if (++box->tries < SCAN_TRIES) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
     } else { /* damaged, or not a page of the black box */
         set_sector(box, box->job_sector, SECTOR_DIRTY);
-        scan_next(box);
+        scan_next_sector(box);
     }
 }
 
-static void scan_head(struct blackbox *box)
+static void check_first_page(struct blackbox *box)
 {
     bool blank = true;
-    for (unsigned i = 0; i < MR_BOXPAGE_HEADER; i++)
+    for (unsigned i = 0; i < MR_BOXPAGE_HEADER_BYTES; i++)
         blank = blank && box->buffer[i] == 0xff;
     if (!blank) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, 0);
         return;
     }
     set_sector(box, box->job_sector, SECTOR_ERASED);
-    scan_next(box);
+    scan_next_sector(box);
 }
 
 /* Searches the last sector of a record, page by page, for its last page. */
-static void scan_walk(struct blackbox *box)
+static void search_last_page(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->scan_place];
     struct mr_boxpage_header header;
@@ -426,7 +426,7 @@ static void scan_walk(struct blackbox *box)
         begin_read(box, JOB_SCAN_START, record->first_sector, 0);
 }
 
-static void scan_start(struct blackbox *box)
+static void read_start_page(struct blackbox *box)
 {
     struct mr_boxpage_header header;
     enum mr_status status = mr_boxpage_check(box->buffer, &header);
@@ -454,10 +454,10 @@ static void end_scan(struct blackbox *box)
         }
     }
     for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++) {
-        if (box->records[i].is_used && box->freed[i])
+        if (box->records[i].is_used && box->is_freed[i])
             drop_record(box, i);
     }
-    box->head = (box->newest_sector + 1) % NOR_SECTORS;
+    box->write_sector = (box->newest_sector + 1) % NOR_SECTORS;
     box->state = MR_BOX_READY;
 }
 
@@ -465,7 +465,7 @@ static bool begin_scan(struct blackbox *box)
 {
     if (box->scan_sector < NOR_SECTORS) {
         begin_job(box, JOB_SCAN_HEAD, box->scan_sector, 0);
-        nor_begin_read(address_of(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER);
+        nor_begin_read(address_of(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER_BYTES);
         return true;
     }
     while (box->scan_place < BLACKBOX_RECORDS_MAX && !box->records[box->scan_place].is_used)
@@ -485,13 +485,14 @@ static bool begin_read_out(struct blackbox *box)
     if (box->has_read_all)
         return false;
     begin_job(box, JOB_READ, box->read_sector, box->read_cursor);
-    nor_begin_read(address_of(box->read_sector, box->read_cursor), box->read_buffer, NOR_PAGE);
+    nor_begin_read(address_of(box->read_sector, box->read_cursor), box->read_buffer,
+                   NOR_PAGE_BYTES);
     return true;
 }
 
 static void advance_read(struct blackbox *box)
 {
-    unsigned place = (unsigned)box->reading;
+    unsigned place = (unsigned)box->reading_index;
     box->read_tries = 0;
     if (++box->read_cursor < SECTOR_PAGES)
         return;
@@ -505,9 +506,9 @@ static void advance_read(struct blackbox *box)
 static void read_page(struct blackbox *box)
 {
     struct mr_boxpage_header header;
-    if (box->reading < 0)
+    if (box->reading_index < 0)
         return;
-    const struct blackbox_record *record = &box->records[box->reading];
+    const struct blackbox_record *record = &box->records[box->reading_index];
     enum mr_status status = mr_boxpage_check(box->read_buffer, &header);
     if (status == MR_OK && header.record == record->record &&
         header.seq - record->first_seq >= box->read_page) {
@@ -528,10 +529,10 @@ static void read_page(struct blackbox *box)
 void blackbox_trigger(struct blackbox *box, uint32_t block)
 {
     int place = free_record_index(box);
-    if (box->state != MR_BOX_READY || !box->armed || place < 0)
+    if (box->state != MR_BOX_READY || !box->is_armed || place < 0)
         return;
     if (box->is_configuring)
-        end_stream(box, &box->meta);
+        end_stream(box, &box->config_writer);
     box->is_configuring = false;
     box->start.trigger_block = block;
     mr_boxpage_put_start(box->config[0], &box->start);
@@ -544,16 +545,16 @@ void blackbox_trigger(struct blackbox *box, uint32_t block)
                                                    .first_sector = NOR_SECTORS,
                                                    .first_seq = box->next_seq,
                                                    .next_seq = box->next_seq};
-    box->head_page = SECTOR_PAGES;
+    box->write_page = SECTOR_PAGES;
     box->failures = 0;
     box->is_end_written = false;
-    box->reading = -1;
+    box->reading_index = -1;
     box->state = MR_BOX_RECORDING;
 }
 
 void blackbox_finish(struct blackbox *box)
 {
-    box->armed = false;
+    box->is_armed = false;
     box->is_configuring = false;
     if (box->state == MR_BOX_RECORDING)
         box->state = MR_BOX_CLOSING;
@@ -565,10 +566,11 @@ static void write_end_page(struct blackbox *box)
     if (box->state != MR_BOX_CLOSING || box->is_end_written ||
         box->pages_closed + 3 - box->pages_written >= BLACKBOX_RING_PAGES)
         return;
-    end_stream(box, &box->stream);
-    box->end.blocks = box->first_open ? 0 : box->stored - box->first_stored;
-    box->end.lost = box->first_open ? 0
-                                    : box->last_block + 1 - box->end.first_block - box->end.blocks;
+    end_stream(box, &box->stream_writer);
+    box->end.blocks = box->is_first_block_open ? 0 : box->stored_count - box->first_stored_count;
+    box->end.lost = box->is_first_block_open
+                      ? 0
+                      : box->last_block + 1 - box->end.first_block - box->end.blocks;
     mr_boxpage_put_end(box->ring[box->pages_closed % BLACKBOX_RING_PAGES], &box->end);
     box->pages_closed++;
     box->is_end_written = true;
@@ -589,7 +591,7 @@ static void close_record(struct blackbox *box, bool complete)
 
 /* --- writing --- */
 
-static uint8_t *next_page(struct blackbox *box)
+static uint8_t *begin_next_page(struct blackbox *box)
 {
     if (box->config_written < box->config_closed)
         return box->config[box->config_written];
@@ -601,38 +603,38 @@ static uint8_t *next_page(struct blackbox *box)
 static bool begin_program(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->record_index];
-    uint8_t *page = next_page(box);
+    uint8_t *page = begin_next_page(box);
     if (!page) {
         if (box->is_end_written)
             close_record(box, true);
         return false;
     }
-    if (box->head_page == SECTOR_PAGES) {
-        unsigned sector = find_sector(box, box->head, SECTOR_ERASED);
+    if (box->write_page == SECTOR_PAGES) {
+        unsigned sector = find_sector(box, box->write_sector, SECTOR_ERASED);
         if (sector == NOR_SECTORS) {
             /* memory full: the ring keeps its pages and new data is lost */
             if (box->state == MR_BOX_CLOSING)
                 close_record(box, false);
             return false;
         }
-        box->head = sector;
-        box->head_page = 0;
+        box->write_sector = sector;
+        box->write_page = 0;
     }
     mr_boxpage_seal(page, record->next_seq, record->record);
-    begin_job(box, JOB_PROGRAM, box->head, box->head_page);
-    nor_begin_program(address_of(box->head, box->head_page), page);
+    begin_job(box, JOB_PROGRAM, box->write_sector, box->write_page);
+    nor_begin_program(address_of(box->write_sector, box->write_page), page);
     return true;
 }
 
 static void confirm_page(struct blackbox *box)
 {
     struct blackbox_record *record = &box->records[box->record_index];
-    if (box->head_page == 0) {
-        set_sector(box, box->head, (uint8_t)box->record_index);
+    if (box->write_page == 0) {
+        set_sector(box, box->write_sector, (uint8_t)box->record_index);
         if (record->first_sector == NOR_SECTORS)
-            record->first_sector = (uint16_t)box->head;
-        record->last_sector = (uint16_t)box->head;
-        box->newest_sector = box->head;
+            record->first_sector = (uint16_t)box->write_sector;
+        record->last_sector = (uint16_t)box->write_sector;
+        box->newest_sector = box->write_sector;
     }
     box->failures = 0;
     box->next_seq = ++record->next_seq;
@@ -640,28 +642,28 @@ static void confirm_page(struct blackbox *box)
         box->config_written++;
     else
         box->pages_written++;
-    if (++box->head_page == SECTOR_PAGES)
-        box->head = (box->head + 1) % NOR_SECTORS;
+    if (++box->write_page == SECTOR_PAGES)
+        box->write_sector = (box->write_sector + 1) % NOR_SECTORS;
 }
 
 /* Continues in the next sector after a page has failed. */
 static void handle_failed_page(struct blackbox *box)
 {
     health_count(MR_FAULT_NOR_FAILED, 1);
-    if (box->head_page == 0)
-        set_sector(box, box->head, SECTOR_BAD);
-    box->head = (box->head + 1) % NOR_SECTORS;
-    box->head_page = SECTOR_PAGES;
+    if (box->write_page == 0)
+        set_sector(box, box->write_sector, SECTOR_BAD);
+    box->write_sector = (box->write_sector + 1) % NOR_SECTORS;
+    box->write_page = SECTOR_PAGES;
     if (++box->failures == FAILURES_MAX) {
         box->state = MR_BOX_FAILED;
-        box->armed = false;
+        box->is_armed = false;
     }
 }
 
 static void verify_page(struct blackbox *box)
 {
-    const uint8_t *page = next_page(box);
-    if (memcmp(page, box->buffer, NOR_PAGE) == 0)
+    const uint8_t *page = begin_next_page(box);
+    if (memcmp(page, box->buffer, NOR_PAGE_BYTES) == 0)
         confirm_page(box);
     else if (++box->tries < VERIFY_TRIES)
         begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
@@ -687,12 +689,12 @@ static void begin_erase(struct blackbox *box, unsigned sector)
 /* Checks an erased sector page by page. */
 static void check_erased_page(struct blackbox *box)
 {
-    if (mr_is_blank(box->buffer, NOR_PAGE)) {
+    if (mr_is_blank(box->buffer, NOR_PAGE_BYTES)) {
         if (box->job_page + 1 == SECTOR_PAGES)
             set_sector(box, box->job_sector, SECTOR_ERASED);
         else
             begin_read(box, JOB_CHECK_ERASED, box->job_sector, box->job_page + 1);
-    } else if (box->state != MR_BOX_READY || box->armed) {
+    } else if (box->state != MR_BOX_READY || box->is_armed) {
         return; /* the sector stays dirty until a later erase */
     } else if (++box->tries < ERASE_TRIES) {
         begin_erase(box, box->job_sector);
@@ -704,8 +706,8 @@ static void check_erased_page(struct blackbox *box)
 static bool begin_idle_work(struct blackbox *box)
 {
     unsigned sector = NOR_SECTORS;
-    if (box->dirty) {
-        sector = find_sector(box, box->head, SECTOR_DIRTY);
+    if (box->dirty_sectors) {
+        sector = find_sector(box, box->write_sector, SECTOR_DIRTY);
         if (sector == NOR_SECTORS)
             sector = find_sector(box, (box->newest_sector + 1) % NOR_SECTORS, SECTOR_LAST);
     }
@@ -721,7 +723,7 @@ static bool begin_idle_work(struct blackbox *box)
 static void program_mark(struct blackbox *box)
 {
     uint8_t kind = box->buffer[MR_BOXPAGE_KIND] & (uint8_t)~MR_BOXPAGE_LIVE;
-    memset(box->buffer, 0xff, NOR_PAGE);
+    memset(box->buffer, 0xff, NOR_PAGE_BYTES);
     box->buffer[MR_BOXPAGE_KIND] = kind;
     begin_job(box, JOB_MARK, box->job_sector, 0);
     nor_begin_program(address_of(box->job_sector, 0), box->buffer);
@@ -730,10 +732,10 @@ static void program_mark(struct blackbox *box)
 static void check_mark(struct blackbox *box)
 {
     if (!(box->buffer[MR_BOXPAGE_KIND] & MR_BOXPAGE_LIVE))
-        drop_record(box, (unsigned)box->freeing);
+        drop_record(box, (unsigned)box->freeing_index);
     else
         health_count(MR_FAULT_NOR_FAILED, 4); /* the record is not freed */
-    box->freeing = -1;
+    box->freeing_index = -1;
 }
 
 /* --- poll --- */
@@ -745,13 +747,13 @@ static bool begin_next_job(struct blackbox *box)
     case MR_BOX_RECORDING:
     case MR_BOX_CLOSING: return begin_program(box);
     case MR_BOX_READY:
-        if (box->armed)
+        if (box->is_armed)
             return false;
-        if (box->freeing >= 0) {
-            begin_read(box, JOB_READ_FOR_MARK, box->records[box->freeing].last_sector, 0);
+        if (box->freeing_index >= 0) {
+            begin_read(box, JOB_READ_FOR_MARK, box->records[box->freeing_index].last_sector, 0);
             return true;
         }
-        if (box->reading >= 0)
+        if (box->reading_index >= 0)
             return !box->is_page_ready && begin_read_out(box);
         return begin_idle_work(box);
     default: return false;
@@ -763,10 +765,10 @@ static void finish_job(struct blackbox *box, bool done)
     enum job job = box->job;
     box->job = JOB_NONE;
     switch (job) {
-    case JOB_SCAN_HEAD: scan_head(box); break;
-    case JOB_SCAN_PAGE: scan_page(box); break;
-    case JOB_SCAN_WALK: scan_walk(box); break;
-    case JOB_SCAN_START: scan_start(box); break;
+    case JOB_SCAN_HEAD: check_first_page(box); break;
+    case JOB_SCAN_PAGE: check_scanned_page(box); break;
+    case JOB_SCAN_WALK: search_last_page(box); break;
+    case JOB_SCAN_START: read_start_page(box); break;
     case JOB_PROGRAM:
         box->tries = 0;
         if (done)
@@ -799,8 +801,8 @@ void blackbox_start(struct blackbox *box)
     box->next_record = 1;
     box->newest_sector = NOR_SECTORS - 1;
     box->erase_ms = ERASE_ASSUMED_MS;
-    box->freeing = -1;
-    box->reading = -1;
+    box->freeing_index = -1;
+    box->reading_index = -1;
     box->state = MR_BOX_LOOKING;
     begin_ring(box);
     if (nor_poll() == NOR_MISSING) {
@@ -818,8 +820,8 @@ void blackbox_disable(struct blackbox *box)
 {
     memset(box, 0, sizeof *box);
     box->is_disabled = true;
-    box->freeing = -1;
-    box->reading = -1;
+    box->freeing_index = -1;
+    box->reading_index = -1;
 }
 
 void blackbox_poll(struct blackbox *box, uint32_t now_ms)
@@ -858,11 +860,12 @@ enum mr_status blackbox_check_ready(const struct blackbox *box)
 {
     if (box->state == MR_BOX_MISSING || box->state == MR_BOX_FAILED)
         return MR_OK;
-    if (box->state != MR_BOX_READY || box->freeing >= 0)
+    if (box->state != MR_BOX_READY || box->freeing_index >= 0)
         return MR_WAIT;
-    if (free_record_index(box) < 0 || box->ready + box->dirty < BLACKBOX_RESERVE_SECTORS)
+    if (free_record_index(box) < 0 ||
+        box->ready_sectors + box->dirty_sectors < BLACKBOX_RESERVE_SECTORS)
         return MR_FULL;
-    return box->ready < BLACKBOX_RESERVE_SECTORS ? MR_WAIT : MR_OK;
+    return box->ready_sectors < BLACKBOX_RESERVE_SECTORS ? MR_WAIT : MR_OK;
 }
 
 float blackbox_wait_s(const struct blackbox *box)
@@ -870,20 +873,21 @@ float blackbox_wait_s(const struct blackbox *box)
     switch (blackbox_check_ready(box)) {
     case MR_OK: return 0.0f;
     case MR_WAIT:
-        if (box->state == MR_BOX_LOOKING || box->freeing >= 0)
+        if (box->state == MR_BOX_LOOKING || box->freeing_index >= 0)
             return 1.0f;
         if (box->state != MR_BOX_READY)
             return 0.005f * (float)(box->pages_closed - box->pages_written + 1);
-        return 0.001f * (float)((BLACKBOX_RESERVE_SECTORS - box->ready) * (box->erase_ms + 1));
+        return 0.001f *
+               (float)((BLACKBOX_RESERVE_SECTORS - box->ready_sectors) * (box->erase_ms + 1));
     default: return MR_NAN;
     }
 }
 
 enum mr_status blackbox_check_at_rest(const struct blackbox *box)
 {
-    if (box->state == MR_BOX_LOOKING || box->state == MR_BOX_CLOSING || box->freeing >= 0)
+    if (box->state == MR_BOX_LOOKING || box->state == MR_BOX_CLOSING || box->freeing_index >= 0)
         return MR_WAIT;
-    return box->state == MR_BOX_READY && !box->armed ? MR_OK : MR_NOT_NOW;
+    return box->state == MR_BOX_READY && !box->is_armed ? MR_OK : MR_NOT_NOW;
 }
 
 enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
@@ -894,9 +898,9 @@ enum mr_status blackbox_free(struct blackbox *box, uint16_t record)
         return status;
     if (place < 0)
         return MR_UNKNOWN;
-    if (box->reading == place)
-        box->reading = -1;
-    box->freeing = place;
+    if (box->reading_index == place)
+        box->reading_index = -1;
+    box->freeing_index = place;
     return MR_OK;
 }
 
@@ -919,7 +923,7 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
     for (uint32_t n = 0;
          n < page / SECTOR_PAGES && box->read_sector != box->records[place].last_sector; n++)
         box->read_sector = find_sector(box, box->read_sector + 1, (uint8_t)place);
-    box->reading = place;
+    box->reading_index = place;
     box->read_page = page;
     box->read_cursor = 0;
     box->read_tries = 0;
@@ -931,13 +935,13 @@ enum mr_status blackbox_read(struct blackbox *box, uint16_t record, uint32_t pag
 enum blackbox_part blackbox_get_part(struct blackbox *box, uint16_t *record, uint16_t *page,
                                      uint8_t *part, const uint8_t **bytes)
 {
-    if (box->reading < 0)
+    if (box->reading_index < 0)
         return BLACKBOX_PART_NONE;
-    const struct blackbox_record *of = &box->records[box->reading];
+    const struct blackbox_record *of = &box->records[box->reading_index];
     *record = of->record;
     if (box->has_read_all && !box->is_page_ready) {
         *page = (uint16_t)(of->next_seq - of->first_seq);
-        box->reading = -1;
+        box->reading_index = -1;
         return BLACKBOX_PART_END;
     }
     if (!box->is_page_ready)
@@ -945,7 +949,7 @@ enum blackbox_part blackbox_get_part(struct blackbox *box, uint16_t *record, uin
     *page = (uint16_t)box->read_page;
     *part = (uint8_t)box->read_part;
     *bytes = box->read_buffer + BLACKBOX_PART_BYTES * box->read_part;
-    if (++box->read_part == NOR_PAGE / BLACKBOX_PART_BYTES) {
+    if (++box->read_part == NOR_PAGE_BYTES / BLACKBOX_PART_BYTES) {
         box->is_page_ready = false;
         box->read_page++;
         advance_read(box);

@@ -66,7 +66,8 @@ struct blackbox {
     /* index in `records` of the record in this sector, or the sector's state (enum in
      * blackbox.c) */
     uint8_t sector[NOR_SECTORS];
-    unsigned ready, dirty, bad; /* number of sectors that are erased, to be erased, and unusable */
+    unsigned ready_sectors, dirty_sectors,
+        bad_sectors; /* number of sectors that are erased, to be erased, and unusable */
     struct blackbox_record records[BLACKBOX_RECORDS_MAX];
     uint16_t next_record;
     uint32_t next_seq;
@@ -76,48 +77,48 @@ struct blackbox {
 
     /* Record being assembled. */
     struct mr_pack pack;
-    bool key_due;
-    uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE];
+    bool is_key_due;
+    uint8_t ring[BLACKBOX_RING_PAGES][MR_BOXPAGE_BYTES];
     uint32_t pages_closed;  /* number of closed pages; the page with this number is open */
     uint32_t pages_written; /* number of pages written or dropped */
-    uint8_t config[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE];
+    uint8_t config[BLACKBOX_CONFIG_PAGES][MR_BOXPAGE_BYTES];
     unsigned config_closed, config_written;
     bool is_configuring;
-    struct blackbox_writer stream, meta;
+    struct blackbox_writer stream_writer, config_writer;
     struct mr_boxpage_start_page start;
     struct mr_boxpage_end end;
-    bool armed;
+    bool is_armed;
     /* the first block of the record, which begins with a key, has not been packed yet */
-    bool first_open;
-    bool is_end_written;   /* the end page is in the ring */
-    uint32_t stored;       /* blocks packed since start */
-    uint32_t first_stored; /* blocks packed before the record's first block */
+    bool is_first_block_open;
+    bool is_end_written;         /* the end page is in the ring */
+    uint32_t stored_count;       /* blocks packed since start */
+    uint32_t first_stored_count; /* blocks packed before the record's first block */
     uint32_t last_block;
     /* block index, and number of blocks packed since start, at the first key of each page */
     uint32_t key_block[BLACKBOX_RING_PAGES], key_stored[BLACKBOX_RING_PAGES];
-    bool key_valid[BLACKBOX_RING_PAGES];
+    bool has_key[BLACKBOX_RING_PAGES];
 
     /* Operation of the memory in progress. */
     unsigned job, job_sector, job_page, tries;
-    uint8_t buffer[MR_BOXPAGE];
+    uint8_t buffer[MR_BOXPAGE_BYTES];
     unsigned record_index; /* index in `records` of the record being written */
-    unsigned head;         /* sector being written, or start of the search for the next */
-    unsigned head_page;    /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
+    unsigned write_sector; /* sector being written, or start of the search for the next */
+    unsigned write_page;   /* page being written; NOR_PAGES_PER_SECTOR: no sector is open */
     unsigned failures;     /* number of consecutive pages that failed the read-back */
     uint32_t erase_begun_ms, erase_ms;
     bool is_waiting_for_erase; /* waiting for an erase by the runway store (app.c) */
-    int freeing;               /* index of the record being freed; -1: none */
+    int freeing_index;         /* index of the record being freed; -1: none */
     unsigned scan_sector, scan_place;
-    bool freed[BLACKBOX_RECORDS_MAX];
+    bool is_freed[BLACKBOX_RECORDS_MAX];
 
     /* Record being read out. */
-    int reading; /* index of the record; -1: none */
+    int reading_index; /* index of the record; -1: none */
     uint32_t read_page;
     unsigned read_sector, read_cursor, read_tries;
     /* `read_buffer` holds page read_page; the record has no further pages */
     bool is_page_ready, has_read_all;
     unsigned read_part;
-    uint8_t read_buffer[MR_BOXPAGE];
+    uint8_t read_buffer[MR_BOXPAGE_BYTES];
 };
 
 void blackbox_start(struct blackbox *box);

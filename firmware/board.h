@@ -36,8 +36,8 @@ struct board_can_errors {
     uint8_t tec;
     uint8_t rec;
     uint8_t last_error; /* LEC, as in the message can_alarm */
-    bool passive;
-    bool bus_off;
+    bool is_passive;
+    bool is_bus_off;
     bool is_missing;        /* the controller did not start */
     bool is_pending;        /* a frame is waiting to be sent */
     uint32_t sent_count;    /* frames sent */
@@ -195,8 +195,8 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
  * call waits. The driver uses the buffers until nor_poll returns NOR_IDLE or NOR_FAILED.
  * firmware/f407/nor.c implements the interface; tests link a memory that simulates wear, power
  * failures and faults (fake_nor.h). */
-#define NOR_PAGE             256u
-#define NOR_SECTOR           4096u
+#define NOR_PAGE_BYTES       256u
+#define NOR_SECTOR_BYTES     4096u
 #define NOR_CHIP_SECTORS     4096u
 /* the last sectors hold the copies of the predictor's runway (runwaystore.h), one each; the sectors
  * before them hold the copies of the key (keystore.h) */
@@ -206,7 +206,7 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word);
 #define NOR_SECTORS          (NOR_CHIP_SECTORS - RUNWAY_COPIES - KEY_COPIES)
 #define KEY_FIRST_SECTOR     NOR_SECTORS
 #define RUNWAY_FIRST_SECTOR  (NOR_CHIP_SECTORS - RUNWAY_COPIES)
-#define NOR_PAGES_PER_SECTOR (NOR_SECTOR / NOR_PAGE)
+#define NOR_PAGES_PER_SECTOR (NOR_SECTOR_BYTES / NOR_PAGE_BYTES)
 
 enum nor_status {
     NOR_IDLE, /* the last operation has ended; only reading back shows whether it succeeded */
@@ -221,10 +221,10 @@ enum nor_status nor_poll(void);
 /* Reads the chip's identification. NOR_IDLE: the expected chip; NOR_BUSY: call again later;
  * NOR_MISSING and NOR_STUCK as nor_poll. Does not disturb other operations. */
 enum nor_status nor_identify(void);
-/* Reads at most NOR_PAGE bytes. */
+/* Reads at most NOR_PAGE_BYTES bytes. */
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length);
 /* Programs a whole page; bytes of 0xff leave the memory unchanged. */
-void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE]);
+void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE_BYTES]);
 void nor_begin_erase(uint32_t address);
 
 /* ---- i2c ---- */

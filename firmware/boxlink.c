@@ -58,10 +58,10 @@ void boxlink_report_state(const struct blackbox *box, struct telemetry *telemetr
     for (unsigned i = 0; i < BLACKBOX_RECORDS_MAX; i++)
         records += blackbox_record_at(box, i) != NULL;
     TELEMETRY_SEND(telemetry, TO_LINKS, box_state, BOX_STATE, .state = (uint8_t)box->state,
-                   .records = (uint8_t)records, .ready = (uint16_t)box->ready,
+                   .records = (uint8_t)records, .ready = (uint16_t)box->ready_sectors,
                    .wait_s = blackbox_wait_s(box), .reserve = BLACKBOX_RESERVE_SECTORS);
     TELEMETRY_SEND(telemetry, TO_LINKS, box_space, BOX_SPACE, .sectors = NOR_SECTORS,
-                   .dirty = (uint16_t)box->dirty, .bad = (uint16_t)box->bad,
+                   .dirty = (uint16_t)box->dirty_sectors, .bad = (uint16_t)box->bad_sectors,
                    .wear = (float)box->next_seq / (float)(NOR_SECTORS * NOR_PAGES_PER_SECTOR));
 }
 
@@ -74,8 +74,8 @@ static uint16_t clip_u16(uint32_t value)
 static void send_list(struct boxlink *link, const struct blackbox *box, struct telemetry *telemetry)
 {
     const struct blackbox_record *record = NULL;
-    while (link->next < BLACKBOX_RECORDS_MAX && !record)
-        record = blackbox_record_at(box, link->next++);
+    while (link->next_record < BLACKBOX_RECORDS_MAX && !record)
+        record = blackbox_record_at(box, link->next_record++);
     struct mr_box_record message = {0};
     struct mr_box_span span = {0};
     if (record) {
@@ -116,7 +116,7 @@ void boxlink_on_block(struct boxlink *link, struct blackbox *box, struct telemet
     blackbox_on_block(box, block);
     if (was_armed && landing->state == MR_LANDING_LANDING)
         blackbox_trigger(box, block->index);
-    if (!landing_is_recording(landing) && box->armed)
+    if (!landing_is_recording(landing) && box->is_armed)
         blackbox_finish(box);
     if (!box->is_disabled && DUE(BOX, block->index))
         boxlink_report_state(box, telemetry);

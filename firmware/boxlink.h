@@ -8,7 +8,7 @@
 
 struct boxlink {
     bool is_listing;
-    unsigned next; /* index of the next record to be listed */
+    unsigned next_record; /* index of the next record to be listed */
 };
 
 /* Executes a command. Returns MR_OK or the reason for refusal; MR_UNKNOWN also if the command is

@@ -19,13 +19,13 @@
 
 enum { PHASE_REST, PHASE_SHUNTED, PHASE_REST_AGAIN, PHASE_REPORT };
 enum verdict {
-    GOOD = MR_ZERO_GOOD,
-    NOT_VALID = MR_ZERO_NOT_VALID,
-    MOVES = MR_ZERO_MOVES,
-    WRONG = MR_ZERO_TOO_FAR
+    VERDICT_GOOD = MR_ZERO_GOOD,
+    VERDICT_NOT_VALID = MR_ZERO_NOT_VALID,
+    VERDICT_MOVES = MR_ZERO_MOVES,
+    VERDICT_WRONG = MR_ZERO_TOO_FAR
 };
-_Static_assert(GOOD == (int)MR_SHUNT_GOOD && NOT_VALID == (int)MR_SHUNT_NOT_VALID &&
-                   MOVES == (int)MR_SHUNT_MOVED && WRONG == (int)MR_SHUNT_WRONG,
+_Static_assert(VERDICT_GOOD == (int)MR_SHUNT_GOOD && VERDICT_NOT_VALID == (int)MR_SHUNT_NOT_VALID &&
+                   VERDICT_MOVES == (int)MR_SHUNT_MOVED && VERDICT_WRONG == (int)MR_SHUNT_WRONG,
                "zero and shunt calibration share their verdicts");
 
 bool calibrate_is_busy(const struct calibrate *calibrate)
@@ -72,7 +72,7 @@ static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
 static float channel_code(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
-                  ? (float)block->plus[channel] - (float)block->minus[channel]
+                  ? (float)block->forward_sum[channel] - (float)block->reversed_sum[channel]
                   : (float)block->sum[channel - MR_TRANSDUCERS];
     return sum / (float)MR_SCANS_PER_BLOCK;
 }
@@ -130,13 +130,13 @@ static enum verdict check_zero(const struct calibrate *calibrate, unsigned c)
     float unit = __builtin_fabsf(channel->unit_per_code);
     bool tension = channel->kind == MR_KIND_TENSION;
     if (calibrate->invalid_channels >> c & 1u)
-        return NOT_VALID;
+        return VERDICT_NOT_VALID;
     if (!(mean_spread(mean) * unit <= (tension ? MOVEMENT_MAX_LB : MOVEMENT_MAX_IN)))
-        return MOVES;
+        return VERDICT_MOVES;
     return tension && __builtin_fabsf(mean_value(mean) - zero_get_configured(c)) * unit >
                           ZERO_OFFSET_MAX_LB
-             ? WRONG
-             : GOOD;
+             ? VERDICT_WRONG
+             : VERDICT_GOOD;
 }
 
 static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
@@ -147,14 +147,14 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
         if (!is_calibrated(calibrate, c))
             continue;
         enum verdict verdict = check_zero(calibrate, c);
-        bool valid = verdict != NOT_VALID;
+        bool valid = verdict != VERDICT_NOT_VALID;
         struct mr_zero_result result = {
             .index = (uint8_t)c,
             .verdict = (uint8_t)verdict,
             .spread_codes = valid ? mean_spread(&calibrate->mean[c]) : MR_NAN,
             .zero_code = valid ? mean_value(&calibrate->mean[c]) : MR_NAN};
         TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
-        good &= verdict == GOOD;
+        good &= verdict == VERDICT_GOOD;
     }
     for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
         if (is_calibrated(calibrate, c))
@@ -219,21 +219,21 @@ static enum verdict check_span(const struct calibrate *calibrate, unsigned g, fl
     float allowed_lb = SPAN_TOLERANCE * channel->shunt_lb;
     float error_lb = SIGNIFICANCE_SIGMA * __builtin_sqrtf(noise);
     if (calibrate->invalid_channels >> (MR_TRANSDUCERS + g) & 1u)
-        return NOT_VALID;
+        return VERDICT_NOT_VALID;
     if (calibrate->moved_gages >> g & 1u)
-        return MOVES;
+        return VERDICT_MOVES;
     return __builtin_fabsf(span_lb - channel->shunt_lb) >
                    (error_lb > allowed_lb ? error_lb : allowed_lb)
-             ? WRONG
-             : GOOD;
+             ? VERDICT_WRONG
+             : VERDICT_GOOD;
 }
 
 static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
     float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
     enum verdict verdict = check_span(calibrate, g, span_lb);
-    bool known = verdict == GOOD || verdict == WRONG;
-    if (verdict == NOT_VALID)
+    bool known = verdict == VERDICT_GOOD || verdict == VERDICT_WRONG;
+    if (verdict == VERDICT_NOT_VALID)
         span_lb = MR_NAN;
     struct mr_shunt_result result = {.gage = (uint8_t)(g + 1),
                                      .verdict = (uint8_t)verdict,
@@ -246,7 +246,7 @@ static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry
         .zero_change_lb = known ? calibrate->rest_lb[g] - calibrate->last_rest_lb[g] : MR_NAN};
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_result, SHUNT_RESULT, &result);
     TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, shunt_check, SHUNT_CHECK, &check);
-    calibrate->has_failed |= verdict != GOOD;
+    calibrate->has_failed |= verdict != VERDICT_GOOD;
     if (known) {
         calibrate->last_span_lb[g] = span_lb;
         calibrate->last_rest_lb[g] = calibrate->rest_lb[g];

@@ -24,16 +24,16 @@ static enum mr_can_state find_state(const struct canwatch *watch)
     bool stalled = watch->stalled_ticks >= CANWATCH_OUTAGE_TICKS || watch->phase != CANWATCH_UP;
     if (errors->is_missing)
         return MR_CAN_MISSING;
-    if (errors->bus_off)
+    if (errors->is_bus_off)
         return MR_CAN_OFF;
     if (stalled && watch->state == MR_CAN_OFF)
         /* remains off until a frame has been sent, because on a shorted bus, bus-off ends and
          * starts again */
         return MR_CAN_OFF;
     if (stalled)
-        return errors->passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
-                                                                           : MR_CAN_STUCK;
-    if (errors->passive)
+        return errors->is_passive && errors->last_error == LEC_NO_ACKNOWLEDGE ? MR_CAN_UNPLUGGED
+                                                                              : MR_CAN_STUCK;
+    if (errors->is_passive)
         return MR_CAN_PASSIVE;
     return errors->tec >= WARNING_COUNT || errors->rec >= WARNING_COUNT ? MR_CAN_WARNING
                                                                         : MR_CAN_GOOD;
@@ -46,7 +46,7 @@ static bool is_outage(enum mr_can_state state)
 
 static uint16_t *current_drops(struct canwatch *watch)
 {
-    return watch->state == MR_CAN_OFF ? &watch->drops.bus_off : &watch->drops.timeout;
+    return watch->state == MR_CAN_OFF ? &watch->drop_count.bus_off : &watch->drop_count.timeout;
 }
 
 /* Handles the frames that wait during an outage: they are kept at first, then dropped; then only
@@ -64,7 +64,7 @@ static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_ch
         if (watch->errors.is_pending)
             break;
         watch->phase = CANWATCH_PROBING;
-        news->send_probe = true;
+        news->must_send_probe = true;
         break;
     case CANWATCH_PROBING:
         if (passed)
@@ -80,7 +80,7 @@ static void leave_bus_off(struct canwatch *watch)
     if (watch->is_rejoining) { /* the controller has had one tick to stop */
         board_can_rejoin(false);
         watch->is_rejoining = false;
-    } else if (watch->errors.bus_off && !watch->rejoin_ticks) {
+    } else if (watch->errors.is_bus_off && !watch->rejoin_ticks) {
         board_can_rejoin(true);
         watch->is_rejoining = true;
         watch->rejoin_ticks = CANWATCH_REJOIN_TICKS;
@@ -103,23 +103,23 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch)
     leave_bus_off(watch);
     leave_outage(watch, passed, &news);
     watch->state = find_state(watch);
-    news.state_changed = watch->state != state_before;
-    news.became_passive = watch->errors.passive && !before.passive;
-    news.became_off = watch->errors.bus_off && !before.bus_off;
+    news.has_state_changed = watch->state != state_before;
+    news.has_become_passive = watch->errors.is_passive && !before.is_passive;
+    news.has_become_off = watch->errors.is_bus_off && !before.is_bus_off;
     if (is_outage(watch->state) && !is_outage(state_before)) {
         add_saturating(&watch->outages, 1);
         watch->outage_ticks = CANWATCH_OUTAGE_TICKS;
     } else if (is_outage(watch->state) && watch->outage_ticks < OUTAGE_TICKS_MAX) {
         watch->outage_ticks++;
     }
-    news.outage_ended = is_outage(state_before) && !is_outage(watch->state);
+    news.has_outage_ended = is_outage(state_before) && !is_outage(watch->state);
     return news;
 }
 
 bool canwatch_is_accepting(struct canwatch *watch)
 {
     if (watch->is_silent)
-        add_saturating(&watch->drops.silent, 1);
+        add_saturating(&watch->drop_count.silent, 1);
     else if (watch->phase != CANWATCH_UP)
         add_saturating(current_drops(watch), 1);
     return !watch->is_silent && watch->phase == CANWATCH_UP;
@@ -127,7 +127,7 @@ bool canwatch_is_accepting(struct canwatch *watch)
 
 void canwatch_count_full(struct canwatch *watch)
 {
-    add_saturating(&watch->drops.queue_full, 1);
+    add_saturating(&watch->drop_count.queue_full, 1);
 }
 
 struct mr_can_alarm canwatch_get_alarm(const struct canwatch *watch)

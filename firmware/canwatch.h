@@ -36,16 +36,16 @@ struct canwatch {
     uint16_t outages;
     uint32_t outage_ticks;  /* length of the present or last outage */
     uint32_t removed_count; /* queued frames that were dropped */
-    struct mr_can_drops drops;
+    struct mr_can_drops drop_count;
 };
 
 /* Result of a tick. */
 struct canwatch_changes {
-    bool state_changed;  /* the state changed: report it on serial at once */
-    bool send_probe;     /* pass the alarm frame to the controller now */
-    bool outage_ended;   /* an outage has ended: send alarm and drops on both links */
-    bool became_passive; /* error passive since this tick */
-    bool became_off;     /* bus-off since this tick */
+    bool has_state_changed;  /* the state changed: report it on serial at once */
+    bool must_send_probe;    /* pass the alarm frame to the controller now */
+    bool has_outage_ended;   /* an outage has ended: send alarm and drops on both links */
+    bool has_become_passive; /* error passive since this tick */
+    bool has_become_off;     /* bus-off since this tick */
 };
 
 void canwatch_start(struct canwatch *watch, bool silent);

@@ -72,7 +72,7 @@ static void report_quality(const struct channels *channels, struct telemetry *te
     };
     float unit = __builtin_fabsf(channel->unit_per_code);
     TELEMETRY_SEND(telemetry, TO_RECORD, channel_quality, CHANNEL_QUALITY, .index = (uint8_t)c,
-                   .validity = watched->reported, .noise_codes = c_now.noise / unit,
+                   .validity = watched->reported_validity, .noise_codes = c_now.noise / unit,
                    .error_codes = mr_reading_error(channel, &c_now) / unit,
                    .invalid = watched->invalid_count);
 }
@@ -82,7 +82,7 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
                      const float *baseline_in, const float *tension_lb)
 {
     struct mr_watch *watch = &channels->watch;
-    for (unsigned c = 0; watch->changed && c < MR_WATCH_CHANNELS; c++)
+    for (unsigned c = 0; watch->changed_channels && c < MR_WATCH_CHANNELS; c++)
         report_change(channels, telemetry, c, index);
     if (watch->is_recording && !landing_is_recording(landing))
         mr_watch_end(watch);
@@ -97,20 +97,20 @@ void channels_report(struct channels *channels, struct telemetry *telemetry,
 
 /* ---- zero ---- */
 
-static uint32_t measured; /* channels with a measured zero, bit per channel */
-static uint32_t changed;  /* channels with a new zero since the last zero_get_changed */
+static uint32_t measured_channels; /* channels with a measured zero, bit per channel */
+static uint32_t changed_channels;  /* channels with a new zero since the last zero_get_changed */
 static float configured_code[MR_CHANNELS], configured_error[MR_CHANNELS];
 
 void zero_reset(void)
 {
-    measured = 0;
-    changed = 0;
+    measured_channels = 0;
+    changed_channels = 0;
 }
 
 uint32_t zero_get_changed(void)
 {
-    uint32_t since = changed;
-    changed = 0;
+    uint32_t since = changed_channels;
+    changed_channels = 0;
     return since;
 }
 
@@ -122,15 +122,15 @@ void zero_set_measured(unsigned channel, float zero_code)
         configured_code[channel] = in_force->zero_code;
         configured_error[channel] = in_force->zero_error;
     }
-    measured |= 1u << channel;
-    changed |= 1u << channel;
+    measured_channels |= 1u << channel;
+    changed_channels |= 1u << channel;
     in_force->zero_code = zero_code;
     in_force->zero_error = error < configured_error[channel] ? error : configured_error[channel];
 }
 
 bool zero_is_measured(unsigned channel)
 {
-    return measured >> channel & 1u;
+    return measured_channels >> channel & 1u;
 }
 
 float zero_get_configured(unsigned channel)

@@ -38,8 +38,8 @@ void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
     TELEMETRY_SEND(telemetry, sinks, board_image, BOARD_IMAGE, .uid2 = identity->uid[2],
                    .image_crc = identity->image_crc);
     TELEMETRY_SEND(telemetry, sinks, image_commit, IMAGE_COMMIT, .commit = identity->image.commit,
-                   .commit_more = identity->image.commit_more, .changed = identity->image.changed,
-                   .state = identity->image_state);
+                   .commit_more = identity->image.commit_more,
+                   .changed = identity->image.is_modified, .state = identity->image_state);
     TELEMETRY_SEND(telemetry, sinks, image_header, IMAGE_HEADER,
                    .program_crc = identity->image.program_crc,
                    .header_crc = identity->image.header_crc);
@@ -138,21 +138,21 @@ static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item
 void configround_start_burst(struct telemetry *telemetry, const struct landing *landing)
 {
     telemetry->round.item = 0;
-    telemetry->round.bursting = true;
+    telemetry->round.is_bursting = true;
     configround_send_hello(telemetry, TO_LINKS, landing);
 }
 
 void configround_on_block(struct telemetry *telemetry, const float *slack_in, uint32_t index)
 {
     unsigned item = telemetry->round.item;
-    bool bursting = telemetry->round.bursting;
+    bool bursting = telemetry->round.is_bursting;
     if (bursting ? !telemetry_can_burst(telemetry) : !DUE(ITEM, index))
         return;
     for (unsigned n = 0; !bursting && n < ITEMS && is_not_fitted(item); n++)
         item = next_item(item);
     send_item(telemetry, TO_LINKS, item, slack_in);
     telemetry->round.item = next_item(item);
-    telemetry->round.bursting = bursting && telemetry->round.item != 0;
+    telemetry->round.is_bursting = bursting && telemetry->round.item != 0;
 }
 
 void configround_store(struct telemetry *telemetry, const struct landing *landing,

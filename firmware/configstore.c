@@ -25,7 +25,7 @@ static uint32_t copy_revision(unsigned copy)
 static uint8_t check_copy(unsigned copy)
 {
     const uint8_t *bytes = flash_copy(copy);
-    return mr_is_blank(bytes, MR_CONFIG_IMAGE)
+    return mr_is_blank(bytes, MR_CONFIG_IMAGE_BYTES)
              ? CONFIGSTORE_BLANK
              : (uint8_t)-mr_config_check_image(bytes, FLASH_COPY_BYTES);
 }
@@ -50,7 +50,7 @@ static enum mr_status check_config(struct mr_config_reason *reason)
 static bool use_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
-    memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE);
+    memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE_BYTES);
     mr_config_swap(store->image, &config);
     if (check_config(&reason) != MR_OK) {
         mr_config_swap(store->image, &config);
@@ -180,7 +180,7 @@ static bool write_copy(const struct configstore *store, unsigned copy)
         written = flash_program(copy, 4u * word, word_at(store->image, word));
     }
     flash_end();
-    return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE) == 0;
+    return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE_BYTES) == 0;
 }
 
 enum mr_status configstore_apply(struct configstore *store, struct telemetry *telemetry,
@@ -190,7 +190,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
     if (!store->staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
-    enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE);
+    enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE_BYTES);
     if (status == MR_OK && word_at(store->image, MR_CONFIG_WORDS - 1) != crc)
         status = MR_CRC;
     if (status != MR_OK)
@@ -226,7 +226,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
     store->staging = false;
     store->is_reading = true;
     store->is_read_by_serial = by_serial;
-    store->read_next = word;
+    store->next_read_word = word;
     return MR_OK;
 }
 
@@ -237,8 +237,9 @@ void configstore_on_block(struct configstore *store, struct telemetry *telemetry
          store->is_reading && i < CONFIGSTORE_WORDS_PER_BLOCK && telemetry_can_burst(telemetry);
          i++) {
         TELEMETRY_SEND(telemetry, store->is_read_by_serial ? TO_SERIAL : TO_CAN, config_image,
-                       CONFIG_IMAGE, .offset = (uint16_t)store->read_next, .words = MR_CONFIG_WORDS,
-                       .value = word_at(store->image, store->read_next));
-        store->is_reading = ++store->read_next < MR_CONFIG_WORDS;
+                       CONFIG_IMAGE, .offset = (uint16_t)store->next_read_word,
+                       .words = MR_CONFIG_WORDS,
+                       .value = word_at(store->image, store->next_read_word));
+        store->is_reading = ++store->next_read_word < MR_CONFIG_WORDS;
     }
 }

@@ -36,13 +36,13 @@ struct configstore {
     uint8_t copy[FLASH_COPIES]; /* negative status of mr_config_check_image, or CONFIGSTORE_BLANK */
     uint32_t crc;               /* CRC of the active configuration */
 
-    uint8_t image[MR_CONFIG_IMAGE];                /* configuration being staged or read out */
+    uint8_t image[MR_CONFIG_IMAGE_BYTES];          /* configuration being staged or read out */
     uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
     bool staging;
     uint16_t tag;        /* tag of the staged words */
     unsigned word_count; /* number of staged words */
     bool is_reading, is_read_by_serial;
-    unsigned read_next;
+    unsigned next_read_word;
 };
 
 #define CONFIGSTORE_BLANK 255u

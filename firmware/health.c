@@ -63,18 +63,18 @@ static const uint8_t limit_ticks[MR_TASK_COUNT] = {
 };
 
 static volatile uint8_t age_ticks[MR_TASK_COUNT];
-static volatile bool late;
+static volatile bool is_any_task_late;
 static uint32_t good_ticks;
 
 /* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
 static volatile struct {
     uint32_t task, complement;
-} present __attribute__((section(".noinit")));
+} running_task __attribute__((section(".noinit")));
 
 void tasks_begin(enum mr_task task)
 {
-    present.task = task;
-    present.complement = ~(uint32_t)task;
+    running_task.task = task;
+    running_task.complement = ~(uint32_t)task;
 }
 
 void tasks_done(enum mr_task task)
@@ -84,16 +84,16 @@ void tasks_done(enum mr_task task)
 
 enum mr_task tasks_current(void)
 {
-    uint32_t task = present.task;
-    return task < MR_TASK_COUNT && present.complement == ~task ? (enum mr_task)task
-                                                               : (enum mr_task)0;
+    uint32_t task = running_task.task;
+    return task < MR_TASK_COUNT && running_task.complement == ~task ? (enum mr_task)task
+                                                                    : (enum mr_task)0;
 }
 
 void tasks_start(void)
 {
     for (unsigned task = 0; task < MR_TASK_COUNT; task++)
         age_ticks[task] = 0;
-    late = false;
+    is_any_task_late = false;
     good_ticks = 0;
     tasks_begin(MR_TASK_LOOP);
 }
@@ -114,22 +114,22 @@ static unsigned find_late_task(void)
 void tasks_tick(uint32_t pc)
 {
     unsigned task = find_late_task();
-    if (task && !late) {
+    if (task && !is_any_task_late) {
         /* If the loop itself is late, the task that runs is the cause. */
         unsigned blamed = task == MR_TASK_LOOP && tasks_current() ? (unsigned)tasks_current()
                                                                   : task;
         health_count(MR_FAULT_TASK_LATE, (uint8_t)blamed);
         board_record_late_task((uint8_t)blamed, pc);
-    } else if (!task && late) {
+    } else if (!task && is_any_task_late) {
         board_record_late_task(0, 0);
     }
-    late = task != 0;
-    good_ticks = late ? 0 : good_ticks + 1;
+    is_any_task_late = task != 0;
+    good_ticks = is_any_task_late ? 0 : good_ticks + 1;
     if (good_ticks == TASKS_GOOD_TICKS)
         board_reset_restart_count();
 }
 
 bool tasks_are_healthy(void)
 {
-    return !late;
+    return !is_any_task_late;
 }

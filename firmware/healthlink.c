@@ -109,16 +109,17 @@ void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
     struct selftest *test = &link->test;
     if (!test->is_running || test->blocks >= SELFTEST_BLOCKS)
         return;
-    test->reference_bad |= __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
+    test->is_reference_bad |=
+        __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        int difference = (int)block->plus[i] - (int)block->minus[i];
+        int difference = (int)block->forward_sum[i] - (int)block->reversed_sum[i];
         if (config.channel[i].kind == MR_KIND_DISPLACEMENT &&
             (difference > DRIVEN_SUM || difference < -DRIVEN_SUM))
             test->excited = true;
     }
     if (++test->blocks < SELFTEST_BLOCKS)
         return;
-    record_result(test, MR_SELF_TEST_REFERENCE, !test->reference_bad);
+    record_result(test, MR_SELF_TEST_REFERENCE, !test->is_reference_bad);
     if (has_transducers())
         record_result(test, MR_SELF_TEST_EXCITATION,
                       test->excited &&
@@ -130,18 +131,18 @@ void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
 void healthlink_start(struct healthlink *link)
 {
     struct board_identity identity;
-    *link = (struct healthlink){.crash_next = MR_CRASH_ITEMS};
+    *link = (struct healthlink){.next_crash_word = MR_CRASH_ITEMS};
     board_identify(&identity);
     board_get_restart(&link->restart);
     if (link->restart.crash && link->restart.crash_age == 0)
-        link->crash_next = 0;
+        link->next_crash_word = 0;
     if (identity.image_state == MR_IMAGE_HEADER || identity.image_state == MR_IMAGE_PROGRAM)
         health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_IMAGE);
 }
 
 void healthlink_report_crash(struct healthlink *link)
 {
-    link->crash_next = link->restart.crash ? 0 : MR_CRASH_ITEMS;
+    link->next_crash_word = link->restart.crash ? 0 : MR_CRASH_ITEMS;
 }
 
 void healthlink_schedule_restart(struct healthlink *link)
@@ -179,10 +180,10 @@ static void send_restarts(const struct board_restart *restart, struct telemetry 
 
 static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 {
-    TELEMETRY_SEND(telemetry, TO_LINKS, crash, CRASH, .item = (uint8_t)link->crash_next,
+    TELEMETRY_SEND(telemetry, TO_LINKS, crash, CRASH, .item = (uint8_t)link->next_crash_word,
                    .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
-                   .value = link->restart.crash[link->crash_next]);
-    link->crash_next++;
+                   .value = link->restart.crash[link->next_crash_word]);
+    link->next_crash_word++;
 }
 
 void healthlink_send_regular(struct healthlink *link, struct telemetry *telemetry, uint32_t index)
@@ -190,12 +191,13 @@ void healthlink_send_regular(struct healthlink *link, struct telemetry *telemetr
     if (DUE(ALARM, index))
         send_alarm(telemetry, TO_LINKS);
     if (DUE(DROPS, index))
-        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS,
+                               &telemetry->can.drop_count);
     if (DUE(UPKEEP, index))
         send_upkeep(telemetry);
     if (DUE(RESTARTS, index))
         send_restarts(&link->restart, telemetry);
-    if (link->crash_next < MR_CRASH_ITEMS)
+    if (link->next_crash_word < MR_CRASH_ITEMS)
         send_crash(link, telemetry);
 }
 
@@ -207,21 +209,22 @@ void healthlink_run_idle(struct healthlink *link)
 
 static void supervise_can(struct telemetry *telemetry)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     struct canwatch_changes news = canwatch_tick(&telemetry->can);
-    if (news.became_passive)
+    if (news.has_become_passive)
         health_count(MR_FAULT_CAN_PASSIVE, telemetry->can.errors.tec);
-    if (news.became_off)
+    if (news.has_become_off)
         health_count(MR_FAULT_CAN_BUS_OFF, telemetry->can.errors.tec);
-    if (news.send_probe) {
+    if (news.must_send_probe) {
         struct mr_can_alarm alarm = canwatch_get_alarm(&telemetry->can);
         telemetry_send_probe(telemetry, MR_ID_CAN_ALARM, payload,
                              mr_can_alarm_put(&alarm, payload));
     }
-    if (news.outage_ended) {
+    if (news.has_outage_ended) {
         send_alarm(telemetry, TO_LINKS);
-        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS, &telemetry->can.drops);
-    } else if (news.state_changed) {
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS,
+                               &telemetry->can.drop_count);
+    } else if (news.has_state_changed) {
         send_alarm(telemetry, TO_SERIAL);
     }
 }

@@ -30,7 +30,7 @@ struct selftest {
     uint16_t ram_rounds, flash_rounds; /* counts at the start of the self-test */
     uint16_t polarity_faults;
     unsigned blocks;
-    bool reference_bad, excited;
+    bool is_reference_bad, excited;
 };
 
 /* ---- health on the links ---- */
@@ -42,9 +42,9 @@ struct selftest {
 struct healthlink {
     struct selftest test;
     struct board_restart restart;
-    unsigned crash_next;     /* next word to be sent; MR_CRASH_ITEMS: none */
-    unsigned ticks;          /* supervision ticks, which pace the background tests */
-    unsigned ticks_to_reset; /* 0: no reset requested */
+    unsigned next_crash_word; /* next word to be sent; MR_CRASH_ITEMS: none */
+    unsigned ticks;           /* supervision ticks, which pace the background tests */
+    unsigned ticks_to_reset;  /* 0: no reset requested */
 };
 
 void healthlink_start(struct healthlink *link);

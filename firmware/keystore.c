@@ -26,13 +26,13 @@ enum step {
 #define TRIES_MAX     3u
 #define POLLS_MAX     20000u
 #define BITS_PER_BYTE 8u
-#define BITS_PER_PAGE (NOR_PAGE * BITS_PER_BYTE)
+#define BITS_PER_PAGE (NOR_PAGE_BYTES * BITS_PER_BYTE)
 #define STARTS_MAX    ((NOR_PAGES_PER_SECTOR - 1u) * BITS_PER_PAGE)
 #define FAULT_DETAIL  7u /* detail of MR_FAULT_NOR_FAILED */
 
 static uint32_t address_of(unsigned copy, unsigned page)
 {
-    return (KEY_FIRST_SECTOR + copy) * NOR_SECTOR + page * NOR_PAGE;
+    return (KEY_FIRST_SECTOR + copy) * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
 
 void keystore_start(struct keystore *store)
@@ -74,9 +74,9 @@ static void use_record(struct keystore *store, unsigned copy)
 {
     const uint8_t *p = store->buffer + 4;
     store->copy = copy;
-    store->change = mr_get_u32(&p);
-    store->starts = 0;
-    store->set = mr_get_u32(&p) != 0;
+    store->change_number = mr_get_u32(&p);
+    store->start_count = 0;
+    store->is_set = mr_get_u32(&p) != 0;
     memcpy(store->key, p, MR_KEY_BYTES);
 }
 
@@ -100,13 +100,13 @@ static void check_copy(struct keystore *store)
         return;
     store->tries = 0;
     store->has_stale_copy = whole && store->copy != KEY_COPIES;
-    if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change))
+    if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change_number))
         use_record(store, store->at);
     if (++store->at < KEY_COPIES)
         return;
     store->at = store->copy;
     store->page = 1;
-    if (store->set)
+    if (store->is_set)
         store->step = STEP_COUNT;
     else
         set_key_state(store, store->has_damaged_copy && store->copy == KEY_COPIES ? MR_KEY_DAMAGED
@@ -117,31 +117,31 @@ static void check_copy(struct keystore *store)
  * as 0 or 1. */
 static void count_starts(struct keystore *store)
 {
-    for (unsigned i = 0; i < NOR_PAGE; i++) {
+    for (unsigned i = 0; i < NOR_PAGE_BYTES; i++) {
         unsigned zeros = ~store->buffer[i] & 0xffu;
         if (zeros)
-            store->starts = (store->page - 1u) * BITS_PER_PAGE + i * BITS_PER_BYTE + BITS_PER_BYTE -
-                            ((unsigned)__builtin_clz(zeros) - 24u);
+            store->start_count = (store->page - 1u) * BITS_PER_PAGE + i * BITS_PER_BYTE +
+                                 BITS_PER_BYTE - ((unsigned)__builtin_clz(zeros) - 24u);
     }
     if (++store->page < NOR_PAGES_PER_SECTOR)
         return;
-    if (store->starts >= STARTS_MAX) {
+    if (store->start_count >= STARTS_MAX) {
         set_key_state(store, MR_KEY_DAMAGED);
         return;
     }
     store->step = STEP_MARK;
-    store->page = 1u + store->starts / BITS_PER_PAGE;
+    store->page = 1u + store->start_count / BITS_PER_PAGE;
 }
 
 /* Byte with the bit of this start. */
 static uint8_t *start_byte(struct keystore *store)
 {
-    return &store->buffer[store->starts % BITS_PER_PAGE / BITS_PER_BYTE];
+    return &store->buffer[store->start_count % BITS_PER_PAGE / BITS_PER_BYTE];
 }
 
 static uint8_t start_mask(const struct keystore *store)
 {
-    return (uint8_t)(1u << store->starts % BITS_PER_BYTE);
+    return (uint8_t)(1u << store->start_count % BITS_PER_BYTE);
 }
 
 static void check_mark(struct keystore *store)
@@ -149,7 +149,7 @@ static void check_mark(struct keystore *store)
     bool marked = !(*start_byte(store) & start_mask(store));
     store->step = STEP_MARK;
     if (marked)
-        store->starts++;
+        store->start_count++;
     if (marked || ++store->tries == TRIES_MAX)
         set_key_state(store, marked ? MR_KEY_SET : MR_KEY_DAMAGED);
 }
@@ -160,11 +160,11 @@ static void write_record(struct keystore *store)
 {
     bool set = store->answer.code == MR_COMMAND_KEY_SET;
     memset(store->buffer, 0xff, sizeof store->buffer);
-    uint8_t *p = mr_put_u32(mr_put_u32(mr_put_u32(store->buffer, RECORD_MARK), store->change + 1u),
-                            set);
+    uint8_t *p = mr_put_u32(
+        mr_put_u32(mr_put_u32(store->buffer, RECORD_MARK), store->change_number + 1u), set);
     memset(p, 0, MR_KEY_BYTES);
     if (set)
-        memcpy(p, store->staged, MR_KEY_BYTES);
+        memcpy(p, store->staged_key, MR_KEY_BYTES);
     mr_put_u32(mr_put_u32(store->buffer + CHECKED_BYTES, mr_crc32(0, store->buffer, CHECKED_BYTES)),
                RECORD_MARK);
 }
@@ -175,16 +175,16 @@ static void set_answer(struct keystore *store, enum mr_status status)
     store->answer.status = (int8_t)status;
     store->has_answer = store->answer.code !=
                         MR_COMMAND_NONE; /* a start has no command to answer */
-    store->received = 0;
-    memset(store->staged, 0, sizeof store->staged);
+    store->received_words = 0;
+    memset(store->staged_key, 0, sizeof store->staged_key);
 }
 
 static bool is_as_written(struct keystore *store)
 {
     const uint8_t *p = store->buffer + 4;
     bool set = store->answer.code == MR_COMMAND_KEY_SET;
-    return is_valid_record(store->buffer) && mr_get_u32(&p) == store->change + 1u &&
-           mr_get_u32(&p) == set && (!set || memcmp(p, store->staged, MR_KEY_BYTES) == 0);
+    return is_valid_record(store->buffer) && mr_get_u32(&p) == store->change_number + 1u &&
+           mr_get_u32(&p) == set && (!set || memcmp(p, store->staged_key, MR_KEY_BYTES) == 0);
 }
 
 static void verify_record(struct keystore *store)
@@ -192,7 +192,7 @@ static void verify_record(struct keystore *store)
     if (is_as_written(store)) {
         unsigned old = 1u - store->at;
         use_record(store, store->at);
-        store->state = store->set ? MR_KEY_SET : MR_KEY_OPEN;
+        store->state = store->is_set ? MR_KEY_SET : MR_KEY_OPEN;
         store->at = old;
         store->step = STEP_WIPE;
     } else if (++store->tries < TRIES_MAX) {
@@ -266,7 +266,7 @@ bool keystore_begin(struct keystore *store)
         write_record(store);
         nor_begin_program(address, store->buffer);
     } else {
-        nor_begin_read(address, store->buffer, NOR_PAGE);
+        nor_begin_read(address, store->buffer, NOR_PAGE_BYTES);
     }
     return true;
 }
@@ -293,10 +293,10 @@ void keystore_put_word(struct keystore *store, const uint8_t *payload, size_t le
         keystore_is_writing(store))
         return;
     if (word.tag != store->tag)
-        store->received = 0;
+        store->received_words = 0;
     store->tag = word.tag;
-    store->received = (uint8_t)(store->received | 1u << word.index);
-    mr_put_u32(store->staged + 4u * word.index, word.value);
+    store->received_words = (uint8_t)(store->received_words | 1u << word.index);
+    mr_put_u32(store->staged_key + 4u * word.index, word.value);
 }
 
 enum mr_status keystore_execute(struct keystore *store, const struct mr_command *command)
@@ -306,9 +306,9 @@ enum mr_status keystore_execute(struct keystore *store, const struct mr_command 
         return MR_IO;
     if (store->state == MR_KEY_NOT_READ || keystore_is_writing(store))
         return MR_WAIT;
-    if (set && store->received != (1u << MR_KEY_WORDS) - 1u)
+    if (set && store->received_words != (1u << MR_KEY_WORDS) - 1u)
         return MR_TOO_FEW;
-    if (set && mr_crc32(0, store->staged, MR_KEY_BYTES) != (uint32_t)command->argument)
+    if (set && mr_crc32(0, store->staged_key, MR_KEY_BYTES) != (uint32_t)command->argument)
         return MR_CRC;
     store->answer = (struct mr_ack){.code = command->code, .tag = command->tag};
     store->has_answer = false;

@@ -21,15 +21,15 @@
 struct keystore {
     enum mr_key_state state;
     uint8_t key[MR_KEY_BYTES];
-    uint32_t change; /* times that the key was set or cleared */
+    uint32_t change_number; /* times that the key was set or cleared */
     /* starts with this key, including this one; 0: the key was set after the start */
-    uint32_t starts;
+    uint32_t start_count;
 
-    uint8_t staged[MR_KEY_BYTES]; /* words received by key_word */
-    uint8_t received;             /* bit n: word n has been received */
+    uint8_t staged_key[MR_KEY_BYTES]; /* words received by key_word */
+    uint8_t received_words;           /* bit n: word n has been received */
     uint16_t tag;
 
-    bool set;      /* the valid copy contains a key */
+    bool is_set;   /* the valid copy contains a key */
     unsigned copy; /* the valid copy; KEY_COPIES: none */
     unsigned step, at, page, tries;
     bool is_in_progress;   /* an operation of this module is in progress in the memory */
@@ -38,7 +38,7 @@ struct keystore {
     bool has_stale_copy;
     struct mr_ack answer; /* answer to the key-set or key-clear in progress; code 0: none */
     bool has_answer;
-    uint8_t buffer[NOR_PAGE];
+    uint8_t buffer[NOR_PAGE_BYTES];
 };
 
 void keystore_start(struct keystore *store);

@@ -22,7 +22,7 @@ static bool has_any(uint32_t fitted, unsigned first, unsigned count)
 static void send_series(struct telemetry *telemetry, enum mr_series_number series,
                         const float *readings, uint32_t fitted, uint32_t index)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < MR_SERIES_PACKS; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
         if (pack->series == series && has_any(fitted, pack->first - 1u, pack->count))
@@ -111,11 +111,11 @@ void landinglink_send_changes(struct telemetry *telemetry, const struct landing 
     for (unsigned i = 0; i < news->events; i++)
         TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, switch_event, SWITCH_EVENT,
                                &landing->event[i]);
-    if (news->pushed)
+    if (news->has_new_pushback)
         report_pushback(telemetry, landing, index);
     if (news->motion)
         landinglink_send_motion(telemetry, &landing->motion, index);
-    if (news->summary)
+    if (news->has_new_summary)
         landinglink_send_summary(telemetry, &landing->summary);
     if (news->fit_status != MR_OK)
         health_count(MR_FAULT_NO_FIT, (uint8_t)-news->fit_status);
@@ -151,7 +151,8 @@ void live_on_block(struct live *live, struct landing *landing, struct telemetry 
 static void send_can_health(struct telemetry *telemetry)
 {
     const struct canwatch *can = &telemetry->can;
-    uint32_t dropped = (uint32_t)can->drops.queue_full + can->drops.bus_off + can->drops.timeout;
+    uint32_t dropped = (uint32_t)can->drop_count.queue_full + can->drop_count.bus_off +
+                       can->drop_count.timeout;
     struct board_can_errors errors;
     board_can_state(&errors);
     TELEMETRY_SEND(telemetry, TO_LINKS, can_health, CAN_HEALTH,

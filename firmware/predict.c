@@ -75,7 +75,7 @@ static uint32_t doubt_bits(const struct mr_predictor *predictor)
 static void report_trust(struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
     uint32_t blocks = index - p->trust_block, updates = p->predictor.updates - p->updates;
-    TELEMETRY_SEND(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->doubts,
+    TELEMETRY_SEND(telemetry, TO_RECORD, trust, TRUST, .doubts = (uint16_t)p->reported_doubts,
                    .resistance = p->predictor.scale,
                    .updates = blocks ? (float)updates / (float)blocks : 0.0f,
                    .block16 = (uint16_t)index);
@@ -90,7 +90,7 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
     struct mr_predictor_zone was = p->zone;
     mr_predictor_get_zone(&p->predictor, &p->zone);
     mr_risk_compute(&p->risk, &p->predictor, &p->zone, &p->risk_report);
-    bool warning = mr_risk_lamp(p->lamp_limit, &p->zone, &p->risk_report) &&
+    bool warning = mr_risk_is_lamp_on(p->lamp_limit, &p->zone, &p->risk_report) &&
                    landing_can_warn(landing, index);
     bool changed = warning != p->is_warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
@@ -99,8 +99,8 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
     board_set_warning(warning);
     if (changed || DUE(ZONES, index))
         report_zone(p, telemetry, index);
-    if (doubts != p->doubts || index - p->trust_block >= PREDICT_TRUST_BLOCKS) {
-        p->doubts = doubts;
+    if (doubts != p->reported_doubts || index - p->trust_block >= PREDICT_TRUST_BLOCKS) {
+        p->reported_doubts = doubts;
         report_trust(p, telemetry, index);
     }
 }
@@ -201,9 +201,9 @@ void predict_arm(struct predict *p, struct telemetry *telemetry, const float *sl
     p->zone = (struct mr_predictor_zone){.level = p->predictor.level};
     p->motion = (struct predict_motion){0};
     p->is_warning = false;
-    p->doubts = p->updates = 0;
+    p->reported_doubts = p->updates = 0;
     p->trust_block = index;
-    p->has_hurried = false;
+    p->has_backlog = false;
     p->backlog_command = 0;
     p->lamp_limit = mr_risk_lamp_limit(config.risk[0].lamp_cost_ratio);
     mr_risk_arm(&p->risk, p->has_plan ? &p->plan : NULL, &p->predictor,
@@ -233,12 +233,12 @@ static void handle_backlog(struct predict *p, struct telemetry *telemetry,
 {
     unsigned waiting = block->blocks_waiting >= PREDICT_BACKLOG_BLOCKS ? block->blocks_waiting
                                                                        : p->backlog_command;
-    bool lately = p->has_hurried && block->index - p->hurried_block < MR_PREDICTOR_INTERVAL_BLOCKS;
+    bool lately = p->has_backlog && block->index - p->backlog_block < MR_PREDICTOR_INTERVAL_BLOCKS;
     p->backlog_command = 0;
     if (!waiting || lately)
         return;
-    p->has_hurried = true;
-    p->hurried_block = block->index;
+    p->has_backlog = true;
+    p->backlog_block = block->index;
     mr_predictor_choose_cheaper(&p->predictor);
     TELEMETRY_SEND(telemetry, TO_RECORD, backlog, BACKLOG, .waiting = (uint16_t)waiting,
                    .block = block->index);

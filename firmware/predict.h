@@ -32,12 +32,12 @@ struct predict {
     enum mr_status status;
     struct mr_predictor_zone zone; /* newest result */
     struct predict_motion motion;
-    bool is_warning;      /* state of the lamp */
-    uint32_t doubts;      /* doubts as last reported */
-    uint32_t updates;     /* mat updates of the landing, as last reported */
-    uint32_t trust_block; /* block of the last message trust */
-    bool has_hurried;
-    uint32_t hurried_block;
+    bool is_warning;          /* state of the lamp */
+    uint32_t reported_doubts; /* doubts as last reported */
+    uint32_t updates;         /* mat updates of the landing, as last reported */
+    uint32_t trust_block;     /* block of the last message trust */
+    bool has_backlog;
+    uint32_t backlog_block;
     uint16_t backlog_command; /* number of waiting blocks set by the command backlog; 0: none */
 
     struct mr_risk_state risk;

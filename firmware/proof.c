@@ -25,7 +25,7 @@ static bool is_equal(const uint8_t *a, const uint8_t *b)
 static void renew_nonce(struct proof *proof, const struct keystore *store,
                         struct telemetry *telemetry)
 {
-    const uint32_t numbers[3] = {store->change, store->starts, ++proof->nonces};
+    const uint32_t numbers[3] = {store->change_number, store->start_count, ++proof->nonces};
     const uint8_t *p = proof->nonce;
     proof->link[0].given = proof->link[1].given = false;
     proof->valid = store->state == MR_KEY_SET;

@@ -7,20 +7,20 @@
 
 enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STEP_VERIFY };
 
-#define COPY_PAGES ((MR_RUNWAY_IMAGE + NOR_PAGE - 1u) / NOR_PAGE)
+#define COPY_PAGES ((MR_RUNWAY_IMAGE_BYTES + NOR_PAGE_BYTES - 1u) / NOR_PAGE_BYTES)
 #define TRIES_MAX  3u
 
 _Static_assert(COPY_PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
 
 static uint32_t address_of(unsigned copy, unsigned page)
 {
-    return (RUNWAY_FIRST_SECTOR + copy) * NOR_SECTOR + page * NOR_PAGE;
+    return (RUNWAY_FIRST_SECTOR + copy) * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
 
 static unsigned page_length(unsigned page)
 {
-    unsigned left = MR_RUNWAY_IMAGE - page * NOR_PAGE;
-    return left < NOR_PAGE ? left : NOR_PAGE;
+    unsigned left = MR_RUNWAY_IMAGE_BYTES - page * NOR_PAGE_BYTES;
+    return left < NOR_PAGE_BYTES ? left : NOR_PAGE_BYTES;
 }
 
 void runwaystore_start(struct runwaystore *store)
@@ -61,8 +61,9 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
     /* predict->state may be overwritten: nothing is armed before the runway is loaded */
     struct mr_predictor_state *state = &predict->state;
     enum mr_status status = mr_runway_read(state, &store->sequence[store->step_copy], store->image);
-    store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE) ? RUNWAYSTORE_BLANK
-                                                                               : (uint8_t)-status;
+    store->copy[store->step_copy] = mr_is_blank(store->image, MR_RUNWAY_IMAGE_BYTES)
+                                      ? RUNWAYSTORE_BLANK
+                                      : (uint8_t)-status;
     store->page = 0;
     if (is_damaged(store->copy[store->step_copy]) && ++store->tries < TRIES_MAX)
         return;
@@ -124,7 +125,7 @@ static void end_writing(struct runwaystore *store, struct predict *predict, bool
 /* Handles a page that was read. */
 static void handle_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
-    uint8_t *of_image = store->image + store->page * NOR_PAGE;
+    uint8_t *of_image = store->image + store->page * NOR_PAGE_BYTES;
     unsigned length = page_length(store->page);
     if (store->step == STEP_VERIFY && memcmp(of_image, store->buffer, length) != 0) {
         end_writing(store, predict, false);
@@ -182,7 +183,8 @@ static void begin_operation(struct runwaystore *store)
         nor_begin_erase(address);
     } else if (store->step == STEP_PROGRAM) {
         memset(store->buffer, 0xff, sizeof store->buffer);
-        memcpy(store->buffer, store->image + store->page * NOR_PAGE, page_length(store->page));
+        memcpy(store->buffer, store->image + store->page * NOR_PAGE_BYTES,
+               page_length(store->page));
         nor_begin_program(address, store->buffer);
     } else {
         nor_begin_read(address, store->buffer, page_length(store->page));

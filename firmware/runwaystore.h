@@ -32,8 +32,8 @@ struct runwaystore {
     unsigned page;
     bool is_in_progress; /* an operation of this module is in progress in the memory */
     uint32_t crc;        /* CRC of the runway being written */
-    uint8_t image[MR_RUNWAY_IMAGE];
-    uint8_t buffer[NOR_PAGE];
+    uint8_t image[MR_RUNWAY_IMAGE_BYTES];
+    uint8_t buffer[NOR_PAGE_BYTES];
 };
 
 void runwaystore_start(struct runwaystore *store);

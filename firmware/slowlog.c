@@ -27,13 +27,14 @@ static uint32_t next_row_block(uint32_t index)
 
 static void send_tensions(struct slowlog *log, struct telemetry *telemetry)
 {
-    unsigned first = MR_GAGES - log->unsent;
+    unsigned first = MR_GAGES - log->unsent_gages;
     float lb[SLOWLOG_PER_MESSAGE];
     for (unsigned k = 0; k < SLOWLOG_PER_MESSAGE; k++)
         lb[k] = first + k < MR_GAGES ? log->tension_lb[first + k] : MR_NAN;
     TELEMETRY_SEND(telemetry, TO_LINKS, slow_tension, SLOW_TENSION, .row = log->row,
                    .first = (uint8_t)(first + 1u), .a_lb = lb[0], .b_lb = lb[1], .c_lb = lb[2]);
-    log->unsent -= log->unsent < SLOWLOG_PER_MESSAGE ? log->unsent : SLOWLOG_PER_MESSAGE;
+    log->unsent_gages -= log->unsent_gages < SLOWLOG_PER_MESSAGE ? log->unsent_gages
+                                                                 : SLOWLOG_PER_MESSAGE;
 }
 
 /* Writes a row. A mean needs readings in half of the blocks. */
@@ -43,7 +44,7 @@ static void make_row(struct slowlog *log, struct telemetry *telemetry, uint32_t 
     unsigned least = log->blocks / 2 > READINGS_MIN ? log->blocks / 2 : READINGS_MIN;
     for (unsigned i = 0; i < MR_GAGES; i++)
         log->tension_lb[i] = log->count[i] >= least ? log->sum[i] / (float)log->count[i] : MR_NAN;
-    log->unsent = MR_GAGES;
+    log->unsent_gages = MR_GAGES;
     TELEMETRY_SEND(telemetry, TO_LINKS, slow_row, SLOW_ROW, .block = index,
                    .temperature_c = temperature_c, .row = ++log->row);
 }
@@ -51,16 +52,16 @@ static void make_row(struct slowlog *log, struct telemetry *telemetry, uint32_t 
 void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t index,
                       const float *tension_lb, float temperature_c, bool quiet)
 {
-    if (log->unsent)
+    if (log->unsent_gages)
         send_tensions(log, telemetry);
     if (!log->is_begun)
-        log->due = next_row_block(index);
+        log->due_block = next_row_block(index);
     log->is_begun = true;
-    if (!is_at_or_after(index, log->due - SLOWLOG_MEAN_BLOCKS))
+    if (!is_at_or_after(index, log->due_block - SLOWLOG_MEAN_BLOCKS))
         return;
     if (!quiet) { /* starts again after the landing */
         slowlog_reset(log);
-        log->due = index + SLOWLOG_MEAN_BLOCKS;
+        log->due_block = index + SLOWLOG_MEAN_BLOCKS;
         return;
     }
     log->blocks++;
@@ -70,9 +71,9 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
         log->sum[i] += tension_lb[i];
         log->count[i]++;
     }
-    if (!is_at_or_after(index, log->due))
+    if (!is_at_or_after(index, log->due_block))
         return;
     make_row(log, telemetry, index, temperature_c);
     slowlog_reset(log);
-    log->due = next_row_block(index);
+    log->due_block = next_row_block(index);
 }

@@ -14,13 +14,13 @@
 /* Initialise with zeros. */
 struct slowlog {
     bool is_begun;
-    uint32_t due;
+    uint32_t due_block;
     unsigned blocks;
     float sum[MR_GAGES];
     uint16_t count[MR_GAGES];
     float tension_lb[MR_GAGES]; /* tensions of the newest row; NaN: missing */
     uint8_t row;
-    unsigned unsent; /* number of gages whose tensions are not yet sent */
+    unsigned unsent_gages; /* number of gages whose tensions are not yet sent */
 };
 
 /* Call in each block. `tension_lb`: MR_GAGES values, NaN: missing; `quiet`: no landing is in

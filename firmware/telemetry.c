@@ -26,7 +26,7 @@ static void send_can(struct telemetry *telemetry, uint16_t id, const uint8_t *pa
 static void send_serial(struct telemetry *telemetry, uint16_t id, const uint8_t *payload,
                         size_t length)
 {
-    uint8_t frame[MR_FRAME_MAX];
+    uint8_t frame[MR_FRAME_BYTES_MAX];
     telemetry->sent_counts[TELEMETRY_SERIAL][mr_message_index(id)]++;
     size_t size = mr_frame_encode(telemetry->serial_seq, id, payload, length, frame);
     if (board_serial_send(frame, size)) {

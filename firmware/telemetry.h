@@ -48,7 +48,7 @@ struct telemetry {
 
     struct {
         unsigned item;    /* next item to be sent */
-        bool bursting;    /* one item is sent per block, up to the last item */
+        bool is_bursting; /* one item is sent per block, up to the last item */
     } round;              /* used by configround.h */
     struct blackbox *box; /* stores the messages needed in a landing's record */
 };
@@ -76,7 +76,7 @@ bool telemetry_has_box(const struct telemetry *telemetry);
  * EDGE, &edge). */
 #define TELEMETRY_SEND_MESSAGE(telemetry, sinks, name, NAME, message) \
     do {                                                              \
-        uint8_t payload_[MR_MESSAGE_MAX];                             \
+        uint8_t payload_[MR_MESSAGE_BYTES_MAX];                       \
         telemetry_send(telemetry, sinks, MR_ID_##NAME, payload_,      \
                        mr_##name##_put(message, payload_));           \
     } while (0)

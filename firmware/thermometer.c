@@ -5,7 +5,7 @@
 #include "firmware/board.h"
 #include "firmware/schedule.h"
 
-enum step { WAIT, SHUT_DOWN, CONVERT, CONVERTING, READ_STATUS, READ };
+enum step { STEP_WAIT, STEP_SHUT_DOWN, STEP_CONVERT, STEP_CONVERTING, STEP_READ_STATUS, STEP_READ };
 
 enum { REGISTER_TEMPERATURE = 0, REGISTER_CONFIG = 1 };
 #define CONFIG_ONE_SHOT 0x80u /* upper byte: starts a conversion; reads 1 when it has ended */
@@ -34,7 +34,7 @@ static void discard_reading(struct thermometer *t)
 
 void thermometer_start(struct thermometer *t)
 {
-    *t = (struct thermometer){.step = WAIT};
+    *t = (struct thermometer){.step = STEP_WAIT};
     discard_reading(t);
     t->last_c = MR_NAN;
 }
@@ -43,7 +43,7 @@ static void begin_transfer(struct thermometer *t, enum step step, uint32_t index
                            unsigned answer)
 {
     t->step = step;
-    t->since = index;
+    t->step_block = index;
     i2c_begin(THERMOMETER_ADDRESS, t->out, bytes, t->in, answer);
 }
 
@@ -67,7 +67,7 @@ static void handle_failure(struct thermometer *t, enum thermometer_fault detail)
 {
     health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);
     t->is_shut_down = false;
-    t->step = WAIT;
+    t->step = STEP_WAIT;
 }
 
 static void convert_reading(struct thermometer *t)
@@ -79,40 +79,40 @@ static void convert_reading(struct thermometer *t)
     }
     t->temperature_c = celsius;
     t->error_c = celsius >= 0.0f && celsius <= 65.0f ? ERROR_C : ERROR_OUTSIDE_C;
-    t->step = WAIT;
+    t->step = STEP_WAIT;
 }
 
 static void continue_transfer(struct thermometer *t, uint32_t index)
 {
     switch ((enum step)t->step) {
-    case WAIT:
+    case STEP_WAIT:
         if (!DUE(THERMOMETER, index))
             break;
         discard_reading(t);
         if (t->is_shut_down)
-            write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
+            write_config(t, STEP_CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         else
-            write_config(t, SHUT_DOWN, index, CONFIG_UPPER);
+            write_config(t, STEP_SHUT_DOWN, index, CONFIG_UPPER);
         break;
-    case SHUT_DOWN: /* a one-shot conversion needs the shut-down state */
+    case STEP_SHUT_DOWN: /* a one-shot conversion needs the shut-down state */
         t->is_shut_down = true;
-        write_config(t, CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
+        write_config(t, STEP_CONVERT, index, CONFIG_ONE_SHOT | CONFIG_UPPER);
         break;
-    case CONVERT:
-        t->since = index;
-        t->step = CONVERTING;
+    case STEP_CONVERT:
+        t->step_block = index;
+        t->step = STEP_CONVERTING;
         break;
-    case CONVERTING:
-        if (index - t->since >= THERMOMETER_CONVERSION_BLOCKS)
-            read_register(t, READ_STATUS, index, REGISTER_CONFIG);
+    case STEP_CONVERTING:
+        if (index - t->step_block >= THERMOMETER_CONVERSION_BLOCKS)
+            read_register(t, STEP_READ_STATUS, index, REGISTER_CONFIG);
         break;
-    case READ_STATUS: /* conversion ended, and the configuration is still the one set */
+    case STEP_READ_STATUS: /* conversion ended, and the configuration is still the one set */
         if (t->in[0] == (CONFIG_ONE_SHOT | CONFIG_UPPER))
-            read_register(t, READ, index, REGISTER_TEMPERATURE);
+            read_register(t, STEP_READ, index, REGISTER_TEMPERATURE);
         else
             handle_failure(t, THERMOMETER_NO_ANSWER);
         break;
-    case READ: convert_reading(t); break;
+    case STEP_READ: convert_reading(t); break;
     }
 }
 
@@ -133,7 +133,7 @@ bool thermometer_on_block(struct thermometer *t, uint32_t index, bool fitted)
     if (!fitted)
         return false;
     enum i2c_status status = i2c_poll();
-    bool in_transfer = t->step != WAIT && t->step != CONVERTING;
+    bool in_transfer = t->step != STEP_WAIT && t->step != STEP_CONVERTING;
     if (in_transfer && status == I2C_NO_ANSWER)
         handle_failure(t, THERMOMETER_NO_ANSWER);
     else if (in_transfer && status == I2C_STUCK)

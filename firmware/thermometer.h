@@ -24,7 +24,7 @@ struct thermometer {
     bool is_on;        /* the bus has been started */
     bool is_shut_down; /* the chip is in shutdown mode and converts only by command */
     unsigned step;
-    uint32_t since; /* block in which the step began */
+    uint32_t step_block; /* block in which the step began */
     uint8_t out[3], in[2];
     float temperature_c; /* reading of this second; NaN: none */
     float error_c;       /* standard error of the reading; NaN: none */

@@ -179,12 +179,12 @@ static bool parse_board_seed(struct arguments *a, const char *text)
 
 /* An option and the member that it sets. FLAG: no value; WORD: index in `words`; OWN: parsed by a
  * function. */
-enum kind { FLAG, TEXT, REAL, UNSIGNED, SIGNED, WORD, OWN };
+enum kind { KIND_FLAG, KIND_TEXT, KIND_REAL, KIND_UNSIGNED, KIND_SIGNED, KIND_WORD, KIND_PARSED };
 
 static const struct option {
     const char *name, *value; /* value: name of the option's value in the help */
     enum kind kind;
-    size_t place;      /* offset in struct arguments */
+    size_t offset;     /* offset in struct arguments */
     double low, high;  /* range of a number */
     const char *words; /* the words of a WORD: "a|b|c" */
     bool (*parse)(struct arguments *a, const char *text);
@@ -196,14 +196,14 @@ static const struct option {
         __VA_ARGS__ \
     }
 #define OF_TEXT(name, value, member, help) \
-    ROW(name, value, TEXT, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
+    ROW(name, value, KIND_TEXT, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
 #define OF_FLAG(name, member, help) \
-    ROW(name, "", FLAG, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
+    ROW(name, "", KIND_FLAG, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
 #define OF_NUMBER(name, value, kind, member, low, high, help) \
     ROW(name, value, kind, ARGUMENT_OFFSET(member), low, high, NULL, NULL, help)
 #define OF_WORD(name, value, member, words, help) \
-    ROW(name, value, WORD, ARGUMENT_OFFSET(member), 0, 0, words, NULL, help)
-#define OF_OWN(name, value, parse, help) ROW(name, value, OWN, 0, 0, 0, NULL, parse, help)
+    ROW(name, value, KIND_WORD, ARGUMENT_OFFSET(member), 0, 0, words, NULL, help)
+#define OF_OWN(name, value, parse, help) ROW(name, value, KIND_PARSED, 0, 0, 0, NULL, parse, help)
     OF_TEXT("--elf", "F", elf,
             "firmware image (ELF); default: the one installed with matrig-board"),
     OF_OWN(
@@ -216,13 +216,13 @@ static const struct option {
         "--serial", "LINK", serial,
         "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program can open) or none"),
     OF_NUMBER(
-        "--can-base", "N", UNSIGNED, options.can_base, 0, MR_CAN_BASE_MAX,
+        "--can-base", "N", KIND_UNSIGNED, options.can_base, 0, MR_CAN_BASE_MAX,
         "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
         "are sent to this base"),
     OF_WORD("--parity", "P", parity, "none|even|odd|board",
             "parity at the other end of the serial line: none, even, odd or board (the same as "
             "the\nboard); default: none, and board for a pty: link"),
-    OF_NUMBER("--baud", "N", UNSIGNED, options.host_baud, 1200, 10e6,
+    OF_NUMBER("--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
               "bit rate at the other end of the serial line; default: 2000000, and for a pty: link "
               "as set at "
               "the\nterminal"),
@@ -239,23 +239,23 @@ static const struct option {
         "--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
         "film camera with HZ frames per second: triggered by PE2, sends a pulse per frame on PB3,\n"
         "the first after DELAY_MS; each frame varies by up to +-JITTER_US (defaults: 0)"),
-    OF_NUMBER("--for", "S", REAL, for_s, 1e-6, FOREVER_S,
+    OF_NUMBER("--for", "S", KIND_REAL, for_s, 1e-6, FOREVER_S,
               "run for S seconds of virtual time; default: the duration of the run file, or until "
               "a signal"),
     OF_OWN("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
-    OF_NUMBER("--vdda", "V", REAL, options.vdda_v, 2.7, 3.6,
+    OF_NUMBER("--vdda", "V", KIND_REAL, options.vdda_v, 2.7, 3.6,
               "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
               "hil/README.md)"),
     OF_OWN("--board-seed", "N", parse_board_seed,
            "seed of the electronics: gains, zeros, noise, INL, kick and resistors vary as in "
            "the\nreference circuits; default: ideal electronics"),
-    OF_NUMBER("--hse", "HZ", UNSIGNED, options.hse_hz, 0, 26e6,
+    OF_NUMBER("--hse", "HZ", KIND_UNSIGNED, options.hse_hz, 0, 26e6,
               "crystal frequency; 0: the crystal does not start; default: 8000000"),
-    OF_NUMBER("--hsi-ppm", "N", SIGNED, options.hsi_error_ppm, -50000, 50000,
+    OF_NUMBER("--hsi-ppm", "N", KIND_SIGNED, options.hsi_error_ppm, -50000, 50000,
               "error of the internal oscillator in ppm; default: 0"),
-    OF_NUMBER("--cpi", "X", REAL, options.cpi, 1, 16,
+    OF_NUMBER("--cpi", "X", KIND_REAL, options.cpi, 1, 16,
               "virtual cycles per instruction, 1 to 16, including wait states and bus; default: 1"),
-    OF_NUMBER("--lsi", "HZ", UNSIGNED, options.lsi_hz, 17000, 47000,
+    OF_NUMBER("--lsi", "HZ", KIND_UNSIGNED, options.lsi_hz, 17000, 47000,
               "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
     OF_TEXT(
         "--flash", "FILE", flash,
@@ -296,10 +296,10 @@ static const struct option {
         "--vcd", "FILE", vcd,
         "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
     OF_TEXT("--profile", "FILE", profile, "write the number of instructions per function"),
-    OF_NUMBER("--stall", "S", REAL, stall_s, 0.001, 86400,
+    OF_NUMBER("--stall", "S", KIND_REAL, stall_s, 0.001, 86400,
               "end when a host does not read for S seconds; default: 30"),
     OF_NUMBER(
-        "--wall-limit", "S", REAL, wall_limit_s, 0, 1e6,
+        "--wall-limit", "S", KIND_REAL, wall_limit_s, 0, 1e6,
         "end after S seconds of wall clock; default: the run's length plus 600; no limit for a\n"
         "run without end or with --gdb"),
 #undef ARGUMENT_OFFSET
@@ -353,21 +353,22 @@ static const struct option *find_option(const char *name)
 
 static bool set_option(struct arguments *a, const struct option *option, const char *text)
 {
-    char *place = (char *)a + option->place;
+    char *place = (char *)a + option->offset;
     double value = 0.0;
-    int word = option->kind == WORD ? parse_word(text, option->words) : 0;
-    bool is_number = option->kind == REAL || option->kind == UNSIGNED || option->kind == SIGNED;
-    if (word < 0 || (is_number && !parse_number(text, option->kind == UNSIGNED, option->low,
+    int word = option->kind == KIND_WORD ? parse_word(text, option->words) : 0;
+    bool is_number = option->kind == KIND_REAL || option->kind == KIND_UNSIGNED ||
+                     option->kind == KIND_SIGNED;
+    if (word < 0 || (is_number && !parse_number(text, option->kind == KIND_UNSIGNED, option->low,
                                                 option->high, &value)))
         return false;
     switch (option->kind) {
-    case FLAG: *(bool *)place = true; break;
-    case TEXT: *(const char **)place = text; break;
-    case REAL: *(double *)place = value; break;
-    case UNSIGNED: *(uint32_t *)place = (uint32_t)value; break;
-    case SIGNED: *(int32_t *)place = (int32_t)value; break;
-    case WORD: *(unsigned *)place = (unsigned)word; break;
-    case OWN: return option->parse(a, text);
+    case KIND_FLAG: *(bool *)place = true; break;
+    case KIND_TEXT: *(const char **)place = text; break;
+    case KIND_REAL: *(double *)place = value; break;
+    case KIND_UNSIGNED: *(uint32_t *)place = (uint32_t)value; break;
+    case KIND_SIGNED: *(int32_t *)place = (int32_t)value; break;
+    case KIND_WORD: *(unsigned *)place = (unsigned)word; break;
+    case KIND_PARSED: return option->parse(a, text);
     }
     return true;
 }
@@ -409,7 +410,7 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
             return refuse("unexpected argument `%s`; matrig-board takes only options, see "
                           "matrig-board --help",
                           argv[i]);
-        if (i + 1 == argc && !(option && option->kind == FLAG))
+        if (i + 1 == argc && !(option && option->kind == KIND_FLAG))
             return refuse("%s needs a value, or is not an option; see matrig-board --help",
                           argv[i]);
         if (!option)
@@ -420,7 +421,7 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
             return refuse_board(argv[i + 1]);
         if (!is_set)
             return refuse("%s cannot be `%s`; see matrig-board --help", argv[i], argv[i + 1]);
-        i += option->kind != FLAG;
+        i += option->kind != KIND_FLAG;
     }
     a->options.trace = a->trace ? stderr : NULL;
     return MR_OK;
@@ -445,7 +446,7 @@ static enum mr_status check_arguments(struct arguments *a)
     return MR_OK;
 }
 
-static enum mr_status take_arguments(struct arguments *a, int argc, char **argv)
+static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv)
 {
     if (argc == 1)
         return refuse("nothing to do: give a landing with --rig, links with --can and --serial, or "
@@ -487,7 +488,7 @@ static bool is_same_file(const char *a, const char *b)
                                  one.st_ino == other.st_ino);
 }
 
-enum { READ_ONLY = 4, RECORDS = 7, MEMORIES = 10, PATHS = 12 };
+enum { PATH_READ_ONLY = 4, PATH_RECORDS = 7, PATH_MEMORIES = 10, PATH_COUNT = 12 };
 
 /* Refuses an output file that is also an input or another output, unless it is a device. An output
  * must not replace a campaign or a program. */
@@ -495,7 +496,7 @@ static enum mr_status check_paths(const struct arguments *a)
 {
     const struct {
         const char *option, *path;
-    } given[PATHS] = {
+    } given[PATH_COUNT] = {
         {"--elf", a->elf},
         {"--rig", a->rig},
         {"--replay", a->replay},
@@ -509,13 +510,14 @@ static enum mr_status check_paths(const struct arguments *a)
         {"--flash", a->flash},
         {"--nor", a->nor},
     };
-    for (unsigned i = READ_ONLY; i < PATHS; i++) {
+    for (unsigned i = PATH_READ_ONLY; i < PATH_COUNT; i++) {
         for (unsigned k = 0; given[i].path && k < i; k++) {
             if (given[k].path && is_same_file(given[i].path, given[k].path))
                 return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
-        if (given[i].path && i >= RECORDS && i < MEMORIES && hil_is_protected_file(given[i].path))
+        if (given[i].path && i >= PATH_RECORDS && i < PATH_MEMORIES &&
+            hil_is_protected_file(given[i].path))
             return refuse("%s would overwrite a database or a program: %s; give a different file",
                           given[i].option, given[i].path);
     }
@@ -545,11 +547,11 @@ struct session {
     struct hil_gdb gdb;
     FILE *profile, *margins;
     int stall_ms;
-    bool real;
+    bool is_real_time;
 };
 
 /* 1: stopped by a signal; HIL_WALL_STOP: by the wall-clock limit. */
-static volatile int stop_asked;
+static volatile int stop_request;
 
 /* Prints the reason of a failure. */
 static enum mr_status report_failure(enum mr_status status, const char *why)
@@ -575,10 +577,10 @@ static void on_serial_bytes(void *context, uint64_t t_ps, const uint8_t *bytes, 
 static enum mr_status flush_links(struct session *session, int stall_ms)
 {
     char error[256];
-    enum mr_status status = hil_link_flush(&session->can, stall_ms, &stop_asked, error,
+    enum mr_status status = hil_link_flush(&session->can, stall_ms, &stop_request, error,
                                            sizeof error);
     if (status == MR_OK)
-        status = hil_link_flush(&session->serial, stall_ms, &stop_asked, error, sizeof error);
+        status = hil_link_flush(&session->serial, stall_ms, &stop_request, error, sizeof error);
     return status == MR_CLOSED ? MR_OK : report_failure(status, error);
 }
 
@@ -593,9 +595,9 @@ static bool is_host_present(struct session *session, uint64_t t_ps)
         session->host_seen_ps = t_ps;
     if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
         return true;
-    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error,
+    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_request, error,
                                             sizeof error);
-    return stop_asked ? status == MR_OK : report_failure(status, error) == MR_OK;
+    return stop_request ? status == MR_OK : report_failure(status, error) == MR_OK;
 }
 
 /* Runs to t_ps or to the next hold by the debugger. */
@@ -608,52 +610,53 @@ static enum mr_status run_until(struct session *session, uint64_t t_ps)
     return status;
 }
 
-static enum mr_status play_to(struct session *session, uint64_t t_ps)
+static enum mr_status run_with_debugger(struct session *session, uint64_t t_ps)
 {
     enum mr_status status;
     bool alive;
     do {
         status = run_until(session, t_ps);
-        enum mr_status flushed = flush_links(session, session->real ? 0 : session->stall_ms);
+        enum mr_status flushed = flush_links(session,
+                                             session->is_real_time ? 0 : session->stall_ms);
         if (status == MR_OK)
             status = flushed;
         double held_s = hil_wall_s();
-        alive = hil_gdb_serve(&session->gdb, status, &stop_asked);
+        alive = hil_gdb_serve(&session->gdb, status, &stop_request);
         /* time while gdb holds the board does not count for the pace; without gdb it is not
          * measured, because rounding would add 80 ppm */
         if (session->gdb.listener >= 0 && !session->gdb.is_time_running)
             session->pace.start_s += hil_wall_s() - held_s;
         if (!alive)
-            stop_asked = 1;
-    } while (status == MR_OK && !stop_asked && hil_board_now_ps(session->board) < t_ps);
+            stop_request = 1;
+    } while (status == MR_OK && !stop_request && hil_board_now_ps(session->board) < t_ps);
     return status;
 }
 
 static enum mr_status session_play(struct session *session, double duration_s)
 {
-    bool real = session->real;
+    bool real = session->is_real_time;
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
     uint64_t slice_ps = real ? SLICE_REAL_PS : SLICE_MAX_PS;
     enum mr_status status = MR_OK;
     session->pace.start_s = hil_wall_s();
     session->can.is_dropping = session->serial.is_dropping = real;
-    for (uint64_t t_ps = 0; t_ps < end_ps && !stop_asked && status == MR_OK;) {
+    for (uint64_t t_ps = 0; t_ps < end_ps && !stop_request && status == MR_OK;) {
         if (!real && !is_host_present(session, t_ps)) {
-            status = stop_asked ? MR_OK : MR_TIMEOUT;
+            status = stop_request ? MR_OK : MR_TIMEOUT;
             break;
         }
         t_ps = t_ps + slice_ps < end_ps ? t_ps + slice_ps : end_ps;
         if (real)
-            hil_pace_wait(&session->pace, t_ps, &stop_asked);
+            hil_pace_wait(&session->pace, t_ps, &stop_request);
         hil_link_receive(&session->can, session->board);
         hil_link_receive(&session->serial, session->board);
-        status = play_to(session, t_ps);
+        status = run_with_debugger(session, t_ps);
         if (real)
             hil_pace_record(&session->pace, t_ps);
     }
     /* At either speed, the last output may take up to the stall time. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
-    if (status == MR_OK && stop_asked == HIL_WALL_STOP) {
+    if (status == MR_OK && stop_request == HIL_WALL_STOP) {
         print_error("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
                     "limit, give --wall-limit S",
                     (double)hil_board_now_ps(session->board) * 1e-12);
@@ -668,7 +671,7 @@ static void session_summarise(const struct session *session, double took_s)
     const struct hil_counters *c = hil_board_counters(session->board);
     double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
     char pace[96] = "";
-    if (session->real)
+    if (session->is_real_time)
         snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
                  1e3 * session->pace.max_delay_s, 1e3 * session->pace.max_started_delay_s);
     fprintf(
@@ -689,11 +692,11 @@ static void session_summarise(const struct session *session, double took_s)
  * time. */
 static enum mr_status accept_hosts(struct session *session, char *error, size_t size)
 {
-    enum mr_status status = hil_link_accept(&session->can, CONNECT_MS, &stop_asked, error, size);
+    enum mr_status status = hil_link_accept(&session->can, CONNECT_MS, &stop_request, error, size);
     if (status == MR_OK && session->serial.type != HIL_LINK_PTY)
-        status = hil_link_accept(&session->serial, CONNECT_MS, &stop_asked, error, size);
+        status = hil_link_accept(&session->serial, CONNECT_MS, &stop_request, error, size);
     if (status == MR_OK)
-        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_asked, error,
+        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_request, error,
                                 size);
     return status;
 }
@@ -717,10 +720,10 @@ static enum mr_status session_open(struct session *session)
     }
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
-    if (stop_asked == HIL_WALL_STOP)
+    if (stop_request == HIL_WALL_STOP)
         print_error("the wall-clock limit was reached while links were being opened; check that a "
                     "host is running, or raise the limit with --wall-limit S");
-    else if (!stop_asked)
+    else if (!stop_request)
         report_failure(status, error);
     return status;
 }
@@ -739,7 +742,7 @@ static void session_close(struct session *session, enum mr_status status)
 static void on_signal(int number)
 {
     (void)number;
-    stop_asked = 1;
+    stop_request = 1;
 }
 
 static void print_rules(const struct session *session)
@@ -810,7 +813,7 @@ static void start_wall_limit(const struct arguments *a, double duration_s)
     if (limit_s < 0)
         limit_s = duration_s < FOREVER_S && !a->gdb ? WALL_LIMIT_S + (a->speed ? duration_s : 0.0)
                                                     : 0.0;
-    hil_wall_set_limit(limit_s, &stop_asked);
+    hil_wall_set_limit(limit_s, &stop_request);
 }
 
 static enum mr_status open_record(const char *option, const char *path, FILE **file)
@@ -892,13 +895,13 @@ static enum mr_status run_session(struct session *session)
     enum mr_status status = prepare_board(session);
     if (status != MR_OK)
         return status;
-    session->real = a->speed != 0;
+    session->is_real_time = a->speed != 0;
     session->stall_ms = (int)(a->stall_s * 1e3);
     double duration_s = run_duration_s(session);
     start_wall_limit(a, duration_s);
     status = session_open(session);
     if (status != MR_OK)
-        return stop_asked == 1 ? MR_OK : status;
+        return stop_request == 1 ? MR_OK : status;
     status = open_records(session, a);
     if (status != MR_OK)
         return status;
@@ -944,7 +947,7 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
 
 /* Opens missing standard streams: otherwise an output file could get descriptor 2 and receive the
  * messages. */
-static void hold_standard_streams(void)
+static void open_standard_streams(void)
 {
     for (int fd = 0; fd < 3; fd++) {
         if (fcntl(fd, F_GETFD) < 0 && open("/dev/null", O_RDWR) < 0)
@@ -959,7 +962,7 @@ int main(int argc, char **argv)
                                      .can = {.listener = -1, .fd = -1},
                                      .serial = {.listener = -1, .fd = -1},
                                      .gdb = {.listener = -1, .line = {.fd = -1}}};
-    hold_standard_streams();
+    open_standard_streams();
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
             print_help();
@@ -970,7 +973,7 @@ int main(int argc, char **argv)
             return 0;
         }
     }
-    enum mr_status status = take_arguments(&a, argc, argv);
+    enum mr_status status = parse_arguments(&a, argc, argv);
     if (status == MR_OK)
         status = check_paths(&a);
     if (status == MR_OK)

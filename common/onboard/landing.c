@@ -23,7 +23,7 @@ static void reset_passage(struct landing *landing)
 {
     mr_switches_reset(&landing->switches);
     mr_passage_clear(&landing->passage);
-    landing->edges_in_row = 0;
+    landing->edges_without_pause = 0;
 }
 
 enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t block)
@@ -37,9 +37,9 @@ enum mr_status landing_arm(struct landing *landing, uint16_t number, uint32_t bl
     landing->opened = 0;
     landing->gates_before_braking = 0;
     landing->is_braked = false;
-    landing->motion_known = false;
+    landing->is_motion_known = false;
     landing->is_fitting = false;
-    landing->summary_known = false;
+    landing->is_summary_known = false;
     change_state(landing, MR_LANDING_ARMED, MR_LANDING_BY_COMMAND, block);
     return MR_OK;
 }
@@ -131,9 +131,9 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
     unsigned skip = passage->gates >= landing->gates_before_braking + 2
                       ? landing->gates_before_braking
                       : 0;
-    landing->motion_known = mr_gates_latest_motion(passage->gate + skip, passage->gates - skip,
-                                                   (double)config->site[0].switch_error_ft,
-                                                   &landing->motion) == MR_OK;
+    landing->is_motion_known = mr_gates_latest_motion(passage->gate + skip, passage->gates - skip,
+                                                      (double)config->site[0].switch_error_ft,
+                                                      &landing->motion) == MR_OK;
 }
 
 /* Handles an edge of an identified switch: in a landing, in a push-back, or in neither. */
@@ -154,13 +154,13 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
     struct mr_passage_changes news = mr_passage_on_edge(
         &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
     put_passage_events(landing, index);
-    landing->changes.pushed |= news.pushed;
-    if (!landing_is_recording(landing) || !news.gate)
+    landing->changes.has_new_pushback |= news.has_new_pushback;
+    if (!landing_is_recording(landing) || !news.has_new_gate)
         return;
     estimate_motion(landing, config);
-    landing->changes.motion = landing->motion_known;
+    landing->changes.motion = landing->is_motion_known;
     landing->last_gate_block = index;
-    if (news.started)
+    if (news.has_started_landing)
         landing->first_block = index;
     if (landing->state != MR_LANDING_LANDING)
         change_state(landing, MR_LANDING_LANDING, MR_LANDING_BY_EDGE, index);
@@ -202,11 +202,11 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
     if (edge_count == 0 &&
         index - landing->edge_block >=
             (landing->is_live ? LANDING_LIVE_PAUSE_BLOCKS : MR_PASSAGE_QUIET_BLOCKS))
-        landing->edges_in_row = 0;
+        landing->edges_without_pause = 0;
     for (unsigned i = 0; i < edge_count; i++) {
-        if (landing->edges_in_row < LANDING_EDGES &&
+        if (landing->edges_without_pause < LANDING_EDGES &&
             mr_switches_add(&landing->switches, edge_ticks[i]))
-            landing->edges_in_row++;
+            landing->edges_without_pause++;
         landing->edge_block = index;
     }
     if (!landing->switches.count)
@@ -221,7 +221,7 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
 static uint32_t blocks_to_rest(const struct landing *landing)
 {
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
-    if (landing->motion_known && deceleration_ft_s2 > 0.5) {
+    if (landing->is_motion_known && deceleration_ft_s2 > 0.5) {
         double stop_s = landing->motion.speed_ft_s.value / deceleration_ft_s2;
         if (stop_s >= 0.0 && stop_s < 2.5)
             return (uint32_t)(stop_s * 1000.0) + LANDING_REST_BLOCKS;
@@ -235,7 +235,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
                        (double)config->site[0].touchdown_ft,
                        (double)config->site[0].switch_error_ft);
     landing->is_fitting = true;
-    landing->summary_known = false;
+    landing->is_summary_known = false;
 }
 
 /* Computes one step of the final fit, and stores the result after the last step. */
@@ -247,9 +247,9 @@ static void continue_fit(struct landing *landing, uint32_t index)
     landing->is_fitting = false;
     landing->summary = landing->fit.summary;
     landing->changes.fit_status = landing->fit.status;
-    landing->summary_known = landing->fit.status == MR_OK;
-    landing->changes.summary = landing->summary_known;
-    for (unsigned g = 0; landing->summary_known && g < passage->gates; g++) {
+    landing->is_summary_known = landing->fit.status == MR_OK;
+    landing->changes.has_new_summary = landing->is_summary_known;
+    for (unsigned g = 0; landing->is_summary_known && g < passage->gates; g++) {
         double late_s = landing->summary.late_s[g];
         if (landing->summary.outlier & 1u << g)
             put_event(landing, passage->source[g].number, passage->source[g].position,
@@ -302,7 +302,7 @@ struct landing_wheel landing_wheel_at(const struct landing *landing, uint32_t ti
         return wheel;
     const struct mr_gate *last = &passage->gate[passage->gates - 1];
     wheel.station_ft = (float)last->station_ft;
-    if (!landing->motion_known)
+    if (!landing->is_motion_known)
         return wheel;
 
     double since_s = (double)(uint32_t)(tick - passage->source[0].tick) * MR_S_PER_TICK - last->t_s;

@@ -48,9 +48,9 @@
 /* Changes caused by a block, for telemetry. */
 struct landing_block_changes {
     bool state;
-    bool summary;
+    bool has_new_summary;
     bool motion;
-    bool pushed;
+    bool has_new_pushback;
     /* reason why a finished landing has no summary; MR_OK: it has one, or none has finished */
     enum mr_status fit_status;
     unsigned edges, events; /* number of entries in landing.edge and landing.event */
@@ -66,8 +66,8 @@ struct landing {
 
     struct mr_switches switches;
     struct mr_passage passage;
-    unsigned edges;        /* edges since arming, up to 255 */
-    unsigned edges_in_row; /* edges without a pause in between */
+    unsigned edges;               /* edges since arming, up to 255 */
+    unsigned edges_without_pause; /* edges without a pause in between */
     /* live mode: edges are also reported while idle (firmware/landinglink.h), until arming */
     bool is_live;
     uint32_t edge_block; /* block of the last edge */
@@ -82,11 +82,11 @@ struct landing {
     /* gates of the passage up to touchdown or, after an edge of the brake, up to that edge */
     unsigned gates_before_braking;
     struct mr_motion_estimate motion; /* motion at the last gate */
-    bool motion_known;
+    bool is_motion_known;
     struct mr_final_fit fit; /* final fit of the landing that is settling or has settled */
     bool is_fitting;
     struct mr_gates_summary summary;
-    bool summary_known;
+    bool is_summary_known;
 };
 
 void landing_start(struct landing *landing);

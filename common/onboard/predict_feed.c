@@ -21,7 +21,7 @@ static void update_motion(struct predict_motion *motion, const struct landing *l
         return;
     motion->tick = passage->source[passage->gates - 1u].tick;
     motion->station_ft = (float)passage->gate[passage->gates - 1u].station_ft;
-    motion->is_known = landing->motion_known;
+    motion->is_known = landing->is_motion_known;
     if (!motion->is_known)
         return;
     double a = landing->motion.deceleration_ft_s2.value;
@@ -50,14 +50,14 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
         input->wheel_ft = motion->station_ft + (motion->speed_ft_s - 0.5f * a * s) * s;
         input->speed_ft_s = stopped ? 0.0f : motion->speed_ft_s - a * s;
         input->deceleration_ft_s2 = a;
-        input->braking_known = motion->is_braking;
+        input->is_braking_known = motion->is_braking;
     }
-    input->on_runway = input->wheel_ft >= touchdown_ft;
+    input->is_on_runway = input->wheel_ft >= touchdown_ft;
 }
 
 uint32_t predict_held_zeros(const struct mr_predictor *predictor, const struct landing *landing)
 {
-    return landing->edges ? 0u : predictor->moved;
+    return landing->edges ? 0u : predictor->moved_mask;
 }
 
 void predict_compute_input(struct predict_motion *motion, const struct landing *landing,

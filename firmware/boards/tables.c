@@ -15,22 +15,22 @@
 #define BOARD_FILE  "firmware/boards/nucleo446.def"
 #include "firmware/boards/table.def"
 
-#define COUNT(array) (sizeof(array) / sizeof(array)[0])
-#define OF(name)                                                                            \
-    {                                                                                       \
-        name##_rows, COUNT(name##_rows), name##_facts, COUNT(name##_facts), name##_regions, \
-            COUNT(name##_regions)                                                           \
+#define ROW_COUNT(array) (sizeof(array) / sizeof(array)[0])
+#define TABLE_OF(name)                                                              \
+    {                                                                               \
+        name##_rows, ROW_COUNT(name##_rows), name##_facts, ROW_COUNT(name##_facts), \
+            name##_regions, ROW_COUNT(name##_regions)                               \
     }
 
 static const struct board_table tables[] = {
-    [MR_BOARD_ZG] = OF(zg),
-    [MR_BOARD_DISCOVERY] = OF(discovery),
-    [MR_BOARD_NUCLEO446] = OF(nucleo446),
+    [MR_BOARD_ZG] = TABLE_OF(zg),
+    [MR_BOARD_DISCOVERY] = TABLE_OF(discovery),
+    [MR_BOARD_NUCLEO446] = TABLE_OF(nucleo446),
 };
 
 const struct board_table *board_table_by_number(unsigned number)
 {
-    return number < COUNT(tables) ? &tables[number] : NULL;
+    return number < ROW_COUNT(tables) ? &tables[number] : NULL;
 }
 
 const struct board_region *board_region_by_name(const struct board_table *table, const char *name)

@@ -226,7 +226,7 @@ static void print_clocks(void)
  * Noise of one conversion from the sums of 8, or 4, codes in block records. A difference of two
  * blocks has twice the variance of a sum and cancels drift. White noise is assumed; hum is
  * overestimated. */
-#define BLOCKS         400u
+#define BLOCK_COUNT    400u
 #define SKIPPED_BLOCKS 20u /* blocks that the queue may hold */
 #define BLOCK_US       5000u
 #define BUSY_BYTES     512u
@@ -238,7 +238,7 @@ static struct {
     uint32_t count; /* number of differences */
     uint64_t squares[MR_BLOCK_SUMS];
     uint32_t sums[MR_BLOCK_SUMS];
-} seen;
+} noise_sums;
 
 /* Waits for the next block with the core busy. */
 static bool wait_for_block(struct mr_block *block)
@@ -256,32 +256,32 @@ static bool wait_for_block(struct mr_block *block)
 
 static void add_differences(const struct mr_block *block)
 {
-    bool follows = seen.last.index + 1u == block->index;
+    bool follows = noise_sums.last.index + 1u == block->index;
     for (unsigned i = 0; follows && i < MR_BLOCK_SUMS; i++) {
-        int32_t difference = block->sums[i] - seen.last.sums[i];
-        seen.squares[i] += (uint64_t)((int64_t)difference * difference);
-        seen.sums[i] += block->sums[i];
+        int32_t difference = block->sums[i] - noise_sums.last.sums[i];
+        noise_sums.squares[i] += (uint64_t)((int64_t)difference * difference);
+        noise_sums.sums[i] += block->sums[i];
     }
-    seen.count += follows;
-    seen.last = *block;
+    noise_sums.count += follows;
+    noise_sums.last = *block;
 }
 
 static bool measure_noise(void)
 {
     struct mr_block block;
-    memset(&seen, 0, sizeof seen);
+    memset(&noise_sums, 0, sizeof noise_sums);
     for (unsigned n = 0; n < SKIPPED_BLOCKS; n++) {
         if (!wait_for_block(&block))
             return false;
     }
     /* No block follows this index, so the first block adds no difference. */
-    seen.last.index = block.index - 2u;
-    for (unsigned n = 0; n < BLOCKS; n++) {
+    noise_sums.last.index = block.index - 2u;
+    for (unsigned n = 0; n < BLOCK_COUNT; n++) {
         if (!wait_for_block(&block))
             return false;
         add_differences(&block);
     }
-    return seen.count > BLOCKS / 2u;
+    return noise_sums.count > BLOCK_COUNT / 2u;
 }
 
 static uint32_t integer_root(uint64_t of)
@@ -297,12 +297,13 @@ static uint32_t integer_root(uint64_t of)
 /* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
 static int32_t noise_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)integer_root(seen.squares[sum] * 1000000u / (2u * codes * seen.count));
+    return (int32_t)integer_root(noise_sums.squares[sum] * 1000000u /
+                                 (2u * codes * noise_sums.count));
 }
 
 static int32_t level_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)((uint64_t)seen.sums[sum] * 1000u / (codes * seen.count));
+    return (int32_t)((uint64_t)noise_sums.sums[sum] * 1000u / (codes * noise_sums.count));
 }
 
 static void print_channel(const char *what, unsigned channel, const char *signal, bool level)
@@ -328,8 +329,8 @@ static void print_channels(const char *what, bool level)
  * there is no reference then. */
 static uint32_t supply_mv(void)
 {
-    uint32_t sum = seen.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
-    uint32_t codes = MR_SCANS_PER_BLOCK * seen.count;
+    uint32_t sum = noise_sums.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
+    uint32_t codes = MR_SCANS_PER_BLOCK * noise_sums.count;
     uint32_t mv = sum ? (uint32_t)((uint64_t)REFERENCE_MV * 4096u * codes / sum) : 0;
     return mv <= SUPPLY_MAX_MV ? mv : 0;
 }
@@ -365,21 +366,22 @@ static void print_noise(void)
  * 1.5 cycles an instruction and 12.5 more for a division or root (tests/budget.sh). INSTRUCTIONS is
  * the mean per block over COST_ROUNDS, counted on the emulated board, where the cycle counter
  * counts instructions. */
-#define COST_ROUNDS  600u
-#define INSTRUCTIONS 41581u
-#define DIVIDES      35u
-#define SPEED_FT_S   33.0f
-#define BRAKING      8.0f /* deceleration, ft/s2 */
-#define START_FT     3.0f /* on the runway from the first round on */
+#define COST_ROUNDS            600u
+#define INSTRUCTIONS_PER_BLOCK 41581u
+#define DIVISIONS_PER_BLOCK    35u
+#define SPEED_FT_S             33.0f
+#define BRAKING_FT_S2          8.0f /* deceleration, ft/s2 */
+#define START_FT               3.0f /* on the runway from the first round on */
 
 static void predictor_input(const struct mr_predictor_config *started, uint32_t round,
                             struct mr_predictor_input *input)
 {
-    *input = (struct mr_predictor_input){.wheel_ft = START_FT + SPEED_FT_S * 1e-3f * (float)round,
-                                         .speed_ft_s = SPEED_FT_S - BRAKING * 1e-3f * (float)round,
-                                         .deceleration_ft_s2 = BRAKING,
-                                         .braking_known = true,
-                                         .on_runway = true};
+    *input =
+        (struct mr_predictor_input){.wheel_ft = START_FT + SPEED_FT_S * 1e-3f * (float)round,
+                                    .speed_ft_s = SPEED_FT_S - BRAKING_FT_S2 * 1e-3f * (float)round,
+                                    .deceleration_ft_s2 = BRAKING_FT_S2,
+                                    .is_braking_known = true,
+                                    .is_on_runway = true};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         float ahead_ft = started->station_ft[i] - input->wheel_ft;
         input->displacement_in[i] = ahead_ft > 7.0f ? 0.0f : MR_NAN;
@@ -391,7 +393,7 @@ static void print_cost(void)
     static struct mr_predictor predictor;
     struct mr_predictor_config started;
     struct mr_predictor_input input;
-    const uint32_t assumed = (3u * INSTRUCTIONS + 25u * DIVIDES) / 2u;
+    const uint32_t assumed = (3u * INSTRUCTIONS_PER_BLOCK + 25u * DIVISIONS_PER_BLOCK) / 2u;
     uint64_t spent = 0;
     mr_config_predictor(&config, &started);
     started.updates_per_block = 1u << 20; /* no limit: always the full level */
@@ -420,9 +422,9 @@ static void print_cost(void)
 /* Sends CAN frames from the controller to itself. In silent mode the pins stay recessive, so other
  * nodes see nothing. The firmware's driver sends and receives at the firmware's bit rate. The
  * controller stays silent afterwards. RM0090 32.4.4 (loop back combined with silent mode). */
-#define FRAMES     100u
-#define MODE_POLLS 100000u
-#define FRAME_US   2000u /* a frame lasts 0.13 ms */
+#define FRAME_COUNT 100u
+#define MODE_POLLS  100000u
+#define FRAME_US    2000u /* a frame lasts 0.13 ms */
 
 /* Enters init mode, sets mode bits in BTR, and leaves init mode. */
 static bool set_mode(uint32_t bits)
@@ -469,7 +471,7 @@ static void print_can(void)
         return;
     }
     uint32_t good = 0, cycles = 0;
-    for (unsigned n = 0; n < FRAMES; n++) {
+    for (unsigned n = 0; n < FRAME_COUNT; n++) {
         for (unsigned i = 0; i < 8; i++)
             frame.data[i] = n & 1u ? 0x55u : 0xaau;
         uint32_t begun = pace_now();
@@ -478,7 +480,7 @@ static void print_can(void)
     }
     board_can_state(&errors);
     print_number("can_frames", (int32_t)good, "frames");
-    print_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAMES * PACE_MHZ)), "us");
+    print_milli("can_frame", (int32_t)((uint64_t)cycles * 1000u / (FRAME_COUNT * PACE_MHZ)), "us");
     print_number("can_errors", errors.tec + errors.rec, "count");
 }
 
@@ -492,9 +494,9 @@ static void print_can(void)
 /* sectors searched for an empty one, from the black box's last one down */
 #define SEARCHED_SECTORS 256u
 #define NO_SECTOR        UINT32_MAX
-#define ROUNDS           3u
+#define ROUND_COUNT      3u
 
-static uint8_t page[NOR_PAGE] DMA_BUFFER, back[NOR_PAGE] DMA_BUFFER;
+static uint8_t written[NOR_PAGE_BYTES] DMA_BUFFER, read_back[NOR_PAGE_BYTES] DMA_BUFFER;
 
 struct outcome {
     uint32_t rounds, wrong, failed;
@@ -529,17 +531,17 @@ static bool wait_for_end(uint32_t *us)
 static bool read_page(uint32_t address)
 {
     uint32_t us;
-    nor_begin_read(address, back, NOR_PAGE);
+    nor_begin_read(address, read_back, NOR_PAGE_BYTES);
     return wait_for_end(&us);
 }
 
 static bool is_blank(uint32_t sector)
 {
     for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
-        if (!read_page(sector * NOR_SECTOR + n * NOR_PAGE))
+        if (!read_page(sector * NOR_SECTOR_BYTES + n * NOR_PAGE_BYTES))
             return false;
-        for (unsigned i = 0; i < NOR_PAGE; i++) {
-            if (back[i] != 0xffu)
+        for (unsigned i = 0; i < NOR_PAGE_BYTES; i++) {
+            if (read_back[i] != 0xffu)
                 return false;
         }
     }
@@ -558,7 +560,7 @@ static uint32_t find_blank_sector(void)
 static bool erase_sector(uint32_t sector, struct outcome *o)
 {
     uint32_t us;
-    nor_begin_erase(sector * NOR_SECTOR);
+    nor_begin_erase(sector * NOR_SECTOR_BYTES);
     bool done = wait_for_end(&us);
     o->erase_us += us;
     o->erase_max_us = us > o->erase_max_us ? us : o->erase_max_us;
@@ -570,33 +572,33 @@ static bool erase_sector(uint32_t sector, struct outcome *o)
 static void fill_page(uint32_t round, uint32_t number)
 {
     uint32_t random = round * 2654435761u + number * 40503u + 1u;
-    for (unsigned i = 0; i < NOR_PAGE; i++) {
+    for (unsigned i = 0; i < NOR_PAGE_BYTES; i++) {
         random = random * 1664525u + 1013904223u;
-        page[i] = (uint8_t)(random >> 24);
+        written[i] = (uint8_t)(random >> 24);
     }
 }
 
 static void write_page(uint32_t address, struct outcome *o)
 {
     uint32_t us;
-    nor_begin_program(address, page);
+    nor_begin_program(address, written);
     bool done = wait_for_end(&us);
     o->program_us += us;
     o->program_max_us = us > o->program_max_us ? us : o->program_max_us;
     o->failed += !done;
-    if (!read_page(address) || memcmp(page, back, NOR_PAGE) != 0)
+    if (!read_page(address) || memcmp(written, read_back, NOR_PAGE_BYTES) != 0)
         o->wrong++;
 }
 
 static void test_sector(uint32_t sector, struct outcome *o)
 {
-    for (uint32_t round = 0; round < ROUNDS && o->failed == 0; round++) {
+    for (uint32_t round = 0; round < ROUND_COUNT && o->failed == 0; round++) {
         if (!erase_sector(sector, o))
             break;
         o->wrong += !is_blank(sector);
         for (uint32_t n = 0; n < NOR_PAGES_PER_SECTOR; n++) {
             fill_page(round, n);
-            write_page(sector * NOR_SECTOR + n * NOR_PAGE, o);
+            write_page(sector * NOR_SECTOR_BYTES + n * NOR_PAGE_BYTES, o);
         }
         o->rounds++;
     }
@@ -608,7 +610,7 @@ static void print_outcome(uint32_t sector, const struct outcome *o)
 {
     print_number("memory_sector", (int32_t)sector, "sector");
     print_number("memory_rounds", (int32_t)o->rounds, "rounds");
-    print_number("memory_rounds_missing", (int32_t)(ROUNDS - o->rounds), "rounds");
+    print_number("memory_rounds_missing", (int32_t)(ROUND_COUNT - o->rounds), "rounds");
     print_number("memory_wrong", (int32_t)o->wrong, "pages");
     print_number("memory_failed", (int32_t)o->failed, "operations");
     uint32_t pages = o->rounds * NOR_PAGES_PER_SECTOR;
@@ -694,7 +696,7 @@ static bool write_options(uint32_t options)
     return polls > 0 && (FLASH_OPTCR & ~OPTCR_OPTLOCK) == options;
 }
 
-static void set_level(uint32_t level)
+static void set_brown_out_level(uint32_t level)
 {
     uint32_t before = FLASH_OPTCR & ~(OPTCR_OPTLOCK | OPTCR_OPTSTRT);
     uint32_t wanted = (before & ~OPTCR_BOR) | (3u - level) << OPTCR_BOR_SHIFT;
@@ -718,7 +720,7 @@ static void set_brown_out(void)
     if (mv && !is_board_supply(mv))
         print_word("brown_out_set", "supply_not_the_boards", "result");
     else if (level)
-        set_level(level);
+        set_brown_out_level(level);
     else
         print_word("brown_out_set", mv ? "supply_too_low" : "supply_not_known", "result");
     print_number("brown_out", (int32_t)(3u - (FLASH_OPTCR >> OPTCR_BOR_SHIFT & 3u)), "level");
@@ -731,7 +733,7 @@ static void set_brown_out(void)
 #define CAUSE_SOFTWARE 4u
 #define CAUSE_WATCHDOG 8u
 #define STARVED_S      4u
-#define COUNTS         (WATCHDOG_DEFAULT_COUNTS + 1u) /* RM0090 table 107: the count includes 0 */
+#define TIMEOUT_COUNTS (WATCHDOG_DEFAULT_COUNTS + 1u) /* RM0090 table 107: the count includes 0 */
 #define LSI_DIVIDER    32u
 #define CFSR_BFARVALID (1u << 15)
 #define CFSR_STKERR    (1u << 12)
@@ -802,7 +804,8 @@ static void print_watchdog(void)
         return;
     }
     print_milli("watchdog", (int32_t)us, "ms");
-    print_milli("low_speed", (int32_t)((uint64_t)COUNTS * LSI_DIVIDER * 1000000u / us), "kHz");
+    print_milli("low_speed", (int32_t)((uint64_t)TIMEOUT_COUNTS * LSI_DIVIDER * 1000000u / us),
+                "kHz");
 }
 
 /* ---- report and commands ---- */
@@ -814,24 +817,25 @@ static void print_watchdog(void)
 enum stage { STAGE_NONE, STAGE_STACK, STAGE_WATCHDOG };
 static struct {
     uint32_t stage, complement;
-} kept __attribute__((section(".noinit")));
+} stored_stage __attribute__((section(".noinit")));
 
 static void store_stage(enum stage stage)
 {
-    kept.stage = stage;
-    kept.complement = ~(uint32_t)stage;
+    stored_stage.stage = stage;
+    stored_stage.complement = ~(uint32_t)stage;
 }
 
 static enum stage read_stage(void)
 {
-    enum stage stage = kept.complement == ~kept.stage && kept.stage <= STAGE_WATCHDOG
-                         ? (enum stage)kept.stage
+    enum stage stage = stored_stage.complement == ~stored_stage.stage &&
+                               stored_stage.stage <= STAGE_WATCHDOG
+                         ? (enum stage)stored_stage.stage
                          : STAGE_NONE;
     store_stage(STAGE_NONE);
     return stage;
 }
 
-static void begin(const char *section)
+static void begin_section(const char *section)
 {
     print_begin(section);
     print_identity();
@@ -855,7 +859,7 @@ static void continue_with_watchdog(void)
 
 static void print_report(void)
 {
-    begin("report");
+    begin_section("report");
     print_chip();
     print_options();
     print_clocks();
@@ -898,7 +902,7 @@ static void execute_command(const char *word)
     if (strcmp(word, "report") == 0) {
         print_report();
     } else if (strcmp(word, "brown-out") == 0) {
-        begin("brown-out");
+        begin_section("brown-out");
         set_brown_out();
         print_end();
     } else if (strcmp(word, "rom") == 0) {
@@ -909,7 +913,7 @@ static void execute_command(const char *word)
 }
 
 /* Copies a received line without its end. False: the line is not complete yet. */
-static bool read_word(char word[WORD_BYTES])
+static bool read_command_word(char word[WORD_BYTES])
 {
     static char line[WORD_BYTES];
     static size_t length;
@@ -945,7 +949,7 @@ int main(void)
         while (board_block_get(&block)) { /* waiting blocks would prevent sleep */
         }
         (void)board_sleep();
-        if (read_word(word))
+        if (read_command_word(word))
             execute_command(word);
     }
 }

@@ -13,7 +13,7 @@
 static struct {
     uint32_t lines, crc;
     char section[12];
-} text __attribute__((section(".noinit")));
+} line_text __attribute__((section(".noinit")));
 
 struct line {
     char bytes[LINE_BYTES];
@@ -77,8 +77,8 @@ static void send_line(struct line *line)
 static void send_counted(struct line *line)
 {
     send_line(line);
-    text.crc = mr_crc32(text.crc, (const uint8_t *)line->bytes, line->length);
-    text.lines++;
+    line_text.crc = mr_crc32(line_text.crc, (const uint8_t *)line->bytes, line->length);
+    line_text.lines++;
 }
 
 static void end_line(struct line *line, const char *unit)
@@ -100,25 +100,25 @@ static struct line begin_line(const char *what, const char *whose)
 void print_begin(const char *section)
 {
     struct line line = {.length = 0};
-    memset(&text, 0, sizeof text);
-    strncpy(text.section, section, sizeof text.section - 1u);
+    memset(&line_text, 0, sizeof line_text);
+    strncpy(line_text.section, section, sizeof line_text.section - 1u);
     put_text(&line, "begin ");
-    put_text(&line, text.section);
+    put_text(&line, line_text.section);
     put_char(&line, ' ');
     put_digits(&line, PRINT_FORMAT, 1);
     send_counted(&line);
-    text.lines = 0;
+    line_text.lines = 0;
 }
 
 void print_end(void)
 {
     struct line line = {.length = 0};
     put_text(&line, "end ");
-    put_text(&line, text.section);
+    put_text(&line, line_text.section);
     put_char(&line, ' ');
-    put_digits(&line, text.lines, 1);
+    put_digits(&line, line_text.lines, 1);
     put_char(&line, ' ');
-    put_hex(&line, text.crc, 8);
+    put_hex(&line, line_text.crc, 8);
     send_line(&line);
 }
 

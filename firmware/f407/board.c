@@ -7,8 +7,8 @@
 #define SUPERVISION_HZ 100u
 
 static struct board_identity identity;
-static bool quiet;
-static volatile bool tick_passed;
+static bool is_quiet;
+static volatile bool has_tick_passed;
 static uint32_t asleep_ticks, load_since_tick;
 
 /* ---- image ---- */
@@ -87,7 +87,7 @@ void board_start(void)
 {
     watchdog_start(); /* before anything that could hang */
     identity.reset_cause = read_reset_cause();
-    quiet = fault_read_record(identity.reset_cause);
+    is_quiet = fault_read_record(identity.reset_cause);
     clock_reset();
     /* Before the crystal, which may take 100 ms to start: outputs float until here. */
     pins_configure();
@@ -106,7 +106,7 @@ void board_start(void)
     uart_start();
     if (clock == MR_CLOCK_CRYSTAL)
         can_start();
-    if (!quiet) {
+    if (!is_quiet) {
         capture_start();
         scan_prepare();
         nor_start();
@@ -132,7 +132,7 @@ uint32_t board_supply_mv(void)
 
 void board_set_warning(bool warning)
 {
-    warning |= quiet;
+    warning |= is_quiet;
     pin_write(PIN_WARNING, !warning);
 }
 
@@ -160,7 +160,7 @@ __attribute__((naked)) void systick(void)
 
 void systick_irq(const uint32_t *frame)
 {
-    tick_passed = true;
+    has_tick_passed = true;
     tasks_tick(frame[6]); /* frame[6] is the interrupted program address */
 }
 
@@ -169,15 +169,15 @@ bool board_sleep(void)
     /* WFI also wakes for a pending interrupt while interrupts are masked, so no event after this
      * check is slept through. */
     uint32_t mask = irq_mask();
-    if (!scan_is_block_ready() && !tick_passed) {
+    if (!scan_is_block_ready() && !has_tick_passed) {
         uint32_t before = TIM2->CNT;
         __asm volatile("dsb\n\twfi" ::: "memory");
         asleep_ticks += TIM2->CNT - before;
     }
     irq_restore(mask);
-    bool passed = tick_passed;
+    bool passed = has_tick_passed;
     if (passed) /* a tick from here on is reported by the next call */
-        tick_passed = false;
+        has_tick_passed = false;
     return passed;
 }
 
@@ -241,7 +241,7 @@ void watchdog_feed(void)
 static struct {
     uint32_t valid;
     uint32_t complement;
-} note __attribute__((section(".noinit")));
+} rom_request __attribute__((section(".noinit")));
 
 bool board_is_jumper_fitted(void)
 {
@@ -255,8 +255,8 @@ bool board_is_rom_reachable(void)
 
 void board_enter_rom(void)
 {
-    note.valid = ROM_REQUEST_MARK;
-    note.complement = ~ROM_REQUEST_MARK;
+    rom_request.valid = ROM_REQUEST_MARK;
+    rom_request.complement = ~ROM_REQUEST_MARK;
     __asm volatile("dsb" ::: "memory");
     SCB_AIRCR = 0x05fa0004u; /* system reset request */
     for (;;) {
@@ -276,9 +276,9 @@ static bool has_rom_run(const uint32_t *vectors)
 void enter_rom_if_requested(void)
 {
     const uint32_t *vectors = (const uint32_t *)ROM_VECTORS;
-    if (note.valid != ROM_REQUEST_MARK || note.complement != ~ROM_REQUEST_MARK)
+    if (rom_request.valid != ROM_REQUEST_MARK || rom_request.complement != ~ROM_REQUEST_MARK)
         return;
-    note.valid = 0;
+    rom_request.valid = 0;
     if (has_rom_run(vectors)) /* the boot ROM has already run and has started this program */
         return;
     /* The ROM's interrupts (USB, CAN) use the vectors at address 0, because VTOR is 0 after a

@@ -12,21 +12,21 @@
 #include "firmware/health.h"
 #include "common/canbase.h"
 
-#define TX_QUEUE   256u
-#define RX_QUEUE   64u
-#define ALL_EMPTY  (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
-#define INIT_POLLS 100000u
+#define TX_QUEUE_FRAMES 256u
+#define RX_QUEUE_FRAMES 64u
+#define ALL_EMPTY       (CAN_TSR_TME(0) | CAN_TSR_TME(1) | CAN_TSR_TME(2))
+#define INIT_POLLS      100000u
 /* set in the identifier of the sync frame while the frame is in the queue */
-#define SYNC_MARK  0x8000u
-#define BIT_TIMING (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
+#define SYNC_MARK       0x8000u
+#define BIT_TIMING      (1u << 20 | 10u << 16 | 2u) /* TS2 2, TS1 11, prescaler 3, SJW 1 */
 
-static struct board_can_frame tx_ring[TX_QUEUE], rx_ring[RX_QUEUE];
-static struct queue tx, rx;
-static bool running;
-static volatile uint16_t base; /* base of the identifiers on the bus */
+static struct board_can_frame tx_ring[TX_QUEUE_FRAMES], rx_ring[RX_QUEUE_FRAMES];
+static struct queue tx_queue, rx_queue;
+static bool is_running;
+static volatile uint16_t can_base; /* base of the identifiers on the bus */
 /* Frames that left their mailboxes, and frames that mailboxes aborted on request. */
-static volatile uint32_t passed, aborted;
-static uint32_t cleared; /* waiting frames that were dropped */
+static volatile uint32_t passed_frames, aborted_frames;
+static uint32_t cleared_frames; /* waiting frames that were dropped */
 
 /* The sync frame: its block, its mailbox (3: none), and the tick when it was sent. */
 static volatile uint32_t sync_block, sync_tick;
@@ -57,7 +57,7 @@ void can_start(void)
     CAN1->IER = CAN_IER_TMEIE | CAN_IER_FMPIE0;
     irq_enable(IRQ_CAN1_TX, PRIORITY_CAN);
     irq_enable(IRQ_CAN1_RX0, PRIORITY_CAN);
-    running = true;
+    is_running = true;
 }
 
 /* Changes the filters, with FINIT set. Reception stops for less than a microsecond; a frame that
@@ -65,14 +65,14 @@ void can_start(void)
  * old base. RM0090 32.7.4. Filters survive bus-off and recovery. */
 void board_can_set_base(uint16_t to)
 {
-    if (!running)
+    if (!is_running)
         return;
     CAN1->FMR |= CAN_FMR_FINIT;
     CAN1->filter[0][0] = (uint32_t)mr_can_to_bus(MR_ID_COMMAND, to) << 21;
     CAN1->filter[0][1] = (uint32_t)mr_can_to_bus(MR_ID_CONFIG_WORD, to) << 21;
     CAN1->filter[1][0] = CAN1->filter[1][1] = (uint32_t)mr_can_to_bus(MR_ID_PROOF, to) << 21;
     CAN1->FA1R = 3u;
-    base = to;
+    can_base = to;
     CAN1->FMR &= ~CAN_FMR_FINIT;
     /* Leaves init mode: the first time, the controller joins the bus after 11 recessive bits and
      * holds frames until then. This does not wait for the controller, because the bus may be
@@ -101,12 +101,12 @@ static uint32_t free_mailboxes(void)
 /* Fills free mailboxes from the queue. Call with interrupts masked, or from the CAN interrupt. */
 static void fill_mailboxes(void)
 {
-    while (queue_filled(&tx)) {
+    while (queue_filled(&tx_queue)) {
         uint32_t empty = free_mailboxes();
         if (!empty)
             return;
         unsigned mailbox = (unsigned)__builtin_ctz(empty);
-        const struct board_can_frame *frame = &tx_ring[tx.removed % TX_QUEUE];
+        const struct board_can_frame *frame = &tx_ring[tx_queue.removed % TX_QUEUE_FRAMES];
         CAN1->tx[mailbox].TDTR = frame->length;
         CAN1->tx[mailbox].TDLR = data_word(frame->data);
         CAN1->tx[mailbox].TDHR = data_word(frame->data + 4);
@@ -116,7 +116,7 @@ static void fill_mailboxes(void)
             sync_left = false;
         }
         CAN1->tx[mailbox].TIR = (frame->id & MR_CAN_ID_MAX) << 21 | CAN_TIR_TXRQ;
-        queue_remove(&tx, 1);
+        queue_remove(&tx_queue, 1);
     }
 }
 
@@ -133,9 +133,9 @@ void can1_tx_irq(void)
             continue;
         CAN1->TSR = CAN_TSR_RQCP(mailbox);
         if (left)
-            passed++;
+            passed_frames++;
         else
-            aborted++;
+            aborted_frames++;
         if (sync_mailbox == mailbox) {
             sync_left = left;
             sync_tick = now;
@@ -160,10 +160,10 @@ void can1_rx0_irq(void)
         uint32_t fifo = CAN1->RF0R;
         if (!(fifo & CAN_RF0R_FMP) || fifo & CAN_RF0R_RFOM)
             break;
-        if (queue_filled(&rx) < RX_QUEUE) {
-            struct board_can_frame *frame = &rx_ring[rx.added % RX_QUEUE];
+        if (queue_filled(&rx_queue) < RX_QUEUE_FRAMES) {
+            struct board_can_frame *frame = &rx_ring[rx_queue.added % RX_QUEUE_FRAMES];
             uint32_t low = CAN1->rx[0].RDLR, high = CAN1->rx[0].RDHR;
-            frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), base);
+            frame->id = mr_can_from_bus((uint16_t)(CAN1->rx[0].RIR >> 21), can_base);
             frame->length = (uint8_t)(CAN1->rx[0].RDTR & 15u);
             if (frame->length > 8)
                 frame->length = 8;
@@ -171,7 +171,7 @@ void can1_rx0_irq(void)
                 frame->data[i] = (uint8_t)(low >> (8 * i));
                 frame->data[4 + i] = (uint8_t)(high >> (8 * i));
             }
-            queue_add(&rx, 1);
+            queue_add(&rx_queue, 1);
         } else {
             health_count(MR_FAULT_CAN_RX_OVERRUN, 1);
         }
@@ -182,15 +182,15 @@ void can1_rx0_irq(void)
 
 bool board_can_send(const struct board_can_frame *frame)
 {
-    if (!running || queue_filled(&tx) == TX_QUEUE)
+    if (!is_running || queue_filled(&tx_queue) == TX_QUEUE_FRAMES)
         return false;
-    struct board_can_frame *queued = &tx_ring[tx.added % TX_QUEUE];
+    struct board_can_frame *queued = &tx_ring[tx_queue.added % TX_QUEUE_FRAMES];
     *queued = *frame;
-    queued->id = mr_can_to_bus(frame->id, base);
+    queued->id = mr_can_to_bus(frame->id, can_base);
     if (frame->id == MR_ID_SYNC)
         queued->id |= SYNC_MARK;
     uint32_t mask = irq_mask();
-    queue_add(&tx, 1);
+    queue_add(&tx_queue, 1);
     fill_mailboxes();
     irq_restore(mask);
     return true;
@@ -198,15 +198,15 @@ bool board_can_send(const struct board_can_frame *frame)
 
 unsigned board_can_waiting(void)
 {
-    return queue_filled(&tx);
+    return queue_filled(&tx_queue);
 }
 
 bool board_can_receive(struct board_can_frame *frame)
 {
-    if (!queue_filled(&rx))
+    if (!queue_filled(&rx_queue))
         return false;
-    *frame = rx_ring[rx.removed % RX_QUEUE];
-    queue_remove(&rx, 1);
+    *frame = rx_ring[rx_queue.removed % RX_QUEUE_FRAMES];
+    queue_remove(&rx_queue, 1);
     return true;
 }
 
@@ -221,31 +221,31 @@ bool board_can_sync_tick(uint32_t block, uint32_t *tick)
 
 void board_can_clear(void)
 {
-    if (!running)
+    if (!is_running)
         return;
     uint32_t mask = irq_mask();
-    cleared += queue_filled(&tx);
-    queue_remove(&tx, queue_filled(&tx));
+    cleared_frames += queue_filled(&tx_queue);
+    queue_remove(&tx_queue, queue_filled(&tx_queue));
     CAN1->TSR = CAN_TSR_ABRQ(0) | CAN_TSR_ABRQ(1) | CAN_TSR_ABRQ(2);
     irq_restore(mask);
 }
 
 void board_can_rejoin(bool begin)
 {
-    if (running)
+    if (is_running)
         CAN1->MCR = CAN_MCR_TXFP | (begin ? CAN_MCR_INRQ : 0);
 }
 
 void board_can_state(struct board_can_errors *errors)
 {
-    uint32_t esr = running ? CAN1->ESR : 0;
-    errors->is_missing = !running;
+    uint32_t esr = is_running ? CAN1->ESR : 0;
+    errors->is_missing = !is_running;
     errors->last_error = (uint8_t)(esr >> 4 & 7u);
-    errors->is_pending = running && (queue_filled(&tx) || (~CAN1->TSR & ALL_EMPTY) != 0);
-    errors->sent_count = passed;
-    errors->removed_count = cleared + aborted;
+    errors->is_pending = is_running && (queue_filled(&tx_queue) || (~CAN1->TSR & ALL_EMPTY) != 0);
+    errors->sent_count = passed_frames;
+    errors->removed_count = cleared_frames + aborted_frames;
     errors->tec = (uint8_t)(esr >> 16);
     errors->rec = (uint8_t)(esr >> 24);
-    errors->passive = (esr & CAN_ESR_EPVF) != 0;
-    errors->bus_off = (esr & CAN_ESR_BOFF) != 0;
+    errors->is_passive = (esr & CAN_ESR_EPVF) != 0;
+    errors->is_bus_off = (esr & CAN_ESR_BOFF) != 0;
 }

@@ -24,16 +24,16 @@ static struct {
     uint32_t age;
     uint32_t fresh;
     uint32_t crc;
-} crash __attribute__((section(".noinit")));
+} crash_record __attribute__((section(".noinit")));
 
 static struct {
     uint8_t restarts, in_row, late_task, crystal_stops;
     uint32_t late_pc;
     uint32_t image_crc;
     uint32_t crc;
-} past __attribute__((section(".noinit")));
+} restart_record __attribute__((section(".noinit")));
 
-static struct board_restart restart;
+static struct board_restart last_restart;
 
 /* r4 to r11 at the fault, stored by processor_fault. */
 static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
@@ -45,12 +45,12 @@ static uint32_t words_crc(const void *words, size_t bytes)
 
 static void seal_crash(void)
 {
-    crash.crc = words_crc(&crash, offsetof(__typeof__(crash), crc));
+    crash_record.crc = words_crc(&crash_record, offsetof(__typeof__(crash_record), crc));
 }
 
 static void seal_restarts(void)
 {
-    past.crc = words_crc(&past, offsetof(__typeof__(past), crc));
+    restart_record.crc = words_crc(&restart_record, offsetof(__typeof__(restart_record), crc));
 }
 
 static void reset_chip(void)
@@ -105,10 +105,10 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     static const uint8_t stacked[FRAME_WORDS] = {MR_CRASH_R0, MR_CRASH_R1,  MR_CRASH_R2,
                                                  MR_CRASH_R3, MR_CRASH_R12, MR_CRASH_LR,
                                                  MR_CRASH_PC, MR_CRASH_XPSR};
-    uint32_t *word = crash.words;
+    uint32_t *word = crash_record.words;
     uint32_t exception;
     __asm volatile("mrs %0, ipsr" : "=r"(exception));
-    memset(word, 0, sizeof crash.words);
+    memset(word, 0, sizeof crash_record.words);
     word[MR_CRASH_CFSR] = SCB_CFSR;
     word[MR_CRASH_HFSR] = SCB_HFSR;
     word[MR_CRASH_MMFAR] = SCB_MMFAR;
@@ -117,7 +117,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     word[MR_CRASH_KIND] = crash_kind(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
     word[MR_CRASH_BLOCK] = health_block();
     word[MR_CRASH_TASK] = tasks_current();
-    word[MR_CRASH_IMAGE] = past.image_crc;
+    word[MR_CRASH_IMAGE] = restart_record.image_crc;
     memcpy(&word[MR_CRASH_R4], fault_registers, sizeof fault_registers);
     word[MR_CRASH_SP] = (uint32_t)(uintptr_t)frame;
     if (is_on_stack(frame, FRAME_WORDS)) {
@@ -126,11 +126,11 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
         const uint32_t *below = frame + (exc_return & 0x10u ? FRAME_WORDS : FRAME_FP_WORDS) +
                                 (frame[7] & XPSR_ALIGNED ? 1 : 0);
         word[MR_CRASH_SP] = (uint32_t)(uintptr_t)below;
-        for (unsigned i = 0; i < MR_CRASH_STACK && is_on_stack(below + i, 1); i++)
+        for (unsigned i = 0; i < MR_CRASH_STACK_WORDS && is_on_stack(below + i, 1); i++)
             word[MR_CRASH_STACK_FIRST + i] = below[i];
     }
-    crash.age = 0;
-    crash.fresh = 1;
+    crash_record.age = 0;
+    crash_record.fresh = 1;
     seal_crash();
     reset_chip();
 }
@@ -143,77 +143,81 @@ static uint8_t brown_out_level(void)
 
 static void restore_crash(void)
 {
-    if (crash.crc != words_crc(&crash, offsetof(__typeof__(crash), crc))) {
-        memset(&crash, 0, sizeof crash);
+    if (crash_record.crc != words_crc(&crash_record, offsetof(__typeof__(crash_record), crc))) {
+        memset(&crash_record, 0, sizeof crash_record);
         return;
     }
-    if (crash.fresh)
-        health_count(MR_FAULT_HARD_FAULT, (uint8_t)crash.words[MR_CRASH_KIND]);
-    else if (crash.age < UINT16_MAX)
-        crash.age++;
-    restart.crash = crash.words[MR_CRASH_KIND] ? crash.words : NULL;
-    restart.crash_age = (uint16_t)crash.age;
+    if (crash_record.fresh)
+        health_count(MR_FAULT_HARD_FAULT, (uint8_t)crash_record.words[MR_CRASH_KIND]);
+    else if (crash_record.age < UINT16_MAX)
+        crash_record.age++;
+    last_restart.crash = crash_record.words[MR_CRASH_KIND] ? crash_record.words : NULL;
+    last_restart.crash_age = (uint16_t)crash_record.age;
 }
 
 bool fault_read_record(uint8_t cause)
 {
     bool by_watchdog = (cause & 8u) != 0;
-    if (past.crc != words_crc(&past, offsetof(__typeof__(past), crc)))
-        memset(&past, 0, sizeof past);
+    if (restart_record.crc != words_crc(&restart_record, offsetof(__typeof__(restart_record), crc)))
+        memset(&restart_record, 0, sizeof restart_record);
     restore_crash();
-    restart.brown_out = brown_out_level();
+    last_restart.brown_out = brown_out_level();
     if (by_watchdog) {
-        restart.late_task = past.late_task ? past.late_task : (uint8_t)tasks_current();
-        restart.late_pc = past.late_pc;
-        health_count(MR_FAULT_TASK_LATE, restart.late_task);
+        last_restart.late_task = restart_record.late_task ? restart_record.late_task
+                                                          : (uint8_t)tasks_current();
+        last_restart.late_pc = restart_record.late_pc;
+        health_count(MR_FAULT_TASK_LATE, last_restart.late_task);
     }
-    if (by_watchdog || crash.fresh) {
-        past.restarts = (uint8_t)(past.restarts + (past.restarts < UINT8_MAX));
-        past.in_row = (uint8_t)(past.in_row + (past.in_row < UINT8_MAX));
+    if (by_watchdog || crash_record.fresh) {
+        restart_record.restarts =
+            (uint8_t)(restart_record.restarts + (restart_record.restarts < UINT8_MAX));
+        restart_record.in_row =
+            (uint8_t)(restart_record.in_row + (restart_record.in_row < UINT8_MAX));
     } else {
         /* the cause was power, the reset button or a command */
-        past.in_row = past.crystal_stops = 0;
+        restart_record.in_row = restart_record.crystal_stops = 0;
     }
-    if (crash.fresh && crash.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
-        past.crystal_stops = (uint8_t)(past.crystal_stops + (past.crystal_stops < UINT8_MAX));
-    crash.fresh = 0;
+    if (crash_record.fresh && crash_record.words[MR_CRASH_KIND] == MR_CRASH_CRYSTAL)
+        restart_record.crystal_stops =
+            (uint8_t)(restart_record.crystal_stops + (restart_record.crystal_stops < UINT8_MAX));
+    crash_record.fresh = 0;
     seal_crash();
-    past.late_task = 0;
-    past.late_pc = 0;
-    restart.restarts = past.restarts;
-    restart.consecutive = past.in_row;
-    restart.is_quiet = past.in_row >= QUIET_RESTARTS;
+    restart_record.late_task = 0;
+    restart_record.late_pc = 0;
+    last_restart.restarts = restart_record.restarts;
+    last_restart.consecutive = restart_record.in_row;
+    last_restart.is_quiet = restart_record.in_row >= QUIET_RESTARTS;
     seal_restarts();
     tasks_start();
-    return restart.is_quiet;
+    return last_restart.is_quiet;
 }
 
 bool fault_has_crystal_stopped_twice(void)
 {
-    return past.crystal_stops >= CRYSTAL_STOPS;
+    return restart_record.crystal_stops >= CRYSTAL_STOPS;
 }
 
 void fault_set_image_crc(uint32_t crc)
 {
-    past.image_crc = crc;
+    restart_record.image_crc = crc;
     seal_restarts();
 }
 
 void board_get_restart(struct board_restart *out)
 {
-    *out = restart;
+    *out = last_restart;
 }
 
 void board_record_late_task(uint8_t task, uint32_t pc)
 {
-    past.late_task = task;
-    past.late_pc = pc;
+    restart_record.late_task = task;
+    restart_record.late_pc = pc;
     seal_restarts();
 }
 
 void board_reset_restart_count(void)
 {
-    past.in_row = 0;
+    restart_record.in_row = 0;
     seal_restarts();
 }
 

@@ -16,7 +16,7 @@
 /* about 1 s if the loop runs from the cache; otherwise it stalls while the flash is busy */
 #define POLLS_MAX 12000000u
 
-static uint32_t interrupts, begun_tick;
+static uint32_t irq_state, begun_tick;
 
 const uint8_t *flash_copy(unsigned copy)
 {
@@ -35,7 +35,7 @@ static void reset_data_cache(void)
 
 void flash_begin(void)
 {
-    interrupts = irq_mask();
+    irq_state = irq_mask();
     begun_tick = TIM2->CNT;
     watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_CR & FLASH_CR_LOCK) {
@@ -52,7 +52,7 @@ void flash_end(void)
     watchdog_set_timeout(WATCHDOG_DEFAULT_COUNTS);
     board_scans_restart();
     nor_extend_timeout(TIM2->CNT - begun_tick);
-    irq_restore(interrupts);
+    irq_restore(irq_state);
 }
 
 static bool is_done(void)

@@ -18,24 +18,24 @@
 #define CLOCK_EDGES   18u
 
 static enum phase {
-    OFF,
-    IDLE,
-    START,
-    ADDRESS,
-    SEND,
-    RESTART,
-    READ_ADDRESS,
-    RECEIVE,
-    STOP,
-    CLOCKING,
+    PHASE_OFF,
+    PHASE_IDLE,
+    PHASE_START,
+    PHASE_ADDRESS,
+    PHASE_SEND,
+    PHASE_RESTART,
+    PHASE_READ_ADDRESS,
+    PHASE_RECEIVE,
+    PHASE_STOP,
+    PHASE_CLOCKING,
 } phase;
-static enum i2c_status result;
-static uint8_t device;
-static const uint8_t *out;
-static size_t out_length, sent;
-static uint8_t *in;
+static enum i2c_status transfer_status;
+static uint8_t device_address;
+static const uint8_t *out_bytes;
+static size_t out_length, sent_length;
+static uint8_t *in_bytes;
 static size_t in_length;
-static unsigned polls, edge;
+static unsigned polls, clock_edge;
 
 static void configure_bus(void)
 {
@@ -55,18 +55,18 @@ void i2c_start(void)
     pin_write(PIN_THERMOMETER_DATA, true);
     pins_i2c(PINS_I2C_BUS);
     configure_bus();
-    result = I2C_IDLE;
-    phase = IDLE;
+    transfer_status = I2C_IDLE;
+    phase = PHASE_IDLE;
 }
 
 void i2c_stop(void)
 {
-    if (phase == OFF)
+    if (phase == PHASE_OFF)
         return;
     I2C1->CR1 = I2C_CR1_SWRST;
     pins_i2c(PINS_I2C_NONE);
     RCC->APB1ENR &= ~RCC_APB1ENR_I2C1;
-    phase = OFF;
+    phase = PHASE_OFF;
 }
 
 static void set_phase(enum phase next)
@@ -81,9 +81,9 @@ static void begin_clocking(void)
     pin_write(PIN_THERMOMETER_CLOCK, true);
     pin_write(PIN_THERMOMETER_DATA, true);
     pins_i2c(PINS_I2C_CLOCKED);
-    edge = 0;
-    result = I2C_STUCK;
-    set_phase(CLOCKING);
+    clock_edge = 0;
+    transfer_status = I2C_STUCK;
+    set_phase(PHASE_CLOCKING);
 }
 
 /* Makes the next edge: clocks until SDA is free, at most nine; then a stop, SDA low and high while
@@ -91,9 +91,9 @@ static void begin_clocking(void)
 static void toggle_clock(void)
 {
     bool is_free = pin_read(PIN_THERMOMETER_DATA);
-    if (edge && edge < CLOCK_EDGES && edge % 2 == 0 && is_free)
-        edge = CLOCK_EDGES;
-    unsigned now = edge++;
+    if (clock_edge && clock_edge < CLOCK_EDGES && clock_edge % 2 == 0 && is_free)
+        clock_edge = CLOCK_EDGES;
+    unsigned now = clock_edge++;
     if (now < CLOCK_EDGES) {
         pin_write(PIN_THERMOMETER_CLOCK, now % 2);
         return;
@@ -106,7 +106,7 @@ static void toggle_clock(void)
     default:
         pins_i2c(PINS_I2C_BUS);
         configure_bus();
-        phase = IDLE;
+        phase = PHASE_IDLE;
         break;
     }
 }
@@ -114,37 +114,37 @@ static void toggle_clock(void)
 void i2c_begin(uint8_t address, const uint8_t *bytes, size_t length, uint8_t *answer,
                size_t answer_length)
 {
-    device = (uint8_t)(address << 1);
-    out = bytes;
+    device_address = (uint8_t)(address << 1);
+    out_bytes = bytes;
     out_length = length;
-    in = answer;
+    in_bytes = answer;
     in_length = answer_length;
-    sent = 0;
-    result = I2C_IDLE;
+    sent_length = 0;
+    transfer_status = I2C_IDLE;
     if (I2C1->SR2 & I2C_SR2_BUSY) {
         begin_clocking();
         return;
     }
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_START;
-    set_phase(START);
+    set_phase(PHASE_START);
 }
 
 static void end_transfer(enum i2c_status status)
 {
-    result = status;
+    transfer_status = status;
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_STOP;
-    set_phase(STOP);
+    set_phase(PHASE_STOP);
 }
 
 /* Called when a byte was sent: sends the next one. */
 static void send_next(void)
 {
-    if (sent < out_length) {
-        I2C1->DR = out[sent++];
-        set_phase(SEND);
+    if (sent_length < out_length) {
+        I2C1->DR = out_bytes[sent_length++];
+        set_phase(PHASE_SEND);
     } else if (in_length) {
         I2C1->CR1 = I2C_CR1_PE | I2C_CR1_ACK | I2C_CR1_POS | I2C_CR1_START;
-        set_phase(RESTART);
+        set_phase(PHASE_RESTART);
     } else {
         end_transfer(I2C_IDLE);
     }
@@ -153,46 +153,46 @@ static void send_next(void)
 static void receive_both(void)
 {
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS | I2C_CR1_STOP;
-    in[0] = (uint8_t)I2C1->DR;
-    in[1] = (uint8_t)I2C1->DR;
-    set_phase(STOP);
+    in_bytes[0] = (uint8_t)I2C1->DR;
+    in_bytes[1] = (uint8_t)I2C1->DR;
+    set_phase(PHASE_STOP);
 }
 
 static void advance_transfer(uint32_t sr1)
 {
     switch (phase) {
-    case START:
-    case RESTART:
+    case PHASE_START:
+    case PHASE_RESTART:
         if (sr1 & I2C_SR1_SB) {
-            I2C1->DR = device | (phase == RESTART);
-            set_phase(phase == START ? ADDRESS : READ_ADDRESS);
+            I2C1->DR = device_address | (phase == PHASE_RESTART);
+            set_phase(phase == PHASE_START ? PHASE_ADDRESS : PHASE_READ_ADDRESS);
         }
         break;
-    case ADDRESS:
+    case PHASE_ADDRESS:
         if (sr1 & I2C_SR1_ADDR) {
             (void)I2C1->SR2;
             send_next();
         }
         break;
-    case SEND:
+    case PHASE_SEND:
         if (sr1 & I2C_SR1_BTF)
             send_next();
         break;
-    case READ_ADDRESS:
+    case PHASE_READ_ADDRESS:
         if (sr1 & I2C_SR1_ADDR) {
             I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS; /* POS: the second byte is not acknowledged */
             (void)I2C1->SR2;
-            set_phase(RECEIVE);
+            set_phase(PHASE_RECEIVE);
         }
         break;
-    case RECEIVE:
+    case PHASE_RECEIVE:
         if (sr1 & I2C_SR1_BTF)
             receive_both();
         break;
-    case STOP:
+    case PHASE_STOP:
         if (!(I2C1->CR1 & I2C_CR1_STOP)) {
             I2C1->CR1 = I2C_CR1_PE;
-            phase = IDLE;
+            phase = PHASE_IDLE;
         }
         break;
     default: break;
@@ -201,11 +201,11 @@ static void advance_transfer(uint32_t sr1)
 
 enum i2c_status i2c_poll(void)
 {
-    if (phase == IDLE || phase == OFF)
-        return result;
-    if (phase == CLOCKING) {
+    if (phase == PHASE_IDLE || phase == PHASE_OFF)
+        return transfer_status;
+    if (phase == PHASE_CLOCKING) {
         toggle_clock();
-        return phase == IDLE ? result : I2C_BUSY;
+        return phase == PHASE_IDLE ? transfer_status : I2C_BUSY;
     }
     uint32_t sr1 = I2C1->SR1;
     if (sr1 & I2C_SR1_BERR)
@@ -218,5 +218,5 @@ enum i2c_status i2c_poll(void)
     } else {
         advance_transfer(sr1);
     }
-    return phase == IDLE ? result : I2C_BUSY;
+    return phase == PHASE_IDLE ? transfer_status : I2C_BUSY;
 }

@@ -25,8 +25,8 @@ extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_en
 extern const uint8_t program_start[], program_end[];
 
 static struct board_upkeep upkeep;
-static uint32_t *at;            /* next window to be tested */
-static const uint8_t *flash_at; /* next byte for the checksum of the program */
+static uint32_t *next_window;          /* next window to be tested */
+static const uint8_t *next_flash_byte; /* next byte for the checksum of the program */
 static uint32_t flash_crc, image_crc;
 
 /* Returns the bits of four words that failed. The registers saved on the stack are restored before
@@ -35,7 +35,7 @@ static __attribute__((naked, noinline)) uint32_t march_test(__attribute__((unuse
                                                             __attribute__((unused))
                                                             uint32_t background)
 {
-#define ELEMENT(offset, expected, written)                                                   \
+#define MARCH_ELEMENT(offset, expected, written)                                             \
     "ldr r8, [r0, #" #offset "]\n\t eor r8, " #expected "\n\t orr r12, r8\n\t str " #written \
     ", [r0, #" #offset "]\n\t"
     __asm volatile(
@@ -45,16 +45,18 @@ static __attribute__((naked, noinline)) uint32_t march_test(__attribute__((unuse
         "ldmia r0, {r4-r7}\n\t"
         "mvn r2, r1\n\t"
         "mov r12, #0\n\t"
-        "str r1, [r0]\n\t str r1, [r0, #4]\n\t str r1, [r0, #8]\n\t str r1, [r0, #12]\n\t" ELEMENT(
-            0, r1, r2) ELEMENT(4, r1, r2) ELEMENT(8, r1, r2) ELEMENT(12, r1, r2) ELEMENT(0, r2, r1)
-            ELEMENT(4, r2, r1) ELEMENT(8, r2, r1) ELEMENT(12, r2, r1) ELEMENT(12, r1, r2)
-                ELEMENT(8, r1, r2) ELEMENT(4, r1, r2) ELEMENT(0, r1, r2) ELEMENT(12, r2, r1)
-                    ELEMENT(8, r2, r1) ELEMENT(4, r2, r1) ELEMENT(0, r2, r1) ELEMENT(0, r1, r4)
-                        ELEMENT(4, r1, r5) ELEMENT(8, r1, r6)
-                            ELEMENT(12, r1, r7) "msr primask, r3\n\t"
-                                                "mov r0, r12\n\t"
-                                                "pop {r4-r8, pc}");
-#undef ELEMENT
+        "str r1, [r0]\n\t str r1, [r0, #4]\n\t str r1, [r0, #8]\n\t str r1, [r0, "
+        "#12]\n\t" MARCH_ELEMENT(0, r1, r2) MARCH_ELEMENT(4, r1, r2) MARCH_ELEMENT(8, r1, r2)
+            MARCH_ELEMENT(12, r1, r2) MARCH_ELEMENT(0, r2, r1) MARCH_ELEMENT(4, r2, r1)
+                MARCH_ELEMENT(8, r2, r1) MARCH_ELEMENT(12, r2, r1) MARCH_ELEMENT(12, r1, r2)
+                    MARCH_ELEMENT(8, r1, r2) MARCH_ELEMENT(4, r1, r2) MARCH_ELEMENT(0, r1, r2)
+                        MARCH_ELEMENT(12, r2, r1) MARCH_ELEMENT(8, r2, r1) MARCH_ELEMENT(4, r2, r1)
+                            MARCH_ELEMENT(0, r2, r1) MARCH_ELEMENT(0, r1, r4)
+                                MARCH_ELEMENT(4, r1, r5) MARCH_ELEMENT(8, r1, r6)
+                                    MARCH_ELEMENT(12, r1, r7) "msr primask, r3\n\t"
+                                                              "mov r0, r12\n\t"
+                                                              "pop {r4-r8, pc}");
+#undef MARCH_ELEMENT
 }
 
 static void fail_ram(const uint32_t *words)
@@ -119,11 +121,11 @@ static void test_ram(void)
     uint32_t address[STREAMS];
     unsigned count = find_streams(address);
     for (unsigned i = 0; i < SLICE_WINDOWS; i++) {
-        if (!is_used_by_dma(at, address, count) && !is_window_good(at))
-            fail_ram(at);
-        at += WINDOW_WORDS;
-        if (at >= ram_used_end) {
-            at = stack_bottom;
+        if (!is_used_by_dma(next_window, address, count) && !is_window_good(next_window))
+            fail_ram(next_window);
+        next_window += WINDOW_WORDS;
+        if (next_window >= ram_used_end) {
+            next_window = stack_bottom;
             upkeep.ram_rounds = (uint16_t)(upkeep.ram_rounds + (upkeep.ram_rounds < UINT16_MAX));
         }
     }
@@ -131,18 +133,18 @@ static void test_ram(void)
 
 static void check_flash(void)
 {
-    size_t left = (size_t)(program_end - flash_at);
+    size_t left = (size_t)(program_end - next_flash_byte);
     size_t length = left < FLASH_SLICE_BYTES ? left : FLASH_SLICE_BYTES;
-    flash_crc = mr_crc32(flash_crc, flash_at, length);
-    flash_at += length;
-    if (flash_at < program_end)
+    flash_crc = mr_crc32(flash_crc, next_flash_byte, length);
+    next_flash_byte += length;
+    if (next_flash_byte < program_end)
         return;
     if (flash_crc != image_crc) {
         upkeep.is_flash_bad = true;
         health_count(MR_FAULT_SELFTEST, MR_SELF_TEST_FLASH);
     }
     upkeep.flash_rounds = (uint16_t)(upkeep.flash_rounds + (upkeep.flash_rounds < UINT16_MAX));
-    flash_at = program_start;
+    next_flash_byte = program_start;
     flash_crc = 0;
 }
 
@@ -154,8 +156,8 @@ void board_check_memory(void)
 
 void board_restart_memory_test(void)
 {
-    at = stack_bottom;
-    flash_at = program_start;
+    next_window = stack_bottom;
+    next_flash_byte = program_start;
     flash_crc = 0;
 }
 

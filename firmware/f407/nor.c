@@ -30,34 +30,34 @@
 #define CYCLES_OF_NS(ns) (((ns)*CORE_MAX_MHZ + 999u) / 1000u)
 
 enum {
-    WRITE_ENABLE = 0x06,
-    STATUS = 0x05,
-    PROGRAM = 0x02,
-    READ = 0x03,
-    ERASE = 0x20,
-    ENABLE_RESET = 0x66,
-    RESET = 0x99,
-    IDENTITY = 0x9f,
-    WAKE = 0xab
+    COMMAND_WRITE_ENABLE = 0x06,
+    COMMAND_STATUS = 0x05,
+    COMMAND_PROGRAM = 0x02,
+    COMMAND_READ = 0x03,
+    COMMAND_ERASE = 0x20,
+    COMMAND_ENABLE_RESET = 0x66,
+    COMMAND_RESET = 0x99,
+    COMMAND_IDENTITY = 0x9f,
+    COMMAND_WAKE = 0xab
 };
 #define STATUS_BUSY  1u
 #define MANUFACTURER 0xefu
 #define CAPACITY     0x18u /* 2^24 bytes */
 
 static volatile enum phase {
-    ABSENT,
-    STUCK,
-    STARTING,
-    IDLE,
-    READING,
-    SENDING,
-    PROGRAMMING,
-    ERASING
+    PHASE_ABSENT,
+    PHASE_STUCK,
+    PHASE_STARTING,
+    PHASE_IDLE,
+    PHASE_READING,
+    PHASE_SENDING,
+    PHASE_PROGRAMMING,
+    PHASE_ERASING
 } phase;
-static volatile bool failed;
-static uint32_t since_tick, polls;
+static volatile bool has_failed;
+static uint32_t begun_tick, polls;
 /* DMA target for the bytes received while a page is sent, and for the newest status. */
-static volatile uint8_t sink DMA_BUFFER;
+static volatile uint8_t dma_sink DMA_BUFFER;
 static const uint8_t filler = 0xff;
 
 /* Waits at least this many core cycles at any clock rate: a round has two instructions of at least
@@ -102,7 +102,7 @@ static void send_command(uint8_t command, uint32_t address)
 static uint8_t read_status(void)
 {
     set_select(true);
-    exchange_byte(STATUS);
+    exchange_byte(COMMAND_STATUS);
     uint8_t status = exchange_byte(filler);
     set_select(false);
     return status;
@@ -119,16 +119,16 @@ static void send_single_command(uint8_t command)
  * cells of that operation are then partly changed (data sheet 8.2.36). */
 static void reset_chip(void)
 {
-    send_single_command(ENABLE_RESET);
-    send_single_command(RESET);
+    send_single_command(COMMAND_ENABLE_RESET);
+    send_single_command(COMMAND_RESET);
     wait_cycles(CYCLES_OF_NS(RESET_NS));
 }
 
 static void begin_phase(enum phase next)
 {
-    failed = false;
+    has_failed = false;
     polls = 0;
-    since_tick = TIM2->CNT;
+    begun_tick = TIM2->CNT;
     phase = next;
 }
 
@@ -139,7 +139,7 @@ static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
     DMA1->IFCR[0] = DMA_FLAGS_ALL << dma_flag_shift(RX_STREAM);
     DMA1->IFCR[1] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
     rx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
-    rx->M0AR = in ? (uint32_t)(uintptr_t)in : (uint32_t)(uintptr_t)&sink;
+    rx->M0AR = in ? (uint32_t)(uintptr_t)in : (uint32_t)(uintptr_t)&dma_sink;
     rx->NDTR = count;
     dma_stream_start(rx, DMA_CR_CHANNEL(0) | (in ? DMA_CR_MINC : 0) | DMA_CR_TCIE | DMA_CR_TEIE);
     tx->PAR = (uint32_t)(uintptr_t)&SPI2->DR;
@@ -151,7 +151,7 @@ static void begin_dma(uint8_t *in, const uint8_t *out, uint32_t count)
 
 static bool takes_longer_than(uint32_t ms)
 {
-    return TIM2->CNT - since_tick > ms * TICKS_PER_MS;
+    return TIM2->CNT - begun_tick > ms * TICKS_PER_MS;
 }
 
 static void end_program(bool fails)
@@ -159,8 +159,8 @@ static void end_program(bool fails)
     set_select(false);
     if (fails)
         reset_chip();
-    failed = fails;
-    phase = IDLE;
+    has_failed = fails;
+    phase = PHASE_IDLE;
 }
 
 void dma1_stream3_irq(void);
@@ -172,18 +172,18 @@ void dma1_stream3_irq(void)
     if (flags & DMA_FLAG_TEIF) {
         /* the bus refused a store: an error of this driver, not of the chip */
         set_select(false);
-        phase = ABSENT;
-    } else if (phase == READING) {
+        phase = PHASE_ABSENT;
+    } else if (phase == PHASE_READING) {
         set_select(false);
-        phase = IDLE;
-    } else if (phase == SENDING) {
+        phase = PHASE_IDLE;
+    } else if (phase == PHASE_SENDING) {
         set_select(false); /* deselecting starts the programming */
-        phase = PROGRAMMING;
+        phase = PHASE_PROGRAMMING;
         set_select(true);
-        exchange_byte(STATUS);
+        exchange_byte(COMMAND_STATUS);
         begin_dma(NULL, NULL, STATUS_BYTES);
-    } else if (phase == PROGRAMMING) {
-        if (!(sink & STATUS_BUSY))
+    } else if (phase == PHASE_PROGRAMMING) {
+        if (!(dma_sink & STATUS_BUSY))
             end_program(false);
         else if (takes_longer_than(PROGRAM_MS))
             end_program(true);
@@ -195,13 +195,13 @@ void dma1_stream3_irq(void)
 
 void nor_extend_timeout(uint32_t ticks)
 {
-    since_tick += ticks;
+    begun_tick += ticks;
 }
 
 uint32_t nor_read_jedec_id(void)
 {
     set_select(true);
-    exchange_byte(IDENTITY);
+    exchange_byte(COMMAND_IDENTITY);
     uint32_t id = (uint32_t)exchange_byte(filler) << 16;
     id |= (uint32_t)exchange_byte(filler) << 8; /* 0x40 or 0x70, depending on the ordering code */
     id |= exchange_byte(filler);
@@ -215,16 +215,16 @@ static bool is_expected(void)
     return id >> 16 == MANUFACTURER && (id & 0xffu) == CAPACITY;
 }
 
-static void identify(void)
+static void read_identification(void)
 {
-    phase = is_expected() ? IDLE : ABSENT;
+    phase = is_expected() ? PHASE_IDLE : PHASE_ABSENT;
 }
 
 enum nor_status nor_identify(void)
 {
-    if (phase == ABSENT || phase == STUCK)
-        return phase == ABSENT ? NOR_MISSING : NOR_STUCK;
-    if (phase != IDLE)
+    if (phase == PHASE_ABSENT || phase == PHASE_STUCK)
+        return phase == PHASE_ABSENT ? NOR_MISSING : NOR_STUCK;
+    if (phase != PHASE_IDLE)
         return NOR_BUSY;
     return is_expected() ? NOR_IDLE : NOR_MISSING;
 }
@@ -240,11 +240,11 @@ static void detect_chip(void)
         status = read_status();
     }
     if (status == 0xff)
-        phase = ABSENT;
+        phase = PHASE_ABSENT;
     else if (!(status & STATUS_BUSY))
-        identify();
+        read_identification();
     else if (late)
-        phase = STUCK;
+        phase = PHASE_STUCK;
 }
 
 void nor_start(void)
@@ -252,9 +252,9 @@ void nor_start(void)
     SPI2->CR1 = SPI_CR1_MSTR | SPI_CR1_SSM | SPI_CR1_SSI;
     SPI2->CR1 |= SPI_CR1_SPE;
     irq_enable(IRQ_DMA1_STREAM3, PRIORITY_SERIAL);
-    send_single_command(WAKE);
+    send_single_command(COMMAND_WAKE);
     wait_cycles(CYCLES_OF_NS(WAKE_NS));
-    begin_phase(STARTING);
+    begin_phase(PHASE_STARTING);
     detect_chip();
 }
 
@@ -266,7 +266,7 @@ static void abort_transfer(void)
     dma_stream_stop(DMA1, TX_STREAM);
     SPI2->CR2 = 0;
     set_select(false);
-    phase = ABSENT;
+    phase = PHASE_ABSENT;
     irq_restore(mask);
 }
 
@@ -274,15 +274,15 @@ enum nor_status nor_poll(void)
 {
     polls++;
     switch (phase) {
-    case ABSENT: return NOR_MISSING;
-    case STUCK: return NOR_STUCK;
-    case STARTING: detect_chip(); return NOR_BUSY; /* the next poll reports what it found */
-    case IDLE:
+    case PHASE_ABSENT: return NOR_MISSING;
+    case PHASE_STUCK: return NOR_STUCK;
+    case PHASE_STARTING: detect_chip(); return NOR_BUSY; /* the next poll reports what it found */
+    case PHASE_IDLE:
         memory_fence(); /* from here on the caller sees the data that DMA has stored */
-        return failed ? NOR_FAILED : NOR_IDLE;
-    case ERASING:
+        return has_failed ? NOR_FAILED : NOR_IDLE;
+    case PHASE_ERASING:
         if (!(read_status() & STATUS_BUSY))
-            phase = IDLE;
+            phase = PHASE_IDLE;
         else if (takes_longer_than(ERASE_MS) || polls > POLLS_MAX)
             end_program(true);
         return NOR_BUSY; /* the next poll reports the end */
@@ -296,23 +296,23 @@ enum nor_status nor_poll(void)
 
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 {
-    begin_phase(READING);
-    send_command(READ, address);
+    begin_phase(PHASE_READING);
+    send_command(COMMAND_READ, address);
     begin_dma(bytes, NULL, (uint32_t)length);
 }
 
-void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
+void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE_BYTES])
 {
-    send_single_command(WRITE_ENABLE);
-    begin_phase(SENDING);
-    send_command(PROGRAM, address);
-    begin_dma(NULL, page, NOR_PAGE);
+    send_single_command(COMMAND_WRITE_ENABLE);
+    begin_phase(PHASE_SENDING);
+    send_command(COMMAND_PROGRAM, address);
+    begin_dma(NULL, page, NOR_PAGE_BYTES);
 }
 
 void nor_begin_erase(uint32_t address)
 {
-    send_single_command(WRITE_ENABLE);
-    send_command(ERASE, address);
+    send_single_command(COMMAND_WRITE_ENABLE);
+    send_command(COMMAND_ERASE, address);
     set_select(false);
-    begin_phase(ERASING);
+    begin_phase(PHASE_ERASING);
 }

@@ -7,7 +7,7 @@ enum pull { PULL_NONE, PULL_UP };
 #define SERIAL_CLOCK  (BOARD_SERIAL == 6 ? RCC_APB2ENR_USART6 : RCC_APB2ENR_USART1)
 
 static const struct setting {
-    uint8_t mode, function, pull, first;
+    uint8_t mode, function, pull, first_level;
 } settings[PINS] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     [PIN_##SIGNAL] = {.mode = ANALOGUE_MODE},
@@ -46,7 +46,7 @@ static void set_pin(enum pin_signal signal)
     at.port->PUPDR = (at.port->PUPDR & ~(3u << (2 * at.pin))) | (uint32_t)setting->pull
                                                                     << (2 * at.pin);
     if (setting->mode == OUTPUT_MODE) {
-        pin_write(signal, setting->first);
+        pin_write(signal, setting->first_level);
         set_fast(at);
     }
     if (setting->mode == FUNCTION_MODE)

@@ -38,10 +38,10 @@ static _Alignas(4) uint16_t adc1_code[BUFFER_SCANS * MR_ADC1_CHANNELS] DMA_BUFFE
 static _Alignas(4) uint16_t adc3_code[BUFFER_SCANS * MR_TRANSDUCERS] DMA_BUFFER;
 
 static struct mr_scan scan;
-static bool prepared, timers_run;
+static bool is_prepared, are_timers_running;
 
-static struct mr_block ring[BLOCK_QUEUE];
-static struct queue queue;
+static struct mr_block block_ring[BLOCK_QUEUE];
+static struct queue block_queue;
 /* Indices of the block being filled, and of the block at the start of the first half of the
  * buffer. */
 static uint32_t next_index, first_index;
@@ -51,8 +51,8 @@ static uint32_t last_conversion_ticks;
 /* Position of the other converter's stream at the end of the last block. A stopped stream is at the
  * expected half in every second block, so a position that has not changed is an error. */
 #define POSITION_UNKNOWN UINT32_MAX
-static uint32_t other_stood = POSITION_UNKNOWN;
-static bool other_stands;
+static uint32_t other_position = POSITION_UNKNOWN;
+static bool is_other_stopped;
 
 /* Converter input of each channel. */
 static const uint8_t input_of[MR_CHANNELS] = {
@@ -112,8 +112,8 @@ static void start_conversions(void)
     const uint32_t tell = DMA_CR_HTIE | DMA_CR_TCIE | DMA_CR_TEIE;
     bool adc3_is_last = scan.transducers > scan.others;
     uint32_t conversions = adc3_is_last ? scan.transducers : scan.others;
-    other_stood = POSITION_UNKNOWN;
-    other_stands = false;
+    other_position = POSITION_UNKNOWN;
+    is_other_stopped = false;
     first_index = next_index;
     last_conversion_ticks = (MR_SCANS_PER_BLOCK - 1u) * SCAN_TICKS +
                             (conversions - 1u) * CONVERSION_TICKS;
@@ -128,7 +128,7 @@ static void start_conversions(void)
 void scan_prepare(void)
 {
     ADC_CCR = ADC_CCR_PRESCALER_4;
-    prepared = true;
+    is_prepared = true;
 }
 
 static void start_timers(void)
@@ -151,7 +151,7 @@ static void start_timers(void)
     TIM4->CR2 = TIM_CR2_MMS_ENABLE;
     TIM4->SR = 0;
     TIM4->CR1 = TIM_CR1_CEN;
-    timers_run = true;
+    are_timers_running = true;
 }
 
 /* Compares the pins with the scan in progress. This runs after the last scan of a block: forward if
@@ -199,24 +199,24 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
     unsigned half = (index - first_index) % 2u ? MR_SCANS_PER_BLOCK : 0;
     if (ended > 1 ||
         (flags & (DMA_FLAG_HTIF | DMA_FLAG_TCIF)) != (half ? DMA_FLAG_TCIF : DMA_FLAG_HTIF)) {
-        other_stood = POSITION_UNKNOWN;
+        other_position = POSITION_UNKNOWN;
         health_count(MR_FAULT_SCAN_OVERRUN, 1);
         return;
     }
     uint32_t expected = half ? BUFFER_SCANS * other_count : MR_SCANS_PER_BLOCK * other_count;
     uint32_t stands_at = DMA2->stream[other].NDTR;
-    other_stands |= stands_at == other_stood;
-    other_stood = stands_at;
-    if (other_count && (stands_at != expected || other_stands)) {
+    is_other_stopped |= stands_at == other_position;
+    other_position = stands_at;
+    if (other_count && (stands_at != expected || is_other_stopped)) {
         health_count(MR_FAULT_SCAN_OVERRUN, 3);
         return;
     }
     check_polarity();
-    if (queue_filled(&queue) == BLOCK_QUEUE) {
+    if (queue_filled(&block_queue) == BLOCK_QUEUE) {
         health_count(MR_FAULT_BLOCK_LATE, 0);
         return;
     }
-    struct mr_block *block = &ring[queue.added % BLOCK_QUEUE];
+    struct mr_block *block = &block_ring[block_queue.added % BLOCK_QUEUE];
     uint32_t tick = mr_boardtime_tick(TRIGGER_TICK, index);
     uint16_t *transducers = adc3_code + half * scan.transducers,
              *others = adc1_code + half * scan.others;
@@ -225,7 +225,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
                             (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
         mr_block_from_fitted(block, &scan, index, tick, transducers, others);
-    queue_add(&queue, 1);
+    queue_add(&block_queue, 1);
 }
 
 void dma2_stream1_irq(void);
@@ -254,20 +254,20 @@ void adc_irq(void)
 
 bool scan_is_block_ready(void)
 {
-    return queue_filled(&queue) != 0;
+    return queue_filled(&block_queue) != 0;
 }
 
 unsigned board_blocks_waiting(void)
 {
-    return queue_filled(&queue);
+    return queue_filled(&block_queue);
 }
 
 bool board_block_get(struct mr_block *block)
 {
     if (!scan_is_block_ready())
         return false;
-    *block = ring[queue.removed % BLOCK_QUEUE];
-    queue_remove(&queue, 1);
+    *block = block_ring[block_queue.removed % BLOCK_QUEUE];
+    queue_remove(&block_queue, 1);
     return true;
 }
 
@@ -305,7 +305,7 @@ static void restart_scans(const struct mr_scan *with)
 void board_scans_restart(void)
 {
     struct mr_scan same = scan;
-    if (timers_run)
+    if (are_timers_running)
         restart_scans(&same);
 }
 
@@ -313,9 +313,9 @@ void board_scans_configure(uint32_t fitted)
 {
     struct mr_scan wanted;
     mr_scan_plan(&wanted, ~(fitted & BOARD_INPUTS));
-    if (!prepared)
+    if (!is_prepared)
         return;
-    if (timers_run) {
+    if (are_timers_running) {
         restart_scans(&wanted);
         return;
     }

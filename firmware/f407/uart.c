@@ -17,8 +17,8 @@
 
 static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;
 static struct queue tx_queue;
-static volatile uint32_t tx_chunk; /* bytes the DMA is sending */
-static uint32_t rx_got;
+static volatile uint32_t tx_dma_bytes; /* bytes the DMA is sending */
+static uint32_t rx_read_count;
 
 void uart_start(void)
 {
@@ -41,12 +41,12 @@ static void send_next(void)
     uint32_t waiting = queue_filled(&tx_queue);
     uint32_t at = tx_queue.removed % TX_RING;
     struct dma_stream_regs *tx = &DMA2->stream[TX_STREAM];
-    tx_chunk = waiting < TX_RING - at ? waiting : TX_RING - at;
-    if (!tx_chunk)
+    tx_dma_bytes = waiting < TX_RING - at ? waiting : TX_RING - at;
+    if (!tx_dma_bytes)
         return;
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
     tx->M0AR = (uint32_t)(uintptr_t)&tx_ring[at];
-    tx->NDTR = tx_chunk;
+    tx->NDTR = tx_dma_bytes;
     dma_stream_start(tx, DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL |
                              DMA_CR_TCIE | DMA_CR_TEIE);
 }
@@ -55,7 +55,7 @@ void dma2_stream7_irq(void);
 void dma2_stream7_irq(void)
 {
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
-    queue_remove(&tx_queue, tx_chunk);
+    queue_remove(&tx_queue, tx_dma_bytes);
     send_next();
     irq_end();
 }
@@ -71,7 +71,7 @@ bool board_serial_send(const uint8_t *bytes, size_t length)
     memcpy(tx_ring, bytes + first, length - first);
     uint32_t mask = irq_mask();
     queue_add(&tx_queue, (uint32_t)length);
-    if (!tx_chunk)
+    if (!tx_dma_bytes)
         send_next();
     irq_restore(mask);
     return true;
@@ -82,9 +82,9 @@ size_t board_serial_receive(uint8_t *bytes, size_t capacity)
     size_t count = 0;
     uint32_t head = (RX_RING - DMA2->stream[RX_STREAM].NDTR) % RX_RING;
     memory_fence();
-    while (rx_got != head && count < capacity) {
-        bytes[count++] = rx_ring[rx_got];
-        rx_got = (rx_got + 1) % RX_RING;
+    while (rx_read_count != head && count < capacity) {
+        bytes[count++] = rx_ring[rx_read_count];
+        rx_read_count = (rx_read_count + 1) % RX_RING;
     }
     return count;
 }

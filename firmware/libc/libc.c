@@ -80,9 +80,9 @@ char *strncpy(char *restrict to, const char *restrict from, size_t length)
     return to;
 }
 
-#define FRACTION_BITS 52
-#define BIAS          1023
-#define INFINITE      (UINT64_C(0x7ff) << FRACTION_BITS)
+#define FRACTION_BITS     52
+#define BIAS              1023
+#define INFINITE_EXPONENT (UINT64_C(0x7ff) << FRACTION_BITS)
 
 /* Computes digit by digit: 53 bits of the root and one more. With the remainder they determine the
  * rounding. */
@@ -93,9 +93,9 @@ double sqrt(double x)
         uint64_t bits;
     } v = {x};
     uint64_t left = v.bits, root = 0, sum = 0;
-    if (left << 1 == 0 || left == INFINITE)
+    if (left << 1 == 0 || left == INFINITE_EXPONENT)
         return x; /* 0 of either sign, infinity */
-    if (left >= INFINITE)
+    if (left >= INFINITE_EXPONENT)
         return x != x ? x : (double)NAN; /* NaN, or a negative number */
     int exponent = (int)(left >> FRACTION_BITS) - BIAS;
     if (exponent == -BIAS) { /* subnormal */

@@ -74,7 +74,7 @@ static int parse_commit(struct mr_image *image, const char *text)
     size_t digits = strspn(text, "0123456789abcdef");
     image->commit = unknown ? 0 : (uint32_t)(value >> 16);
     image->commit_more = unknown ? 0 : (uint16_t)value;
-    image->changed = !unknown && text[digits] != 0;
+    image->is_modified = !unknown && text[digits] != 0;
     return unknown || (digits == 12 && (!text[12] || strcmp(text + 12, "-dirty") == 0));
 }
 
@@ -85,7 +85,7 @@ int main(int argc, char **argv)
         return fail("not two words", "usage: stamp ELF COMMIT");
     if (!read_file(argv[1]))
         return fail("cannot read the image", argv[1]);
-    uint8_t *head = segment_bytes(MR_FLASH, MR_IMAGE_HEAD);
+    uint8_t *head = segment_bytes(MR_FLASH, MR_IMAGE_HEAD_BYTES);
     enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);

@@ -47,7 +47,7 @@ static void wire_pins(struct hil_board *board)
     board->camera.options = &board->options;
     board->camera.state = &board->state.camera;
     for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
-        const struct hil_pull *pull = &board->options.type->pull[i];
+        const struct hil_pull *pull = &board->options.type->pulls[i];
         hil_gpio_add_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->is_up);
     }
     hil_rig_create(&board->rig);
@@ -187,10 +187,10 @@ static bool read_elf(const char *path, struct hil_memory *memory)
 static bool read_flash(const char *path, struct hil_memory *memory)
 {
     FILE *file = path ? fopen(path, "rb") : NULL;
-    size_t n = file ? fread(memory->flash, 1, MR_IMAGE_HEAD, file) : 0;
+    size_t n = file ? fread(memory->flash, 1, MR_IMAGE_HEAD_BYTES, file) : 0;
     if (file)
         fclose(file);
-    return n == MR_IMAGE_HEAD;
+    return n == MR_IMAGE_HEAD_BYTES;
 }
 
 enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
@@ -429,7 +429,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     const struct hil_observers *observers = &core->observers;
     if (core->stopped)
         return core->stop_status;
-    core->target_reached = false;
+    core->has_reached_target = false;
     hil_event_set_ps(core, HIL_EVENT_TARGET, t_ps);
     for (;;) {
         if (observers->debugger && observers->debugger->is_holding(observers->debugger_context))
@@ -439,7 +439,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         hil_event_handle_due(core);
-        if (core->stopped || core->target_reached)
+        if (core->stopped || core->has_reached_target)
             break;
         if (core->reset.is_requested) {
             handle_reset(board);
@@ -459,12 +459,13 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
                 state->cpu.is_asleep = false;
             } else {
                 if (observers->tracer)
-                    observers->tracer->sample(observers->tracer_context, hil_now_cycle(core));
+                    observers->tracer->sample_signals(observers->tracer_context,
+                                                      hil_now_cycle(core));
                 advance_to_event(core, &state->counters.asleep_cycles);
                 continue;
             }
             if (observers->tracer)
-                observers->tracer->sample(observers->tracer_context, hil_now_cycle(core));
+                observers->tracer->sample_signals(observers->tracer_context, hil_now_cycle(core));
         }
         if (is_waiting_for_flash(core)) {
             advance_to_event(core, &state->counters.flash_stall_cycles);
@@ -502,7 +503,7 @@ const struct hil_counters *hil_board_counters(const struct hil_board *board)
     return &board->core.state.counters;
 }
 
-bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin)
+bool hil_board_pin_level(const struct hil_board *board, unsigned port, unsigned pin)
 {
     return port < HIL_GPIO_PORTS && pin < 16 && hil_gpio_level(&board->mcu.gpio, port, pin);
 }

@@ -111,7 +111,7 @@ const char *hil_board_reason(const struct hil_board *board);
 uint64_t hil_board_now_ps(const struct hil_board *board);
 
 /* Level of a pin; port 0 = A .. 8 = I. The warning lamp is pin ('E' - 'A', 0). */
-bool hil_board_pin(const struct hil_board *board, unsigned port, unsigned pin);
+bool hil_board_pin_level(const struct hil_board *board, unsigned port, unsigned pin);
 
 const struct hil_counters *hil_board_counters(const struct hil_board *board);
 

@@ -12,14 +12,14 @@
 #define CONFIG_AL         0x20u /* bits of the second byte; AL is read-only */
 #define CONFIG_EM         0x10u
 #define TYPICAL_PS        (26u * HIL_MS_PS)
-#define LONGEST_PS        (35u * HIL_MS_PS)
+#define MAXIMUM_PS        (35u * HIL_MS_PS)
 
 static uint64_t conversion_ps(struct hil_tmp112_device *dev)
 {
     switch (dev->options->cell_times) {
     case HIL_TIMES_TYPICAL: return TYPICAL_PS;
-    case HIL_TIMES_MAXIMUM: return LONGEST_PS;
-    default: return TYPICAL_PS + mr_splitmix64(&dev->state->random) % (LONGEST_PS - TYPICAL_PS);
+    case HIL_TIMES_MAXIMUM: return MAXIMUM_PS;
+    default: return TYPICAL_PS + mr_splitmix64(&dev->state->random) % (MAXIMUM_PS - TYPICAL_PS);
     }
 }
 
@@ -86,17 +86,17 @@ static bool receive_address(void *device, uint8_t byte)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    chip->addressed = !chip->is_dead && !isnan(dev->options->temperature_c) &&
-                      byte >> 1 == HIL_TMP112_ADDRESS;
+    chip->is_addressed = !chip->is_dead && !isnan(dev->options->temperature_c) &&
+                         byte >> 1 == HIL_TMP112_ADDRESS;
     chip->byte_count = 0;
-    return chip->addressed;
+    return chip->is_addressed;
 }
 
 static bool receive_byte(void *device, uint8_t byte)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    if (!chip->addressed || chip->is_dead)
+    if (!chip->is_addressed || chip->is_dead)
         return false;
     advance(dev);
     unsigned n = chip->byte_count++;
@@ -113,7 +113,7 @@ static uint8_t next_byte(void *device)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
-    if (!chip->addressed || chip->is_dead)
+    if (!chip->is_addressed || chip->is_dead)
         return 0xff;
     advance(dev);
     unsigned i = chip->byte_count++ % 2;
@@ -130,13 +130,13 @@ static uint8_t next_byte(void *device)
 static void end_transfer(void *device)
 {
     struct hil_tmp112_device *dev = device;
-    dev->state->addressed = false;
+    dev->state->is_addressed = false;
 }
 
 static bool is_driving_bus(const void *device)
 {
     const struct hil_tmp112_device *dev = device;
-    return dev->state->addressed && !dev->state->is_dead;
+    return dev->state->is_addressed && !dev->state->is_dead;
 }
 
 struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)

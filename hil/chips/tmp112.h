@@ -34,7 +34,7 @@ struct hil_tmp112 {
     uint64_t begun_ps;      /* start of the continuous or the single conversion */
     uint64_t conversion_ps; /* duration of a conversion */
     bool is_converting;     /* a single conversion is in progress */
-    bool addressed;
+    bool is_addressed;
     unsigned byte_count; /* bytes since the chip was addressed */
     uint64_t random;
 

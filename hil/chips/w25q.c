@@ -7,23 +7,23 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
-#define BUSY                 1u
-#define WEL                  2u
+#define STATUS_BUSY          1u
+#define STATUS_WEL           2u
 #define MANUFACTURER         0xefu
 /* share of a hung operation's changes that are made before a reset */
 #define INTERRUPTED_PERMILLE 500u
 /* The modelled commands (data sheet rev. F, 8.1.2). */
 enum command {
-    PAGE_PROGRAM = 0x02,
-    READ = 0x03,
-    READ_STATUS = 0x05,
-    WRITE_ENABLE = 0x06,
-    ERASE_4K = 0x20,
-    ENABLE_RESET = 0x66,
-    RESET = 0x99,
-    JEDEC_ID = 0x9f,
-    RELEASE = 0xab,
-    POWER_DOWN = 0xb9,
+    COMMAND_PAGE_PROGRAM = 0x02,
+    COMMAND_READ = 0x03,
+    COMMAND_READ_STATUS = 0x05,
+    COMMAND_WRITE_ENABLE = 0x06,
+    COMMAND_ERASE_4K = 0x20,
+    COMMAND_ENABLE_RESET = 0x66,
+    COMMAND_RESET = 0x99,
+    COMMAND_JEDEC_ID = 0x9f,
+    COMMAND_RELEASE = 0xab,
+    COMMAND_POWER_DOWN = 0xb9,
 };
 
 static bool has_bit(const uint8_t *bits, uint32_t n)
@@ -33,7 +33,7 @@ static bool has_bit(const uint8_t *bits, uint32_t n)
 
 static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t value)
 {
-    uint32_t sector = address / HIL_NOR_SECTOR;
+    uint32_t sector = address / HIL_NOR_SECTOR_BYTES;
     /* stored inverted, so the pages of an erased chip use no memory */
     dev->cells[address] = (uint8_t)~value;
     dev->state->used_sectors[sector / 8u] |= (uint8_t)(1u << sector % 8u);
@@ -48,11 +48,11 @@ static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
 static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
-    uint8_t plain[HIL_NOR_SECTOR], wanted[HIL_NOR_PAGE];
-    bool program = w->operation == PAGE_PROGRAM;
-    uint32_t step = program ? HIL_NOR_PAGE : HIL_NOR_SECTOR;
+    uint8_t plain[HIL_NOR_SECTOR_BYTES], wanted[HIL_NOR_PAGE_BYTES];
+    bool program = w->operation == COMMAND_PAGE_PROGRAM;
+    uint32_t step = program ? HIL_NOR_PAGE_BYTES : HIL_NOR_SECTOR_BYTES;
     for (uint32_t at = w->first_cell; at < w->first_cell + w->cell_count; at += step) {
-        if (!program && !has_bit(w->used_sectors, at / HIL_NOR_SECTOR))
+        if (!program && !has_bit(w->used_sectors, at / HIL_NOR_SECTOR_BYTES))
             continue;
         for (uint32_t i = 0; i < step; i++)
             plain[i] = get_cell(dev, at + i);
@@ -62,8 +62,8 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
         for (uint32_t i = 0; i < step; i++)
             put_cell(dev, at + i, plain[i]);
         if (!program && permille >= 1000)
-            w->used_sectors[at / HIL_NOR_SECTOR / 8u] &= (uint8_t) ~(1u
-                                                                     << at / HIL_NOR_SECTOR % 8u);
+            w->used_sectors[at / HIL_NOR_SECTOR_BYTES / 8u] &=
+                (uint8_t) ~(1u << at / HIL_NOR_SECTOR_BYTES % 8u);
     }
 }
 
@@ -74,7 +74,7 @@ static void end_operation(struct hil_w25q_device *dev, unsigned permille)
     if (!w->is_failing)
         change_cells(dev, permille);
     w->operation = 0;
-    w->status &= (uint8_t) ~(BUSY | WEL);
+    w->status &= (uint8_t) ~(STATUS_BUSY | STATUS_WEL);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
 }
 
@@ -106,8 +106,8 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
                             uint32_t bytes, uint32_t typical_us, uint32_t maximum_us)
 {
     struct hil_w25q *w = dev->state;
-    bool program = w->command == PAGE_PROGRAM;
-    if (!(w->status & WEL)) {
+    bool program = w->command == COMMAND_PAGE_PROGRAM;
+    if (!(w->status & STATUS_WEL)) {
         hil_trace(dev->core, "NOR: command 0x%02x at 0x%06x ignored: not write-enabled", w->command,
                   (unsigned)first);
         return;
@@ -124,7 +124,7 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
         dev->requests->hang_count--;
         w->end_ps = HIL_NEVER;
     }
-    w->status |= BUSY;
+    w->status |= STATUS_BUSY;
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
     hil_call(&dev->on_begin);
 }
@@ -146,22 +146,23 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
     struct hil_w25q *w = dev->state;
     bool reset_enabled = w->is_reset_enabled;
     w->is_reset_enabled = false;
-    w->times.pause_command = w->command == RESET && !reset_enabled ? 0 : w->command;
+    w->times.pause_command = w->command == COMMAND_RESET && !reset_enabled ? 0 : w->command;
     switch (w->command) {
-    case WRITE_ENABLE: w->status |= WEL; break;
-    case PAGE_PROGRAM:
+    case COMMAND_WRITE_ENABLE: w->status |= STATUS_WEL; break;
+    case COMMAND_PAGE_PROGRAM:
         if (w->page_count)
-            start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE - 1u), HIL_NOR_PAGE, 700, 3000);
+            start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE_BYTES - 1u), HIL_NOR_PAGE_BYTES,
+                            700, 3000);
         break;
-    case ERASE_4K: /* executed only after exactly three address bytes */
+    case COMMAND_ERASE_4K: /* executed only after exactly three address bytes */
         if (w->byte_count == 4)
-            start_operation(dev, t_ps, w->address & ~(HIL_NOR_SECTOR - 1u), HIL_NOR_SECTOR, 45000,
-                            400000);
+            start_operation(dev, t_ps, w->address & ~(HIL_NOR_SECTOR_BYTES - 1u),
+                            HIL_NOR_SECTOR_BYTES, 45000, 400000);
         break;
-    case POWER_DOWN: w->is_powered_down = true; break;
-    case RELEASE: w->is_powered_down = false; break;
-    case ENABLE_RESET: w->is_reset_enabled = true; break;
-    case RESET:
+    case COMMAND_POWER_DOWN: w->is_powered_down = true; break;
+    case COMMAND_RELEASE: w->is_powered_down = false; break;
+    case COMMAND_ENABLE_RESET: w->is_reset_enabled = true; break;
+    case COMMAND_RESET:
         if (reset_enabled)
             reset_chip(dev, t_ps);
         break;
@@ -175,10 +176,11 @@ static bool is_accepted(const struct hil_w25q *w)
     if (w->is_dead)
         return false;
     if (w->is_stuck)
-        return w->command == READ_STATUS;
+        return w->command == COMMAND_READ_STATUS;
     if (w->operation)
-        return w->command == READ_STATUS || w->command == ENABLE_RESET || w->command == RESET;
-    return !w->is_powered_down || w->command == RELEASE;
+        return w->command == COMMAND_READ_STATUS || w->command == COMMAND_ENABLE_RESET ||
+               w->command == COMMAND_RESET;
+    return !w->is_powered_down || w->command == COMMAND_RELEASE;
 }
 
 /* Handles byte n (1: the first after the command) of a command with a three-byte address. */
@@ -189,14 +191,14 @@ static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, ui
         w->address = (w->address << 8 | in) & 0xffffffu;
         return 0xff;
     }
-    if (w->command == READ) {
+    if (w->command == COMMAND_READ) {
         uint32_t address = w->address;
         w->address = (address + 1u) % HIL_NOR_SIZE;
         return get_cell(dev, address);
     }
-    if (w->command == PAGE_PROGRAM) {
+    if (w->command == COMMAND_PAGE_PROGRAM) {
         /* the address wraps within the page; of two bytes for one address the second counts */
-        uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE;
+        uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE_BYTES;
         w->page[at] = in;
         w->page_mask[at / 8u] |= (uint8_t)(1u << at % 8u);
     }
@@ -208,11 +210,11 @@ static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
     struct hil_w25q *w = dev->state;
     static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
     switch (w->command) {
-    case READ_STATUS: return w->is_stuck ? w->status | BUSY : w->status;
-    case JEDEC_ID: return jedec[(n - 1u) % 3u];
-    case READ:
-    case PAGE_PROGRAM:
-    case ERASE_4K: return handle_addressed_byte(dev, n, in);
+    case COMMAND_READ_STATUS: return w->is_stuck ? w->status | STATUS_BUSY : w->status;
+    case COMMAND_JEDEC_ID: return jedec[(n - 1u) % 3u];
+    case COMMAND_READ:
+    case COMMAND_PAGE_PROGRAM:
+    case COMMAND_ERASE_4K: return handle_addressed_byte(dev, n, in);
     default: return 0xff;
     }
 }
@@ -220,7 +222,8 @@ static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 /* True if the chip drives its output in byte n of a command (1: the first after the command). */
 static bool is_driven(uint8_t command, uint32_t n)
 {
-    return command == READ_STATUS || command == JEDEC_ID || (command == READ && n > 3);
+    return command == COMMAND_READ_STATUS || command == COMMAND_JEDEC_ID ||
+           (command == COMMAND_READ && n > 3);
 }
 
 static bool is_driving_output(const void *device)
@@ -231,9 +234,17 @@ static bool is_driving_output(const void *device)
 
 static bool is_known(uint8_t command)
 {
-    static const uint8_t known[] = {PAGE_PROGRAM, READ,     READ_STATUS, WRITE_ENABLE,
-                                    ERASE_4K,     RELEASE,  POWER_DOWN,  ENABLE_RESET,
-                                    RESET,        JEDEC_ID, 0xff};
+    static const uint8_t known[] = {COMMAND_PAGE_PROGRAM,
+                                    COMMAND_READ,
+                                    COMMAND_READ_STATUS,
+                                    COMMAND_WRITE_ENABLE,
+                                    COMMAND_ERASE_4K,
+                                    COMMAND_RELEASE,
+                                    COMMAND_POWER_DOWN,
+                                    COMMAND_ENABLE_RESET,
+                                    COMMAND_RESET,
+                                    COMMAND_JEDEC_ID,
+                                    0xff};
     return memchr(known, command, sizeof known) != NULL;
 }
 
@@ -265,10 +276,10 @@ static void begin_command(void *device, uint64_t at)
 /* Returns the rule for the pause that must follow a command; HIL_RULES: none. */
 static enum hil_rule pause_rule(uint8_t command)
 {
-    return command == RELEASE    ? HIL_RULE_RELEASE
-         : command == POWER_DOWN ? HIL_RULE_POWER_DOWN
-         : command == RESET      ? HIL_RULE_RESTART
-                                 : HIL_RULES;
+    return command == COMMAND_RELEASE    ? HIL_RULE_RELEASE
+         : command == COMMAND_POWER_DOWN ? HIL_RULE_POWER_DOWN
+         : command == COMMAND_RESET      ? HIL_RULE_RESTART
+                                         : HIL_RULES;
 }
 
 /* Checks the rules of the W25Q128JV (hil/periph/rules.def) when a command's first byte is known:
@@ -278,7 +289,7 @@ static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_ti
 {
     const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
     const struct hil_moment power = {.ps = past->power_ps};
-    bool reads = past->previous_command == READ && command == READ;
+    bool reads = past->previous_command == COMMAND_READ && command == COMMAND_READ;
     enum hil_rule rest = pause_rule(past->pause_command);
     if (!past->previous_command)
         hil_rules_check_interval(rules, HIL_RULE_POWER_TO_SELECT, power, select->fell);
@@ -287,11 +298,11 @@ static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_ti
                                  select->rose, select->fell);
     if (rest != HIL_RULES)
         hil_rules_check_interval(rules, rest, select->rose, select->fell);
-    if (command == WRITE_ENABLE)
+    if (command == COMMAND_WRITE_ENABLE)
         hil_rules_check_interval(rules, HIL_RULE_POWER_TO_WRITE, power, select->fell);
-    hil_rules_check_time(rules,
-                         command == READ ? HIL_RULE_CLOCK_PERIOD_READ : HIL_RULE_CLOCK_PERIOD,
-                         clock_period_ns, 0.0, select->fell.pc);
+    hil_rules_check_time(
+        rules, command == COMMAND_READ ? HIL_RULE_CLOCK_PERIOD_READ : HIL_RULE_CLOCK_PERIOD,
+        clock_period_ns, 0.0, select->fell.pc);
 }
 
 static uint8_t exchange_byte(void *device, uint8_t in, uint64_t at)
@@ -307,7 +318,7 @@ static uint8_t exchange_byte(void *device, uint8_t in, uint64_t at)
         w->command = w->times.previous_command = in;
         w->times.pause_command = 0;
         w->address = w->page_count = 0;
-        if (w->operation != PAGE_PROGRAM)
+        if (w->operation != COMMAND_PAGE_PROGRAM)
             memset(w->page_mask, 0, sizeof w->page_mask);
         if (!is_known(in))
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);

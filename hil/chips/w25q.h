@@ -32,9 +32,9 @@ struct hil_w25q_times {
 struct hil_core;
 struct hil_options;
 
-#define HIL_NOR_SIZE   0x01000000u
-#define HIL_NOR_SECTOR 4096u
-#define HIL_NOR_PAGE   256u
+#define HIL_NOR_SIZE         0x01000000u
+#define HIL_NOR_SECTOR_BYTES 4096u
+#define HIL_NOR_PAGE_BYTES   256u
 
 struct hil_w25q {
     uint8_t status;
@@ -46,8 +46,8 @@ struct hil_w25q {
     struct hil_w25q_times times;
     uint32_t byte_count; /* bytes since the chip was selected */
     uint32_t address;
-    uint8_t page[HIL_NOR_PAGE];
-    uint8_t page_mask[HIL_NOR_PAGE / 8u]; /* bit mask of the bytes shifted in */
+    uint8_t page[HIL_NOR_PAGE_BYTES];
+    uint8_t page_mask[HIL_NOR_PAGE_BYTES / 8u]; /* bit mask of the bytes shifted in */
     uint32_t page_count;
     /* the operation in progress */
     uint8_t operation;               /* its command; 0: none */
@@ -60,7 +60,7 @@ struct hil_w25q {
      * is_failing: the operation in progress changes nothing. */
     bool is_dead, is_stuck, is_failing;
     /* sectors that may contain bytes other than 0xff */
-    uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR / 8u];
+    uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR_BYTES / 8u];
 };
 
 /* Requests of a fault script to the chip. The chip executes and clears `is_fill_requested`, and

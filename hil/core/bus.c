@@ -54,7 +54,7 @@ static uint32_t addressed_bytes(uint32_t value, uint32_t address, unsigned size)
 
 static bool is_clock_on(struct hil_core *core, const struct hil_peripheral *p)
 {
-    const struct hil_new_clocks *fresh = &core->bus.fresh;
+    const struct hil_new_clocks *fresh = &core->bus.new_clocks;
     if (fresh->clocks && fresh->clocks == p->clocks && (fresh->mask & p->clock_mask))
         fresh->on_access(fresh->context);
     if (!p->clocks || (*p->clocks & p->clock_mask))

@@ -17,7 +17,7 @@ void hil_core_stop(struct hil_core *core, enum mr_status status, const char *for
     va_end(arguments);
     hil_trace(core, "stop: %s", core->reason);
     hil_core_request_check(core);
-    core->engine.translator.abandoned = core->engine.has_left_block =
+    core->engine.translator.is_abandoned = core->engine.has_left_block =
         hil_translator_can_leave(&core->engine.translator);
     if (core->engine.has_left_block)
         uc_emu_stop(core->uc);
@@ -67,7 +67,7 @@ uint32_t hil_cpu_register(const struct hil_core *core, unsigned number)
 
 /* --- the clock --- */
 
-__extension__ typedef unsigned __int128 wide;
+__extension__ typedef unsigned __int128 uint128;
 
 static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
 {
@@ -93,14 +93,14 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
     /* in the cycles just before a change of HCLK, the new HCLK applies */
     if (cycle < clock->anchor_cycle)
         return clock->anchor_ps -
-               (uint64_t)((wide)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
+               (uint64_t)((uint128)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
     /* A product of 64 bits lasts for days at common clock rates and is four times faster than
-     * `wide`. */
+     * `uint128`. */
     if (clock->ratio_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;
-    wide ps = (wide)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
+    uint128 ps = (uint128)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
     return clock->anchor_ps + (uint64_t)ps;
 }
 
@@ -115,8 +115,8 @@ uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
         !__builtin_mul_overflow(t_ps - clock->anchor_ps, clock->ratio_cycles, &product) &&
         !__builtin_add_overflow(product, clock->ratio_ps - 1u, &product))
         return clock->anchor_cycle + product / clock->ratio_ps;
-    wide cycles = ((wide)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_SECOND_PS - 1)) /
-                  HIL_SECOND_PS;
+    uint128 cycles = ((uint128)(t_ps - clock->anchor_ps) * clock->hclk_hz + (HIL_SECOND_PS - 1)) /
+                     HIL_SECOND_PS;
     return clock->anchor_cycle + (uint64_t)cycles;
 }
 
@@ -133,7 +133,7 @@ static void target_event(void *device, uint64_t at)
 {
     struct hil_core *core = device;
     (void)at;
-    core->target_reached = true;
+    core->has_reached_target = true;
 }
 
 void hil_event_connect(struct hil_core *core, enum hil_event_slot slot,
@@ -224,7 +224,7 @@ void hil_event_handle_due(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     const struct hil_observers *observers = &core->observers;
-    while (events->next_cycle <= core->state.clock.now_cycle && !core->target_reached) {
+    while (events->next_cycle <= core->state.clock.now_cycle && !core->has_reached_target) {
         unsigned slot = events->next_slot;
         uint64_t at = events->at_cycle[slot];
         events->at_cycle[slot] = HIL_NEVER;
@@ -233,7 +233,7 @@ void hil_event_handle_due(struct hil_core *core)
         core->handler[slot].handler(core->handler[slot].device, at);
         /* the end of a partial run must not appear in a trace */
         if (observers->tracer && slot != HIL_EVENT_TARGET)
-            observers->tracer->sample(observers->tracer_context, at);
+            observers->tracer->sample_signals(observers->tracer_context, at);
         find_next(core);
     }
 }
@@ -279,23 +279,23 @@ void hil_hclk_skip_to_event(struct hil_core *core)
     ROW(true, access, offset, count, stride, name, __VA_ARGS__)
 #define SET(name, peripheral, base) {peripheral, base, (const struct hil_register[]){
 #define END(set)                    {.name = NULL}}},
-static const struct hil_register_set sets[] = {
+static const struct hil_register_set register_sets[] = {
 #include "hil/core/registers.def"
 };
 /* clang-format on */
-#define SET_COUNT (sizeof sets / sizeof sets[0])
+#define SET_COUNT (sizeof register_sets / sizeof register_sets[0])
 
 const struct hil_register_set *hil_registers_all(size_t *count)
 {
     *count = SET_COUNT;
-    return sets;
+    return register_sets;
 }
 
 const struct hil_register_set *hil_registers_by_base(uint32_t base)
 {
     for (size_t i = 0; i < SET_COUNT; i++) {
-        if (sets[i].base == base)
-            return &sets[i];
+        if (register_sets[i].base == base)
+            return &register_sets[i];
     }
     return NULL;
 }
@@ -315,9 +315,10 @@ const char *hil_register_refusal(const struct hil_register *r, uint32_t value)
     uint32_t changed = value ^ r->reset;
     if (r->access == 'r')
         return "the register is read-only: the chip ignores the write";
-    if (changed & r->refused)
+    if (changed & r->refused_bits)
         return r->explanation;
-    if (!r->allows_reserved && (changed & ~(r->plain | r->action | r->status | r->conditional)))
+    if (!r->allows_reserved &&
+        (changed & ~(r->plain_bits | r->action_bits | r->status | r->conditional_bits)))
         return "a reserved bit is changed: it must be kept at its reset value";
     return NULL;
 }

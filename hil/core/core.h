@@ -68,7 +68,7 @@ struct hil_new_clocks {
 struct hil_bus {
     struct hil_access access;
     struct hil_system_memory system_memory;
-    struct hil_new_clocks fresh;
+    struct hil_new_clocks new_clocks;
     unsigned count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
     uint8_t peripheral_of[HIL_BUS_PAGES];
@@ -101,20 +101,21 @@ struct hil_debugger_calls {
     /* the firmware has executed BKPT */
     void (*handle_bkpt)(void *context);
     /* returns true if the block must be executed instruction by instruction */
-    bool (*has_point_in)(const void *context, uint32_t address, uint32_t size);
+    bool (*must_step_block)(const void *context, uint32_t address, uint32_t size);
     /* returns true if the board must stop before this instruction */
-    bool (*is_stop_before)(void *context, uint32_t pc);
+    bool (*must_stop_before)(void *context, uint32_t pc);
 };
 
 struct hil_tracer_calls {
     /* signals may have changed at this cycle */
-    void (*sample)(void *context, uint64_t at);
-    void (*exception)(void *context); /* the core changes to a different exception */
+    void (*sample_signals)(void *context, uint64_t at);
+    void (*change_exception)(void *context); /* the core changes to a different exception */
 };
 
 struct hil_profiler_calls {
     /* this number of instructions of the block has been executed */
-    void (*count)(void *context, uint32_t address, uint32_t size, uint32_t instructions);
+    void (*count_instructions)(void *context, uint32_t address, uint32_t size,
+                               uint32_t instructions);
 };
 
 struct hil_observers {
@@ -201,7 +202,7 @@ struct hil_reset {
     bool is_requested;
     bool has_lost_power; /* the reset is caused by the return of the supply */
     uint32_t flags;      /* flags for RCC_CSR */
-    uint64_t hold_ps;    /* time at which the reset ends */
+    uint64_t end_ps;     /* time at which the reset ends */
 };
 
 struct hil_core {
@@ -217,7 +218,7 @@ struct hil_core {
     /* the block hook returns to the main loop at the first block that begins at or after this
      * cycle; not later than the next event */
     uint64_t limit_cycle;
-    bool target_reached;
+    bool has_reached_target;
     struct hil_reset reset;
     bool stopped;
     enum mr_status stop_status;
@@ -337,13 +338,13 @@ struct hil_register {
     bool allows_reserved; /* reserved bits may have any value in writes: flags cleared by 0, keys */
     const char *name;
     uint32_t reset;
-    uint32_t plain;  /* bits that read back as written */
-    uint32_t action; /* bits that start an action or clear a flag when written */
-    uint32_t status; /* bits that hardware sets; written values are ignored */
+    uint32_t plain_bits;  /* bits that read back as written */
+    uint32_t action_bits; /* bits that start an action or clear a flag when written */
+    uint32_t status;      /* bits that hardware sets; written values are ignored */
     /* bits that are modelled only for some values or states; see `explanation` */
-    uint32_t conditional;
-    uint32_t refused;        /* bits that exist in hardware but are not modelled */
-    const char *explanation; /* explanation of `conditional` and `refused` */
+    uint32_t conditional_bits;
+    uint32_t refused_bits;   /* bits that exist in hardware but are not modelled */
+    const char *explanation; /* explanation of `conditional_bits` and `refused_bits` */
 };
 
 struct hil_register_set {

@@ -104,7 +104,7 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
     (void)hil_translator_find_instruction(&core->engine.translator, (uint32_t)address,
                                           &core->engine.bad_place);
     if (type == UC_MEM_WRITE_UNMAPPED || type == UC_MEM_WRITE_PROT)
-        core->engine.translator.abandoned = hil_translator_can_leave(&core->engine.translator);
+        core->engine.translator.is_abandoned = hil_translator_can_leave(&core->engine.translator);
     return false;
 }
 
@@ -122,7 +122,7 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
     hil_bus_write(region->core, region->base + (uint32_t)offset, size, (uint32_t)value);
     const struct hil_observers *observers = &region->core->observers;
     if (observers->tracer)
-        observers->tracer->sample(observers->tracer_context, hil_now_cycle(region->core));
+        observers->tracer->sample_signals(observers->tracer_context, hil_now_cycle(region->core));
 }
 
 /* Maps the whole address space; aborts if Unicorn cannot. */
@@ -168,8 +168,8 @@ static void map_create(struct hil_core *core)
 
 /* Why Unicorn returned, set by its hooks. */
 enum {
-    RETURNED_PLAIN,
-    RETURNED_RETURN,
+    RETURNED_WITHOUT_REASON,
+    RETURNED_EXC_RETURN,
     RETURNED_SVC,
     RETURNED_BKPT,
     RETURNED_NO_CODE,
@@ -265,8 +265,9 @@ static void count_block(struct hil_core *core)
     struct hil_core_state *state = &core->state;
     uint64_t parts = block_end_parts(core);
     if (core->observers.profiler && state->cpu.block_instructions)
-        core->observers.profiler->count(core->observers.profiler_context, state->cpu.block_address,
-                                        state->cpu.block_size, state->cpu.block_instructions);
+        core->observers.profiler->count_instructions(
+            core->observers.profiler_context, state->cpu.block_address, state->cpu.block_size,
+            state->cpu.block_instructions);
     state->clock.now_cycle += parts / HIL_CYCLE_PARTS;
     state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
     state->counters.instructions += state->cpu.block_instructions;
@@ -280,7 +281,7 @@ static bool is_stop_due(struct hil_core *core, uint32_t address)
     hil_event_handle_due(core);
     if (core->limit_cycle > core->state.events.next_cycle)
         core->limit_cycle = core->state.events.next_cycle;
-    if (core->stopped || core->target_reached || core->reset.is_requested ||
+    if (core->stopped || core->has_reached_target || core->reset.is_requested ||
         core->state.clock.is_stopped)
         return true;
     if (core->state.bank.is_busy) {
@@ -327,8 +328,8 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
     state->cpu.block_size = size;
     state->cpu.block_instructions = info->instructions;
     if (can_fault(core, info->flags) ||
-        (observers->debugger &&
-         observers->debugger->has_point_in(observers->debugger_context, (uint32_t)address, size))) {
+        (observers->debugger && observers->debugger->must_step_block(observers->debugger_context,
+                                                                     (uint32_t)address, size))) {
         state->cpu.is_stepping = true;
         uc_emu_stop(uc);
     }
@@ -372,7 +373,7 @@ static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
 {
     struct hil_core *core = user;
-    core->engine.return_reason = number == 8 ? RETURNED_RETURN
+    core->engine.return_reason = number == 8 ? RETURNED_EXC_RETURN
                                : number == 2 ? RETURNED_SVC
                                : number == 7 ? RETURNED_BKPT
                                : number == 3 ? RETURNED_NO_CODE
@@ -519,7 +520,7 @@ static void handle_bad_memory(struct hil_core *core, uc_err err)
     raise_fault(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, place.pc, address);
 }
 
-static uc_err start(struct hil_core *core, uint32_t pc, uint32_t until)
+static uc_err start_unicorn(struct hil_core *core, uint32_t pc, uint32_t until)
 {
     struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_err err = uc_emu_start(core->uc, pc | 1u, until, 0, 0);
@@ -556,7 +557,7 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
     }
     count_block(core);
     switch (core->engine.return_reason) {
-    case RETURNED_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
+    case RETURNED_EXC_RETURN: hil_exception_return(core, read_pc(core) | 1u); break;
     case RETURNED_SVC: hil_exception_svc(core, read_pc(core)); break;
     case RETURNED_NO_CODE: /* code cannot be at this address (ARMv7-M B3.1) */
         hil_exception_fault(core, HIL_CFSR_IACCVIOL, read_pc(core) & ~1u, 0);
@@ -621,7 +622,7 @@ static void run_by_instruction(struct hil_core *core)
         uint32_t next = pc + instruction_bytes(core, pc, &opcode);
         bool last = next >= cpu->block_address + cpu->block_size;
         if (observers->debugger &&
-            observers->debugger->is_stop_before(observers->debugger_context, pc)) {
+            observers->debugger->must_stop_before(observers->debugger_context, pc)) {
             discard_block(core);
             return;
         }
@@ -633,10 +634,10 @@ static void run_by_instruction(struct hil_core *core)
             return;
         }
         core->engine.single_step = 1;
-        core->engine.return_reason = RETURNED_PLAIN;
-        uc_err err = start(core, pc, last ? 0 : next);
+        core->engine.return_reason = RETURNED_WITHOUT_REASON;
+        uc_err err = start_unicorn(core, pc, last ? 0 : next);
         core->engine.single_step = 0;
-        if (err != UC_ERR_OK || core->engine.return_reason != RETURNED_PLAIN ||
+        if (err != UC_ERR_OK || core->engine.return_reason != RETURNED_WITHOUT_REASON ||
             core->engine.has_left_block || last) {
             cpu->is_stepping = false;
             discard_block(core);
@@ -671,8 +672,8 @@ void hil_cpu_run(struct hil_core *core)
         run_by_instruction(core);
         return;
     }
-    core->engine.return_reason = RETURNED_PLAIN;
-    uc_err err = start(core, read_pc(core), 0);
+    core->engine.return_reason = RETURNED_WITHOUT_REASON;
+    uc_err err = start_unicorn(core, read_pc(core), 0);
     if (core->state.cpu.is_stepping)
         return; /* the caller continues at the start of the block */
     /* If Unicorn returned inside a block without a request, the core has executed WFI. */

@@ -267,7 +267,7 @@ void hil_exception_trace(struct hil_core *core)
 {
     const struct hil_observers *observers = &core->observers;
     if (observers->tracer)
-        observers->tracer->exception(observers->tracer_context);
+        observers->tracer->change_exception(observers->tracer_context);
 }
 
 /* Enters the handler: mode, stack and PC. SP already points below the frame. */
@@ -399,7 +399,7 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
 
 /* Returns the exception to enter for a synchronous exception: the same one, or HardFault if it is
  * disabled or its priority is not above the running code's. 0: the run has ended. */
-static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
+static unsigned escalate_exception(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
@@ -429,7 +429,7 @@ static unsigned escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 
 static void enter_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
-    exception = escalate(core, exception, pc);
+    exception = escalate_exception(core, exception, pc);
     if (exception)
         hil_exception_enter(core, exception, pc);
 }
@@ -467,13 +467,13 @@ static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_r
 static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
 {
     record_fault(core, cfsr, exc_return, 0);
-    unsigned exception = escalate(core, fault_exception(cfsr), exc_return);
+    unsigned exception = escalate_exception(core, fault_exception(cfsr), exc_return);
     if (exception)
         tail_chain(core, exception, exc_return);
 }
 
 /* Restores the frame that `exc_return` selects. False: a fault is taken instead. */
-static bool unstack(struct hil_core *core, uint32_t exc_return)
+static bool restore_frame(struct hil_core *core, uint32_t exc_return)
 {
     bool psp = (exc_return & 4u) != 0;
     bool handler = (exc_return & 8u) == 0;
@@ -552,7 +552,7 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
         return;
     }
     core->state.clock.now_cycle += RETURN_CYCLES;
-    if (!unstack(core, exc_return))
+    if (!restore_frame(core, exc_return))
         return;
     hil_trace(core, "return from %u", number);
     if ((core->state.scb.scr & 2u) && !to_handler)
@@ -580,20 +580,20 @@ void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 
 /* --- SysTick --- */
 
-#define ENABLE    1u
-#define TICKINT   2u
-#define CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
-#define COUNTFLAG (1u << 16)
+#define SYST_ENABLE    1u
+#define SYST_TICKINT   2u
+#define SYST_CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
+#define SYST_COUNTFLAG (1u << 16)
 
 static uint32_t counter_divider(const struct hil_systick *s)
 {
-    return (s->ctrl & CLKSOURCE) ? 1 : 8;
+    return (s->ctrl & SYST_CLKSOURCE) ? 1 : 8;
 }
 
 static uint32_t counter_value(const struct hil_core *core)
 {
     const struct hil_systick *s = &core->state.systick;
-    if (!(s->ctrl & ENABLE) || s->zero_cycle == HIL_NEVER)
+    if (!(s->ctrl & SYST_ENABLE) || s->zero_cycle == HIL_NEVER)
         return s->value;
     uint64_t now = hil_now_cycle(core);
     uint64_t left = s->zero_cycle > now
@@ -604,7 +604,7 @@ static uint32_t counter_value(const struct hil_core *core)
 
 /* Schedules the time when the running counter, now at `value`, reaches 0. A counter at 0 reloads
  * first. */
-static void schedule(struct hil_core *core, uint32_t value)
+static void schedule_zero(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
     uint64_t ticks = value ? value : s->load ? (uint64_t)s->load + 1u : 0;
@@ -617,8 +617,8 @@ static void on_zero(void *device, uint64_t at)
 {
     struct hil_core *core = device;
     struct hil_systick *s = &core->state.systick;
-    s->ctrl |= COUNTFLAG;
-    if (s->ctrl & TICKINT)
+    s->ctrl |= SYST_COUNTFLAG;
+    if (s->ctrl & SYST_TICKINT)
         nvic_pend(core, HIL_EXC_SYSTICK);
     s->value = 0;
     s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * counter_divider(s) : HIL_NEVER;
@@ -643,7 +643,7 @@ static uint32_t systick_read(struct hil_core *core, uint32_t offset)
     switch (offset) {
     case 0x10:
         value = s->ctrl;
-        s->ctrl &= ~COUNTFLAG;
+        s->ctrl &= ~SYST_COUNTFLAG;
         return value;
     case 0x14: return s->load;
     case 0x18: return counter_value(core);
@@ -657,19 +657,20 @@ static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value
     uint32_t count = counter_value(core);
     switch (offset) {
     case 0x10:
-        s->ctrl = (s->ctrl & COUNTFLAG) | (value & (ENABLE | TICKINT | CLKSOURCE));
+        s->ctrl = (s->ctrl & SYST_COUNTFLAG) |
+                  (value & (SYST_ENABLE | SYST_TICKINT | SYST_CLKSOURCE));
         s->value = count;
-        if (s->ctrl & ENABLE)
-            schedule(core, count);
+        if (s->ctrl & SYST_ENABLE)
+            schedule_zero(core, count);
         else
             hil_event_set_cycle(core, HIL_EVENT_SYSTICK, HIL_NEVER);
         break;
     case 0x14: s->load = value & 0xffffffu; break;
     case 0x18: /* any write clears counter and flag, without an interrupt */
-        s->ctrl &= ~COUNTFLAG;
+        s->ctrl &= ~SYST_COUNTFLAG;
         s->value = 0;
-        if (s->ctrl & ENABLE)
-            schedule(core, 0);
+        if (s->ctrl & SYST_ENABLE)
+            schedule_zero(core, 0);
         break;
     default: /* CALIB is read-only */ break;
     }
@@ -677,7 +678,7 @@ static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value
 
 /* --- system control block --- */
 
-#define SYSTEM        0xe000e000u
+#define SCS_BASE      0xe000e000u
 #define ICTR          0x004u
 #define SCB           0xd00u
 #define ICSR          0xd04u
@@ -700,7 +701,7 @@ static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value
 void hil_scb_reset(struct hil_scb *scb, uint32_t idcode)
 {
     *scb = (struct hil_scb){.dwt_ctrl = 0x40000000, .idcode = idcode};
-    hil_registers_reset(SYSTEM, SCB, scb->word, sizeof scb->word / 4u);
+    hil_registers_reset(SCS_BASE, SCB, scb->word, sizeof scb->word / 4u);
 }
 
 static uint32_t read_icsr(const struct hil_core *core)
@@ -829,7 +830,7 @@ static void scs_write(struct hil_core *core, uint32_t offset, unsigned size, uin
 uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
 {
     struct hil_scb *scb = &core->state.scb;
-    if ((address & ~0xfffu) == SYSTEM)
+    if ((address & ~0xfffu) == SCS_BASE)
         return scs_read(core, address & 0xfffu, size);
     if (size == 4 && address == DWT_CTRL)
         return scb->dwt_ctrl;
@@ -856,7 +857,7 @@ static void dwt_write(struct hil_core *core, uint32_t value)
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
-    if ((address & ~0xfffu) == SYSTEM)
+    if ((address & ~0xfffu) == SCS_BASE)
         scs_write(core, address & 0xfffu, size, value);
     else if (size == 4 && address == DWT_CTRL)
         dwt_write(core, value);

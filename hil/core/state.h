@@ -113,7 +113,7 @@ struct hil_counters {
     uint64_t can_frames_filtered; /* received frames that no filter accepted */
     uint64_t can_errors;          /* frames that were destroyed or not acknowledged */
     /* number of times that the firmware filled a mailbox again before it cleared RQCP */
-    uint64_t can_ends_unseen;
+    uint64_t can_mailboxes_refilled;
     uint64_t can_in_dropped; /* frames injected while the queue of the other node was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;

@@ -54,11 +54,11 @@ static restore *library_restore;
 static restore_to *library_restore_to;
 static loop_exit *library_loop_exit;
 /* translator of the board that this thread runs */
-static _Thread_local struct hil_translator *running;
+static _Thread_local struct hil_translator *running_translator;
 
 /* Where library_restore stores the instruction that it finds; NULL: it restores the registers as
  * usual. */
-static _Thread_local struct hil_instruction *asked;
+static _Thread_local struct hil_instruction *found_instruction;
 
 /* Unicorn's functions for loads and stores on the slow path. */
 #define LOADS(X)                          \
@@ -100,20 +100,20 @@ void hil_translator_start(struct hil_translator *translator)
 
 struct hil_translator *hil_translator_select(struct hil_translator *translator)
 {
-    struct hil_translator *before = running;
-    running = translator;
-    if (running && !before) { /* the last run may have ended inside an access */
-        running->access.from = 0;
-        running->abandoned = false;
+    struct hil_translator *before = running_translator;
+    running_translator = translator;
+    if (running_translator && !before) { /* the last run may have ended inside an access */
+        running_translator->access.code_address = 0;
+        running_translator->is_abandoned = false;
     }
     return before;
 }
 
 void hil_translator_check_ram_stores(struct hil_translator *translator)
 {
-    if (translator->code_in_ram)
+    if (translator->has_code_in_ram)
         return;
-    translator->code_in_ram = true;
+    translator->has_code_in_ram = true;
     if (translator->core && library_flush)
         /* all pages enter the buffer again, now as pages that may hold code */
         library_flush(translator->core);
@@ -123,24 +123,24 @@ bool hil_translator_find_instruction(const struct hil_translator *translator, ui
                                      struct hil_instruction *place)
 {
     /* an access of eight bytes, or an unaligned one, may be split */
-    if (running != translator || !translator->access.from || !translator->core ||
+    if (running_translator != translator || !translator->access.code_address || !translator->core ||
         address - translator->access.address >= 8u || !library_restore || !library_restore_to)
         return false;
-    asked = place;
-    bool found = library_restore(translator->core, translator->access.from, false);
-    asked = NULL;
+    found_instruction = place;
+    bool found = library_restore(translator->core, translator->access.code_address, false);
+    found_instruction = NULL;
     return found;
 }
 
 bool hil_translator_can_leave(const struct hil_translator *translator)
 {
-    return running == translator && translator->access.from && translator->core &&
-           library_loop_exit;
+    return running_translator == translator && translator->access.code_address &&
+           translator->core && library_loop_exit;
 }
 
 void hil_translator_leave(const struct hil_translator *translator)
 {
-    library_loop_exit(translator->core, translator->access.from);
+    library_loop_exit(translator->core, translator->access.code_address);
     abort(); /* library_loop_exit does not return */
 }
 
@@ -150,12 +150,12 @@ bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, uns
                           int mmu_index, bool probe, uintptr_t from)
 {
     bool filled = library_fill(core, address, size, access, mmu_index, probe, from);
-    if (!filled || !running)
+    if (!filled || !running_translator)
         return filled;
-    running->core = core;
+    running_translator->core = core;
     /* Flash stays on the slow path, which refuses stores. */
     bool ram = address - HIL_SRAM_BASE < HIL_SRAM_SIZE || address - HIL_CCM_BASE < HIL_CCM_SIZE;
-    if (ram && !running->code_in_ram && library_set_dirty && library_flush)
+    if (ram && !running_translator->has_code_in_ram && library_set_dirty && library_flush)
         library_set_dirty(core, (uint32_t)address);
     return filled;
 }
@@ -176,8 +176,8 @@ void page_collection_unlock_arm(struct page_collection *set)
 void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock *block,
                               uint32_t *data)
 {
-    if (asked)
-        *asked = (struct hil_instruction){data[0], data[1]};
+    if (found_instruction)
+        *found_instruction = (struct hil_instruction){data[0], data[1]};
     else
         library_restore_to(state, block, data);
 }
@@ -187,20 +187,20 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
 static struct hil_translated_access begin_access(uint32_t address, uintptr_t from)
 {
     struct hil_translated_access outer = {0};
-    if (running) {
-        outer = running->access;
-        running->access = (struct hil_translated_access){address, from};
+    if (running_translator) {
+        outer = running_translator->access;
+        running_translator->access = (struct hil_translated_access){address, from};
     }
     return outer;
 }
 
 static void end_access(struct hil_translated_access outer)
 {
-    if (!running)
+    if (!running_translator)
         return;
-    if (running->abandoned && !outer.from)
-        hil_translator_leave(running);
-    running->access = outer;
+    if (running_translator->is_abandoned && !outer.code_address)
+        hil_translator_leave(running_translator);
+    running_translator->access = outer;
 }
 
 #define LOAD(type, name)                                                                  \

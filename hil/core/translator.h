@@ -9,13 +9,13 @@
 struct CPUState;
 
 struct hil_translator {
-    bool code_in_ram;
+    bool has_code_in_ram;
     struct CPUState *core; /* Unicorn's CPU state; NULL: not known yet */
     struct hil_translated_access {
         uint32_t address;
-        uintptr_t from; /* position in the translated code; 0: no access is in progress */
+        uintptr_t code_address; /* position in the translated code; 0: no access is in progress */
     } access;
-    bool abandoned; /* the instruction that makes the access is not continued */
+    bool is_abandoned; /* the instruction that makes the access is not continued */
 };
 
 /* Initialises the translator of a new processor. */

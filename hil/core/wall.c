@@ -9,7 +9,7 @@
 #include <unistd.h>
 
 static volatile int *stop_flag;
-static volatile sig_atomic_t alarms;
+static volatile sig_atomic_t alarm_count;
 
 double hil_wall_s(void)
 {
@@ -48,7 +48,7 @@ static void on_alarm(int number)
         "blocks, or the emulator hangs; check the programs that read the links\n";
     (void)number;
     *stop_flag = HIL_WALL_STOP;
-    if (alarms++) {
+    if (alarm_count++) {
         ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1);
         (void)ignored;
         _exit(3);

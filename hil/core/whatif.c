@@ -31,7 +31,7 @@ struct hil_whatif {
     bool was_read;
     uint32_t stack;
     struct step *step; /* steps of the first run */
-    unsigned steps, at;
+    unsigned step_count, at;
     bool is_comparing, is_different;
     uint32_t last_pc;
     struct {
@@ -39,7 +39,7 @@ struct hil_whatif {
     } tested[REMEMBERED_LOADS];
 };
 
-static const int registers[REGISTERS] = {
+static const int copied_registers[REGISTERS] = {
     UC_ARM_REG_R0,  UC_ARM_REG_R1,    UC_ARM_REG_R2,        UC_ARM_REG_R3,  UC_ARM_REG_R4,
     UC_ARM_REG_R5,  UC_ARM_REG_R6,    UC_ARM_REG_R7,        UC_ARM_REG_R8,  UC_ARM_REG_R9,
     UC_ARM_REG_R10, UC_ARM_REG_R11,   UC_ARM_REG_R12,       UC_ARM_REG_SP,  UC_ARM_REG_LR,
@@ -52,9 +52,9 @@ static const int registers[REGISTERS] = {
 static void record_step(struct hil_whatif *w, struct step step)
 {
     if (!w->is_comparing) {
-        if (w->steps < STEPS_MAX)
-            w->step[w->steps++] = step;
-    } else if (w->at < w->steps && !w->is_different) {
+        if (w->step_count < STEPS_MAX)
+            w->step[w->step_count++] = step;
+    } else if (w->at < w->step_count && !w->is_different) {
         const struct step *other = &w->step[w->at++];
         w->is_different = other->pc != step.pc || other->address != step.address ||
                           other->value != step.value;
@@ -174,9 +174,9 @@ static void run_copy(struct hil_whatif *w, uint32_t pc, uint32_t value)
     memcpy(w->ccm, core->memory->ccm, HIL_CCM_SIZE);
     for (unsigned i = 0; i < REGISTERS; i++) {
         uint64_t content = 0;
-        uc_reg_read(core->uc, registers[i], &content);
-        uc_reg_write(w->uc, registers[i], &content);
-        if (registers[i] == UC_ARM_REG_SP)
+        uc_reg_read(core->uc, copied_registers[i], &content);
+        uc_reg_write(w->uc, copied_registers[i], &content);
+        if (copied_registers[i] == UC_ARM_REG_SP)
             w->stack = (uint32_t)content;
     }
     w->read_value = value;
@@ -186,14 +186,14 @@ static void run_copy(struct hil_whatif *w, uint32_t pc, uint32_t value)
     (void)uc_emu_start(w->uc, pc | 1u, 0, 0, HIL_WHATIF_INSTRUCTIONS);
     hil_translator_select(outer);
     w->is_different |= w->is_comparing &&
-                       w->at < w->steps; /* the run ended earlier than the first one */
+                       w->at < w->step_count; /* the run ended earlier than the first one */
 }
 
 /* Makes the run with which the others are compared. */
 static void run_first(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->is_comparing = false;
-    w->steps = 0;
+    w->step_count = 0;
     run_copy(w, pc, value);
     memcpy(w->first_sram, w->sram, HIL_SRAM_SIZE);
     memcpy(w->first_ccm, w->ccm, HIL_CCM_SIZE);
@@ -212,7 +212,7 @@ static bool is_memory_different(const struct hil_whatif *w, const uint8_t *memor
     return false;
 }
 
-static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
+static bool is_run_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 {
     w->is_comparing = true;
     run_copy(w, pc, value);
@@ -224,7 +224,7 @@ static bool is_different(struct hil_whatif *w, uint32_t pc, uint32_t value)
 }
 
 /* True if this load was tried often enough. */
-static bool is_known(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
+static bool is_tested_enough(struct hil_whatif *w, uint32_t pc, uint32_t unknown)
 {
     unsigned i = 0;
     uint32_t caller = 0; /* LR need not be a return address: it only distinguishes callers */
@@ -249,14 +249,14 @@ bool hil_whatif_has_effect(struct hil_core *core, uint32_t pc, uint32_t value, u
     bool matters = false;
     if (!w)
         w = core->engine.whatif = create_copy(core);
-    if (is_known(w, pc, unknown))
+    if (is_tested_enough(w, pc, unknown))
         return false;
     run_first(w, pc, value & ~unknown);
     for (unsigned i = 0; i < 3 && !matters; i++)
-        matters = is_different(w, pc, (value & ~unknown) | (pattern[i] & unknown));
+        matters = is_run_different(w, pc, (value & ~unknown) | (pattern[i] & unknown));
     *difference = (struct hil_difference){(unsigned)__builtin_ctz(unknown), w->last_pc};
     for (unsigned bit = 0; matters && bit < 32; bit++) {
-        if ((unknown >> bit & 1u) && is_different(w, pc, (value & ~unknown) | 1u << bit)) {
+        if ((unknown >> bit & 1u) && is_run_different(w, pc, (value & ~unknown) | 1u << bit)) {
             *difference = (struct hil_difference){bit, w->last_pc};
             break;
         }

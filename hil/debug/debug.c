@@ -57,7 +57,7 @@ bool hil_debug_is_holding(const struct hil_board *board)
     return d && d->hold != HIL_HOLD_NONE;
 }
 
-static void resume(struct hil_board *board)
+static void release_hold(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
@@ -71,14 +71,14 @@ static void resume(struct hil_board *board)
 
 void hil_debug_run(struct hil_board *board)
 {
-    resume(board);
+    release_hold(board);
     debugger_of(board)->is_stepping = false;
 }
 
 void hil_debug_step(struct hil_board *board)
 {
     struct hil_debug *d = debugger_of(board);
-    resume(board);
+    release_hold(board);
     d->is_stepping = true;
     d->has_stepped = false;
     d->step_depth = active_exceptions(board);
@@ -90,7 +90,7 @@ void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
     const uint32_t stops = core->state.scb.apb1_fz;
-    core->target_reached = false;
+    core->has_reached_target = false;
     hil_event_handle_due(core);
     uint64_t from_ps = hil_now_ps(core), until = hil_clock_cycle(clock, until_ps);
     if (core->stopped || core->reset.is_requested || clock->is_stopped || until <= clock->now_cycle)
@@ -104,13 +104,13 @@ void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
                          events->at_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));
     hil_scb_skip_cycles(core, until - clock->now_cycle);
     hil_event_set_ps(core, HIL_EVENT_TARGET, until_ps);
-    while (!core->target_reached && !core->stopped && !core->reset.is_requested) {
+    while (!core->has_reached_target && !core->stopped && !core->reset.is_requested) {
         if (events->next_cycle > clock->now_cycle)
             clock->now_cycle = events->next_cycle;
         hil_event_handle_due(core);
     }
     hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
-    core->target_reached = false;
+    core->has_reached_target = false;
 }
 
 enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t address, bool set)
@@ -215,7 +215,7 @@ static bool is_step_at_code(const struct hil_board *board)
            (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
-static bool is_wanted(const void *context, uint32_t address, uint32_t size)
+static bool must_step_block(const void *context, uint32_t address, uint32_t size)
 {
     const struct hil_debug *d = context;
     return has_breakpoint_in(d, address, size) || (d->is_stepping && is_step_at_code(d->board));
@@ -233,7 +233,7 @@ static bool is_step_done(struct hil_board *board)
     return true;
 }
 
-static bool is_stop_before(void *context, uint32_t pc)
+static bool must_stop_before(void *context, uint32_t pc)
 {
     struct hil_debug *d = context;
     struct hil_board *board = d->board;
@@ -268,19 +268,19 @@ static void handle_bkpt(void *context)
     hil_debug_hold(d->board, HIL_HOLD_BKPT);
 }
 
-static const struct hil_debugger_calls calls = {
+static const struct hil_debugger_calls debugger_calls = {
     .is_holding = is_holding,
     .has_hit_watchpoint = has_hit_watchpoint,
     .handle_bkpt = handle_bkpt,
-    .has_point_in = is_wanted,
-    .is_stop_before = is_stop_before,
+    .must_step_block = must_step_block,
+    .must_stop_before = must_stop_before,
 };
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 {
     *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_REQUESTED};
     board->core.observers.debugger_context = debug;
-    board->core.observers.debugger = &calls;
+    board->core.observers.debugger = &debugger_calls;
 }
 
 static int unicorn_register(unsigned number)
@@ -329,7 +329,7 @@ struct saved_state {
     struct hil_callbacks callbacks;
 };
 
-static bool is_bus(uint32_t address)
+static bool is_bus_address(uint32_t address)
 {
     return (address >= 0x40000000u && address < 0x60000000u) ||
            (address >= 0xe0000000u && address < 0xe0100000u) || address - 0x1fff0000u < 0x10000u;
@@ -346,7 +346,7 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
     /* static because it is large; there is one debugger at a time */
     static struct saved_state before;
     struct hil_core *core = &board->core;
-    if (!n || !is_bus(address) || !is_bus(address + (uint32_t)n - 1u))
+    if (!n || !is_bus_address(address) || !is_bus_address(address + (uint32_t)n - 1u))
         return MR_UNKNOWN;
     before = (struct saved_state){*core, board->state, board->lines.callbacks};
     if (!write) {

@@ -27,7 +27,7 @@
 
 /* clang-format off */
 #define REG(name, ...)    "<reg name=\"" name "\" bitsize=\"32\"" __VA_ARGS__ "/>\n"
-#define DOUBLE(n)         "<reg name=\"d" #n "\" bitsize=\"64\" type=\"ieee_double\"/>\n"
+#define REG_D(n)          "<reg name=\"d" #n "\" bitsize=\"64\" type=\"ieee_double\"/>\n"
 #define FEATURE(name, of) "<feature name=\"org.gnu.gdb.arm." name "\">\n" of "</feature>\n"
 static const char target_xml[] =
     "<?xml version=\"1.0\"?>\n<!DOCTYPE target SYSTEM \"gdb-target.dtd\">\n"
@@ -40,12 +40,12 @@ static const char target_xml[] =
         REG("msp", " type=\"data_ptr\"") REG("psp", " type=\"data_ptr\"") REG("primask")
         REG("basepri") REG("faultmask") REG("control"))
     FEATURE("vfp",
-        DOUBLE(0) DOUBLE(1) DOUBLE(2) DOUBLE(3) DOUBLE(4) DOUBLE(5) DOUBLE(6) DOUBLE(7) DOUBLE(8)
-        DOUBLE(9) DOUBLE(10) DOUBLE(11) DOUBLE(12) DOUBLE(13) DOUBLE(14) DOUBLE(15)
+        REG_D(0) REG_D(1) REG_D(2) REG_D(3) REG_D(4) REG_D(5) REG_D(6) REG_D(7) REG_D(8)
+        REG_D(9) REG_D(10) REG_D(11) REG_D(12) REG_D(13) REG_D(14) REG_D(15)
         REG("fpscr", " type=\"int\" group=\"float\""))
     "</target>\n";
 #undef REG
-#undef DOUBLE
+#undef REG_D
 #undef FEATURE
 /* clang-format on */
 
@@ -89,7 +89,7 @@ static void drop_connection(struct hil_gdb_line *line)
     if (line->fd >= 0)
         close(line->fd);
     line->fd = -1;
-    line->in_size = 0;
+    line->input_size = 0;
     hil_call(&line->on_lost);
 }
 
@@ -137,25 +137,25 @@ static void put_console(struct hil_gdb_line *line, const char *text)
 static bool receive_input(struct hil_gdb_line *line, int timeout_ms)
 {
     struct pollfd wait = {.fd = line->fd, .events = POLLIN};
-    if (line->in_size == sizeof line->in)
-        line->in_size = 0; /* longer than any packet: dropped */
+    if (line->input_size == sizeof line->in)
+        line->input_size = 0; /* longer than any packet: dropped */
     if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
         return line->fd >= 0;
-    ssize_t n = recv(line->fd, line->in + line->in_size, sizeof line->in - line->in_size,
+    ssize_t n = recv(line->fd, line->in + line->input_size, sizeof line->in - line->input_size,
                      MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
         drop_connection(line);
         return false;
     }
     if (n > 0)
-        line->in_size += (size_t)n;
+        line->input_size += (size_t)n;
     return true;
 }
 
 static void drop_line(struct hil_gdb_line *line, size_t n)
 {
-    memmove(line->in, line->in + n, line->in_size - n);
-    line->in_size -= n;
+    memmove(line->in, line->in + n, line->input_size - n);
+    line->input_size -= n;
 }
 
 /* Removes the next whole packet from the buffer and copies it, unescaped and terminated with 0.
@@ -165,14 +165,14 @@ static void drop_line(struct hil_gdb_line *line, size_t n)
 static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
-    while (line->in_size && line->in[0] != '$') {
+    while (line->input_size && line->in[0] != '$') {
         *interrupt = line->in[0] == 3;
         drop_line(line, 1);
         if (*interrupt)
             return -1;
     }
-    const char *hash = line->in_size ? memchr(line->in, '#', line->in_size) : NULL;
-    if (!hash || line->in_size - (size_t)(hash - line->in) < 3)
+    const char *hash = line->input_size ? memchr(line->in, '#', line->input_size) : NULL;
+    if (!hash || line->input_size - (size_t)(hash - line->in) < 3)
         return -1;
     uint8_t sum = 0;
     int n = 0;
@@ -189,7 +189,7 @@ static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
     bool good = hex_digit(hash[1]) >= 0 && hex_digit(hash[2]) >= 0 &&
                 sum == (hex_digit(hash[1]) << 4 | hex_digit(hash[2]));
     drop_line(line, (size_t)(hash - line->in) + 3);
-    if (line->acknowledges)
+    if (line->is_acknowledging)
         send_all(line, good ? "+" : "-", 1);
     return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
 }
@@ -352,7 +352,7 @@ static void answer_query(struct hil_gdb *gdb, const char *packet, char *answer)
         run_monitor_command(gdb, packet + 6, answer);
 }
 
-static void report(struct hil_gdb *gdb, enum mr_status status)
+static void report_stop(struct hil_gdb *gdb, enum mr_status status)
 {
     char packet[64];
     const struct hil_debug *d = &gdb->debug;
@@ -390,7 +390,7 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
     unsigned number;
     const char *equals = strchr(packet, '=');
     switch (packet[0]) {
-    case '?': report(gdb, status); return false;
+    case '?': report_stop(gdb, status); return false;
     case 'g':
         for (unsigned i = 0; i < HIL_REG_COUNT; i++)
             put_register(gdb, i, answer + strlen(answer));
@@ -417,14 +417,14 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
         drop_connection(&gdb->line);
         return true;
     case 'k':
-        gdb->killed = true;
+        gdb->is_killed = true;
         drop_connection(&gdb->line);
         return true;
     case 'q': answer_query(gdb, packet, answer); break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
             put_packet(&gdb->line, "OK");
-            gdb->line.acknowledges = false;
+            gdb->line.is_acknowledging = false;
             return false;
         }
         break;
@@ -471,9 +471,9 @@ static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volat
 static void detach_debugger(void *context)
 {
     struct hil_gdb *gdb = context;
-    if (gdb->attached)
+    if (gdb->is_attached)
         hil_debug_detach(gdb->board);
-    gdb->attached = false;
+    gdb->is_attached = false;
 }
 
 static void attach_debugger(struct hil_gdb *gdb)
@@ -484,11 +484,11 @@ static void attach_debugger(struct hil_gdb *gdb)
         return;
     if (!gdb->path[0])
         setsockopt(gdb->line.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
-    gdb->line.acknowledges = true;
+    gdb->line.is_acknowledging = true;
     gdb->line.on_lost = (struct hil_call){detach_debugger, gdb};
-    gdb->attached = true;
+    gdb->is_attached = true;
     gdb->is_hold_reported = true; /* gdb will ask for the stop reason */
-    gdb->line.in_size = 0;
+    gdb->line.input_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
 
@@ -532,10 +532,10 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
         return true;
     if (!gdb->is_hold_reported) {
         print_reason(gdb, status);
-        report(gdb, status);
+        report_stop(gdb, status);
     }
     serve_client(gdb, status, stop);
-    return !gdb->killed;
+    return !gdb->is_killed;
 }
 
 /* --- opening and closing --- */

@@ -20,9 +20,9 @@
 
 struct hil_gdb_line {
     int fd; /* connection of the debugger; -1: none */
-    bool acknowledges;
+    bool is_acknowledging;
     char in[2 * HIL_GDB_PACKET];
-    size_t in_size;
+    size_t input_size;
     struct hil_call on_lost; /* called when the connection has ended */
 };
 
@@ -33,9 +33,9 @@ struct hil_gdb {
     char path[108];    /* path of the socket; empty: a port is used */
     struct hil_board *board;
     struct hil_debug debug;
-    bool attached;
+    bool is_attached;
     bool is_hold_reported; /* the debugger has been informed that the board is held */
-    bool killed;
+    bool is_killed;
     bool is_time_running; /* virtual time follows the wall clock while the board is held */
 };
 

@@ -10,8 +10,8 @@
 
 /* The block that begins at a halfword of memory. */
 struct profile_block {
-    uint64_t runs, instructions;
-    uint16_t size, slow;
+    uint64_t run_count, instructions;
+    uint16_t size, slow_instructions;
 };
 
 struct hil_profile {
@@ -34,7 +34,8 @@ static uint16_t halfword(const uint8_t *p)
     return (uint16_t)(p[0] | p[1] << 8);
 }
 
-static uint16_t slow_in(const struct hil_core *core, uint32_t address, uint32_t size)
+static uint16_t count_slow_instructions(const struct hil_core *core, uint32_t address,
+                                        uint32_t size)
 {
     const uint8_t *code = hil_memory_at(core, address, size, false);
     unsigned slow = 0;
@@ -65,21 +66,21 @@ static void count_instructions(void *context, uint32_t address, uint32_t size,
         &profile->block[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
     if (block->size != size) {
         block->size = (uint16_t)size;
-        block->slow = slow_in(profile->core, address, size);
+        block->slow_instructions = count_slow_instructions(profile->core, address, size);
     }
-    block->runs++;
+    block->run_count++;
     block->instructions += instructions;
-    profile->slow_instructions += block->slow;
+    profile->slow_instructions += block->slow_instructions;
 }
 
-static const struct hil_profiler_calls calls = {.count = count_instructions};
+static const struct hil_profiler_calls profiler_calls = {.count_instructions = count_instructions};
 
 void hil_profile_begin(struct hil_board *board)
 {
     struct hil_profile *profile = hil_allocate(sizeof *profile);
     profile->core = &board->core;
     board->core.observers.profiler_context = profile;
-    board->core.observers.profiler = &calls;
+    board->core.observers.profiler = &profiler_calls;
 }
 
 /* --- the report --- */
@@ -110,7 +111,7 @@ static size_t sum_by_function(const struct hil_profile *profile, const struct mr
     size_t count = 0;
     for (uint32_t i = 0; i < HALFWORDS; i++) {
         const struct profile_block *block = &profile->block[i];
-        if (!block->runs)
+        if (!block->run_count)
             continue;
         const struct mr_symbol *symbol = mr_symbols_by_address(symbols, address_of(i));
         size_t k = 0;
@@ -119,7 +120,7 @@ static size_t sum_by_function(const struct hil_profile *profile, const struct mr
         count += k == count;
         rows[k].symbol = symbol;
         rows[k].instructions += block->instructions;
-        rows[k].entries += symbol && symbol->address == address_of(i) ? block->runs : 0;
+        rows[k].entries += symbol && symbol->address == address_of(i) ? block->run_count : 0;
     }
     qsort(rows, count, sizeof *rows, compare_instructions);
     return count;

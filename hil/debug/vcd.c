@@ -10,11 +10,11 @@
 
 /* Lanes of every trace: scope, name, bits, and the present value. */
 /* clang-format off */
-#define LANES(X)                                                                           \
-    X(pins, PD12_excitation_plus, 1, hil_board_pin(board, 3, 12))                          \
-    X(pins, PD13_excitation_minus, 1, hil_board_pin(board, 3, 13))                         \
-    X(pins, PA15_switch_edge, 1, hil_board_pin(board, 0, 15))                              \
-    X(pins, PE0_lamp_off, 1, hil_board_pin(board, 4, 0))                                   \
+#define LANE_TABLE(X)                                                                           \
+    X(pins, PD12_excitation_plus, 1, hil_board_pin_level(board, 3, 12))                          \
+    X(pins, PD13_excitation_minus, 1, hil_board_pin_level(board, 3, 13))                         \
+    X(pins, PA15_switch_edge, 1, hil_board_pin_level(board, 0, 15))                              \
+    X(pins, PE0_lamp_off, 1, hil_board_pin_level(board, 4, 0))                                   \
     X(converters, adc1_scan, 1, state->events.at_cycle[HIL_EVENT_ADC1] != HIL_NEVER)       \
     X(converters, adc3_scan, 1, state->events.at_cycle[HIL_EVENT_ADC3] != HIL_NEVER)       \
     X(links, can_frame, 1, board->state.mcu.can.phase == HIL_CAN_FRAME)                    \
@@ -26,7 +26,7 @@
     X(core, hclk_hz, 32, state->clock.hclk_hz)
 /* clang-format on */
 #define LANE_PLACE(scope, name, bits, now) LANE_##name,
-enum { LANES(LANE_PLACE) FIXED_LANES };
+enum { LANE_TABLE(LANE_PLACE) FIXED_LANES };
 
 #define LANES_MAX   (FIXED_LANES + HIL_EXCEPTIONS)
 #define FILE_BUFFER (1u << 20)
@@ -35,7 +35,7 @@ enum { LANES(LANE_PLACE) FIXED_LANES };
 static const struct {
     const char *scope, *name;
     unsigned bits;
-} fixed[FIXED_LANES] = {LANES(LANE_DECLARED)};
+} fixed_lanes[FIXED_LANES] = {LANE_TABLE(LANE_DECLARED)};
 
 struct hil_vcd {
     struct hil_board *board;
@@ -100,10 +100,10 @@ static void write_header(struct hil_vcd *vcd, const struct hil_board *board,
     fputs("$version matrig-board $end\n$timescale 1 ns $end\n$scope module board $end\n",
           vcd->file);
     for (unsigned i = 0; i < FIXED_LANES; i++) {
-        if (!i || strcmp(fixed[i].scope, fixed[i - 1].scope) != 0)
+        if (!i || strcmp(fixed_lanes[i].scope, fixed_lanes[i - 1].scope) != 0)
             fprintf(vcd->file, "%s$scope module %s $end\n", i ? "$upscope $end\n" : "",
-                    fixed[i].scope);
-        declare_lane(vcd, fixed[i].name, fixed[i].bits);
+                    fixed_lanes[i].scope);
+        declare_lane(vcd, fixed_lanes[i].name, fixed_lanes[i].bits);
     }
     fputs("$upscope $end\n", vcd->file);
     declare_exceptions(vcd, board, symbols);
@@ -146,7 +146,7 @@ static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LAN
 {
     const struct hil_core_state *state = &board->core.state;
 #define LANE_VALUE(scope, name, bits, now) value[LANE_##name] = now;
-    LANES(LANE_VALUE)
+    LANE_TABLE(LANE_VALUE)
 }
 
 static void write_changes(void *context, uint64_t at)
@@ -182,9 +182,9 @@ static void write_initial_values(struct hil_vcd *vcd)
     fputs("$end\n", vcd->file);
 }
 
-static const struct hil_tracer_calls calls = {
-    .sample = write_changes,
-    .exception = on_exception,
+static const struct hil_tracer_calls tracer_calls = {
+    .sample_signals = write_changes,
+    .change_exception = on_exception,
 };
 
 enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
@@ -204,7 +204,7 @@ enum mr_status hil_vcd_open(struct hil_board *board, const char *path,
     write_header(vcd, board, symbols);
     vcd->board = board;
     board->core.observers.tracer_context = vcd;
-    board->core.observers.tracer = &calls;
+    board->core.observers.tracer = &tracer_calls;
     write_initial_values(vcd);
     return MR_OK;
 }

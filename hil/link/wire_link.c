@@ -107,7 +107,7 @@ static const char *link_noun(const struct hil_link *link)
 
 /* True if a program listens on the socket. The connection has the wrong type: it does not disturb
  * the program, and its error differs from that without a program. */
-static bool is_live(const struct sockaddr_un *address)
+static bool is_listening(const struct sockaddr_un *address)
 {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     bool live = fd >= 0 && connect(fd, (const struct sockaddr *)address, sizeof *address) != 0 &&
@@ -135,7 +135,7 @@ enum mr_status hil_socket_listen(const char *option, const char *path, int *list
                  path);
         return MR_IO;
     }
-    if (is_live(&address)) {
+    if (is_listening(&address)) {
         snprintf(error, size, "%s: another program listens on %s; end it or give a different path",
                  option, path);
         return MR_IO;
@@ -224,7 +224,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 
-static void discard(struct hil_link *link, size_t n)
+static void discard_output(struct hil_link *link, size_t n)
 {
     link->dropped += link->kind == HIL_LINK_CAN ? n / FRAME_BYTES : n;
 }
@@ -235,7 +235,7 @@ void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
         return;
     link->has_moved_data = true;
     if (link->is_hung_up || (link->is_dropping && link->end - link->start + n > BUFFER_MAX)) {
-        discard(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
+        discard_output(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
         return;
     }
     if (link->start && link->end + n > link->capacity) {
@@ -288,7 +288,7 @@ void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_c
 static void close_host(struct hil_link *link)
 {
     link->is_hung_up = true;
-    discard(link, link->end - link->start);
+    discard_output(link, link->end - link->start);
     link->start = link->end = 0;
 }
 

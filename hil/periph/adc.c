@@ -38,7 +38,7 @@ static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
 /* Analogue inputs 0..15 of ADC1 and ADC3 (data sheet table 7): 16 times the port plus the pin. */
 #define PORT_OF(pin)   ((pin) / 16u)
 #define NUMBER_OF(pin) ((pin) % 16u)
-static const uint8_t pins[2][16] = {
+static const uint8_t input_pins[2][16] = {
     {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, /* PA0 .. PA7 */
      0x10, 0x11, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25 /* PB0, PB1, PC0 .. PC5 */},
     {0x00, 0x01, 0x02, 0x03, 0x56, 0x57, 0x58, 0x59, /* PA0 .. PA3, PF6 .. PF9 */
@@ -99,7 +99,7 @@ static double convert_with_errors(struct hil_adc_device *dev, unsigned unit, uns
     double sampled_v = pin_v + (a->held_v - pin_v) * a->remaining_share[k];
     double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
     a->held_v = sampled_v;
-    if (dev->options->adc_noise)
+    if (dev->options->has_adc_noise)
         code += noise_lsb(a) * (source < 0 ? 1.0 : errors->noise[source]);
     return code;
 }
@@ -112,7 +112,8 @@ static uint16_t round_code(double code)
 static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    unsigned port = PORT_OF(pins[unit][a->channel[k]]), pin = NUMBER_OF(pins[unit][a->channel[k]]);
+    unsigned port = PORT_OF(input_pins[unit][a->channel[k]]),
+             pin = NUMBER_OF(input_pins[unit][a->channel[k]]);
     double volts;
     if (dev->record.code)
         return dev->record.code(dev->record.context, port, pin, at);
@@ -125,7 +126,7 @@ static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigne
     if (dev->errors)
         return round_code(convert_with_errors(dev, unit, k, volts));
     double code = volts / dev->vdda_v * 4096.0 + 0.5;
-    if (dev->options->adc_noise)
+    if (dev->options->has_adc_noise)
         code += noise_lsb(a);
     return round_code(code);
 }
@@ -138,13 +139,13 @@ static uint64_t conversion_end(const struct hil_adc *a, unsigned k)
 static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->is_running && a->sampled < a->length) {
-        uint64_t instant = conversion_end(a, a->sampled) -
+    while (a->is_running && a->sampled_count < a->length) {
+        uint64_t instant = conversion_end(a, a->sampled_count) -
                            (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
             break;
-        a->code[a->sampled] = convert_codes(dev, unit, a->sampled, instant);
-        a->sampled++;
+        a->code[a->sampled_count] = convert_codes(dev, unit, a->sampled_count, instant);
+        a->sampled_count++;
     }
 }
 
@@ -170,11 +171,11 @@ static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
     hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
 
-/* Passes codes `delivered` to `ended` - 1 to DMA or to DR. */
+/* Passes codes `delivered_count` to `ended` - 1 to DMA or to DR. */
 static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->is_running && a->delivered < ended) {
+    while (a->is_running && a->delivered_count < ended) {
         struct hil_dma_request request = dma_request(dev, unit);
         bool wants_dma = (a->cr2 & CR2_DMA) && !a->has_dma_ended;
         if (a->is_dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
@@ -183,18 +184,18 @@ static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned en
         }
         uint32_t room = wants_dma ? hil_dma_items_until_flag(dev->dma, &request) : 0;
         if (room) {
-            uint32_t n = ended - a->delivered < room ? ended - a->delivered : room;
+            uint32_t n = ended - a->delivered_count < room ? ended - a->delivered_count : room;
             uint32_t before = dev->dma->state[1].stream[request.stream].ndtr;
-            hil_dma_write_items(dev->dma, &request, &a->code[a->delivered], n);
-            a->delivered = (uint8_t)(a->delivered + n);
-            a->dr = a->code[a->delivered - 1];
+            hil_dma_write_items(dev->dma, &request, &a->code[a->delivered_count], n);
+            a->delivered_count = (uint8_t)(a->delivered_count + n);
+            a->dr = a->code[a->delivered_count - 1];
             if (n == before && !(a->cr2 & CR2_DDS))
                 /* last item: no more requests until DMA is switched off and on */
                 a->has_dma_ended = true;
         } else {
-            a->dr = a->code[a->delivered++];
+            a->dr = a->code[a->delivered_count++];
             a->is_dr_full = true;
-            if ((a->cr2 & CR2_EOCS) || a->delivered == a->length)
+            if ((a->cr2 & CR2_EOCS) || a->delivered_count == a->length)
                 a->sr |= SR_EOC;
         }
     }
@@ -204,12 +205,12 @@ static void advance(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     sample_until(dev, unit, at);
-    unsigned ended = a->delivered;
+    unsigned ended = a->delivered_count;
     while (a->is_running && ended < a->length && conversion_end(a, ended) <= at)
         ended++;
-    if (ended > a->delivered)
+    if (ended > a->delivered_count)
         deliver_codes(dev, unit, ended);
-    if (a->is_running && a->delivered == a->length) {
+    if (a->is_running && a->delivered_count == a->length) {
         a->is_running = false;
         dev->core->state.counters.adc_scans[unit]++;
     }
@@ -225,10 +226,10 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
         uint32_t room = (a->cr2 & CR2_DMA) && !a->has_dma_ended
                           ? hil_dma_items_until_flag(dev->dma, &request)
                           : 0;
-        uint32_t left = (uint32_t)a->length - a->delivered;
+        uint32_t left = (uint32_t)a->length - a->delivered_count;
         /* without DMA every conversion may matter (EOCS, overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
-        next = conversion_end(a, a->delivered + n - 1);
+        next = conversion_end(a, a->delivered_count + n - 1);
     }
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
@@ -296,7 +297,8 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
                                     : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        unsigned port = PORT_OF(pins[unit][channel]), pin = NUMBER_OF(pins[unit][channel]);
+        unsigned port = PORT_OF(input_pins[unit][channel]),
+                 pin = NUMBER_OF(input_pins[unit][channel]);
         if (!hil_board_type_has(dev->options->type, port, pin)) {
             hil_core_stop(dev->core, MR_HALTED,
                           "conversion of P%c%u, a pin missing in this package", 'A' + port, pin);
@@ -334,7 +336,7 @@ static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t a
     a->clock_cycles = clock_cycles;
     a->planned_hclk_hz = hclk_hz;
     a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
-    a->sampled = a->delivered = 0;
+    a->sampled_count = a->delivered_count = 0;
     if (!a->is_planned && !plan_sequence(dev, unit))
         return;
     hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switched_on,
@@ -454,7 +456,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 #define BITS       12u
 #define BITS_DRAWN 8u
-#define LAST       (HIL_ADC_CODES - 1u)
+#define LAST_CODE  (HIL_ADC_CODES - 1u)
 #define PI         3.14159265358979323846
 
 /* uniform, -1 to 1 */
@@ -474,7 +476,7 @@ static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64
         all += off[b];
     }
     for (unsigned code = 0; code < HIL_ADC_CODES; code++) {
-        double sum = -all * (double)code / LAST;
+        double sum = -all * (double)code / LAST_CODE;
         for (unsigned b = 0; b < BITS_DRAWN; b++)
             sum += code >> (BITS - 1u - b) & 1u ? off[b] : 0.0;
         curve_lsb[code] = (float)sum;
@@ -489,7 +491,7 @@ static double find_peak(const float curve_lsb[HIL_ADC_CODES], const double bow[2
 {
     double peak = 0.0;
     for (unsigned code = 0; code < HIL_ADC_CODES; code += 4u) {
-        double x = (double)code / LAST;
+        double x = (double)code / LAST_CODE;
         peak = fmax(peak, fabs((double)curve_lsb[code] +
                                by * (bow[0] * sin(PI * x) + bow[1] * sin(2.0 * PI * x))));
     }
@@ -513,7 +515,7 @@ void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t 
             low = by;
     }
     for (unsigned code = 0; code < HIL_ADC_CODES; code++) {
-        double x = (double)code / LAST;
+        double x = (double)code / LAST_CODE;
         curve_lsb[code] += (float)(low * (bow[0] * sin(PI * x) + bow[1] * sin(2.0 * PI * x)));
     }
 }

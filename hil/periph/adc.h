@@ -33,7 +33,7 @@ struct hil_adc {
     bool is_planned;       /* length, channels and end_clock match the registers */
     /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
     uint32_t planned_hclk_hz;
-    uint8_t length, sampled, delivered;
+    uint8_t length, sampled_count, delivered_count;
     uint8_t channel[16];
     int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */
     uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */

@@ -176,11 +176,11 @@ static bool is_other_ready(struct hil_can_device *dev, uint64_t at)
         c->other_waits_ps = 0;
         return true;
     }
-    while (c->queue_count && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_DROP, "frame",
-                                                 c->queue[c->queue_head].id))
+    while (c->queue_count && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_DROP,
+                                                 "frame", c->queue[c->queue_head].id))
         drop_other_frame(c);
-    if (!c->queue_count || !dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_DELAY, "frame",
-                                                c->queue[c->queue_head].id))
+    if (!c->queue_count || !dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_DELAY,
+                                                "frame", c->queue[c->queue_head].id))
         return c->queue_count != 0;
     c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.context, HIL_CAN_IN);
     hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
@@ -209,8 +209,8 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
             c->tsr |= 4u << (8u * (unsigned)mine);
         }
         c->sender = HIL_CAN_OTHER_NODE;
-        c->is_spoiled = dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_CORRUPT, "frame",
-                                            c->queue[c->queue_head].id);
+        c->is_spoiled = dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_CORRUPT,
+                                            "frame", c->queue[c->queue_head].id);
         enter_phase(dev, HIL_CAN_FRAME, at,
                     hil_can_frame_bits(&c->queue[c->queue_head]).length -
                         (c->is_spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
@@ -229,7 +229,7 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
     c->sender = (int8_t)mine;
     c->abort_current = false;
     c->is_spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
-                    dev->wire.has_fault(dev->wire.context, HIL_CAN_OUT, HIL_CORRUPT, "frame",
+                    dev->wire.has_fault(dev->wire.context, HIL_CAN_OUT, HIL_LINE_CORRUPT, "frame",
                                         frame.id);
     if (c->is_spoiled) /* CRC error: error flag and delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
@@ -387,7 +387,7 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     if (c->sender == HIL_CAN_OTHER_NODE) {
         frame = c->queue[c->queue_head];
         c->is_repeated = !c->is_repeated && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN,
-                                                                HIL_REPEAT, "frame", frame.id);
+                                                                HIL_LINE_REPEAT, "frame", frame.id);
         if (!c->is_repeated)
             drop_other_frame(c);
         dev->core->state.counters.can_frames_in++;
@@ -634,7 +634,7 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     *mailbox_register(c, offset) = value;
     if (offset % 16u == 0 && (value & TIR_TXRQ)) {
         c->mailbox[m].request_number = c->request_count++;
-        dev->core->state.counters.can_ends_unseen += c->tsr >> (8u * m) & 1u;
+        dev->core->state.counters.can_mailboxes_refilled += c->tsr >> (8u * m) & 1u;
         c->tsr &= ~(0xfu << (8u * m));
         try_start(dev, hil_now_cycle(dev->core));
     }

@@ -1,23 +1,23 @@
 #include "hil/periph/canbits.h"
 
-#define CRC_POLYNOMIAL 0x4599u /* x15 + x14 + x10 + x8 + x7 + x4 + x3 + 1 */
+#define CRC15_POLYNOMIAL 0x4599u /* x15 + x14 + x10 + x8 + x7 + x4 + x3 + 1 */
 
 struct stream {
     struct hil_can_bits bits;
-    unsigned last; /* level of the last bit sent */
-    unsigned run;  /* number of equal bits up to and including the last one */
+    unsigned last_level; /* level of the last bit sent */
+    unsigned run_bits;   /* number of equal bits up to and including the last one */
 };
 
 static void send_bit(struct stream *s, unsigned bit)
 {
-    s->run = s->bits.length && bit == s->last ? s->run + 1u : 1u;
-    s->last = bit;
+    s->run_bits = s->bits.length && bit == s->last_level ? s->run_bits + 1u : 1u;
+    s->last_level = bit;
     s->bits.length++;
-    if (s->run == 5) { /* a stuff bit of the other level follows and begins the next run */
-        s->last = !bit;
-        s->run = 1;
+    if (s->run_bits == 5) { /* a stuff bit of the other level follows and begins the next run */
+        s->last_level = !bit;
+        s->run_bits = 1;
         s->bits.length++;
-        s->bits.stuff++;
+        s->bits.stuff_bits++;
     }
 }
 
@@ -28,7 +28,7 @@ static void send_field(struct stream *s, uint32_t value, unsigned width)
         unsigned next = bit ^ (unsigned)(s->bits.crc >> 14 & 1u);
         s->bits.crc = (uint16_t)((unsigned)s->bits.crc << 1 & 0x7fffu);
         if (next)
-            s->bits.crc ^= CRC_POLYNOMIAL;
+            s->bits.crc ^= CRC15_POLYNOMIAL;
         send_bit(s, bit);
     }
 }

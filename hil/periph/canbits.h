@@ -28,8 +28,8 @@ struct hil_can_frame {
 #define HIL_CAN_ERROR_BITS        14u /* bits of an error frame: flag 6, delimiter 8 */
 
 struct hil_can_bits {
-    uint16_t crc;   /* CRC-15 of the frame */
-    unsigned stuff; /* stuff bits inserted */
+    uint16_t crc;        /* CRC-15 of the frame */
+    unsigned stuff_bits; /* stuff bits inserted */
     /* bits from start of frame to the last bit of end of frame, including stuff bits */
     unsigned length;
 };

@@ -74,14 +74,14 @@ static uint32_t item_bytes(const struct hil_dma_stream *s)
 static void count_transfer(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
-    uint32_t half = s->reload / 2u;
+    uint32_t half = s->reload_count / 2u;
     uint32_t before = s->ndtr;
     s->ndtr -= n;
-    if (before > s->reload - half && s->ndtr <= s->reload - half)
+    if (before > s->reload_count - half && s->ndtr <= s->reload_count - half)
         raise_flag(dev, unit, stream, FLAG_HT);
     if (s->ndtr == 0) {
         if (s->cr & CR_CIRC)
-            s->ndtr = s->reload;
+            s->ndtr = s->reload_count;
         else
             s->cr &= ~CR_EN;
         raise_flag(dev, unit, stream, FLAG_TC);
@@ -99,7 +99,7 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
     const struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
     if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel ||
-        direction != (r->from_memory ? 1u : 0u))
+        direction != (r->is_from_memory ? 1u : 0u))
         return 0;
     if (s->par != r->peripheral) {
         hil_core_stop(
@@ -108,11 +108,11 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
             r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
         return 0;
     }
-    if (r->from_memory && hil_memory_is_stalled(dev->core, s->m0ar))
+    if (r->is_from_memory && hil_memory_is_stalled(dev->core, s->m0ar))
         dev->state[r->controller].is_waiting_for_flash = true;
     if (dev->state[r->controller].is_waiting_for_flash)
         return 0;
-    uint32_t to_half = s->reload - s->reload / 2u;
+    uint32_t to_half = s->reload_count - s->reload_count / 2u;
     return s->ndtr > to_half ? s->ndtr - to_half : s->ndtr;
 }
 
@@ -121,10 +121,10 @@ static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_requ
 {
     struct hil_dma_stream *s = find_stream(dev, r);
     uint32_t bytes = item_bytes(s);
-    uint32_t done = (s->cr & CR_MINC) ? s->reload - s->ndtr : 0;
+    uint32_t done = (s->cr & CR_MINC) ? s->reload_count - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
     uint32_t address = (s->m0ar & ~(bytes - 1u)) + done * bytes;
-    uint8_t *memory = find_memory(dev, address, span, !r->from_memory);
+    uint8_t *memory = find_memory(dev, address, span, !r->is_from_memory);
     if (!memory)
         stop_after_error(dev, r->controller, r->stream, address);
     return memory;
@@ -245,7 +245,7 @@ static void enable_stream(struct hil_dma_device *dev, unsigned unit, unsigned st
         return;
     }
     s->cr |= CR_EN;
-    s->reload = s->ndtr;
+    s->reload_count = s->ndtr;
     notify_enabled(dev, unit);
 }
 

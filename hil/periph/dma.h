@@ -16,7 +16,7 @@
 
 struct hil_dma_stream {
     HIL_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
-    uint32_t reload; /* NDTR when the stream was enabled */
+    uint32_t reload_count; /* NDTR when the stream was enabled */
 };
 
 struct hil_dma {
@@ -31,7 +31,7 @@ struct hil_dma_request {
     unsigned stream;
     unsigned channel;
     uint32_t peripheral; /* required value of PAR */
-    bool from_memory;
+    bool is_from_memory;
 };
 
 /* A peripheral connected to a controller. `advance`: update the transfers of the peripheral up to

@@ -407,8 +407,8 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
 
 /* Checks one key of a sequence. True: the register is unlocked. A wrong key locks it until the next
  * reset. */
-static bool unlock(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first,
-                   uint32_t second)
+static bool check_key(struct hil_flash_device *dev, uint8_t *step, uint32_t value, uint32_t first,
+                      uint32_t second)
 {
     if (*step == STEP_UNLOCKED || *step == STEP_BLOCKED)
         return false;
@@ -455,11 +455,11 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
     switch (offset) {
     case ACR: acr_write(dev, value); break;
     case KEYR:
-        if (unlock(dev, &flash->key_step, value, KEY1, KEY2))
+        if (check_key(dev, &flash->key_step, value, KEY1, KEY2))
             flash->cr &= ~CR_LOCK;
         break;
     case OPTKEYR:
-        if (unlock(dev, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
+        if (check_key(dev, &flash->option_key_step, value, OPTKEY1, OPTKEY2))
             flash->optcr &= ~OPTCR_LOCK;
         break;
     case SR:

@@ -32,8 +32,8 @@ void hil_gpio_reset_port(void *device, unsigned port)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[port];
-    uint16_t driven = p->driven_pins, outside = p->outside;
-    *p = (struct hil_gpio_port){.driven_pins = driven, .outside = outside};
+    uint16_t driven = p->driven_pins, outside = p->outside_levels;
+    *p = (struct hil_gpio_port){.driven_pins = driven, .outside_levels = outside};
     hil_registers_reset(FIRST_PORT + 0x400u * port, 0, p->word, sizeof p->word / 4u);
     hil_gpio_notify(dev, hil_now_cycle(dev->core));
 }
@@ -77,8 +77,8 @@ static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigne
             return level;
     }
     if (p->driven_pins >> pin & 1u)
-        return (p->outside >> pin & 1u) != 0;
-    const struct hil_pin *outside = dev->outside[port][pin];
+        return (p->outside_levels >> pin & 1u) != 0;
+    const struct hil_pin *outside = dev->outside_pins[port][pin];
     if (outside) {
         bool drives, high = outside->level(outside->context, outside->channel, &drives);
         if (drives)
@@ -128,7 +128,7 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     uint16_t bit = (uint16_t)(1u << pin);
     bool before = hil_gpio_level(dev, port, pin);
     p->driven_pins |= bit;
-    p->outside = (uint16_t)(level ? p->outside | bit : p->outside & ~bit);
+    p->outside_levels = (uint16_t)(level ? p->outside_levels | bit : p->outside_levels & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
     /* Without the alternate function the peripheral sees no edges. */
     const struct hil_pin *user = after != before ? pin_user(dev, port, pin) : NULL;

@@ -19,8 +19,8 @@
 
 struct hil_gpio_port {
     HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
-    uint16_t driven_pins; /* pins connected to an outside driver */
-    uint16_t outside;     /* levels of the outside drivers */
+    uint16_t driven_pins;    /* pins connected to an outside driver */
+    uint16_t outside_levels; /* levels of the outside drivers */
 };
 
 struct hil_gpio {
@@ -54,7 +54,7 @@ struct hil_gpio_device {
     struct hil_gpio *state;
     const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
     /* NULL: unconnected, or driven by hil_gpio_drive */
-    const struct hil_pin *outside[HIL_GPIO_PORTS][16];
+    const struct hil_pin *outside_pins[HIL_GPIO_PORTS][16];
     /* listeners for ports B, D and E, called in this order */
     struct hil_pin_listener listener[HIL_PIN_LISTENERS];
     unsigned listeners;

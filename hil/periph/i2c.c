@@ -80,7 +80,7 @@ static void set_phase(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint
 static void leave_bus(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    i2c->master = i2c->is_transmitter = i2c->is_dr_full = false;
+    i2c->is_master = i2c->is_transmitter = i2c->is_dr_full = false;
     i2c->sr1 &= SR1_ERRORS | SR1_RXNE;
     i2c->phase = HIL_I2C_IDLE;
     i2c->end_cycle = HIL_NEVER;
@@ -161,7 +161,7 @@ static void begin_byte(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uin
 static void send_next(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    i2c->shifted = (uint8_t)i2c->dr;
+    i2c->shifted_byte = (uint8_t)i2c->dr;
     i2c->is_dr_full = false;
     i2c->sr1 |= SR1_TXE;
     begin_byte(dev, HIL_I2C_SENDING, at);
@@ -171,7 +171,7 @@ static void end_start(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
     i2c->cr1 &= ~CR1_START;
-    i2c->master = i2c->is_busy = true;
+    i2c->is_master = i2c->is_busy = true;
     i2c->is_transmitter = false;
     i2c->sr1 = (i2c->sr1 & ~(SR1_BTF | SR1_TXE)) | SR1_SB;
     set_phase(dev, HIL_I2C_STARTED, 0, 0);
@@ -180,10 +180,10 @@ static void end_start(struct hil_i2c_device *dev)
 static void end_address(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
-    if (has_lost_arbitration(dev, i2c->shifted))
+    if (has_lost_arbitration(dev, i2c->shifted_byte))
         return;
-    bool acknowledged = dev->slave.address(dev->slave.context, i2c->shifted);
-    i2c->is_transmitter = !(i2c->shifted & 1u);
+    bool acknowledged = dev->slave.address(dev->slave.context, i2c->shifted_byte);
+    i2c->is_transmitter = !(i2c->shifted_byte & 1u);
     i2c->sr1 |= acknowledged ? SR1_ADDR : SR1_AF;
     set_phase(dev, acknowledged ? HIL_I2C_ADDRESSED : HIL_I2C_REFUSED, 0, 0);
 }
@@ -191,9 +191,9 @@ static void end_address(struct hil_i2c_device *dev)
 static void end_sent(struct hil_i2c_device *dev, uint64_t at)
 {
     struct hil_i2c *i2c = dev->state;
-    if (has_lost_arbitration(dev, i2c->shifted))
+    if (has_lost_arbitration(dev, i2c->shifted_byte))
         return;
-    if (!dev->slave.write(dev->slave.context, i2c->shifted)) {
+    if (!dev->slave.write(dev->slave.context, i2c->shifted_byte)) {
         i2c->sr1 |= SR1_AF;
         set_phase(dev, HIL_I2C_REFUSED, 0, 0);
     } else if (!try_stop_or_restart(dev, at)) {
@@ -216,7 +216,7 @@ static void end_received(struct hil_i2c_device *dev, uint64_t at)
         /* the slave releases SDA; further bytes read as ones */
         dev->slave.stop(dev->slave.context);
     if (i2c->sr1 & SR1_RXNE) {
-        i2c->shifted = byte;
+        i2c->shifted_byte = byte;
         i2c->sr1 |= SR1_BTF;
         if (!try_stop_or_restart(dev, at))
             set_phase(dev, HIL_I2C_FULL, 0, 0);
@@ -280,7 +280,7 @@ void hil_i2c_on_lines_changed(void *device, uint64_t at)
         if (!scl || !sda)
             i2c->is_busy = true;
         else if (condition)
-            i2c->is_busy = i2c->master;
+            i2c->is_busy = i2c->is_master;
     }
     i2c->scl = scl;
     i2c->sda = sda;
@@ -323,7 +323,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
     case DR:
         value = i2c->dr;
         if (i2c->sr1 & SR1_BTF && i2c->sr1 & SR1_RXNE) { /* the next byte moves up */
-            i2c->dr = i2c->shifted;
+            i2c->dr = i2c->shifted_byte;
             i2c->sr1 &= ~SR1_BTF;
             if (i2c->phase == HIL_I2C_FULL)
                 begin_byte(dev, HIL_I2C_RECEIVING, now);
@@ -334,7 +334,7 @@ uint32_t hil_i2c_read(void *device, unsigned unit, uint32_t offset)
         return value;
     case SR1: i2c->sr1_was_read = true; return i2c->sr1;
     case SR2:
-        value = (i2c->master ? 1u : 0u) | (i2c->is_busy ? 2u : 0u) |
+        value = (i2c->is_master ? 1u : 0u) | (i2c->is_busy ? 2u : 0u) |
                 (i2c->is_transmitter ? 4u : 0u);
         if (i2c->phase == HIL_I2C_ADDRESSED && i2c->sr1_was_read) {
             i2c->sr1 &= ~SR1_ADDR;
@@ -379,7 +379,7 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
     if (is_waiting(i2c, CR1_START | CR1_STOP) && value != i2c->cr1)
         hil_bus_refuse(dev->core,
                        "CR1 is written while START or STOP waits for the hardware to clear it");
-    if (!(value & CR1_PE) && i2c->master)
+    if (!(value & CR1_PE) && i2c->is_master)
         hil_bus_refuse(dev->core, "PE is cleared before the end of the communication");
     const char *wrong = value & CR1_PE ? check_settings(dev) : NULL;
     if (wrong)
@@ -402,7 +402,7 @@ static void dr_write(struct hil_i2c_device *dev, uint32_t value)
         if ((value & 0xf8u) == 0xf0u)
             hil_bus_refuse(dev->core, "10-bit addresses");
         i2c->sr1 &= ~SR1_SB;
-        i2c->shifted = (uint8_t)value;
+        i2c->shifted_byte = (uint8_t)value;
         begin_byte(dev, HIL_I2C_ADDRESSING, now);
     } else if (i2c->phase == HIL_I2C_SENT) {
         i2c->sr1 &= ~SR1_BTF;

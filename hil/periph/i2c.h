@@ -36,10 +36,10 @@ enum hil_i2c_phase {
 struct hil_i2c {
     HIL_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
     enum hil_i2c_phase phase;
-    bool master, is_transmitter, is_busy;
+    bool is_master, is_transmitter, is_busy;
     bool sr1_was_read; /* first step of the sequences that clear SB, ADDR and BTF */
     bool is_dr_full;   /* DR contains a byte to be sent */
-    uint8_t shifted;
+    uint8_t shifted_byte;
     bool acknowledge; /* POS: acknowledge of the next byte */
     uint64_t begin_cycle, end_cycle;
     bool scl, sda; /* levels at the last check */

@@ -159,7 +159,7 @@ static void attach_to_pins(struct hil_mcu *mcu)
     gpio->alternate[3][1] = &mcu->pin[3];
     mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
     /* input of the serial link */
-    gpio->outside[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
+    gpio->outside_pins[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
     hil_gpio_add_listener(gpio, hil_spi_on_pins_changed, &mcu->spi);
     hil_gpio_add_listener(gpio, hil_i2c_on_lines_changed, &mcu->i2c);
 }

@@ -5,23 +5,23 @@
 #include "common/emulated.h"
 #include "common/image.h"
 
-#define P(letter, pin)      \
+#define PIN(letter, pin)    \
     {                       \
         (letter) - 'A', pin \
     }
-#define NONE           \
+#define NO_PIN         \
     {                  \
         HIL_NO_PORT, 0 \
     }
 /* Levels of the pins at reset: memory not selected, thermometer bus idle, CAN recessive, warning
  * lamp on, shunts off, camera not triggered. */
-#define PULLS(warning, shunts)                                                       \
-    {                                                                                \
-        {P('B', 12), true}, {P('B', 6), true}, {P('B', 7), true}, {P('D', 1), true}, \
-            {warning, false}, {shunts, false},                                       \
-        {                                                                            \
-            P('E', 2), false                                                         \
-        }                                                                            \
+#define PULLS(warning, shunts)                                                               \
+    {                                                                                        \
+        {PIN('B', 12), true}, {PIN('B', 6), true}, {PIN('B', 7), true}, {PIN('D', 1), true}, \
+            {warning, false}, {shunts, false},                                               \
+        {                                                                                    \
+            PIN('E', 2), false                                                               \
+        }                                                                                    \
     }
 /* Packages: pinouts of the STM32F405/407 data sheet, figures 13 and 14. */
 #define LQFP144                                                           \
@@ -37,28 +37,28 @@
 
 /* The rig's inputs and outputs on a board with all 144 pins: transducers, gages, staircase and
  * reference. */
-#define WIRED_144                                                                   \
-    .channel = {P('F', 3), P('F', 4),  P('F', 5), P('F', 6), P('F', 7), P('F', 8),  \
-                P('F', 9), P('F', 10), P('A', 0), P('A', 1), P('A', 2), P('A', 3),  \
-                P('A', 4), P('A', 5),  P('A', 6), P('A', 7), P('B', 0), P('B', 1),  \
-                P('C', 0), P('C', 1),  P('C', 2), P('C', 3), P('C', 4), P('C', 5)}, \
-    .warning = P('E', 0), .shunts = P('E', 1), .pull = PULLS(P('E', 0), P('E', 1)), \
-    .lamp = P('E', 3), .jumper = P('E', 8)
+#define WIRED_144                                                                               \
+    .channel = {PIN('F', 3), PIN('F', 4),  PIN('F', 5), PIN('F', 6), PIN('F', 7), PIN('F', 8),  \
+                PIN('F', 9), PIN('F', 10), PIN('A', 0), PIN('A', 1), PIN('A', 2), PIN('A', 3),  \
+                PIN('A', 4), PIN('A', 5),  PIN('A', 6), PIN('A', 7), PIN('B', 0), PIN('B', 1),  \
+                PIN('C', 0), PIN('C', 1),  PIN('C', 2), PIN('C', 3), PIN('C', 4), PIN('C', 5)}, \
+    .warning = PIN('E', 0), .shunts = PIN('E', 1), .pulls = PULLS(PIN('E', 0), PIN('E', 1)),    \
+    .lamp = PIN('E', 3), .jumper = PIN('E', 8)
 
-static const struct hil_board_type types[] = {
+static const struct hil_board_type board_types[] = {
     {
         .number = MR_BOARD_ZG,
         .idcode = F407_REVISION_Y,
         .flash_kib = 1024,
         .supply_v = 3.3,
-        .bonded = LQFP144,
+        .bonded_pins = LQFP144,
         WIRED_144,
-        .serial_out = P('A', 9),
-        .serial_in = P('A', 10),
+        .serial_out = PIN('A', 9),
+        .serial_in = PIN('A', 10),
         .usart = 1,
         .serial_function = 7,
         .is_rom_on_serial = true,
-        .sensor_select = NONE,
+        .sensor_select = NO_PIN,
     },
     /* Parts on the board: ST's own project of the board (STM32_open_pin_data,
      * boards/C47_Discovery_STM32F407G-DISC1); its VDD is 3 V (UM1472 4.3). */
@@ -67,24 +67,24 @@ static const struct hil_board_type types[] = {
         .idcode = F407_REVISION_Y,
         .flash_kib = 1024,
         .supply_v = 3.0,
-        .bonded = LQFP100,
-        .channel = {P('A', 1), P('A', 2), P('A', 3), P('C', 1), P('C', 2),
-                    NONE,      NONE,      NONE, /* gages */
-                    P('A', 4), P('A', 5), P('A', 6), P('A', 7), P('B', 0),
-                    P('B', 1), NONE,      NONE,      NONE,      NONE,
-                    NONE,      NONE,      NONE,      NONE, /* staircase, reference */
-                    P('C', 4), P('C', 5)},
-        .warning = P('E', 4),
-        .shunts = P('E', 5),
-        .pull = PULLS(P('E', 4), P('E', 5)),
-        .lamp = P('E', 6),
-        .jumper = P('E', 8),
-        .serial_out = P('C', 6),
-        .serial_in = P('C', 7),
+        .bonded_pins = LQFP100,
+        .channel = {PIN('A', 1), PIN('A', 2), PIN('A', 3), PIN('C', 1), PIN('C', 2),
+                    NO_PIN,      NO_PIN,      NO_PIN, /* gages */
+                    PIN('A', 4), PIN('A', 5), PIN('A', 6), PIN('A', 7), PIN('B', 0),
+                    PIN('B', 1), NO_PIN,      NO_PIN,      NO_PIN,      NO_PIN,
+                    NO_PIN,      NO_PIN,      NO_PIN,      NO_PIN, /* staircase, reference */
+                    PIN('C', 4), PIN('C', 5)},
+        .warning = PIN('E', 4),
+        .shunts = PIN('E', 5),
+        .pulls = PULLS(PIN('E', 4), PIN('E', 5)),
+        .lamp = PIN('E', 6),
+        .jumper = PIN('E', 8),
+        .serial_out = PIN('C', 6),
+        .serial_in = PIN('C', 7),
         .usart = 6,
         .serial_function = 8,
-        .sensor_select = P('E', 3), /* SDO of the LIS302DL */
-        .sensor_out = P('A', 6),
+        .sensor_select = PIN('E', 3), /* SDO of the LIS302DL */
+        .sensor_out = PIN('A', 6),
     },
     /* The ST-LINK supplies the clock; OSC_OUT is unused (UM1974 6.7; STM32_open_pin_data,
      * boards/A45_Nucleo_NUCLEO-F446ZE). */
@@ -93,24 +93,24 @@ static const struct hil_board_type types[] = {
         .idcode = 0x10006421u, /* RM0390 33.6.1, revision A */
         .flash_kib = 512,
         .has_no_ccm = true,
-        .clock_bypass = true,
+        .has_clock_bypass = true,
         .supply_v = 3.3,
-        .bonded = LQFP144,
+        .bonded_pins = LQFP144,
         WIRED_144,
-        .serial_out = P('G', 14),
-        .serial_in = P('G', 9),
+        .serial_out = PIN('G', 14),
+        .serial_in = PIN('G', 9),
         .usart = 6,
         .serial_function = 8,
-        .sensor_select = NONE,
+        .sensor_select = NO_PIN,
     },
 };
-#define TYPES (sizeof types / sizeof types[0])
+#define TYPES (sizeof board_types / sizeof board_types[0])
 
 const struct hil_board_type *hil_board_type_by_number(unsigned number)
 {
     for (unsigned i = 0; i < TYPES; i++) {
-        if (types[i].number == number)
-            return &types[i];
+        if (board_types[i].number == number)
+            return &board_types[i];
     }
     return NULL;
 }
@@ -137,7 +137,7 @@ int hil_board_type_channel(const struct hil_board_type *type, unsigned port, uns
 
 bool hil_board_type_has(const struct hil_board_type *type, unsigned port, unsigned pin)
 {
-    return port < HIL_BOARD_PORTS && (type->bonded[port] >> pin & 1u) != 0;
+    return port < HIL_BOARD_PORTS && (type->bonded_pins[port] >> pin & 1u) != 0;
 }
 
 void hil_options_default(struct hil_options *options)
@@ -149,7 +149,7 @@ void hil_options_default(struct hil_options *options)
         .lsi_hz = 32000,
         .host_baud = 2000000,
         .can_bus = HIL_CAN_CONNECTED,
-        .adc_noise = true,
+        .has_adc_noise = true,
         .cpi = 1.0,
         .temperature_c = 20.0,
         .uid = {0x00310042u, MR_EMULATED_LOT << 8 | 0x0fu, 0x20343635u},

@@ -35,12 +35,12 @@ struct hil_board_type {
     uint32_t idcode; /* DBGMCU_IDCODE */
     uint32_t flash_kib;
     bool has_no_ccm;
-    bool clock_bypass;                /* true: OSC_IN receives a clock; false: there is a crystal */
-    double supply_v;                  /* VDDA */
-    uint16_t bonded[HIL_BOARD_PORTS]; /* pins of each port that the package has */
+    bool has_clock_bypass; /* true: OSC_IN receives a clock; false: there is a crystal */
+    double supply_v;       /* VDDA */
+    uint16_t bonded_pins[HIL_BOARD_PORTS]; /* pins of each port that the package has */
     struct hil_pin_place channel[HIL_BOARD_CHANNELS];
     struct hil_pin_place warning, shunts, lamp, jumper;
-    struct hil_pull pull[HIL_BOARD_PULLS];
+    struct hil_pull pulls[HIL_BOARD_PULLS];
     struct hil_pin_place serial_out, serial_in;
     uint8_t usart, serial_function; /* USART of the serial link, and its alternate function */
     bool is_rom_on_serial;          /* the boot ROM uses the pins of the serial link */
@@ -92,7 +92,7 @@ struct hil_options {
     uint64_t camera_delay_ps; /* delay from the trigger to the first frame */
     /* jitter of each frame, uniformly distributed within +- this value */
     uint64_t camera_jitter_ps;
-    bool adc_noise; /* false: codes are exact, for tests */
+    bool has_adc_noise; /* false: codes are exact, for tests */
     /* supply of converters and staircase, 2.7 to 3.6 V; 0: nominal supply of the board */
     double vdda_v;
     /* electronics have random tolerances, from board_seed (hil/rig/electronics.h) */

@@ -10,7 +10,7 @@
 #define LSI_START_PS (40ull * HIL_US_PS)
 #define HSI_HZ       16000000u
 
-#define BASE            0x40023800u
+#define RCC_BASE        0x40023800u
 #define CR              0x00u
 #define PLLCFGR         0x04u
 #define CFGR            0x08u
@@ -47,7 +47,7 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
     dev->core->state.clock.is_stopped = false;
     uint32_t flags = (rcc->csr & CSR_FLAGS) | csr_flags;
     *rcc = (struct hil_rcc){.pwr_cr = 1u << 14, .has_crystal_failed = rcc->has_crystal_failed};
-    hil_registers_reset(BASE, 0, rcc->word, sizeof rcc->word / 4u);
+    hil_registers_reset(RCC_BASE, 0, rcc->word, sizeof rcc->word / 4u);
     rcc->csr = flags;
     hil_nvic_set_line(dev->core, HIL_EXC_NMI, false);
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
@@ -197,7 +197,7 @@ static bool is_hse_running(const struct hil_rcc_device *dev)
 {
     bool bypassed = (dev->state->cr & CR_HSEBYP) != 0;
     return dev->options->hse_hz && !dev->state->has_crystal_failed &&
-           bypassed == dev->options->type->clock_bypass;
+           bypassed == dev->options->type->has_clock_bypass;
 }
 
 void hil_rcc_set_crystal(struct hil_rcc_device *dev, bool on)
@@ -318,7 +318,7 @@ static void check_new_clock_access(void *context)
 {
     struct hil_rcc_device *dev = context;
     const struct hil_rcc_new_clock fresh = dev->new_clock;
-    dev->core->bus.fresh.clocks = NULL;
+    dev->core->bus.new_clocks.clocks = NULL;
     if (fresh.block_cycle != hil_now_cycle(dev->core))
         return;
     struct hil_moment access = hil_access_moment(dev->core);
@@ -346,7 +346,7 @@ static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32
                 : offset == APB1ENR ? 1u + hil_rcc_divider(dev, HIL_RCC_APB1)
                                     : 1u + hil_rcc_divider(dev, HIL_RCC_APB2),
     };
-    dev->core->bus.fresh = (struct hil_new_clocks){
+    dev->core->bus.new_clocks = (struct hil_new_clocks){
         .clocks = &dev->state->word[offset / 4u],
         .mask = rising,
         .on_access = check_new_clock_access,
@@ -373,9 +373,9 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_rcc_device *dev = device;
     (void)unit;
-    if (dev->core->bus.fresh.clocks ==
+    if (dev->core->bus.new_clocks.clocks ==
         &dev->state->word[offset / 4u]) { /* a read back is another workaround of the errata */
-        dev->core->bus.fresh.clocks = NULL;
+        dev->core->bus.new_clocks.clocks = NULL;
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     }
     return dev->state->word[offset / 4u];
@@ -477,9 +477,9 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 /* ---- the independent watchdog ---- */
 
-#define KR                0x00u
-#define PR                0x04u
-#define SR                0x0cu
+#define IWDG_KR           0x00u
+#define IWDG_PR           0x04u
+#define IWDG_SR           0x0cu
 #define KEY_RELOAD        0xaaaau
 #define KEY_UNLOCK        0x5555u
 #define KEY_START         0xccccu
@@ -513,7 +513,7 @@ uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset)
     struct hil_iwdg *w = dev->state;
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
-    if (offset == SR)
+    if (offset == IWDG_SR)
         return (uint32_t)(now < w->until_ps[0]) | (uint32_t)(now < w->until_ps[1]) << 1;
     return w->word[offset / 4u];
 }
@@ -552,11 +552,11 @@ void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value
     struct hil_iwdg *w = dev->state;
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
-    if (offset == KR) {
+    if (offset == IWDG_KR) {
         key_write(dev, value & 0xffffu);
         return;
     }
-    uint64_t *until_ps = &w->until_ps[(offset - PR) / 4u];
+    uint64_t *until_ps = &w->until_ps[(offset - IWDG_PR) / 4u];
     if (can_change(dev, now < *until_ps)) {
         w->word[offset / 4u] = value;
         *until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);

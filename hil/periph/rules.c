@@ -22,7 +22,7 @@ static const struct rule {
     enum kind kind;
     double min_ns;
     const char *what, *source;
-} rules[] = {
+} rule_table[] = {
 #define PIN(NAME, port, pin, words)
 #define RULE(NAME, kind, least_ns, what, source) {#NAME, kind, least_ns, what, source},
 #include "hil/periph/rules.def"
@@ -30,7 +30,7 @@ static const struct rule {
 
 static const struct {
     uint8_t port, pin;
-} pins[] = {
+} pin_table[] = {
 #define PIN(NAME, port, pin, words) {port, pin},
 #define RULE(NAME, kind, least_ns, what, source)
 #include "hil/periph/rules.def"
@@ -40,7 +40,7 @@ static const struct {
  * 40, 30 pF: longest rise or fall, highest frequency. */
 static const struct {
     double slew_ns, max_mhz;
-} speeds[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
+} speed_limits[4] = {{100.0, 4.0}, {10.0, 25.0}, {6.0, 50.0}, {4.0, 100.0}};
 
 bool hil_rules_are_checked(const struct hil_rules_device *dev)
 {
@@ -54,7 +54,7 @@ static unsigned pin_speed(const struct hil_rules_device *dev, unsigned port, uns
 
 double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
-    return 1e3 / speeds[pin_speed(dev, port, pin)].max_mhz;
+    return 1e3 / speed_limits[pin_speed(dev, port, pin)].max_mhz;
 }
 
 /* Prints the function and address of the instruction that broke a rule. */
@@ -83,8 +83,8 @@ static void stop_run(struct hil_rules_device *dev, enum hil_rule rule)
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
-                  rules[rule].name, rules[rule].what, tally->worst_ns, slew, tally->min_ns, from,
-                  to, rules[rule].source);
+                  rule_table[rule].name, rule_table[rule].what, tally->worst_ns, slew,
+                  tally->min_ns, from, to, rule_table[rule].source);
 }
 
 static void record_measurement(struct hil_rules_device *dev, enum hil_rule rule, double ns,
@@ -108,7 +108,7 @@ void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, doub
                           double least_ns, uint32_t pc)
 {
     if (hil_rules_are_checked(dev))
-        record_measurement(dev, rule, ns, least_ns > 0.0 ? least_ns : rules[rule].min_ns,
+        record_measurement(dev, rule, ns, least_ns > 0.0 ? least_ns : rule_table[rule].min_ns,
                            (struct hil_moment){.pc = pc}, pc);
 }
 
@@ -118,7 +118,7 @@ void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
     if (!hil_rules_are_checked(dev) || !from.ps || !to.ps)
         return;
     double ns = to.ps >= from.ps ? (double)(to.ps - from.ps) : -(double)(from.ps - to.ps);
-    record_measurement(dev, rule, ns / NS_PS - from.slew_ns, rules[rule].min_ns, from, to.pc);
+    record_measurement(dev, rule, ns / NS_PS - from.slew_ns, rule_table[rule].min_ns, from, to.pc);
 }
 
 void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule)
@@ -143,8 +143,8 @@ void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule
     vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
     print_place(dev, pc, place, sizeof place);
-    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rules[rule].name,
-                  rules[rule].what, words, place, rules[rule].source);
+    hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rule_table[rule].name,
+                  rule_table[rule].what, words, place, rule_table[rule].source);
 }
 
 /* --- pins --- */
@@ -187,7 +187,7 @@ static bool is_port_checked(unsigned port)
 {
     bool kept = false;
     for (unsigned i = 0; i < HIL_RULES_PINS; i++)
-        kept |= pins[i].port == port;
+        kept |= pin_table[i].port == port;
     return kept;
 }
 
@@ -198,13 +198,13 @@ void hil_rules_on_store(void *device, unsigned port)
         return;
     struct hil_moment at = hil_access_moment(dev->core);
     for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
-        bool high = pins[i].port == port && hil_gpio_level(dev->gpio, port, pins[i].pin);
-        if (pins[i].port != port || high == dev->state->pin[i].high)
+        bool high = pin_table[i].port == port && hil_gpio_level(dev->gpio, port, pin_table[i].pin);
+        if (pin_table[i].port != port || high == dev->state->pin[i].high)
             continue;
         dev->state->unlocated_edges += !at.ps;
-        at.slew_ns = high && is_open_drain(dev, port, pins[i].pin)
+        at.slew_ns = high && is_open_drain(dev, port, pin_table[i].pin)
                        ? PULLED_NS
-                       : speeds[pin_speed(dev, port, pins[i].pin)].slew_ns;
+                       : speed_limits[pin_speed(dev, port, pin_table[i].pin)].slew_ns;
         track_edge(dev, (enum hil_rules_pin)i, high, at);
     }
 }
@@ -248,8 +248,8 @@ void hil_rules_reset(struct hil_rules_device *dev)
 {
     dev->state->last_stop = (struct hil_moment){0};
     for (unsigned i = 0; i < HIL_RULES_PINS; i++)
-        dev->state->pin[i] =
-            (struct hil_rules_edges){.high = hil_gpio_level(dev->gpio, pins[i].port, pins[i].pin)};
+        dev->state->pin[i] = (struct hil_rules_edges){
+            .high = hil_gpio_level(dev->gpio, pin_table[i].port, pin_table[i].pin)};
 }
 
 /* --- names --- */
@@ -257,7 +257,7 @@ void hil_rules_reset(struct hil_rules_device *dev)
 enum hil_rule hil_rule_by_name(const char *name, size_t length)
 {
     for (unsigned i = 0; i < HIL_RULES; i++) {
-        if (strlen(rules[i].name) == length && memcmp(rules[i].name, name, length) == 0)
+        if (strlen(rule_table[i].name) == length && memcmp(rule_table[i].name, name, length) == 0)
             return (enum hil_rule)i;
     }
     return HIL_RULES;
@@ -285,15 +285,15 @@ void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
         char from[80], to[80], times[40] = "";
         print_place(dev, tally->from_pc, from, sizeof from);
         print_place(dev, tally->to_pc, to, sizeof to);
-        if (rules[i].kind == MINIMUM && tally->measurements)
+        if (rule_table[i].kind == MINIMUM && tally->measurements)
             snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->min_ns, tally->worst_ns,
                      tally->slew_ns);
-        fprintf(out, "%-18s %9llu %8llu %34s  ", rules[i].name,
+        fprintf(out, "%-18s %9llu %8llu %34s  ", rule_table[i].name,
                 (unsigned long long)tally->measurements, (unsigned long long)tally->violations,
                 times);
         if (tally->measurements && (tally->from_pc || tally->to_pc))
             fprintf(out, "%s, %s; ", from, to);
-        fprintf(out, "%s; %s\n", rules[i].what, rules[i].source);
+        fprintf(out, "%s; %s\n", rule_table[i].what, rule_table[i].source);
     }
     fprintf(out,
             "edges not judged, because the instruction that wrote the pin was not found: %llu\n",

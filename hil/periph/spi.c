@@ -68,7 +68,7 @@ static void fill_transmit_buffer(struct hil_spi_device *dev)
     struct hil_spi *spi = dev->state;
     if (is_on(spi) && !spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN) &&
         hil_dma_items_until_flag(dev->dma, &send_request))
-        spi->is_buffer_full = hil_dma_read_items(dev->dma, &send_request, &spi->held, 1);
+        spi->is_buffer_full = hil_dma_read_items(dev->dma, &send_request, &spi->held_byte, 1);
 }
 
 static void shift_byte(struct hil_spi_device *dev, uint64_t at)
@@ -76,7 +76,7 @@ static void shift_byte(struct hil_spi_device *dev, uint64_t at)
     struct hil_spi *spi = dev->state;
     if (spi->is_shifting || !spi->is_buffer_full || !is_on(spi))
         return;
-    spi->shifted = spi->held;
+    spi->shifted_byte = spi->held_byte;
     spi->is_buffer_full = false;
     spi->is_shifting = true;
     spi->shift_end_cycle = at + byte_cycles(dev);
@@ -192,7 +192,7 @@ void hil_spi_advance(void *device, uint64_t at)
     while (spi->is_shifting && spi->shift_end_cycle <= at) {
         uint64_t end = spi->shift_end_cycle;
         receive_byte(dev, connected && spi->is_selected
-                              ? dev->slave.exchange(dev->slave.context, spi->shifted, end)
+                              ? dev->slave.exchange(dev->slave.context, spi->shifted_byte, end)
                               : 0xff);
         spi->is_shifting = false;
         begin_byte(dev, end);
@@ -286,7 +286,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CR1: cr1_write(dev, value); break;
     case SR: /* read-only here; CRCERR is never set */ break;
     case DR: /* as on hardware, replaces a byte not yet sent */
-        spi->held = (uint8_t)value;
+        spi->held_byte = (uint8_t)value;
         spi->is_buffer_full = true;
         break;
     default: spi->word[offset / 4u] = value; break;

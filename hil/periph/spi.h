@@ -19,7 +19,7 @@ struct hil_spi {
     HIL_WORDS(word, cr1, cr2, sr, dr);
     bool dr_was_read;                 /* first step of the sequence that clears OVR */
     bool is_buffer_full, is_shifting; /* the transmit buffer, or the shift register, has a byte */
-    uint8_t held, shifted;
+    uint8_t held_byte, shifted_byte;
     uint64_t shift_end_cycle;
     bool is_selected; /* PB12 was low at the last check */
     bool has_clocked; /* a byte has begun since the selection */

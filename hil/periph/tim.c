@@ -73,7 +73,8 @@ static bool is_enabled(const struct hil_tim *t, unsigned channel)
 static bool output_level(const struct hil_tim *t, unsigned channel)
 {
     bool inverted = (t->ccer >> (4u * channel + 1u) & 1u) != 0;
-    return is_output(t, channel) && is_enabled(t, channel) && t->reference[channel] != inverted;
+    return is_output(t, channel) && is_enabled(t, channel) &&
+           t->reference_level[channel] != inverted;
 }
 
 bool hil_tim4_output(const void *device, unsigned channel, bool *drives)
@@ -118,7 +119,7 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
  * modes act. */
 static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t count, bool match)
 {
-    bool now = t->reference[channel];
+    bool now = t->reference_level[channel];
     switch (channel_mode(t, channel) >> 4 & 7u) {
     case 1: return match ? true : now;
     case 2: return match ? false : now;
@@ -173,7 +174,7 @@ static void refresh_references(struct hil_tim_device *dev, unsigned unit, uint64
     uint32_t count = count_at(dev, t, at);
     for (unsigned i = 0; i < 4; i++) {
         if (is_output(t, i))
-            t->reference[i] = next_reference(t, i, count, false);
+            t->reference_level[i] = next_reference(t, i, count, false);
     }
 }
 
@@ -263,7 +264,7 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
             bool match = t->ccr_now[i] == count;
             if (match)
                 t->sr |= 2u << i;
-            t->reference[i] = next_reference(t, i, (uint32_t)count, match);
+            t->reference_level[i] = next_reference(t, i, (uint32_t)count, match);
         }
         notify_outputs(dev, unit, before, at);
     }

@@ -34,7 +34,7 @@ struct hil_tim {
     /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
-    bool reference[4]; /* OCxREF */
+    bool reference_level[4]; /* OCxREF */
     /* cycle at which an edge passes the filter, or HIL_NEVER */
     uint64_t capture_cycle[HIL_CAPTURE_CHANNELS];
     bool capture_level[HIL_CAPTURE_CHANNELS];

@@ -167,7 +167,7 @@ static void fill_dr(struct hil_usart_device *dev)
     struct hil_usart *u = dev->state;
     struct hil_dma_request request = send_request(dev);
     if (!u->is_dr_full && (u->cr3 & CR3_DMAT) && hil_dma_items_until_flag(dev->dma, &request))
-        u->is_dr_full = hil_dma_read_items(dev->dma, &request, &u->held, 1);
+        u->is_dr_full = hil_dma_read_items(dev->dma, &request, &u->held_byte, 1);
 }
 
 /* Moves DR to the shift register at cycle `at` if the shift register is free. */
@@ -176,7 +176,7 @@ static void shift_byte(struct hil_usart_device *dev, uint64_t at)
     struct hil_usart *u = dev->state;
     if (u->is_shifting || !u->is_dr_full)
         return;
-    u->shifted = u->held;
+    u->shifted_byte = u->held_byte;
     u->is_dr_full = false;
     u->is_shifting = true;
     u->shift_end_cycle = at + frame_bits(dev) * bit_cycles(dev);
@@ -218,7 +218,7 @@ void hil_usart_advance(void *device, uint64_t at)
     bool moved = false;
     while (u->is_shifting && u->shift_end_cycle <= at) {
         last = u->shift_end_cycle;
-        u->out[u->out_count++] = u->shifted;
+        u->out[u->out_count++] = u->shifted_byte;
         if (u->out_count == sizeof u->out)
             drop_bytes(dev, last);
         u->is_shifting = false;
@@ -302,13 +302,13 @@ static void receive_from_line(struct hil_usart_device *dev, uint8_t byte)
 {
     struct hil_usart *u = dev->state;
     uint32_t errors = 0;
-    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_DROP, "byte", byte))
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_DROP, "byte", byte))
         return;
-    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_CORRUPT, "byte", byte))
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_CORRUPT, "byte", byte))
         byte = (uint8_t)(byte ^ 1u << dev->wire.random(dev->wire.context, 8));
-    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_FRAMING, "byte", byte))
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_FRAMING, "byte", byte))
         errors |= SR_FE;
-    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_NOISE, "byte", byte) &&
+    if (dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_NOISE, "byte", byte) &&
         !(u->cr3 & CR3_ONEBIT))
         errors |= SR_NF;
     receive_byte(dev, byte, errors);
@@ -322,14 +322,14 @@ void hil_usart_rx_event(void *device, uint64_t at)
     if (u->queue_count) {
         uint8_t byte = u->queue[u->queue_head];
         if (!u->is_delayed &&
-            dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_DELAY, "byte", byte)) {
+            dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_DELAY, "byte", byte)) {
             u->is_delayed = true;
             hil_event_set_ps(dev->core, HIL_EVENT_USART_RX,
                              now_ps + dev->wire.delay_ps(dev->wire.context, HIL_SERIAL_IN));
             return;
         }
         u->is_delayed = false;
-        if (!dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_REPEAT, "byte", byte)) {
+        if (!dev->wire.has_fault(dev->wire.context, HIL_SERIAL_IN, HIL_LINE_REPEAT, "byte", byte)) {
             u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
             u->queue_count--;
         }
@@ -414,7 +414,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
             u->sr &= ~SR_TC;
         u->sr_was_read = false;
         if (is_sending(u)) {
-            u->held = (uint8_t)value;
+            u->held_byte = (uint8_t)value;
             u->is_dr_full = true;
         }
         break;

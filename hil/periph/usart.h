@@ -25,7 +25,7 @@ struct hil_usart {
     bool sr_was_read; /* first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
     bool is_dr_full, is_shifting; /* DR, or the shift register, contains a byte to be sent */
-    uint8_t held, shifted;
+    uint8_t held_byte, shifted_byte;
     uint64_t shift_end_cycle;
     uint8_t out[HIL_USART_GROUP + 2];
     uint32_t out_count;

@@ -34,12 +34,12 @@ struct hil_rules_device;
 enum hil_parity { HIL_PARITY_NONE, HIL_PARITY_EVEN, HIL_PARITY_ODD };
 enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
 enum hil_line_fault {
-    HIL_DROP,
-    HIL_REPEAT,
-    HIL_CORRUPT,
-    HIL_DELAY,
-    HIL_FRAMING,
-    HIL_NOISE,
+    HIL_LINE_DROP,
+    HIL_LINE_REPEAT,
+    HIL_LINE_CORRUPT,
+    HIL_LINE_DELAY,
+    HIL_LINE_FRAMING,
+    HIL_LINE_NOISE,
     HIL_LINE_FAULTS
 };
 
@@ -49,7 +49,7 @@ struct hil_wire {
      * down and reported. `what` names the unit. */
     bool (*has_fault)(void *context, enum hil_line line, enum hil_line_fault kind, const char *what,
                       uint32_t number);
-    /* Delay of the last unit with the fault HIL_DELAY. */
+    /* Delay of the last unit with the fault HIL_LINE_DELAY. */
     uint64_t (*delay_ps)(const void *context, enum hil_line line);
     /* Random number, 0 <= value < bound, from the sequence of the faults. */
     uint32_t (*random)(void *context, uint32_t bound);

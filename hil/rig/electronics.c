@@ -10,7 +10,7 @@
 #define ROOM_C               20.0
 #define S_PER_H              3600.0
 #define TWO_PI               6.28318530717958647693
-#define CODES                4096.0
+#define CODE_COUNT           4096.0
 /* Largest errors of the sensors, from the data sheets in firmware/config.c. */
 #define CELL_GAIN_REL        0.005 /* electrolytic transducer, 0.5 % */
 #define CELL_ZERO_IN         0.010 /* the zero is set by hand */
@@ -18,10 +18,10 @@
 #define MID_V                1.65 /* nominal values of hil/rig/rig.h */
 #define GAGE_V_PER_LB        0.005
 #define SHUNT_LB             40.0
-#define STAIRCASE_ZERO_CODES (HIL_STAIRCASE_ZERO_V * CODES / HIL_NOMINAL_VDDA_V)
+#define STAIRCASE_ZERO_CODES (HIL_STAIRCASE_ZERO_V * CODE_COUNT / HIL_NOMINAL_VDDA_V)
 _Static_assert(HIL_RUN_COLUMNS + 2u <= HIL_ADC_SOURCES, "a source for each channel");
 
-unsigned hil_step_codes(unsigned position)
+unsigned hil_switch_step_codes(unsigned position)
 {
     return 64u + 8u * (7u * (position - 1u) % 24u);
 }
@@ -64,11 +64,11 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
     *e = (struct hil_electronics){
         .vdda_v = options->vdda_v > 0.0 ? options->vdda_v : options->type->supply_v,
         .reference = 1.0,
-        .reference_read = 1.0,
+        .reference_read_share = 1.0,
         .temperature_rise_k = known ? options->temperature_c - ROOM_C : 0.0,
         .temperature_rise_k_per_s = known ? options->temperature_c_per_h / S_PER_H : 0.0,
         .transducer_tau_s = 4e-6,
-        .staircase_zero = 1.0,
+        .staircase_zero_ratio = 1.0,
         .staircase_tau_s = 20e-6,
         .pulse_ps = HIL_PULSE_PS,
         .is_lamp_detected = true,
@@ -76,9 +76,9 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
         e->transducer_gain[i] = 1.0;
     for (unsigned i = 0; i < HIL_RUN_GAGES; i++)
-        e->gage_gain[i] = e->gage_shunt[i] = 1.0;
+        e->gage_gain[i] = e->gage_shunt_ratio[i] = 1.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        e->step_codes[i] = hil_step_codes(i + 1u);
+        e->step_codes[i] = hil_switch_step_codes(i + 1u);
 }
 
 static void draw_transducers(struct hil_electronics *e, const struct hil_figures *f,
@@ -88,7 +88,7 @@ static void draw_transducers(struct hil_electronics *e, const struct hil_figures
     double drive = 1.0 + draw_normal(random, f->transducer_excitation_sd_rel);
     double mid_v = f->transducer_mid_v - MID_V + draw_normal(random, f->transducer_mid_supply_sd_v);
     e->transducer_tau_s = f->transducer_settle_us * 1e-6;
-    e->transducer_gain_k = f->transducer_cell_ppm_k * 1e-6;
+    e->transducer_gain_per_k = f->transducer_cell_ppm_k * 1e-6;
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++) {
         e->transducer_gain[i] = drive * (1.0 + draw_normal(random, f->transducer_gain_sd_rel)) *
                                 (1.0 + draw_uniform(random, CELL_GAIN_REL));
@@ -110,15 +110,15 @@ static void draw_gages(struct hil_electronics *e, const struct hil_figures *f, u
             hil_electronics_trimmed_zero_lb(e->gage_untrimmed_lb[i], f->gage_trim_range_lb,
                                             draw_normal(random, f->gage_trim_left_lb));
         e->gage_drift_lb_k[i] = draw_normal(random, f->gage_drift_lb_k);
-        e->gage_shunt[i] = f->gage_shunt_lb / SHUNT_LB +
-                           draw_normal(random, f->gage_shunt_error_rel);
+        e->gage_shunt_ratio[i] = f->gage_shunt_lb / SHUNT_LB +
+                                 draw_normal(random, f->gage_shunt_error_rel);
     }
 }
 
 static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
     e->reference = 1.0 + draw_uniform(random, f->reference_error_rel);
-    e->reference_read = 1.0 + draw_normal(random, f->reference_read_sd_rel);
+    e->reference_read_share = 1.0 + draw_normal(random, f->reference_read_sd_rel);
     e->reference_drift = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
     draw_transducers(e, f, random);
     draw_gages(e, f, random);
@@ -128,7 +128,7 @@ static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f,
  * each is its conductance over the sum of all, independent of the switches. */
 static void draw_staircase(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
 {
-    double part[HIL_RUN_SWITCHES], rest = CODES - STAIRCASE_ZERO_CODES, all = 0.0;
+    double part[HIL_RUN_SWITCHES], rest = CODE_COUNT - STAIRCASE_ZERO_CODES, all = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         rest -= e->step_codes[i];
         part[i] = e->step_codes[i] * (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
@@ -138,8 +138,8 @@ static void draw_staircase(struct hil_electronics *e, const struct hil_figures *
                   (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
     all += zero + rest * (1.0 + draw_uniform(random, f->staircase_resistor_tol_rel));
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
-        e->step_codes[i] = part[i] * CODES / all;
-    e->staircase_zero = zero * CODES / all / STAIRCASE_ZERO_CODES;
+        e->step_codes[i] = part[i] * CODE_COUNT / all;
+    e->staircase_zero_ratio = zero * CODE_COUNT / all / STAIRCASE_ZERO_CODES;
     e->staircase_tau_s = f->staircase_settle_us * 1e-6;
 }
 

@@ -22,7 +22,7 @@ struct hil_options;
 #define HIL_STAIRCASE_ZERO_V 0.050       /* level without open switches, at 3.3 V */
 
 /* Nominal step of a switch, position 1..24, in codes. */
-unsigned hil_step_codes(unsigned position);
+unsigned hil_switch_step_codes(unsigned position);
 
 /* Figures of all boards, with the names of hil/circuits/figures.def. */
 struct hil_figures {
@@ -32,23 +32,23 @@ struct hil_figures {
 
 struct hil_electronics {
     double vdda_v;
-    double reference;          /* in units of 2.500 V, at 20 C */
-    double reference_read;     /* fraction of the reference that reaches its own channel */
-    double reference_drift;    /* relative, per C */
-    double temperature_rise_k; /* temperature above 20 C at power on */
+    double reference;            /* in units of 2.500 V, at 20 C */
+    double reference_read_share; /* fraction of the reference that reaches its own channel */
+    double reference_drift;      /* relative, per C */
+    double temperature_rise_k;   /* temperature above 20 C at power on */
     double temperature_rise_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];
     double transducer_mid_v[HIL_RUN_TRANSDUCERS]; /* offset from the nominal mid voltage */
-    double transducer_gain_k;                     /* rise of the transducer gain, relative, per C */
+    double transducer_gain_per_k;                 /* rise of the transducer gain, relative, per C */
     double transducer_tau_s;
     double gage_gain[HIL_RUN_GAGES];
     double gage_untrimmed_lb[HIL_RUN_GAGES]; /* zero before the balance trim */
     double gage_zero_lb[HIL_RUN_GAGES];      /* zero after the balance trim, at 20 C */
     double gage_drift_lb_k[HIL_RUN_GAGES];
-    double gage_shunt[HIL_RUN_GAGES]; /* in units of HIL_RIG_SHUNT_LB */
-    double gage_lag_s;                /* time constant of the anti-aliasing filter */
-    double staircase_zero;            /* in units of the nominal 0.050 V */
+    double gage_shunt_ratio[HIL_RUN_GAGES]; /* in units of HIL_RIG_SHUNT_LB */
+    double gage_lag_s;                      /* time constant of the anti-aliasing filter */
+    double staircase_zero_ratio;            /* in units of the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
     uint64_t pulse_ps;     /* pulse of the one-shot */

@@ -92,7 +92,7 @@ static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fau
 static uint64_t delay_ps(const void *device, enum hil_line line)
 {
     const struct hil_lines_device *dev = device;
-    return dev->state->effect[line][HIL_DELAY].duration_ps;
+    return dev->state->effect[line][HIL_LINE_DELAY].duration_ps;
 }
 
 static void deliver_frame(struct hil_lines_device *dev, uint64_t t_ps,
@@ -109,17 +109,17 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
     hil_call(&dev->frame_sent);
     if (dev->pin_callbacks.on_can_frame)
         dev->pin_callbacks.on_can_frame(dev->pin_callbacks.context, t_ps, frame);
-    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_DROP, "frame", frame->id))
+    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DROP, "frame", frame->id))
         return;
     if (lines->held_count < HIL_FAULT_HELD_FRAMES_MAX &&
-        apply_line_fault(dev, HIL_CAN_OUT, HIL_DELAY, "frame", frame->id)) {
+        apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DELAY, "frame", frame->id)) {
         memcpy(lines->held_frame[lines->held_count], frame, sizeof *frame);
         lines->held_ps[lines->held_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
         schedule_held_bytes(dev);
         return;
     }
     deliver_frame(dev, t_ps, frame);
-    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_REPEAT, "frame", frame->id))
+    if (apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_REPEAT, "frame", frame->id))
         deliver_frame(dev, t_ps, frame);
 }
 
@@ -160,24 +160,24 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     bool any = false;
     if (dev->pin_callbacks.on_serial_bytes)
         dev->pin_callbacks.on_serial_bytes(dev->pin_callbacks.context, t_ps, bytes, n);
-    for (unsigned kind = 0; kind < HIL_FRAMING; kind++)
+    for (unsigned kind = 0; kind < HIL_LINE_FRAMING; kind++)
         any |= lines->effect[HIL_SERIAL_OUT][kind].units_left != 0;
     for (size_t i = 0; any && i < n; i++) {
-        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_DROP, "byte", bytes[i])) {
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_DROP, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i + 1;
             continue;
         }
         if (lines->bytes_due_ps == HIL_NEVER &&
-            apply_line_fault(dev, HIL_SERIAL_OUT, HIL_DELAY, "byte", bytes[i])) {
+            apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_DELAY, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
             lines->bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
             schedule_held_bytes(dev);
         }
-        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_CORRUPT, "byte", bytes[i]))
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_CORRUPT, "byte", bytes[i]))
             bytes[i] = (uint8_t)(bytes[i] ^ 1u << random_below(dev, 8));
-        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_REPEAT, "byte", bytes[i])) {
+        if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_REPEAT, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i + 1 - from);
             from = i;
         }
@@ -247,7 +247,7 @@ void hil_supply_cut(struct hil_supply_device *dev)
 static void supply_off(struct hil_supply_device *dev, uint64_t duration_ps)
 {
     hil_supply_cut(dev);
-    dev->core->reset.hold_ps = hil_now_ps(dev->core) + duration_ps;
+    dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
 }
 
 /* Supply voltage at which the chip resets: DS8626, embedded reset and power control block, typical,
@@ -269,7 +269,7 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
         supply_off(dev, duration_ps);
     } else if (volts < brown_out_volts(dev)) {
         hil_core_request_reset(dev->core, CSR_BROWN_OUT);
-        dev->core->reset.hold_ps = hil_now_ps(dev->core) + duration_ps;
+        dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
     } else if (volts < 1.8 || dev->core->state.clock.hclk_hz >
                                   hz_by_wait_state * ((dev->rcc->state->flash_acr & 7u) + 1u)) {
         hil_core_stop(dev->core, MR_HALTED,
@@ -292,10 +292,10 @@ static void on_return(void *device, uint64_t at)
 void hil_supply_hold_reset(struct hil_supply_device *dev)
 {
     struct hil_reset *reset = &dev->core->reset;
-    dev->state->is_held_in_reset = reset->hold_ps > hil_now_ps(dev->core);
+    dev->state->is_held_in_reset = reset->end_ps > hil_now_ps(dev->core);
     if (dev->state->is_held_in_reset)
-        hil_event_set_ps(dev->core, HIL_EVENT_POWER, reset->hold_ps);
-    reset->hold_ps = 0;
+        hil_event_set_ps(dev->core, HIL_EVENT_POWER, reset->end_ps);
+    reset->end_ps = 0;
 }
 
 void hil_supply_create(struct hil_supply_device *dev)
@@ -348,7 +348,7 @@ static void schedule_waiting(struct hil_faults_device *dev, enum hil_trigger tri
     bool any = false;
     for (unsigned i = 0; i < faults->count; i++) {
         const struct hil_fault *fault = &faults->fault[i];
-        if (fault->trigger != trigger || fault->n != n || faults->over[i])
+        if (fault->trigger != trigger || fault->n != n || faults->is_over[i])
             continue;
         faults->due_ps[i] = hil_now_ps(dev->core) + fault->delay_ps;
         any = true;
@@ -456,7 +456,7 @@ static void on_due(void *device, uint64_t at)
         if (faults->due_ps[i] > now_ps)
             continue;
         faults->due_ps[i] = HIL_NEVER;
-        faults->over[i] = true;
+        faults->is_over[i] = true;
         apply_fault(dev, &faults->fault[i]);
     }
     schedule(dev);
@@ -529,7 +529,7 @@ void hil_faults_report_pending(const struct hil_faults_device *dev)
 {
     const struct hil_faults *faults = dev->state;
     for (unsigned i = 0; i < faults->count && dev->options->log; i++) {
-        if (!faults->over[i])
+        if (!faults->is_over[i])
             fprintf(dev->options->log, "fault of line %u did not happen: the run ended earlier\n",
                     faults->fault[i].file_line);
     }

@@ -179,7 +179,7 @@ struct hil_faults {
     uint32_t count;
     struct hil_fault fault[HIL_FAULTS_MAX];
     uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waiting for its trigger, or over */
-    bool over[HIL_FAULTS_MAX];
+    bool is_over[HIL_FAULTS_MAX];
     uint64_t flash_operations, nor_operations;
 };
 

@@ -30,7 +30,7 @@ static uint64_t tick_cycles(const struct hil_replay_device *dev)
            (dev->tim->state[HIL_TIM2].psc_now + 1u);
 }
 
-static uint64_t tick_cycle(const struct hil_replay_device *dev, uint64_t tick)
+static uint64_t cycle_at_tick(const struct hil_replay_device *dev, uint64_t tick)
 {
     return dev->state->zero_cycle + tick * tick_cycles(dev);
 }
@@ -51,11 +51,11 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
         if (state->next_edge < replay->edge_count &&
             (tick + replay->edge_tick[state->next_edge]) / 2u < low)
             low = (tick + replay->edge_tick[state->next_edge]) / 2u;
-        return tick_cycle(dev, low);
+        return cycle_at_tick(dev, low);
     }
     if (state->next_edge == replay->edge_count)
         return HIL_NEVER;
-    return tick_cycle(dev, replay->edge_tick[state->next_edge]);
+    return cycle_at_tick(dev, replay->edge_tick[state->next_edge]);
 }
 
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
@@ -63,7 +63,7 @@ static uint64_t train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
     uint64_t tick = hil_train_next(&dev->replay->train[i], &dev->state->train[i],
                                    TRAIN_PULSE_TICKS);
-    return tick == HIL_RUN_NEVER ? HIL_NEVER : tick_cycle(dev, tick);
+    return tick == HIL_RUN_NEVER ? HIL_NEVER : cycle_at_tick(dev, tick);
 }
 
 static void schedule(struct hil_replay_device *dev)
@@ -75,7 +75,7 @@ static void schedule(struct hil_replay_device *dev)
         next = train < next ? train : next;
     }
     if (state->next_command < dev->replay->command_count) {
-        uint64_t command = tick_cycle(dev, command_tick(dev->replay, state->next_command));
+        uint64_t command = cycle_at_tick(dev, command_tick(dev->replay, state->next_command));
         next = command < next ? command : next;
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_REPLAY, next);
@@ -99,7 +99,7 @@ static void begin_replay(struct hil_replay_device *dev)
     *state = (struct hil_replay_state){
         .is_started = true,
         .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(dev),
-        .resets = dev->core->state.counters.resets,
+        .reset_count = dev->core->state.counters.resets,
     };
     apply_command(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
     schedule(dev);
@@ -145,7 +145,8 @@ static void on_event(void *device, uint64_t at)
 {
     struct hil_replay_device *dev = device;
     struct hil_replay_state *state = dev->state;
-    if (!dev->replay || !state->is_started || state->resets != dev->core->state.counters.resets)
+    if (!dev->replay || !state->is_started ||
+        state->reset_count != dev->core->state.counters.resets)
         return; /* after a reset the record starts again with the first scan */
     if (pin_cycle(dev) <= at)
         move_pin(dev, at);
@@ -154,7 +155,7 @@ static void on_event(void *device, uint64_t at)
             move_train(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
-        tick_cycle(dev, command_tick(dev->replay, state->next_command)) <= at)
+        cycle_at_tick(dev, command_tick(dev->replay, state->next_command)) <= at)
         apply_block(dev);
     schedule(dev);
 }
@@ -189,7 +190,7 @@ static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t 
     if (!(dev->tim->state[HIL_TIM2].cr1 & 1u) ||
         !find_channel(dev->rig, port, pin, &transducer, &channel))
         return 0;
-    if (!state->is_started || state->resets != dev->core->state.counters.resets)
+    if (!state->is_started || state->reset_count != dev->core->state.counters.resets)
         begin_replay(dev);
     uint64_t tick = (at - state->zero_cycle) / tick_cycles(dev);
     uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
@@ -302,7 +303,7 @@ static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay,
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         static const char *const keyword[HIL_REPLAY_TRAINS] = {"frame ", "brake ", "wheel "};
         if (strncmp(line, keyword[i], 6) == 0)
-            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].rise,
+            return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].rise_times,
                              &replay->train[i].count);
     }
     if (strncmp(line, "command ", 8) == 0)
@@ -342,7 +343,7 @@ void hil_replay_free(struct hil_replay *replay)
     free(replay->blocks);
     free(replay->edge_tick);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++)
-        free(replay->train[i].rise);
+        free(replay->train[i].rise_times);
     free(replay->commands);
     *replay = (struct hil_replay){0};
 }
@@ -404,11 +405,11 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
     const unsigned n = HIL_CODES_PER_POLARITY;
     for (unsigned low = 0; low <= block->low[i]; low++) {
         for (unsigned high = 0; high <= block->high[i]; high++) {
-            if (!is_possible(block->plus[i], n, low, high) ||
-                !is_possible(block->minus[i], n, block->low[i] - low, block->high[i] - high))
+            if (!is_possible(block->forward_sum[i], n, low, high) ||
+                !is_possible(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high))
                 continue;
-            spread_sum(block->plus[i], n, low, high, codes->transducer[0][i]);
-            spread_sum(block->minus[i], n, block->low[i] - low, block->high[i] - high,
+            spread_sum(block->forward_sum[i], n, low, high, codes->transducer[0][i]);
+            spread_sum(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high,
                        codes->transducer[1][i]);
             return true;
         }

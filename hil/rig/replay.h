@@ -47,9 +47,9 @@ struct hil_tim_device;
 struct hil_usart_device;
 
 struct hil_replay_state {
-    bool is_started;     /* TIM2 is running */
-    uint64_t zero_cycle; /* cycle at which TIM2 was 0 */
-    uint64_t resets;     /* resets of the chip before TIM2 started */
+    bool is_started;      /* TIM2 is running */
+    uint64_t zero_cycle;  /* cycle at which TIM2 was 0 */
+    uint64_t reset_count; /* resets of the chip before TIM2 started */
     uint32_t next_edge, next_command;
     bool is_pulse_high; /* PA15 is high */
     struct hil_train_state train[HIL_REPLAY_TRAINS];

@@ -35,13 +35,13 @@ static void schedule(struct hil_rig_device *dev)
 {
     const struct hil_rig *rig = dev->state;
     uint64_t next = rig->pulse_end_ps;
-    if (dev->run && rig->opened < rig->order_count) {
-        uint64_t opens = dev->run->switch_open_ps[rig->order[rig->opened]];
+    if (dev->run && rig->opened_count < rig->order_count) {
+        uint64_t opens = dev->run->switch_open_ps[rig->opening_order[rig->opened_count]];
         if (opens < next)
             next = opens;
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        if (rig->contact[i].bounces && rig->contact[i].next_ps < next)
+        if (rig->contact[i].bounces_left && rig->contact[i].next_ps < next)
             next = rig->contact[i].next_ps;
     }
     if (rig->shunt_next_ps < next)
@@ -63,9 +63,9 @@ void hil_rig_start(struct hil_rig_device *dev)
         if (t_ps == HIL_RUN_NEVER)
             continue;
         unsigned place = rig->order_count++;
-        for (; place && dev->run->switch_open_ps[rig->order[place - 1]] > t_ps; place--)
-            rig->order[place] = rig->order[place - 1];
-        rig->order[place] = (uint8_t)i;
+        for (; place && dev->run->switch_open_ps[rig->opening_order[place - 1]] > t_ps; place--)
+            rig->opening_order[place] = rig->opening_order[place - 1];
+        rig->opening_order[place] = (uint8_t)i;
     }
     schedule(dev);
 }
@@ -106,8 +106,8 @@ static void move_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
     bool opens = !contact->is_open;
     move_contact(dev, i, opens, t_ps, at);
     if (opens)
-        contact->bounces--;
-    contact->next_ps = contact->bounces ? t_ps + contact->period_ps / 2u : HIL_NEVER;
+        contact->bounces_left--;
+    contact->next_ps = contact->bounces_left ? t_ps + contact->period_ps / 2u : HIL_NEVER;
 }
 
 static void move_train(struct hil_rig_device *dev, unsigned i, uint64_t at)
@@ -154,18 +154,18 @@ static void on_event(void *device, uint64_t at)
             move_train(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        while (rig->contact[i].bounces && rig->contact[i].next_ps <= now_ps)
+        while (rig->contact[i].bounces_left && rig->contact[i].next_ps <= now_ps)
             move_bounce(dev, i, at);
     }
-    while (dev->run && rig->opened < rig->order_count &&
-           dev->run->switch_open_ps[rig->order[rig->opened]] <= now_ps) {
-        unsigned i = rig->order[rig->opened++];
+    while (dev->run && rig->opened_count < rig->order_count &&
+           dev->run->switch_open_ps[rig->opening_order[rig->opened_count]] <= now_ps) {
+        unsigned i = rig->opening_order[rig->opened_count++];
         struct hil_contact *contact = &rig->contact[i];
         uint64_t opens = dev->run->switch_open_ps[i];
         if (contact->is_skipped)
             continue;
         move_contact(dev, i, true, opens, at);
-        contact->next_ps = contact->bounces ? opens + contact->period_ps / 2u : HIL_NEVER;
+        contact->next_ps = contact->bounces_left ? opens + contact->period_ps / 2u : HIL_NEVER;
     }
     schedule(dev);
 }
@@ -191,7 +191,7 @@ void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32
                            uint64_t period_ps)
 {
     struct hil_contact *contact = &dev->state->contact[position];
-    contact->bounces = (uint8_t)times;
+    contact->bounces_left = (uint8_t)times;
     contact->period_ps = period_ps;
     contact->next_ps = HIL_NEVER;
 }
@@ -286,7 +286,7 @@ static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double
 {
     const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
-    double shunt_lb = rig->is_shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt[gage] : 0.0;
+    double shunt_lb = rig->is_shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt_ratio[gage] : 0.0;
     double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + shunt_lb) * e->gage_gain[gage] +
                 rig->offset_lb[gage] + e->gage_zero_lb[gage] + e->gage_drift_lb_k[gage] * warmer;
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
@@ -303,7 +303,7 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
         if (rig->contact[i].has_moved)
             codes += e->step_codes[i] * contact_level(&rig->contact[i], t_s, e->staircase_tau_s);
     }
-    return (HIL_STAIRCASE_ZERO_V * e->staircase_zero + codes * HIL_NOMINAL_VDDA_V / 4096.0) *
+    return (HIL_STAIRCASE_ZERO_V * e->staircase_zero_ratio + codes * HIL_NOMINAL_VDDA_V / 4096.0) *
            (e->vdda_v / HIL_NOMINAL_VDDA_V);
 }
 
@@ -375,13 +375,13 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
     if (channel == (int)CHANNEL_STAIRCASE)
         return value;
     const struct hil_electronics *e = dev->electronics;
-    double warmer = temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read;
+    double warmer = temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read_share;
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         volts = TRANSDUCER_MID_V + e->transducer_mid_v[channel] +
                 excitation_amplitude(dev, at) *
                     (TRANSDUCER_ZERO_V +
                      TRANSDUCER_V_PER_IN * (value + e->transducer_zero_in[channel])) *
-                    (e->transducer_gain[channel] + e->transducer_gain_k * warmer);
+                    (e->transducer_gain[channel] + e->transducer_gain_per_k * warmer);
     else if (is_gage((unsigned)channel))
         volts = gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
     return volts * reference_ratio(dev, warmer);
@@ -447,7 +447,7 @@ void hil_rig_create(struct hil_rig_device *dev)
     dev->state->pulse_end_ps = HIL_NEVER;
     dev->state->shunt_next_ps = HIL_NEVER;
     dev->lamp = (struct hil_pin){.context = dev, .function = -1, .level = lamp_sense};
-    gpio->outside[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
+    gpio->outside_pins[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
     gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
     hil_gpio_add_listener(gpio, update_excitation, dev);
     hil_gpio_add_listener(gpio, update_shunts, dev);
@@ -464,10 +464,10 @@ void hil_rig_create(struct hil_rig_device *dev)
 enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_device *usart,
                                 uint16_t *sequence, const struct mr_command *message, bool serial)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     size_t length = mr_command_put(message, payload);
     if (serial) {
-        uint8_t bytes[MR_FRAME_MAX];
+        uint8_t bytes[MR_FRAME_BYTES_MAX];
         return hil_usart_inject(
             usart, bytes, mr_frame_encode((*sequence)++, MR_ID_COMMAND, payload, length, bytes));
     }
@@ -495,11 +495,11 @@ void hil_script_start(struct hil_script_device *dev)
 static void apply_command(struct hil_script_device *dev, const struct hil_run_command *command)
 {
     if (hil_command_send(dev->can, dev->usart, &dev->state->sequence, &command->message,
-                         command->by_serial) != MR_OK)
+                         command->is_by_serial) != MR_OK)
         hil_core_stop(
             dev->core, MR_FULL,
             "scripted command %u of the run file: too many commands are waiting for the %s",
-            (unsigned)command->message.tag, command->by_serial ? "serial line" : "CAN bus");
+            (unsigned)command->message.tag, command->is_by_serial ? "serial line" : "CAN bus");
 }
 
 static void on_command(void *device, uint64_t at)

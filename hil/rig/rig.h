@@ -48,7 +48,7 @@ struct hil_usart_device;
  * since_ps. */
 struct hil_contact {
     bool has_moved, is_open, is_skipped;
-    uint8_t bounces; /* remaining openings */
+    uint8_t bounces_left; /* remaining openings */
     double level;
     uint64_t since_ps;
     uint64_t period_ps; /* period of the bouncing */
@@ -85,14 +85,14 @@ struct hil_rig {
     uint64_t shunt_next_ps;  /* time of the next movement; HIL_NEVER: none */
     bool is_lamp_on;         /* state that the lamp's read-back follows */
     uint64_t lamp_since_ps;
-    uint8_t order[24];     /* switches (0..23) in the order in which they open */
-    uint8_t order_count;   /* number of switches that open in the run */
-    uint8_t opened;        /* number of switches that have opened */
-    uint64_t pulse_end_ps; /* HIL_NEVER: the one-shot is low */
-    uint8_t lamp;          /* enum hil_lamp */
-    int8_t excitation;     /* polarity of the excitation: +1, -1, 0 */
-    double from_amplitude; /* amplitude at the last change */
-    uint64_t since_cycle;  /* time of the last change */
+    uint8_t opening_order[24]; /* switches (0..23) in the order in which they open */
+    uint8_t order_count;       /* number of switches that open in the run */
+    uint8_t opened_count;      /* number of switches that have opened */
+    uint64_t pulse_end_ps;     /* HIL_NEVER: the one-shot is low */
+    uint8_t lamp;              /* enum hil_lamp */
+    int8_t excitation;         /* polarity of the excitation: +1, -1, 0 */
+    double from_amplitude;     /* amplitude at the last change */
+    uint64_t since_cycle;      /* time of the last change */
     uint64_t since_ps;
 };
 

@@ -80,8 +80,8 @@ uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_st
                         uint64_t width)
 {
     if (state->is_high)
-        return train->rise[state->next - 1] + width;
-    return state->next < train->count ? train->rise[state->next] : HIL_RUN_NEVER;
+        return train->rise_times[state->next - 1] + width;
+    return state->next < train->count ? train->rise_times[state->next] : HIL_RUN_NEVER;
 }
 
 void hil_train_move(struct hil_train_state *state)
@@ -124,12 +124,12 @@ static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, con
     int end = 0;
     uint64_t open_ps = HIL_RUN_NEVER;
     if (sscanf(text, "%u %lf %lf %31s %n", &position, &nominal_ft, &true_ft, open, &end) != 4 ||
-        text[end] || position != run->switches + 1u || position > HIL_RUN_SWITCHES ||
+        text[end] || position != run->switch_count + 1u || position > HIL_RUN_SWITCHES ||
         (strcmp(open, "-") != 0 && !parse_time_ps(open, &open_ps)))
         return refuse(r, "expected `switch %u <nominal_ft> <true_ft> <t_open_s or ->`",
-                      run->switches + 1u);
-    run->switch_open_ps[run->switches] = open_ps;
-    run->switch_ft[run->switches++] = true_ft;
+                      run->switch_count + 1u);
+    run->switch_open_ps[run->switch_count] = open_ps;
+    run->switch_ft[run->switch_count++] = true_ft;
     return MR_OK;
 }
 
@@ -143,7 +143,7 @@ static enum mr_status read_command(struct hil_record *r, struct hil_run *run, co
         return refuse(r, "expected `command <t_s> <can or serial> <name> ...`");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
         return refuse(r, "commands must be in order of time");
-    command.by_serial = link[0] == 's';
+    command.is_by_serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
         return refuse(r, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
@@ -158,10 +158,10 @@ static enum mr_status read_pulse(struct hil_record *r, struct hil_train *train, 
 {
     uint64_t t_ps;
     if (train->count == PULSES_MAX || !parse_time_ps(text, &t_ps) ||
-        (train->count && t_ps <= train->rise[train->count - 1]))
+        (train->count && t_ps <= train->rise_times[train->count - 1]))
         return refuse(r, "expected up to %u times in ascending order", PULSES_MAX);
-    train->rise = hil_record_grow(train->rise, train->count, sizeof t_ps);
-    train->rise[train->count++] = t_ps;
+    train->rise_times = hil_record_grow(train->rise_times, train->count, sizeof t_ps);
+    train->rise_times[train->count++] = t_ps;
     return MR_OK;
 }
 
@@ -247,10 +247,10 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
     while (status == MR_OK && (line = hil_record_line(&r)) != NULL)
         status = read_line(&r, run, line);
     if (status == MR_OK &&
-        (run->duration_s <= 0.0 || !run->samples || run->switches != HIL_RUN_SWITCHES))
+        (run->duration_s <= 0.0 || !run->samples || run->switch_count != HIL_RUN_SWITCHES))
         status = refuse(&r, "%s duration_s, %s samples, %u of %u switches",
                         run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
-                        run->switches, HIL_RUN_SWITCHES);
+                        run->switch_count, HIL_RUN_SWITCHES);
     free(r.bytes);
     if (status != MR_OK)
         hil_run_free(run);
@@ -260,7 +260,7 @@ enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, 
 void hil_run_free(struct hil_run *run)
 {
     for (unsigned i = 0; i < HIL_RUN_TRAINS; i++)
-        free(run->train[i].rise);
+        free(run->train[i].rise_times);
     free(run->commands);
     free(run->samples);
     *run = (struct hil_run){0};

@@ -26,7 +26,7 @@
 
 /* The pulses on one input. The file determines the unit of their times. */
 struct hil_train {
-    uint64_t *rise; /* times of the rising edges, ascending */
+    uint64_t *rise_times; /* times of the rising edges, ascending */
     size_t count;
 };
 
@@ -44,13 +44,13 @@ void hil_train_move(struct hil_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
-    bool by_serial;            /* true: sent by serial; false: by CAN */
+    bool is_by_serial;         /* true: sent by serial; false: by CAN */
     struct mr_command message; /* the tag is 1 for the first command of the file and then rises */
 };
 
 struct hil_run {
     double duration_s;
-    unsigned switches; /* number in the file; always HIL_RUN_SWITCHES */
+    unsigned switch_count; /* number in the file; always HIL_RUN_SWITCHES */
     /* by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
     double switch_ft[HIL_RUN_SWITCHES];     /* true station of the switch */

@@ -138,7 +138,7 @@ struct series_data {
     struct message {
         const struct mr_series_pack *pack;
         int64_t newest; /* newest block in the message */
-        uint8_t data[MR_MESSAGE_MAX];
+        uint8_t data[MR_MESSAGE_BYTES_MAX];
     } * message;
     size_t messages;
     int64_t first, last; /* seconds of the first and the last data; last < first: no data */
@@ -191,7 +191,7 @@ static const struct mr_series_pack *find_pack(const struct store_frame *frame)
 {
     unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id)
                                               : MR_SERIES_PACKS;
-    bool whole = frame->length == MR_MESSAGE_MAX && frame->board_us != STORE_NONE;
+    bool whole = frame->length == MR_MESSAGE_BYTES_MAX && frame->board_us != STORE_NONE;
     return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
 }
 

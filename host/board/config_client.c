@@ -36,9 +36,9 @@ unsigned config_words_first_missing(const struct config_words *words)
 enum mr_status config_words_decode(const struct config_words *words, struct mr_config *config,
                                    uint32_t *crc)
 {
-    const uint8_t *p = words->image + MR_CONFIG_IMAGE - 4;
+    const uint8_t *p = words->image + MR_CONFIG_IMAGE_BYTES - 4;
     *crc = mr_get_u32(&p);
-    return mr_config_decode(words->image, MR_CONFIG_IMAGE, config);
+    return mr_config_decode(words->image, MR_CONFIG_IMAGE_BYTES, config);
 }
 
 bool config_words_add(struct config_words *words, const struct mr_config_image *word,
@@ -205,7 +205,7 @@ static enum mr_status send_window(struct config_client *client, const uint8_t *i
     enum mr_status status = MR_OK;
     client->staged = false;
     for (unsigned i = from; status == MR_OK && i < to && i < MR_CONFIG_WORDS; i++) {
-        uint8_t payload[MR_MESSAGE_MAX];
+        uint8_t payload[MR_MESSAGE_BYTES_MAX];
         const uint8_t *p = image + 4u * i;
         struct mr_config_word word = {
             .offset = (uint16_t)i, .tag = client->tag, .value = mr_get_u32(&p)};
@@ -265,7 +265,7 @@ static enum mr_status set_refusal_error(const struct config_client *client,
 enum mr_status config_client_set(struct config_client *client, const struct mr_config *config,
                                  struct error *error)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     struct mr_ack ack;
     uint32_t crc = mr_config_encode(config, image);
     /* a new tag, because another program may have left words staged */

@@ -11,7 +11,7 @@
 /* A configuration as a board sends it: one message `config_image` per word, in any order. Some
  * words may be lost. */
 struct config_words {
-    uint8_t image[MR_CONFIG_IMAGE];
+    uint8_t image[MR_CONFIG_IMAGE_BYTES];
     uint8_t present[MR_CONFIG_WORDS];
     unsigned count; /* number of words in the board's configuration; 0: none received */
     /* the last word, which ends the sequence, was received; the caller resets this flag */

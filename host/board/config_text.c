@@ -239,8 +239,8 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
                  (double)channel->high, unit, 100.0 * (double)MR_RANGE_MIN_SHARE, mistake);
     else
         snprintf(out, size, "a %s gives %.3g to %.3g %s per code%s",
-                 channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage", (double)limits.min,
-                 (double)limits.max, unit, mistake);
+                 channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
+                 (double)limits.min_gain, (double)limits.max_gain, unit, mistake);
 }
 
 static void write_advice(const struct mr_config *config, const struct mr_config_reason *r,

@@ -103,7 +103,7 @@ bool identity_is_running(const struct identity *identity, const struct mr_image 
     }
     mr_image_commit_text(identity->commit.commit, identity->commit.commit_more,
                          identity->commit.changed != 0, runs);
-    mr_image_commit_text(image->commit, image->commit_more, image->changed, file);
+    mr_image_commit_text(image->commit, image->commit_more, image->is_modified, file);
     if (identity->image_crc != image->program_crc)
         snprintf(why, size, "program %08x, not %08x (commit %s, not %s)",
                  (unsigned)identity->image_crc, (unsigned)image->program_crc, runs, file);
@@ -491,7 +491,7 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                      const struct dialogue_command *request, struct mr_ack *answer,
                                      struct error *error)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     const struct mr_command command = {.code = request->code,
                                        .index = request->index,
                                        .argument = request->argument,

@@ -53,11 +53,11 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
     }
     answer_close(answer);
     answer_list(answer, "stack", NULL);
-    for (unsigned i = 0; i < MR_CRASH_STACK; i++)
+    for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++)
         answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
     answer_close(answer);
     answer_open(answer, NULL, "stack, starting at sp");
-    for (unsigned i = 0; i < MR_CRASH_STACK; i++) {
+    for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++) {
         snprintf(label, sizeof label, "sp + %u", 4 * i);
         answer_words(answer, NULL, label, "0x%08x",
                      (unsigned)report->word[MR_CRASH_STACK_FIRST + i]);

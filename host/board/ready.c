@@ -288,7 +288,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
 /* Returns the CRC that the board must have for the expected configuration. */
 static uint32_t expected_crc(const struct ready_facts *f)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     if (!f->expected_config)
         return f->expected_crc;
     struct mr_config wanted = *f->expected_config;

@@ -61,7 +61,7 @@ bool jump_channel_find(const char *name, size_t length, unsigned *index)
  * ratio; infinite outside the range. */
 static double compute_gain_distance(const struct mr_gain_limits *limits, double gain)
 {
-    double least = (double)limits->min, most = (double)limits->max;
+    double least = (double)limits->min_gain, most = (double)limits->max_gain;
     return gain >= least && gain <= most ? fabs(log(gain / sqrt(least * most))) : HUGE_VAL;
 }
 

@@ -167,8 +167,9 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
 }
 
 enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
-                                    const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present,
-                                    size_t count, struct boxfill *result, struct error *error)
+                                    const uint8_t (*pages)[MR_BOXPAGE_BYTES],
+                                    const uint8_t *present, size_t count, struct boxfill *result,
+                                    struct error *error)
 {
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start_page start;

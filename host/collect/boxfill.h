@@ -26,7 +26,8 @@ struct boxfill {
  * and events are stored as a log stores them. MR_MALFORMED: the start page of the record is missing
  * or has another layout. */
 enum mr_status boxfill_store_record(struct store *store, const char *link, int64_t run,
-                                    const uint8_t (*pages)[MR_BOXPAGE], const uint8_t *present,
-                                    size_t count, struct boxfill *result, struct error *error);
+                                    const uint8_t (*pages)[MR_BOXPAGE_BYTES],
+                                    const uint8_t *present, size_t count, struct boxfill *result,
+                                    struct error *error);
 
 #endif

@@ -68,10 +68,10 @@ struct box_client {
     bool is_list_complete;
     /* the record that is being read */
     uint16_t record_number;
-    uint8_t (*pages)[MR_BOXPAGE];
+    uint8_t (*pages)[MR_BOXPAGE_BYTES];
     uint8_t *is_present;
     size_t page_count, received_parts;
-    uint8_t half_page_bytes[MR_BOXPAGE / 2];
+    uint8_t half_page_bytes[MR_BOXPAGE_BYTES / 2];
     uint32_t half_page; /* the page whose first half is in half_page_bytes */
     bool has_ended;
 };
@@ -83,7 +83,7 @@ static void handle_part(struct box_client *client, const uint8_t *payload)
     uint16_t page = mr_get_u16(&p);
     uint8_t part = mr_get_u8(&p);
     struct mr_boxpage_header header;
-    uint8_t whole[MR_BOXPAGE];
+    uint8_t whole[MR_BOXPAGE_BYTES];
     if (!client->pages || record != client->record_number || page >= client->page_count)
         return;
     client->received_parts++;
@@ -195,7 +195,7 @@ static size_t find_first_missing(const struct box_client *client)
 /* Reads the pages of a listed record, except those marked in `present`. Pages that cannot be read
  * stay unmarked. Both arrays have room for record.pages. */
 static void box_client_read(struct box_client *client, const struct box_client_record *record,
-                            uint8_t (*pages)[MR_BOXPAGE], uint8_t *present)
+                            uint8_t (*pages)[MR_BOXPAGE_BYTES], uint8_t *present)
 {
     client->record_number = record->record.record;
     client->pages = pages;
@@ -313,7 +313,7 @@ static int read_record(const struct request *request, struct box_client *client)
         return 0;
     }
     size_t count = r->record.pages, absent = 0;
-    uint8_t(*pages)[MR_BOXPAGE] = xcalloc(count + 1, MR_BOXPAGE);
+    uint8_t(*pages)[MR_BOXPAGE_BYTES] = xcalloc(count + 1, MR_BOXPAGE_BYTES);
     uint8_t *present = xcalloc(count + 1, 1);
     box_client_read(client, r, pages, present);
     for (size_t i = 0; i < count; i++)
@@ -321,8 +321,8 @@ static int read_record(const struct request *request, struct box_client *client)
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     int64_t run = request->run;
     store_find_run(store, &run, fatal);
-    boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE])pages, present,
-                         count, &filled, fatal);
+    boxfill_store_record(store, request->serial, run, (const uint8_t(*)[MR_BOXPAGE_BYTES])pages,
+                         present, count, &filled, fatal);
     store_configuration(request, client, store, filled.run);
     free(pages);
     free(present);
@@ -679,7 +679,7 @@ static int run_runway(const struct request *request, struct dialogue *dialogue)
 
 static void send_key(struct dialogue *dialogue, const uint8_t key[MR_KEY_BYTES])
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     uint16_t tag = dialogue_next_tag(dialogue);
     for (unsigned i = 0; i < MR_KEY_WORDS; i++) {
         const uint8_t *p = key + 4 * i;

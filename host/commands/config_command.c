@@ -119,7 +119,7 @@ static enum mr_status send_configuration(struct session *session, const struct m
                                          struct error *error)
 {
     static struct mr_config back;
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     uint32_t crc;
     enum mr_status status = config_client_set(&session->client, wanted, error)
                               ?: config_client_get(&session->client, &back, &crc, error);
@@ -263,7 +263,7 @@ static int run_set(const struct request *request)
 static int run_check(const struct request *request)
 {
     static struct mr_config config;
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     config_text_load(request->file, &config, fatal);
     uint32_t crc = mr_config_encode(&config, image);
     if (request->cli->json)

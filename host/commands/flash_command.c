@@ -376,7 +376,7 @@ static void add_image(const struct imagefile *image, struct answer *answer)
         answer_none(answer, "for_board", NULL, NULL);
         return;
     }
-    mr_image_commit_text(header->commit, header->commit_more, header->changed, commit);
+    mr_image_commit_text(header->commit, header->commit_more, header->is_modified, commit);
     answer_words(answer, "version", "version", "%u.%u.%u", header->major, header->minor,
                  header->patch);
     answer_words(answer, "commit", "commit", "%s", commit);

@@ -83,7 +83,7 @@ static enum mr_status write_configuration(struct replay *replay, struct store *s
                                           struct error *error)
 {
     static struct mr_config config;
-    static uint8_t flash[CONFIG_COPY_A + MR_CONFIG_IMAGE];
+    static uint8_t flash[CONFIG_COPY_A + MR_CONFIG_IMAGE_BYTES];
     char path[PATH_MAX + 20];
     char *text = NULL;
     int64_t crc = replay->recorded.landing.config_crc;

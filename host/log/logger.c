@@ -310,7 +310,7 @@ bool logger_repeat_command(struct logger *logger)
 
 bool logger_send(struct logger *logger, const struct mr_command *command, bool unasked)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     size_t length = mr_command_put(command, payload);
     collector_add_own_command(&logger->own_commands, command);
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {

@@ -452,14 +452,14 @@ static void compare_block(struct comparison *c, const struct mr_block *a, const 
     compare_block_value(c, "tick", a->index, a->tick,
                         b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
     compare_block_value(c, "absent", a->index, a->absent, b->absent);
-#define COMPARE(field)                                                \
+#define COMPARE(name, field)                                          \
     for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++) \
-        compare_block_value(c, #field, a->index, a->field[i], b->field[i]);
-    COMPARE(plus)
-    COMPARE(minus)
-    COMPARE(sum)
-    COMPARE(low)
-    COMPARE(high)
+        compare_block_value(c, name, a->index, a->field[i], b->field[i]);
+    COMPARE("plus", forward_sum)
+    COMPARE("minus", reversed_sum)
+    COMPARE("sum", sum)
+    COMPARE("low", low)
+    COMPARE("high", high)
 #undef COMPARE
 }
 

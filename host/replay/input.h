@@ -15,7 +15,7 @@ struct board_message {
     const struct mr_message_info *info;
     /* block of the message, or the newest block of the link at its reception; -1: not known */
     int64_t block;
-    uint8_t data[MR_MESSAGE_MAX];
+    uint8_t data[MR_MESSAGE_BYTES_MAX];
 };
 
 struct board_messages {

@@ -558,7 +558,7 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
                                 const struct mr_predictor_state *state, int64_t source,
                                 struct error *error)
 {
-    uint8_t image[MR_RUNWAY_IMAGE];
+    uint8_t image[MR_RUNWAY_IMAGE_BYTES];
     mr_runway_write(state, 0, image);
     const struct store_runway row = {.mats = state->mats,
                                      .landings = state->landings,
@@ -582,7 +582,7 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     *source = row.source;
-    *found = row.state.length == MR_RUNWAY_IMAGE &&
+    *found = row.state.length == MR_RUNWAY_IMAGE_BYTES &&
              mr_runway_read(state, &sequence, row.state.data) == MR_OK;
     sqlite3_reset(s);
     return *found

@@ -209,7 +209,7 @@ static double whole(int64_t value)
 /* What a message says when it has been through the wire. */
 #define THROUGH_WIRE(name, message)                                                   \
     do {                                                                              \
-        uint8_t payload_[MR_MESSAGE_MAX];                                             \
+        uint8_t payload_[MR_MESSAGE_BYTES_MAX];                                       \
         (void)mr_##name##_get(message, payload_, mr_##name##_put(message, payload_)); \
     } while (0)
 
@@ -349,7 +349,7 @@ static void read_transducers(struct again *again, const struct mr_block *block,
         struct mr_reading reading = mr_channel_read(&again->config.channel[i], block, i, ratio);
         mr_watch_check(&again->watch, &again->config.channel[i], i, block->index, &reading);
         displacement_in[i] = reading.value;
-        if (again->watch.changed >> i & 1u)
+        if (again->watch.changed_channels >> i & 1u)
             mr_watch_get_change(&again->watch, i, block->index, &news);
     }
 }
@@ -372,7 +372,7 @@ static void look(struct again *again, const struct mr_block *block)
     struct mr_predictor_zone was = again->look;
     mr_predictor_get_zone(&again->predictor, &again->look);
     mr_risk_compute(&again->hazard, &again->predictor, &again->look, &again->hazard_said);
-    bool warning = mr_risk_lamp(again->lamp_limit, &again->look, &again->hazard_said) &&
+    bool warning = mr_risk_is_lamp_on(again->lamp_limit, &again->look, &again->hazard_said) &&
                    landing_can_warn(&again->landing, block->index);
     bool changed = warning != again->warning || again->look.verdict != was.verdict ||
                    again->look.level != was.level;

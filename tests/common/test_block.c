@@ -29,8 +29,8 @@ TEST(sums_are_those_worked_out_by_hand)
     struct mr_block block;
     fill(2100, 1990, 1000);
     mr_block_from_scans(&block, 5, 77, transducers, adc1);
-    assert_int_equal(block.plus[3], 4 * 2103);
-    assert_int_equal(block.minus[3], 4 * 1993);
+    assert_int_equal(block.forward_sum[3], 4 * 2103);
+    assert_int_equal(block.reversed_sum[3], 4 * 1993);
     assert_int_equal(block.sum[2], 8 * 1020 + 28); /* 0 + 1 + ... + 7 = 28 */
     assert_int_equal(block.low[0] + block.high[0], 0);
 }
@@ -151,8 +151,8 @@ TEST(some_channels_are_summed_like_all)
             assert_int_equal(some.low[c], there ? all.low[c] : 0);
             assert_int_equal(some.high[c], there ? all.high[c] : 0);
             if (c < MR_TRANSDUCERS) {
-                assert_int_equal(some.plus[c], there ? all.plus[c] : 0);
-                assert_int_equal(some.minus[c], there ? all.minus[c] : 0);
+                assert_int_equal(some.forward_sum[c], there ? all.forward_sum[c] : 0);
+                assert_int_equal(some.reversed_sum[c], there ? all.reversed_sum[c] : 0);
             } else {
                 assert_int_equal(some.sum[c - 8], there ? all.sum[c - 8] : 0);
             }

@@ -58,7 +58,7 @@ TEST(what_is_absent_costs_no_bits)
     size_t at = 0;
     assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record),
                      MR_MALFORMED);
-    unpack.keyed = true;
+    unpack.has_key = true;
     at = 0;
     assert_int_equal(
         mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record),
@@ -75,8 +75,8 @@ static void make(struct mr_block *block, const struct mr_block *before, enum loo
     *block = (struct mr_block){.index = before->index + 1,
                                .tick = before->tick + MR_TICKS_PER_BLOCK};
     for (unsigned i = 0; i < 32; i++) {
-        uint16_t *value = i < 8  ? &block->plus[i]
-                        : i < 16 ? &block->minus[i - 8]
+        uint16_t *value = i < 8  ? &block->forward_sum[i]
+                        : i < 16 ? &block->reversed_sum[i - 8]
                                  : &block->sum[i - 16];
         uint32_t codes = i < 16 ? 4 : 8;
         *value = (uint16_t)(codes * 2000 + i);
@@ -102,7 +102,7 @@ static void leave_out(struct mr_block *block, uint32_t absent)
         if (!(absent >> c & 1u))
             continue;
         if (c < 8)
-            block->plus[c] = block->minus[c] = 0;
+            block->forward_sum[c] = block->reversed_sum[c] = 0;
         else
             block->sum[c - 8] = 0;
         block->low[c] = block->high[c] = 0;

@@ -12,9 +12,9 @@ static uint32_t u32_at(const uint8_t *p)
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
-static void make_page(uint8_t page[MR_BOXPAGE], unsigned kind)
+static void make_page(uint8_t page[MR_BOXPAGE_BYTES], unsigned kind)
 {
-    for (unsigned i = 0; i < MR_BOXPAGE; i++)
+    for (unsigned i = 0; i < MR_BOXPAGE_BYTES; i++)
         page[i] = (uint8_t)(i * 11u);
     page[MR_BOXPAGE_KIND] = (uint8_t)kind;
     mr_boxpage_seal(page, 0x01020304, 0x0506);
@@ -22,7 +22,7 @@ static void make_page(uint8_t page[MR_BOXPAGE], unsigned kind)
 
 TEST(the_header_is_that_of_the_table)
 {
-    uint8_t page[MR_BOXPAGE];
+    uint8_t page[MR_BOXPAGE_BYTES];
     struct mr_boxpage_header header;
     make_page(page, MR_BOXPAGE_STREAM);
     assert_memory_equal(page, ((const uint8_t[]){4, 3, 2, 1, 6, 5, 0x82}), 7);
@@ -32,18 +32,19 @@ TEST(the_header_is_that_of_the_table)
     assert_int_equal(header.record, 0x0506);
     assert_int_equal(header.kind, MR_BOXPAGE_STREAM);
     assert_int_equal(header.first, 7 * 11);
-    assert_int_equal(header.freed, 0);
+    assert_int_equal(header.is_freed, 0);
     page[MR_BOXPAGE_KIND] &= 0x7f; /* freeing programs one bit, and the page stays whole */
     assert_int_equal(mr_boxpage_check(page, &header), MR_OK);
-    assert_int_equal(header.freed, 1);
+    assert_int_equal(header.is_freed, 1);
 }
 
 TEST(what_is_no_page_is_noticed)
 {
-    uint8_t page[MR_BOXPAGE];
+    uint8_t page[MR_BOXPAGE_BYTES];
     struct mr_boxpage_header header;
     make_page(page, MR_BOXPAGE_END);
-    for (unsigned bit = 0; bit < 8 * MR_BOXPAGE; bit++) { /* any single bit, but that of freeing */
+    for (unsigned bit = 0; bit < 8 * MR_BOXPAGE_BYTES;
+         bit++) { /* any single bit, but that of freeing */
         page[bit / 8] ^= (uint8_t)(1u << bit % 8);
         assert_int_equal(mr_boxpage_check(page, &header),
                          bit == 8 * MR_BOXPAGE_KIND + 7 ? MR_OK : MR_CRC);
@@ -59,7 +60,7 @@ TEST(what_is_no_page_is_noticed)
 
 TEST(start_and_end_come_back)
 {
-    uint8_t page[MR_BOXPAGE];
+    uint8_t page[MR_BOXPAGE_BYTES];
     const struct mr_boxpage_start_page start = {3,          7,      1000,      2000, {1, 2, 3},
                                                 0xdeadbeef, 0x1234, {4, 5, 6}, 1};
     const struct mr_boxpage_end end = {1000, 9999, 3, 2};

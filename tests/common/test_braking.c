@@ -69,7 +69,7 @@ TEST(the_closed_form_is_found)
     size_t count = usual_gates(gates);
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
     assert_true(mr_braking_is_accepted(&fit));
-    assert_int_equal(fit.freedom, count - 3);
+    assert_int_equal(fit.degrees_of_freedom, count - 3);
     assert_near(fit.speed_ft_s, SPEED_FT_S, 1e-3);
     assert_near(fit.deceleration_ft_s2, DECELERATION_FT_S2, 1e-3);
     assert_near(fit.touchdown_s, TOUCHDOWN_S, 1e-5);
@@ -103,7 +103,7 @@ TEST(a_gate_within_the_rise_and_gates_left_out)
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 4 | 1u << 0, &fit),
                      MR_OK);
     assert_true(mr_braking_is_accepted(&fit));
-    assert_int_equal(fit.freedom, count - 2 - 3);
+    assert_int_equal(fit.degrees_of_freedom, count - 2 - 3);
     assert_near(fit.speed_ft_s, SPEED_FT_S, 5e-3);
 }
 
@@ -146,7 +146,7 @@ TEST(three_gates_are_taken_as_they_are)
     struct mr_braking fit;
     gates_at(since_s, 3, gates);
     assert_int_equal(mr_braking_fit(gates, 3, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
-    assert_int_equal(fit.freedom, 0);
+    assert_int_equal(fit.degrees_of_freedom, 0);
     assert_true(mr_braking_is_accepted(&fit));
     assert_near(fit.speed_ft_s, SPEED_FT_S, 0.01); /* the shape is not told by three */
 }

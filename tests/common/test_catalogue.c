@@ -12,7 +12,7 @@
 /* Bytes worked out by hand from catalogue.def, little-endian. */
 TEST(messages_put_the_bytes_worked_out_by_hand)
 {
-    uint8_t out[MR_MESSAGE_MAX];
+    uint8_t out[MR_MESSAGE_BYTES_MAX];
 
     /* 35.5 ft/s * 1000 = 35500 = 0x8aac; 0.0125 * 10000 = 125; 7.9 * 1000 = 7900 = 0x1edc; 0.05 *
      * 10000 = 500 = 0x01f4 */
@@ -44,7 +44,7 @@ TEST(messages_put_the_bytes_worked_out_by_hand)
 
 TEST(missing_stays_missing)
 {
-    uint8_t out[MR_MESSAGE_MAX];
+    uint8_t out[MR_MESSAGE_BYTES_MAX];
     struct mr_zone_lead got;
     size_t length = mr_zone_lead_put(&(struct mr_zone_lead){NAN, 12.5f, 1, 40, 99}, out);
     assert_int_equal(mr_zone_lead_get(&got, out, length), MR_OK);
@@ -109,10 +109,10 @@ static void check_float(float value, const uint8_t *bytes)
  * what is wrong with them, and putting gives the payload back. */
 /* clang-format off */
 #define MESSAGE(name, NAME, id, direction, text)                                      \
-    static void check_##name(const uint8_t bytes[MR_MESSAGE_MAX + 1])                 \
+    static void check_##name(const uint8_t bytes[MR_MESSAGE_BYTES_MAX + 1])                 \
     {                                                                                 \
         struct mr_##name message;                                                     \
-        uint8_t out[MR_MESSAGE_MAX];                                                  \
+        uint8_t out[MR_MESSAGE_BYTES_MAX];                                                  \
         unsigned at = 0;                                                              \
         size_t length = mr_message_find(id)->length;                                  \
         assert_int_equal(mr_##name##_get(&message, bytes, length - 1), MR_TRUNCATED); \
@@ -136,7 +136,7 @@ static void check_float(float value, const uint8_t *bytes)
 #include "common/catalogue.def"
 TEST(every_message_is_its_fields_in_order)
 {
-    uint8_t missing[MR_MESSAGE_MAX + 1], bytes[MR_MESSAGE_MAX + 1];
+    uint8_t missing[MR_MESSAGE_BYTES_MAX + 1], bytes[MR_MESSAGE_BYTES_MAX + 1];
     uint32_t random = 1973;
     for (unsigned round = 0; round < 20; round++) {
         for (unsigned i = 0; i < sizeof bytes; i++) {

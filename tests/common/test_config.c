@@ -8,7 +8,7 @@
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 
-static uint8_t image[MR_CONFIG_IMAGE];
+static uint8_t image[MR_CONFIG_IMAGE_BYTES];
 
 /* --- an independent reader of the stored form --- */
 static const uint8_t *at;
@@ -37,7 +37,7 @@ TEST(stored_form_is_the_table)
     /* name, revision, 420 mats */
     assert_memory_equal(image + 20, "rig \"A\" \\ #1\0\0\0\0\7\0\0\0\xa4\1", 22);
     at = image + 8;
-    assert_int_equal(number(4), MR_CONFIG_IMAGE);
+    assert_int_equal(number(4), MR_CONFIG_IMAGE_BYTES);
     number(4);
     assert_int_equal(number(4), 7);
 /* clang-format off */
@@ -59,15 +59,15 @@ TEST(stored_form_is_the_table)
     while ((at - image) % 4)
         assert_int_equal(number(1), 0);
     assert_int_equal(number(4), crc);
-    assert_int_equal(at - image, MR_CONFIG_IMAGE);
-    assert_int_equal(crc, crc32(0, image, MR_CONFIG_IMAGE - 4));
+    assert_int_equal(at - image, MR_CONFIG_IMAGE_BYTES);
+    assert_int_equal(crc, crc32(0, image, MR_CONFIG_IMAGE_BYTES - 4));
 }
 
 /* Whatever the fields hold, through the stored form and back. */
 TEST(it_comes_back)
 {
     static struct mr_config c, back;
-    static uint8_t again[MR_CONFIG_IMAGE];
+    static uint8_t again[MR_CONFIG_IMAGE_BYTES];
     uint32_t random = 1;
     for (int round = 0; round < 200; round++) {
         for (size_t i = 0; i < sizeof c; i++) {
@@ -87,7 +87,7 @@ TEST(it_comes_back)
 TEST(exchanging_twice_changes_nothing)
 {
     struct mr_config c = sound_config(), other = c;
-    static uint8_t kept[MR_CONFIG_IMAGE], of_other[MR_CONFIG_IMAGE];
+    static uint8_t kept[MR_CONFIG_IMAGE_BYTES], of_other[MR_CONFIG_IMAGE_BYTES];
     other.site[0].touchdown_ft = 9.0f;
     other.gate[23].step_codes = 1;
     mr_config_encode(&other, kept);
@@ -107,7 +107,7 @@ TEST(every_wrong_bit_is_noticed)
 {
     struct mr_config c = sound_config(), kept;
     mr_config_encode(&c, image);
-    for (unsigned bit = 0; bit < 8 * MR_CONFIG_IMAGE; bit++) {
+    for (unsigned bit = 0; bit < 8 * MR_CONFIG_IMAGE_BYTES; bit++) {
         image[bit / 8] ^= (uint8_t)(1u << bit % 8);
         if (mr_config_check_image(image, sizeof image) == MR_OK)
             fail_msg("bit %u of byte %u is wrong and nobody sees it", bit % 8, bit / 8);
@@ -130,9 +130,9 @@ static void seal(uint8_t *bytes, unsigned length)
 TEST(what_is_wrong_has_a_name)
 {
     struct mr_config c = sound_config();
-    static uint8_t longer[MR_CONFIG_IMAGE + 8];
+    static uint8_t longer[MR_CONFIG_IMAGE_BYTES + 8];
     mr_config_encode(&c, image);
-    assert_int_equal(mr_config_check_image(image, MR_CONFIG_IMAGE - 1), MR_TRUNCATED);
+    assert_int_equal(mr_config_check_image(image, MR_CONFIG_IMAGE_BYTES - 1), MR_TRUNCATED);
     assert_int_equal(mr_config_check_image(image, 10), MR_TRUNCATED);
     image[0] = 'X';
     assert_int_equal(mr_config_check_image(image, sizeof image), MR_MALFORMED);
@@ -140,7 +140,7 @@ TEST(what_is_wrong_has_a_name)
         /* another format, reserved bits, another table */
         mr_config_encode(&c, image);
         image[byte] ^= 2;
-        seal(image, MR_CONFIG_IMAGE);
+        seal(image, MR_CONFIG_IMAGE_BYTES);
         assert_int_equal(mr_config_check_image(image, sizeof image), MR_VERSION);
     }
     mr_config_encode(&c, image); /* a length too short for its own header */

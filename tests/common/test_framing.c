@@ -30,7 +30,7 @@ TEST(a_frame_worked_out_by_hand)
     const uint8_t payload[] = {0x11, 0x00, 0x22};
     const uint8_t expected[] = {0x04, 0x02, 0x01, 0x80, 0x02, 0x11, 0x06,
                                 0x22, 0xc3, 0x25, 0xcd, 0xb8, 0x00};
-    uint8_t out[MR_FRAME_MAX];
+    uint8_t out[MR_FRAME_BYTES_MAX];
     assert_int_equal(mr_frame_encode(0x0102, 0x0080, payload, sizeof payload, out),
                      sizeof expected);
     assert_memory_equal(out, expected, sizeof expected);
@@ -52,28 +52,29 @@ TEST(what_goes_in_comes_out)
 {
     struct mr_deframer deframer;
     struct mr_frame frame;
-    uint8_t payload[MR_FRAME_PAYLOAD_MAX], out[MR_FRAME_MAX];
+    uint8_t payload[MR_FRAME_PAYLOAD_BYTES_MAX], out[MR_FRAME_BYTES_MAX];
     mr_deframer_init(&deframer);
     for (size_t n = 0; n <= sizeof payload; n++) {
         for (size_t i = 0; i < n; i++)
             payload[i] = (uint8_t)((i * 37 + n) % 5 ? i : 0);
-        size_t length = mr_frame_encode((uint16_t)(n * 257), MR_FRAME_PAYLOAD_MAX, payload, n, out);
-        assert_true(length <= MR_FRAME_MAX);
+        size_t length = mr_frame_encode((uint16_t)(n * 257), MR_FRAME_PAYLOAD_BYTES_MAX, payload, n,
+                                        out);
+        assert_true(length <= MR_FRAME_BYTES_MAX);
         assert_null(memchr(out, 0, length - 1));
         assert_int_equal(push_all(&deframer, out, length, &frame), MR_OK);
         assert_int_equal(frame.seq, (uint16_t)(n * 257));
-        assert_int_equal(frame.type, MR_FRAME_PAYLOAD_MAX);
+        assert_int_equal(frame.type, MR_FRAME_PAYLOAD_BYTES_MAX);
         assert_int_equal(frame.length, n);
         assert_memory_equal(frame.payload, payload, n);
     }
-    assert_int_equal(mr_frame_encode(0, 0, payload, MR_FRAME_PAYLOAD_MAX + 1, out), 0);
+    assert_int_equal(mr_frame_encode(0, 0, payload, MR_FRAME_PAYLOAD_BYTES_MAX + 1, out), 0);
 }
 
 TEST(every_single_bit_error_is_noticed)
 {
     struct mr_deframer deframer;
     struct mr_frame frame;
-    uint8_t out[MR_FRAME_MAX], bad[MR_FRAME_MAX];
+    uint8_t out[MR_FRAME_BYTES_MAX], bad[MR_FRAME_BYTES_MAX];
     const uint8_t payload[] = {1, 0, 2, 0, 0, 3};
     size_t length = mr_frame_encode(7, 9, payload, sizeof payload, out);
     for (size_t bit = 0; bit < 8 * (length - 1); bit++) {

@@ -13,19 +13,19 @@ static const uint8_t by_hand[MR_IMAGE_BYTES - 4] = {
     0x6a, 0x13, 0xa3, 0xc7, 0xa3, 0xb3, 0,    0,
 };
 
-static void make_head(uint8_t head[MR_IMAGE_HEAD])
+static void make_head(uint8_t head[MR_IMAGE_HEAD_BYTES])
 {
     for (unsigned i = 0; i < MR_IMAGE_OFFSET; i++)
         head[i] = (uint8_t)(i * 7u);
     memcpy(head + MR_IMAGE_OFFSET, by_hand, sizeof by_hand);
-    uint32_t crc = (uint32_t)crc32(0, head, MR_IMAGE_HEAD - 4);
+    uint32_t crc = (uint32_t)crc32(0, head, MR_IMAGE_HEAD_BYTES - 4);
     for (unsigned i = 0; i < 4; i++)
-        head[MR_IMAGE_HEAD - 4 + i] = (uint8_t)(crc >> 8 * i);
+        head[MR_IMAGE_HEAD_BYTES - 4 + i] = (uint8_t)(crc >> 8 * i);
 }
 
 TEST(reads_and_writes_the_layout)
 {
-    uint8_t head[MR_IMAGE_HEAD], again[MR_IMAGE_HEAD];
+    uint8_t head[MR_IMAGE_HEAD_BYTES], again[MR_IMAGE_HEAD_BYTES];
     struct mr_image image;
     make_head(head);
     assert_int_equal(mr_image_get(&image, head), MR_OK);
@@ -35,7 +35,7 @@ TEST(reads_and_writes_the_layout)
     assert_int_equal(image.major, 1);
     assert_int_equal(image.minor, 2);
     assert_int_equal(image.patch, 3);
-    assert_true(image.changed);
+    assert_true(image.is_modified);
     assert_int_equal(image.commit, 0xc7a3136a);
     assert_int_equal(image.commit_more, 0xb3a3);
     memcpy(again, head, MR_IMAGE_OFFSET);
@@ -47,10 +47,10 @@ TEST(reads_and_writes_the_layout)
 /* Every bit of vectors and header, the magic and the format included. */
 TEST(every_single_bit_is_noticed)
 {
-    uint8_t head[MR_IMAGE_HEAD];
+    uint8_t head[MR_IMAGE_HEAD_BYTES];
     struct mr_image image;
     make_head(head);
-    for (unsigned bit = 0; bit < 8 * MR_IMAGE_HEAD; bit++) {
+    for (unsigned bit = 0; bit < 8 * MR_IMAGE_HEAD_BYTES; bit++) {
         head[bit / 8] ^= (uint8_t)(1u << bit % 8);
         enum mr_status expected = bit / 8 - MR_IMAGE_OFFSET < 4 ? MR_UNKNOWN
                                 : bit / 8 - MR_IMAGE_OFFSET < 8 ? MR_VERSION
@@ -66,7 +66,7 @@ TEST(a_program_out_of_flash_is_refused)
     static const uint32_t places[][2] = {
         {0x07ffffff, 0x08000010}, {0x08010000, 0x08100001}, {0x08010010, 0x0801000f}};
     for (unsigned i = 0; i < 3; i++) {
-        uint8_t head[MR_IMAGE_HEAD] = {0};
+        uint8_t head[MR_IMAGE_HEAD_BYTES] = {0};
         struct mr_image image = {.program_start = places[i][0], .program_end = places[i][1]};
         mr_image_put(&image, head);
         assert_int_equal(mr_image_get(&image, head), MR_MALFORMED);

@@ -46,7 +46,7 @@ TEST(another_length_or_identifier_is_refused)
  * message. */
 TEST(every_message_is_read)
 {
-    uint8_t bytes[MR_MESSAGE_MAX], again[MR_MESSAGE_MAX];
+    uint8_t bytes[MR_MESSAGE_BYTES_MAX], again[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < sizeof bytes; i++)
         bytes[i] = (uint8_t)(17 * i + 3);
     unsigned count = 0;

@@ -56,12 +56,12 @@ static uint32_t block_after(double s)
 TEST_IN(two_edges_along_the_runway_are_a_landing, begin, NULL)
 {
     struct mr_passage_changes news = open_after(1, 0.0);
-    assert_false(news.started || news.gate || news.pushed);
+    assert_false(news.has_started_landing || news.has_new_gate || news.has_new_pushback);
     assert_true(mr_passage_is_unclear(&passage, block_after(2.9)));
     /* 5 ft at 2 ft/s take 2.5 s: nothing is coming */
     assert_false(mr_passage_is_unclear(&passage, block_after(3.1)));
     news = open_after(2, 0.25); /* 20 ft/s */
-    assert_true(news.started && news.gate);
+    assert_true(news.has_started_landing && news.has_new_gate);
     assert_int_equal(passage.gates, 2);
     assert_near(passage.gate[1].t_s, 0.25, 1e-7);
     assert_near(passage.entry_ft_s, 20.0, 1e-5);
@@ -96,18 +96,19 @@ TEST_IN(the_speeds_of_a_landing_are_bounded, begin, NULL)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         begin(NULL);
         open_after(1, 0.0);
-        assert_int_equal(open_after(2, 5.0 / cases[i].speed_ft_s).started, cases[i].lands);
+        assert_int_equal(open_after(2, 5.0 / cases[i].speed_ft_s).has_started_landing,
+                         cases[i].lands);
     }
     begin(NULL);
     open_after(1, 0.0);
-    assert_false(open_after(2, 0.0).started); /* in the same tick */
+    assert_false(open_after(2, 0.0).has_started_landing); /* in the same tick */
 }
 
 TEST_IN(an_edge_out_of_order_before_the_landing_does_not_hide_it, begin, NULL)
 {
     open_after(2, 0.0);
-    open_after(9, 0.05);                      /* 700 ft/s: no gear */
-    assert_true(open_after(3, 0.15).started); /* 25 ft/s from the first */
+    open_after(9, 0.05);                                  /* 700 ft/s: no gear */
+    assert_true(open_after(3, 0.15).has_started_landing); /* 25 ft/s from the first */
     assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.source[0].position, 2);
     assert_near(passage.entry_ft_s, 25.0, 1e-4);
@@ -118,9 +119,9 @@ TEST_IN(a_handful_of_strays_is_remembered, begin, NULL)
 {
     const unsigned strays[] = {2, 12, 22, 32};
     for (unsigned i = 0; i < 4; i++)
-        assert_false(open_after(strays[i], 0.01).started); /* 5000 ft/s */
+        assert_false(open_after(strays[i], 0.01).has_started_landing); /* 5000 ft/s */
     assert_int_equal(passage.events, 0);
-    assert_false(open_after(40, 0.01).started);
+    assert_false(open_after(40, 0.01).has_started_landing);
     assert_int_equal(notes_of(2, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_true(mr_passage_on_block(&passage, block_after(30.001)));
     for (unsigned i = 1; i < 4; i++)
@@ -134,11 +135,11 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
 {
     open_after(8, 0.0);
     struct mr_passage_changes news = open_after(7, 5.0); /* -1 ft/s */
-    assert_true(news.pushed);
+    assert_true(news.has_new_pushback);
     assert_int_equal(notes_of(8, MR_SWITCH_REVERSE), 1);
     assert_near(passage.pushed_ft_s, -1.0, 1e-6);
     assert_int_equal(passage.pushed_position, 7);
-    assert_false(open_after(6, 5.0).pushed); /* the same one */
+    assert_false(open_after(6, 5.0).has_new_pushback); /* the same one */
     assert_int_equal(passage.pushbacks, 1);
     assert_true(mr_passage_is_unclear(&passage, block_after(29.0)));
     assert_false(mr_passage_on_block(&passage, block_after(29.9)));
@@ -146,14 +147,14 @@ TEST_IN(pushed_backward_is_one_pushback, begin, NULL)
     assert_int_equal(notes_of(6, MR_SWITCH_REVERSE), 1);
     assert_false(mr_passage_is_unclear(&passage, block_after(30.2)));
     open_after(8, 40.0);
-    assert_true(open_after(7, 5.0).pushed); /* another one */
+    assert_true(open_after(7, 5.0).has_new_pushback); /* another one */
     assert_int_equal(passage.pushbacks, 2);
 }
 
 TEST_IN(pushed_slowly_forward_is_one_too, begin, NULL)
 {
     open_after(4, 0.0);
-    assert_true(open_after(5, 5.0).pushed); /* 1 ft/s */
+    assert_true(open_after(5, 5.0).has_new_pushback); /* 1 ft/s */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
     assert_true(mr_passage_on_block(&passage, block_after(30.1)));
     assert_int_equal(notes_of(5, MR_SWITCH_SLOW), 1);
@@ -163,7 +164,7 @@ TEST_IN(the_count_of_pushbacks_stays_at_its_end, begin, NULL)
 {
     passage.pushbacks = UINT16_MAX;
     open_after(8, 0.0);
-    assert_true(open_after(7, 5.0).pushed);
+    assert_true(open_after(7, 5.0).has_new_pushback);
     assert_int_equal(passage.pushbacks, UINT16_MAX);
 }
 
@@ -171,10 +172,10 @@ TEST_IN(the_count_of_pushbacks_stays_at_its_end, begin, NULL)
 TEST_IN(fast_backward_is_no_pushback, begin, NULL)
 {
     open_after(2, 0.0);
-    assert_false(open_after(1, 0.2).pushed);
+    assert_false(open_after(1, 0.2).has_new_pushback);
     assert_int_equal(passage.pushbacks, 0);
     /* 33 ft/s since the second switch, 0.3 s for 5 ft from it */
-    assert_true(open_after(3, 0.1).started);
+    assert_true(open_after(3, 0.1).has_started_landing);
 }
 
 static void roll_in(void)
@@ -190,11 +191,11 @@ static void roll_in(void)
 TEST_IN(no_gear_gets_much_faster, begin, NULL)
 {
     roll_in();
-    assert_true(open_after(4, 5.0 / 34.0).gate);
+    assert_true(open_after(4, 5.0 / 34.0).has_new_gate);
     begin(NULL);
     roll_in();
     /* 40 ft/s, and 20 / 0.575 = 34.8 from the second on */
-    assert_false(open_after(6, 15.0 / 40.0).gate);
+    assert_false(open_after(6, 15.0 / 40.0).has_new_gate);
     assert_int_equal(notes_of(6, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.gates, 3);
 }
@@ -205,17 +206,17 @@ TEST_IN(the_third_edge_may_be_nonsense, begin, NULL)
 {
     open_after(1, 0.0);
     open_after(2, 0.2);
-    assert_false(open_after(9, 0.05).gate); /* 700 ft/s */
+    assert_false(open_after(9, 0.05).has_new_gate); /* 700 ft/s */
     assert_int_equal(notes_of(9, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.gates, 2);
-    assert_true(open_after(3, 0.15).gate);
+    assert_true(open_after(3, 0.15).has_new_gate);
 }
 
 TEST_IN(a_late_switch_is_taken_back, begin, NULL)
 {
     roll_in();
-    assert_true(open_after(4, 0.3).gate); /* 0.1 s late */
-    assert_true(open_after(5, 0.1).gate); /* 50 ft/s from there, 25 ft/s from the third */
+    assert_true(open_after(4, 0.3).has_new_gate); /* 0.1 s late */
+    assert_true(open_after(5, 0.1).has_new_gate); /* 50 ft/s from there, 25 ft/s from the third */
     assert_int_equal(notes_of(4, MR_SWITCH_LATE), 1);
     assert_int_equal(passage.gates, 4);
     assert_int_equal(passage.source[3].position, 5);
@@ -225,7 +226,7 @@ TEST_IN(a_late_switch_is_taken_back, begin, NULL)
 TEST_IN(passed_once_more_while_it_rolls_is_out_of_order, begin, NULL)
 {
     roll_in();
-    assert_false(open_at(1, 0.1, 24.0).gate);
+    assert_false(open_at(1, 0.1, 24.0).has_new_gate);
     assert_int_equal(notes_of(1, MR_SWITCH_OUT_OF_ORDER), 1);
     assert_int_equal(passage.pushbacks, 0);
 }
@@ -234,11 +235,11 @@ TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
 {
     roll_in();
     struct mr_passage_changes news = open_at(2, 8.0, 0.0); /* at rest, then back */
-    assert_true(news.pushed && !news.gate);
+    assert_true(news.has_new_pushback && !news.has_new_gate);
     assert_int_equal(notes_of(2, MR_SWITCH_REVERSE), 1);
     assert_int_equal(passage.state, MR_PASSAGE_ROLLING);
-    news = open_at(4, 4.0, 0.0); /* forward again: 5 ft since the last gate in 12 s */
-    assert_false(news.pushed);   /* the same one goes on */
+    news = open_at(4, 4.0, 0.0);         /* forward again: 5 ft since the last gate in 12 s */
+    assert_false(news.has_new_pushback); /* the same one goes on */
     assert_int_equal(notes_of(4, MR_SWITCH_SLOW), 1);
     assert_int_equal(passage.gates, 3);
     assert_int_equal(passage.pushbacks, 1);
@@ -248,9 +249,9 @@ TEST_IN(pushed_after_the_stop_is_a_pushback_and_no_gate, begin, NULL)
 TEST_IN(there_are_32_gates, begin, NULL)
 {
     for (unsigned position = 1; position <= MR_GATES_MAX; position++)
-        assert_int_equal(open_after(position, 0.2).gate, position > 1);
+        assert_int_equal(open_after(position, 0.2).has_new_gate, position > 1);
     assert_int_equal(passage.gates, MR_GATES_MAX);
-    assert_false(open_after(33, 0.2).gate);
+    assert_false(open_after(33, 0.2).has_new_gate);
     assert_int_equal(passage.gates, MR_GATES_MAX);
     assert_int_equal(passage.events, 0);
 }
@@ -261,8 +262,8 @@ TEST_IN(the_next_landing_begins_without_the_last, begin, NULL)
     open_after(7, 5.0);
     mr_passage_clear(&passage);
     assert_int_equal(passage.pushbacks, 1);
-    assert_false(open_after(1, 0.1).started);
-    assert_true(open_after(2, 0.2).started);
+    assert_false(open_after(1, 0.1).has_started_landing);
+    assert_true(open_after(2, 0.2).has_started_landing);
     assert_int_equal(passage.events, 0);
     assert_int_equal(passage.gates, 2);
 }

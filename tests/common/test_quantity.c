@@ -16,7 +16,7 @@ static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *p
 TEST(a_message_says_its_own)
 {
     struct mr_quantity_value values[MR_QUANTITIES];
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < MR_QUANTITIES; i++)
         values[i] = (struct mr_quantity_value){.value = -1.0, .error = -2.0};
     take(values, MR_ID_TEMPERATURE, payload,

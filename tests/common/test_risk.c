@@ -72,8 +72,8 @@ static struct mr_risk_report roll(double v, double a, unsigned blocks)
         struct mr_predictor_input input = {.wheel_ft = (float)(3.0 + (v - 0.5 * a * t) * t),
                                            .speed_ft_s = (float)(v - a * t),
                                            .deceleration_ft_s2 = (float)a,
-                                           .braking_known = i > 400,
-                                           .on_runway = true};
+                                           .is_braking_known = i > 400,
+                                           .is_on_runway = true};
         mr_predictor_on_block(&predictor, &input);
         mr_risk_on_block(&risk, &predictor, &input);
     }
@@ -221,8 +221,8 @@ TEST(no_transducer_is_told)
     struct mr_predictor_input input = {.wheel_ft = 20.0f,
                                        .speed_ft_s = 25.0f,
                                        .deceleration_ft_s2 = 6.0f,
-                                       .braking_known = true,
-                                       .on_runway = true};
+                                       .is_braking_known = true,
+                                       .is_on_runway = true};
     struct mr_predictor_zone zone;
     struct mr_risk_report said;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -240,7 +240,7 @@ TEST(failure_is_expected_inside_the_zone)
 {
     begin(NULL);
     struct mr_predictor_input input = {
-        .wheel_ft = 20.0f, .speed_ft_s = 25.0f, .deceleration_ft_s2 = 5.0f, .on_runway = true};
+        .wheel_ft = 20.0f, .speed_ft_s = 25.0f, .deceleration_ft_s2 = 5.0f, .is_on_runway = true};
     struct mr_risk_report said;
     mr_predictor_on_block(&predictor, &input);
     mr_risk_on_block(&risk, &predictor, &input);
@@ -280,15 +280,15 @@ TEST(the_lamp_has_a_limit_or_the_verdict)
 {
     struct mr_predictor_zone zone = {.verdict = MR_PREDICTOR_WARNING};
     struct mr_risk_report said = {.risk = 0.1f};
-    assert_true(mr_risk_lamp(NAN, &zone, &said)); /* none set */
+    assert_true(mr_risk_is_lamp_on(NAN, &zone, &said)); /* none set */
     assert_true(isnan(mr_risk_lamp_limit(NAN)));
     assert_true(mr_risk_lamp_limit(4.0f) == 0.2f);
-    assert_false(mr_risk_lamp(0.2f, &zone, &said));
+    assert_false(mr_risk_is_lamp_on(0.2f, &zone, &said));
     zone.verdict = MR_PREDICTOR_QUIET;
     said.risk = 0.2f;
-    assert_true(mr_risk_lamp(0.2f, &zone, &said));
+    assert_true(mr_risk_is_lamp_on(0.2f, &zone, &said));
     said.risk = NAN; /* nobody knows: the verdict again */
-    assert_false(mr_risk_lamp(0.2f, &zone, &said));
+    assert_false(mr_risk_is_lamp_on(0.2f, &zone, &said));
     zone.verdict = MR_PREDICTOR_WARNING;
-    assert_true(mr_risk_lamp(0.2f, &zone, &said));
+    assert_true(mr_risk_is_lamp_on(0.2f, &zone, &said));
 }

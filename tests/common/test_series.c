@@ -12,7 +12,7 @@ TEST(packs_put_the_bytes_worked_out_by_hand)
 {
     const float d[8] = {-0.3312f, NAN, 4.0f, 0, 0, 0, 1.0f, NAN};
     float t[14] = {0};
-    uint8_t out[MR_MESSAGE_MAX];
+    uint8_t out[MR_MESSAGE_BYTES_MAX];
     t[12] = 14.02f;
     t[13] = NAN;
     assert_int_equal(
@@ -38,7 +38,7 @@ TEST(a_pack_is_the_message_of_the_catalogue)
         const struct mr_series *series = mr_series_at(pack->series);
         const struct mr_message_info *info = mr_message_find(pack->id);
         float values[16], got[MR_PACK_READINGS];
-        uint8_t out[MR_MESSAGE_MAX];
+        uint8_t out[MR_MESSAGE_BYTES_MAX];
         char name[16];
         assert_int_equal(mr_series_pack_find(pack->id), number);
         assert_int_equal(info->every_ms, series->blocks);

@@ -35,8 +35,8 @@ void double_block(double wheel_ft, double speed_ft_s, double deceleration_ft_s2,
     struct mr_predictor_input input = {.wheel_ft = wheel_ft,
                                        .speed_ft_s = speed_ft_s,
                                        .deceleration_ft_s2 = deceleration_ft_s2,
-                                       .braking_known = true,
-                                       .on_runway = true};
+                                       .is_braking_known = true,
+                                       .is_on_runway = true};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = displacement_in[i];
     mr_predictor_on_block(&predictor, &input);

@@ -258,8 +258,8 @@ static void play(struct mr_predictor *p, const struct gear *gear, const struct s
         struct mr_predictor_input input = {.wheel_ft = (float)gear->x_ft[at],
                                            .speed_ft_s = (float)gear->v_ft_s[at],
                                            .deceleration_ft_s2 = (float)gear->a_ft_s2[at],
-                                           .braking_known = true,
-                                           .on_runway = true};
+                                           .is_braking_known = true,
+                                           .is_on_runway = true};
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             input.displacement_in[i] = transducers ? (float)true_in(truth, ms, 40.0 + 10.0 * i)
                                                    : NAN;

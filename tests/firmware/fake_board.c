@@ -42,7 +42,7 @@ void board_identify(struct board_identity *identity)
                                         .image_state = fake.image_state,
                                         .image = {.commit = 0x11223344,
                                                   .commit_more = 0x5566,
-                                                  .changed = true,
+                                                  .is_modified = true,
                                                   .program_crc = 0xabcd,
                                                   .header_crc = 0xef01}};
 }

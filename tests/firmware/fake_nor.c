@@ -49,12 +49,12 @@ static bool suffers(unsigned fault, uint32_t n)
 static void end(unsigned permille)
 {
     uint8_t *cell = fake_nor.cell + fake_nor.address;
-    if (fake_nor.operation == 1 && !suffers(FAKE_NOR_PROGRAM_SILENT, NOR_PAGE))
-        change(cell, fake_nor.page, NOR_PAGE,
-               suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? permille / 2 : permille);
-    if (fake_nor.operation == 2 && !suffers(FAKE_NOR_ERASE_SILENT, NOR_SECTOR))
-        change(cell, NULL, NOR_SECTOR,
-               suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? permille / 2 : permille);
+    if (fake_nor.operation == 1 && !suffers(FAKE_NOR_PROGRAM_SILENT, NOR_PAGE_BYTES))
+        change(cell, fake_nor.page, NOR_PAGE_BYTES,
+               suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE_BYTES) ? permille / 2 : permille);
+    if (fake_nor.operation == 2 && !suffers(FAKE_NOR_ERASE_SILENT, NOR_SECTOR_BYTES))
+        change(cell, NULL, NOR_SECTOR_BYTES,
+               suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR_BYTES) ? permille / 2 : permille);
     fake_nor.operation = 0;
 }
 
@@ -94,7 +94,7 @@ static void begin(unsigned operation, uint32_t address, const uint8_t *page, uin
 
 void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
 {
-    if (fake_nor.operation || fake_nor.stuck || length > NOR_PAGE ||
+    if (fake_nor.operation || fake_nor.stuck || length > NOR_PAGE_BYTES ||
         address + length > FAKE_NOR_SIZE)
         abort();
     memcpy(bytes, fake_nor.cell + address, length);
@@ -103,17 +103,17 @@ void nor_begin_read(uint32_t address, uint8_t *bytes, size_t length)
         bytes[draw() % length] ^= (uint8_t)(1u << draw() % 8u);
 }
 
-void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE])
+void nor_begin_program(uint32_t address, const uint8_t page[NOR_PAGE_BYTES])
 {
     fake_nor.address = address;
-    for (unsigned i = 0; i < NOR_PAGE; i++) {
+    for (unsigned i = 0; i < NOR_PAGE_BYTES; i++) {
         if (page[i] & ~fake_nor.cell[address + i] && page[i] != 0xff) {
             fake_nor.overwritten++;
             break;
         }
     }
     begin(1, address, page,
-          suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE) ? 30000u : fake_nor.program_us);
+          suffers(FAKE_NOR_PROGRAM_ERROR, NOR_PAGE_BYTES) ? 30000u : fake_nor.program_us);
 }
 
 void nor_begin_erase(uint32_t address)
@@ -121,5 +121,5 @@ void nor_begin_erase(uint32_t address)
     fake_nor.address = address;
     fake_nor.erases++;
     begin(2, address, NULL,
-          suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR) ? 4000000u : fake_nor.erase_us);
+          suffers(FAKE_NOR_ERASE_ERROR, NOR_SECTOR_BYTES) ? 4000000u : fake_nor.erase_us);
 }

@@ -8,7 +8,7 @@
 
 #include "firmware/board.h"
 
-#define FAKE_NOR_SIZE (NOR_CHIP_SECTORS * NOR_SECTOR)
+#define FAKE_NOR_SIZE (NOR_CHIP_SECTORS * NOR_SECTOR_BYTES)
 
 enum fake_nor_fault {
     /* busy for ten times as long, then half of the bits are programmed */

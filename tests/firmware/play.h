@@ -41,8 +41,8 @@ static inline void play_block(void)
     block->tick = 2352u + 84000u * index_now;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         double codes = (0.050 + 0.5 * (double)moved_in[i]) / 3.3 * 4096.0;
-        block->plus[i] = (uint16_t)lround(4.0 * (2048.0 + codes));
-        block->minus[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
+        block->forward_sum[i] = (uint16_t)lround(4.0 * (2048.0 + codes));
+        block->reversed_sum[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
     }
     for (unsigned i = 0; i < MR_GAGES; i++)
         block->sum[i] =

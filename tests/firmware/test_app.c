@@ -186,7 +186,7 @@ TEST_IN(the_boot_rom_is_entered_when_idle, start, NULL)
 TEST_IN(a_flood_of_commands_is_taken_in_portions, start, NULL)
 {
     struct mr_command message;
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < 64; i++)
         command("mark 1");
     assert_int_equal(mr_command_parse("mark 2", 9, &message), MR_OK);
@@ -292,7 +292,7 @@ TEST_IN(a_bad_serial_frame_is_counted_and_the_next_one_obeyed, start, NULL)
 {
     struct mr_command message;
     struct mr_ack ack;
-    uint8_t payload[MR_MESSAGE_MAX], out[MR_FRAME_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX], out[MR_FRAME_BYTES_MAX];
     assert_int_equal(mr_command_parse("mark 77", 9, &message), MR_OK);
     size_t n = mr_frame_encode(0, MR_ID_COMMAND, payload, mr_command_put(&message, payload), out);
     memcpy(fake.serial_in, out, n);
@@ -323,7 +323,7 @@ TEST_IN(a_fault_is_told_when_it_comes_and_each_second, start, NULL)
 {
     struct mr_fault fault;
     unsigned told = 0;
-    fake.can_errors = (struct board_can_errors){.tec = 200, .passive = true, .bus_off = true};
+    fake.can_errors = (struct board_can_errors){.tec = 200, .is_passive = true, .is_bus_off = true};
     app_supervise(&app); /* looks at CAN every 10 ms */
     play(100);
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
@@ -498,8 +498,9 @@ TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back
     play(1);
     assert_true(app.box.is_configuring);
     /* what is not in the page yet */
-    mr_put_u32(app.box.meta.page + MR_BOXPAGE_HEADER + app.box.meta.bit / 32 * 4,
-               app.box.meta.held);
+    mr_put_u32(app.box.config_writer.page + MR_BOXPAGE_HEADER_BYTES +
+                   app.box.config_writer.bit / 32 * 4,
+               app.box.config_writer.held);
     memset(present + 1, 1, app.box.config_closed);
     mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_closed + 1);
     while (mr_boxread_next(&reader, &record) == MR_OK) {

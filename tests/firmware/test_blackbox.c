@@ -19,7 +19,7 @@ static struct mr_block sent[SENT]; /* by index modulo SENT */
 static uint32_t index_now, random_state;
 static bool white; /* codes that do not pack */
 
-static uint8_t pages[PAGES_MAX][MR_BOXPAGE], present[PAGES_MAX];
+static uint8_t pages[PAGES_MAX][MR_BOXPAGE_BYTES], present[PAGES_MAX];
 static size_t page_count, pages_told;
 
 static uint32_t draw(uint32_t below)
@@ -35,8 +35,8 @@ static struct mr_block *make_block(uint32_t index)
     for (unsigned i = 0; i < 32; i++) {
         uint32_t codes = i < 16 ? 4 : 8;
         uint32_t sum = white ? draw(codes * 4095 + 1) : codes * 2000 + draw(20);
-        uint16_t *value = i < 8  ? &block->plus[i]
-                        : i < 16 ? &block->minus[i - 8]
+        uint16_t *value = i < 8  ? &block->forward_sum[i]
+                        : i < 16 ? &block->reversed_sum[i - 8]
                                  : &block->sum[i - 16];
         *value = (uint16_t)sum;
     }
@@ -277,9 +277,9 @@ TEST_IN(a_loss_is_told, fresh, NULL)
 TEST_IN(nothing_is_erased_from_arm_to_done, fresh, NULL)
 {
     for (unsigned i = 0; i < 3000; i++) /* a memory full of something else */
-        fake_nor.cell[i * NOR_SECTOR + 17] = 0x55, fake_nor.cell[i * NOR_SECTOR] = 0;
+        fake_nor.cell[i * NOR_SECTOR_BYTES + 17] = 0x55, fake_nor.cell[i * NOR_SECTOR_BYTES] = 0;
     for (unsigned i = 3000; i < 4000; i++)
-        fake_nor.cell[i * NOR_SECTOR] = 0x11;
+        fake_nor.cell[i * NOR_SECTOR_BYTES] = 0x11;
     boot();
     while (box.state == MR_BOX_LOOKING) {
         assert_int_equal(blackbox_check_ready(&box), MR_WAIT);
@@ -330,7 +330,7 @@ static void fill(unsigned least)
     assert_int_equal(blackbox_check_ready(&box), MR_FULL);
     assert_true(isnan(blackbox_wait_s(&box)));
     assert_in_range(landings, least, BLACKBOX_RECORDS_MAX);
-    print_message("%u landings of 10 s, %u sectors left\n", landings, box.ready);
+    print_message("%u landings of 10 s, %u sectors left\n", landings, box.ready_sectors);
     assert_int_equal(fake_nor.overwritten, 0);
     boot();
     while (box.state == MR_BOX_LOOKING)
@@ -349,11 +349,11 @@ static void fill(unsigned least)
                 trigger[landings - 1]);
     /* free the third: its space comes back, all others stay */
     uint16_t third = 3;
-    unsigned ready = box.ready;
+    unsigned ready = box.ready_sectors;
     assert_int_equal(blackbox_free(&box, third), MR_OK);
     for (unsigned n = 0; n < 30000; n++)
         ms_passes(), index_now++;
-    assert_in_range(box.ready - ready, 60, 155);
+    assert_in_range(box.ready_sectors - ready, 60, 155);
     assert_int_equal(blackbox_free(&box, third), MR_UNKNOWN);
     boot();
     while (box.state == MR_BOX_LOOKING)
@@ -380,7 +380,7 @@ TEST_IN(it_holds_as_many_real_ones_as_it_has_places, fresh, NULL)
 /* A short landing, cut off in each operation of the memory at several points of it. */
 TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
 {
-    static uint8_t whole[PAGES_MAX][MR_BOXPAGE];
+    static uint8_t whole[PAGES_MAX][MR_BOXPAGE_BYTES];
     static const unsigned at[] = {0, 300, 700, 999};
     uint64_t operations = fake_nor.operations;
     land(7, 300, 400);
@@ -407,7 +407,7 @@ TEST_IN(the_power_goes_at_every_operation, fresh, NULL)
             if (record) {
                 fetch(1, 0);
                 kept = page_count;
-                assert_memory_equal(pages, whole, kept * MR_BOXPAGE);
+                assert_memory_equal(pages, whole, kept * MR_BOXPAGE_BYTES);
                 for (size_t p = 0; p < kept; p++)
                     assert_int_equal(present[p], 1);
                 assert_int_equal(record->is_complete, kept == whole_count);
@@ -455,8 +455,8 @@ TEST_IN(the_power_goes_while_space_is_made, fresh, NULL)
             }
             for (unsigned ms = 0; ms < 3000; ms++)
                 ms_passes(), index_now++;
-            assert_int_equal(box.dirty, 0);
-            assert_int_equal(box.bad, 0);
+            assert_int_equal(box.dirty_sectors, 0);
+            assert_int_equal(box.bad_sectors, 0);
             check_whole(2, 2, 400, trigger);
         }
     }
@@ -471,8 +471,8 @@ TEST_IN(bad_blocks_cost_space_only, fresh, NULL)
         white = true;
         fake_nor.faults = kinds[i];
         /* from the middle of a sector to the middle of another */
-        fake_nor.from = 2 * NOR_SECTOR + 5 * NOR_PAGE;
-        fake_nor.to = 9 * NOR_SECTOR + 3 * NOR_PAGE;
+        fake_nor.from = 2 * NOR_SECTOR_BYTES + 5 * NOR_PAGE_BYTES;
+        fake_nor.to = 9 * NOR_SECTOR_BYTES + 3 * NOR_PAGE_BYTES;
         uint32_t trigger = index_now + 50;
         unsigned failed = health_get_counter(MR_FAULT_NOR_FAILED).count;
         uint16_t record = land(3, 50, 3000);
@@ -512,15 +512,15 @@ TEST_IN(sectors_that_do_not_erase_are_left, fresh, NULL)
         fresh(NULL);
         white = true;
         uint16_t record = land(3, 50, 1000);
-        unsigned ready = box.ready;
+        unsigned ready = box.ready_sectors;
         fake_nor.faults = kinds[i];
-        fake_nor.from = 2 * NOR_SECTOR;
-        fake_nor.to = 5 * NOR_SECTOR;
+        fake_nor.from = 2 * NOR_SECTOR_BYTES;
+        fake_nor.to = 5 * NOR_SECTOR_BYTES;
         assert_int_equal(blackbox_free(&box, record), MR_OK);
         for (unsigned ms = 0; ms < 40000; ms++)
             ms_passes(), index_now++;
-        assert_int_equal(box.bad, 3);
-        assert_true(box.ready > ready);
+        assert_int_equal(box.bad_sectors, 3);
+        assert_true(box.ready_sectors > ready);
         assert_int_equal(blackbox_check_ready(&box), MR_OK);
         uint32_t trigger = index_now;
         record = land(4, 0, 2000);
@@ -615,12 +615,12 @@ TEST_IN(a_landing_longer_than_the_space_keeps_its_beginning, fresh, NULL)
 {
     for (unsigned i = 0; i < NOR_SECTORS; i++) {
         if (i < 1000 || i >= 1000 + BLACKBOX_RESERVE_SECTORS)
-            fake_nor.cell[i * NOR_SECTOR] = 0x11; /* something else, to be erased first */
+            fake_nor.cell[i * NOR_SECTOR_BYTES] = 0x11; /* something else, to be erased first */
     }
     boot();
     while (box.state == MR_BOX_LOOKING)
         ms_passes(), index_now++;
-    assert_int_equal(box.ready, BLACKBOX_RESERVE_SECTORS);
+    assert_int_equal(box.ready_sectors, BLACKBOX_RESERVE_SECTORS);
     assert_int_equal(blackbox_check_ready(&box), MR_OK);
     white = true;
     uint32_t trigger = index_now;
@@ -711,8 +711,8 @@ TEST_IN(an_unreadable_start_page_costs_the_landings_number, fresh, NULL)
     fetch(record, 0);
     size_t whole = page_count;
     fake_nor.faults = FAKE_NOR_READ_ERROR;
-    fake_nor.from = box.records[0].first_sector * NOR_SECTOR;
-    fake_nor.to = fake_nor.from + NOR_PAGE;
+    fake_nor.from = box.records[0].first_sector * NOR_SECTOR_BYTES;
+    fake_nor.to = fake_nor.from + NOR_PAGE_BYTES;
     boot();
     assert_true(get_ready(1000));
     assert_non_null(blackbox_record_at(&box, 0));

@@ -9,7 +9,7 @@
 
 #define PAGES_MAX 2000u
 
-static uint8_t pages[PAGES_MAX][MR_BOXPAGE], present[PAGES_MAX];
+static uint8_t pages[PAGES_MAX][MR_BOXPAGE_BYTES], present[PAGES_MAX];
 static size_t page_count;
 
 /* The memory's clock goes with the blocks. */

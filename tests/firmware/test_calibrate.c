@@ -24,8 +24,8 @@ static void play_gages(unsigned blocks)
         block->tick = 2352u + 84000u * index_now;
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             double codes = (0.050 + 0.5 * (double)moved_in[i]) / 3.3 * 4096.0;
-            block->plus[i] = (uint16_t)lround(4.0 * (2048.0 + codes));
-            block->minus[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
+            block->forward_sum[i] = (uint16_t)lround(4.0 * (2048.0 + codes));
+            block->reversed_sum[i] = (uint16_t)lround(4.0 * (2048.0 - codes));
         }
         for (unsigned i = 0; i < MR_GAGES; i++) {
             double lb = gain[i] * (tension_lb[i] + (fake.shunted ? 40.0 : 0.0));
@@ -314,7 +314,7 @@ TEST_IN(a_zero_can_be_given, start_rig, end_rig)
 TEST_IN(the_configuration_read_out_has_the_configured_zeros, start_rig, end_rig)
 {
     static struct mr_config told;
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     moved_in[1] = 0.25f;
     command("zero 1");
     play_gages(257);

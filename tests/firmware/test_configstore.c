@@ -8,7 +8,7 @@
 
 static struct mr_config built_in;
 static bool built_in_known;
-static uint8_t image[MR_CONFIG_IMAGE];
+static uint8_t image[MR_CONFIG_IMAGE_BYTES];
 static uint16_t transfer;
 
 /* As at reset: what the compiler put into `config` is there again. */
@@ -62,7 +62,7 @@ static void forget_input(void)
 
 static void send_words(unsigned from, unsigned to, bool serial)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = from; i < to; i++) {
         uint32_t value = (uint32_t)image[4 * i] | (uint32_t)image[4 * i + 1] << 8 |
                          (uint32_t)image[4 * i + 2] << 16 | (uint32_t)image[4 * i + 3] << 24;
@@ -77,7 +77,7 @@ static void send_words(unsigned from, unsigned to, bool serial)
 
 static struct mr_ack apply(uint32_t crc, bool serial)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     struct mr_command message = {
         .code = MR_COMMAND_CONFIG_APPLY, .tag = transfer, .argument = (int32_t)crc};
     struct mr_ack ack;
@@ -111,7 +111,7 @@ static struct mr_config next_one(void)
 
 static void is_in_force(const struct mr_config *wanted)
 {
-    uint8_t actual[MR_CONFIG_IMAGE], expected[MR_CONFIG_IMAGE];
+    uint8_t actual[MR_CONFIG_IMAGE_BYTES], expected[MR_CONFIG_IMAGE_BYTES];
     mr_config_encode(&config, actual);
     mr_config_encode(wanted, expected);
     assert_memory_equal(actual, expected, sizeof actual);
@@ -159,7 +159,7 @@ TEST_IN(a_change_holds, fresh, NULL)
 TEST_IN(what_it_is_comes_back, fresh, NULL)
 {
     struct mr_config wanted = next_one();
-    uint8_t told[MR_CONFIG_IMAGE] = {0};
+    uint8_t told[MR_CONFIG_IMAGE_BYTES] = {0};
     assert_int_equal(change_to(&wanted, false), MR_OK);
     uint32_t crc = mr_config_encode(&wanted, image);
     fake.sent_count = 0;
@@ -454,7 +454,7 @@ static void restart(void)
 
 static enum mr_status change_directly(const struct mr_config *wanted)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     uint32_t crc = mr_config_encode(wanted, image);
     transfer++;
     for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {

@@ -142,7 +142,7 @@ TEST_IN(a_kinematic_warning_ends_before_the_landing, start, NULL)
     play(200);
     pass_switch(2, (double)index_now * 1e-3);
     play(40);
-    app.landing.motion_known = false; /* an estimate that found nothing */
+    app.landing.is_motion_known = false; /* an estimate that found nothing */
     app.predict.motion.is_known = false;
     play(5100);
     GET_LAST(landing, LANDING, &message);

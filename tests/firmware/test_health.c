@@ -100,23 +100,24 @@ TEST_IN(the_states_of_can, start, NULL)
     assert_int_equal(can_state_after((struct board_can_errors){.tec = 96}, 5), MR_CAN_WARNING);
     assert_int_equal(can_state_after((struct board_can_errors){.rec = 96}, 5), MR_CAN_WARNING);
     assert_int_equal(
-        can_state_after((struct board_can_errors){.tec = 130, .passive = true, .last_error = 3}, 5),
+        can_state_after((struct board_can_errors){.tec = 130, .is_passive = true, .last_error = 3},
+                        5),
         MR_CAN_PASSIVE);
     assert_int_equal(can_state_after(
                          (struct board_can_errors){
-                             .tec = 128, .passive = true, .last_error = 3, .is_pending = true},
+                             .tec = 128, .is_passive = true, .last_error = 3, .is_pending = true},
                          2),
                      MR_CAN_UNPLUGGED);
     assert_int_equal(can_state_after(
                          (struct board_can_errors){
-                             .tec = 128, .passive = true, .last_error = 5, .is_pending = true},
+                             .tec = 128, .is_passive = true, .last_error = 5, .is_pending = true},
                          2),
                      MR_CAN_STUCK);
     assert_int_equal(can_state_after((struct board_can_errors){.is_pending = true}, 1),
                      MR_CAN_GOOD);
     assert_int_equal(can_state_after((struct board_can_errors){.is_pending = true}, 2),
                      MR_CAN_STUCK);
-    assert_int_equal(can_state_after((struct board_can_errors){.bus_off = true}, 1), MR_CAN_OFF);
+    assert_int_equal(can_state_after((struct board_can_errors){.is_bus_off = true}, 1), MR_CAN_OFF);
     assert_int_equal(can_state_after((struct board_can_errors){.is_missing = true}, 1),
                      MR_CAN_MISSING);
 }
@@ -128,28 +129,28 @@ TEST_IN(stale_frames_are_dropped, start, NULL)
     struct canwatch watch;
     canwatch_start(&watch, false);
     fake.clears = 0;
-    fake.can_errors =
-        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .is_pending = true};
+    fake.can_errors = (struct board_can_errors){
+        .is_passive = true, .last_error = 3, .tec = 128, .is_pending = true};
     for (unsigned i = 0; i < 9; i++)
-        assert_false(canwatch_tick(&watch).send_probe);
+        assert_false(canwatch_tick(&watch).must_send_probe);
     assert_int_equal(fake.clears, 0);
     assert_true(canwatch_is_accepting(&watch));
     canwatch_tick(&watch);
     assert_int_equal(fake.clears, 1);
     assert_false(canwatch_is_accepting(&watch));
     fake.can_errors.removed_count = 17; /* mailboxes too */
-    assert_false(canwatch_tick(&watch).send_probe);
+    assert_false(canwatch_tick(&watch).must_send_probe);
     fake.can_errors.is_pending = false;
-    assert_true(canwatch_tick(&watch).send_probe);
+    assert_true(canwatch_tick(&watch).must_send_probe);
     fake.can_errors.is_pending = true;
     for (unsigned i = 0; i < 88; i++)
-        assert_false(canwatch_tick(&watch).outage_ended);
+        assert_false(canwatch_tick(&watch).has_outage_ended);
     assert_false(canwatch_is_accepting(&watch));
     fake.can_errors = (struct board_can_errors){.removed_count = 17, .sent_count = 1};
     struct canwatch_changes news = canwatch_tick(&watch);
-    assert_true(news.outage_ended && news.state_changed);
+    assert_true(news.has_outage_ended && news.has_state_changed);
     assert_true(canwatch_is_accepting(&watch));
-    assert_int_equal(watch.drops.timeout, 17 + 2);
+    assert_int_equal(watch.drop_count.timeout, 17 + 2);
     struct mr_can_alarm alarm = canwatch_get_alarm(&watch);
     assert_int_equal(alarm.state, MR_CAN_GOOD);
     assert_int_equal(alarm.outages, 1);
@@ -164,19 +165,19 @@ TEST_IN(bus_off_is_left_slowly, start, NULL)
     struct canwatch watch;
     canwatch_start(&watch, false);
     fake.rejoins = 0;
-    fake.can_errors = (struct board_can_errors){.bus_off = true, .is_pending = true};
+    fake.can_errors = (struct board_can_errors){.is_bus_off = true, .is_pending = true};
     for (unsigned i = 0; i < 100; i++)
         canwatch_tick(&watch);
     assert_int_equal(fake.rejoins, 10);
     fake.rejoins = 0;
     for (unsigned i = 0; i < 100; i++) { /* it comes and goes at every look */
-        fake.can_errors.bus_off = i % 2;
+        fake.can_errors.is_bus_off = i % 2;
         canwatch_tick(&watch);
     }
     assert_in_range(fake.rejoins, 8, 10);
     fake.can_errors.removed_count = 70000;
     canwatch_tick(&watch);
-    assert_int_equal(watch.drops.bus_off, UINT16_MAX);
+    assert_int_equal(watch.drop_count.bus_off, UINT16_MAX);
     assert_int_equal(watch.state, MR_CAN_OFF); /* until something passes */
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
 }
@@ -186,9 +187,9 @@ TEST_IN(a_silent_board_counts_what_it_does_not_say, start, NULL)
     struct canwatch watch;
     canwatch_start(&watch, true);
     assert_false(canwatch_is_accepting(&watch));
-    assert_int_equal(watch.drops.silent, 1);
-    fake.can_errors.bus_off = true;
-    assert_false(canwatch_tick(&watch).became_off);
+    assert_int_equal(watch.drop_count.silent, 1);
+    fake.can_errors.is_bus_off = true;
+    assert_false(canwatch_tick(&watch).has_become_off);
     assert_int_equal(watch.state, MR_CAN_SILENT);
     memset(&fake.can_errors, 0, sizeof fake.can_errors);
 }
@@ -416,8 +417,8 @@ TEST_IN(the_alarm_follows_an_outage, start, NULL)
 {
     struct mr_can_alarm alarm;
     play(10);
-    fake.can_errors =
-        (struct board_can_errors){.passive = true, .last_error = 3, .tec = 128, .is_pending = true};
+    fake.can_errors = (struct board_can_errors){
+        .is_passive = true, .last_error = 3, .tec = 128, .is_pending = true};
     for (unsigned i = 0; i < 20; i++) {
         play(10);
         app_supervise(&app);

@@ -64,7 +64,7 @@ static void clear_inputs(void)
 /* Its answer; 1: none within `blocks`. */
 static int order(const struct mr_command *message, bool serial, unsigned blocks)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     struct mr_ack ack;
     size_t sent = fake.sent_count;
     give(MR_ID_COMMAND, payload, mr_command_put(message, payload), serial);
@@ -83,7 +83,7 @@ static int order(const struct mr_command *message, bool serial, unsigned blocks)
 
 static int change(unsigned code, unsigned blocks)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; code == MR_COMMAND_KEY_SET && i < MR_KEY_WORDS; i++) {
         struct mr_key_word word = {.index = (uint8_t)i, .tag = 5};
         const uint8_t *p = key + 4 * i;
@@ -112,7 +112,7 @@ static const uint8_t *nonce(void)
 static void prove(const struct mr_command *message, const uint8_t *by, const uint8_t *of,
                   const uint32_t uid[3], bool serial)
 {
-    uint8_t payload[MR_MESSAGE_MAX], proof[MR_PROOF_BYTES];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX], proof[MR_PROOF_BYTES];
     mr_command_put(message, payload);
     mr_proof_make(proof, by, of, payload, uid);
     give(MR_ID_PROOF, proof, sizeof proof, serial);
@@ -153,17 +153,17 @@ TEST_IN(it_is_set_and_cleared_over_serial_with_the_jumper, begin, NULL)
 
 TEST_IN(an_old_key_is_no_longer_in_the_memory, begin, NULL)
 {
-    const uint8_t *from = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
+    const uint8_t *from = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
     uint8_t old[MR_KEY_BYTES];
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR, key, sizeof key));
+    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key));
     memcpy(old, key, sizeof key);
     key[0]++;
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR, old, sizeof old));
-    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR, key, sizeof key));
+    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, old, sizeof old));
+    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key));
     assert_int_equal(change(MR_COMMAND_KEY_CLEAR, 500), MR_OK);
-    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR, key, sizeof key));
+    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key));
 }
 
 TEST_IN(a_key_that_did_not_come_whole_is_not_taken, begin, NULL)
@@ -194,12 +194,12 @@ TEST_IN(without_a_memory_there_is_none, begin, NULL)
  * any more is one, and nobody orders. */
 TEST_IN(what_is_no_key_is_told_from_one_that_is_damaged, begin, NULL)
 {
-    uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
-    memset(at, 0x42, KEY_COPIES * NOR_SECTOR);
+    uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
+    memset(at, 0x42, KEY_COPIES * NOR_SECTOR_BYTES);
     restart();
     assert_int_equal(told(), MR_KEY_OPEN);
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR, key, sizeof key);
+    uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key);
     found[5] &= 0xf0;
     restart();
     assert_int_equal(told(), MR_KEY_DAMAGED);
@@ -213,10 +213,10 @@ TEST_IN(what_is_no_key_is_told_from_one_that_is_damaged, begin, NULL)
 /* Wherever a byte of it is lost, its mark included, nobody orders without a proof. */
 TEST_IN(no_lost_byte_opens_the_bus, begin, NULL)
 {
-    uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
+    uint8_t *at = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR, key, sizeof key);
-    at += (found - at) / NOR_SECTOR * NOR_SECTOR;
+    uint8_t *found = memmem(at, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key);
+    at += (found - at) / NOR_SECTOR_BYTES * NOR_SECTOR_BYTES;
     for (unsigned i = 0; i < 60; i++) {
         uint8_t kept = at[i];
         at[i] = 0;
@@ -231,8 +231,8 @@ TEST_IN(a_mistake_in_reading_opens_no_bus, begin, NULL)
 {
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
     fake_nor.faults = FAKE_NOR_READ_ERROR;
-    fake_nor.from = KEY_FIRST_SECTOR * NOR_SECTOR;
-    fake_nor.to = fake_nor.from + NOR_PAGE;
+    fake_nor.from = KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
+    fake_nor.to = fake_nor.from + NOR_PAGE_BYTES;
     for (unsigned i = 0; i < 20; i++) {
         restart();
         assert_int_not_equal(app.keystore.state, MR_KEY_NOT_READ);
@@ -271,7 +271,7 @@ TEST_IN(a_power_cut_leaves_a_key, begin, NULL)
  * not in force again. */
 TEST_IN(an_old_key_does_not_come_back_after_a_power_cut, begin, NULL)
 {
-    const uint8_t *from = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR;
+    const uint8_t *from = fake_nor.cell + KEY_FIRST_SECTOR * NOR_SECTOR_BYTES;
     uint8_t old[MR_KEY_BYTES];
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
     memcpy(old, key, sizeof key);
@@ -279,12 +279,12 @@ TEST_IN(an_old_key_does_not_come_back_after_a_power_cut, begin, NULL)
     fake_nor.cut_at = fake_nor.operations + 3; /* erase, program, erase */
     fake_nor.cut_permille = 0;
     (void)change(MR_COMMAND_KEY_SET, 300);
-    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR, old, sizeof old));
+    assert_non_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, old, sizeof old));
     restart();
     assert_int_equal(told(), MR_KEY_SET);
-    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR, old, sizeof old));
+    assert_null(memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, old, sizeof old));
     assert_int_equal(order_proven(&survey, true), MR_OK);
-    uint8_t *found = memmem(from, KEY_COPIES * NOR_SECTOR, key, sizeof key);
+    uint8_t *found = memmem(from, KEY_COPIES * NOR_SECTOR_BYTES, key, sizeof key);
     found[5] &= 0xf0;
     restart();
     assert_int_equal(told(), MR_KEY_DAMAGED);
@@ -324,12 +324,13 @@ TEST_IN(no_nonce_comes_twice, begin, NULL)
 TEST_IN(starts_that_can_no_longer_be_counted_close_the_bus, begin, NULL)
 {
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
-    uint8_t *page = fake_nor.cell + (KEY_FIRST_SECTOR + app.keystore.copy) * NOR_SECTOR + NOR_PAGE;
-    memset(page, 0, 15 * NOR_PAGE);
-    page[15 * NOR_PAGE - 1] = 0x80; /* one is left */
+    uint8_t *page = fake_nor.cell + (KEY_FIRST_SECTOR + app.keystore.copy) * NOR_SECTOR_BYTES +
+                    NOR_PAGE_BYTES;
+    memset(page, 0, 15 * NOR_PAGE_BYTES);
+    page[15 * NOR_PAGE_BYTES - 1] = 0x80; /* one is left */
     restart();
     assert_int_equal(app.keystore.state, MR_KEY_SET);
-    assert_int_equal(app.keystore.starts, 30720);
+    assert_int_equal(app.keystore.start_count, 30720);
     restart();
     assert_int_equal(app.keystore.state, MR_KEY_DAMAGED);
     assert_int_equal(change(MR_COMMAND_KEY_SET, 500), MR_OK);
@@ -382,7 +383,7 @@ TEST_IN(a_proof_is_for_one_order_once, keyed, NULL)
 TEST_IN(each_byte_of_a_proof_counts, keyed, NULL)
 {
     for (unsigned byte = 0; byte < MR_PROOF_BYTES; byte++) {
-        uint8_t payload[MR_MESSAGE_MAX], proof[MR_PROOF_BYTES];
+        uint8_t payload[MR_MESSAGE_BYTES_MAX], proof[MR_PROOF_BYTES];
         mr_command_put(&survey, payload);
         mr_proof_make(proof, key, nonce(), payload, app.telemetry.identity.uid);
         proof[byte] ^= 1;
@@ -439,7 +440,7 @@ TEST_IN(a_proof_waits_for_its_order, keyed, NULL)
 TEST_IN(guesses_are_looked_at_three_times_a_second, keyed, NULL)
 {
     uint64_t random = 1;
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     unsigned obeyed = 0;
     for (unsigned n = 0; n < 20000; n++) {
         uint64_t guess = mr_splitmix64(&random);

@@ -59,7 +59,8 @@ TEST(roots_are_the_same_bits)
         bits ^= bits << 13;
         bits ^= bits >> 7;
         bits ^= bits << 17;
-        uint64_t one = i % 7 == 0 ? bits & (INFINITE - 1u) >> 11 : bits & ~(UINT64_C(1) << 63);
+        uint64_t one = i % 7 == 0 ? bits & (INFINITE_EXPONENT - 1u) >> 11
+                                  : bits & ~(UINT64_C(1) << 63);
         memcpy(&x, &one, sizeof x);
         same_root(x);
     }

@@ -45,8 +45,8 @@ static void trip(unsigned position, unsigned blocks)
 static void nothing_was_recorded(void)
 {
     assert_int_equal(app.landing.state, MR_LANDING_IDLE);
-    assert_false(app.box.armed);
-    assert_int_equal(app.box.stored, 0);
+    assert_false(app.box.is_armed);
+    assert_int_equal(app.box.stored_count, 0);
     assert_int_equal(count_frames(MR_ID_MOTION), 0);
     assert_int_equal(count_frames(MR_ID_TOUCHDOWN), 0);
 }

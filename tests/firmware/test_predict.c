@@ -9,8 +9,8 @@
 
 #include <stdio.h>
 
-#define A_COPY (NOR_SECTOR * RUNWAY_FIRST_SECTOR)
-#define B_COPY (A_COPY + NOR_SECTOR)
+#define A_COPY (NOR_SECTOR_BYTES * RUNWAY_FIRST_SECTOR)
+#define B_COPY (A_COPY + NOR_SECTOR_BYTES)
 
 static struct mr_config built_in;
 
@@ -193,7 +193,7 @@ TEST_IN(armed_for_nothing_is_no_landing, start_with_memory, put_back)
  * runway is the old one or the new. */
 TEST_IN(a_power_cut_leaves_the_old_or_the_new, start_with_memory, put_back)
 {
-    static uint8_t cells[2 * NOR_SECTOR];
+    static uint8_t cells[2 * NOR_SECTOR_BYTES];
     struct mr_predictor_state told;
     unsigned old_ones = 0, new_ones = 0;
     live(200);

@@ -8,7 +8,7 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static uint8_t page[PAGES][MR_BOXPAGE];
+    static uint8_t page[PAGES][MR_BOXPAGE_BYTES];
     uint8_t present[PAGES];
     struct boxfill result;
     struct error error = {0};
@@ -16,15 +16,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (size < 2)
         return 0;
     memset(page, 0xff, sizeof page);
-    for (size_t at = 1; at < size && count < PAGES; count++, at += MR_BOXPAGE) {
-        memcpy(page[count], data + at, size - at < MR_BOXPAGE ? size - at : MR_BOXPAGE);
+    for (size_t at = 1; at < size && count < PAGES; count++, at += MR_BOXPAGE_BYTES) {
+        memcpy(page[count], data + at, size - at < MR_BOXPAGE_BYTES ? size - at : MR_BOXPAGE_BYTES);
         present[count] = 1;
         if (!(data[0] & 1u))
             mr_boxpage_seal(page[count], (uint32_t)count, 1);
     }
     enum mr_status status = boxfill_store_record(fuzz_store(), "serial:fuzz", 0,
-                                                 (const uint8_t(*)[MR_BOXPAGE])page, present, count,
-                                                 &result, &error);
+                                                 (const uint8_t(*)[MR_BOXPAGE_BYTES])page, present,
+                                                 count, &result, &error);
     FUZZ_REQUIRE(status == MR_OK || error.text[0]);
     return 0;
 }

@@ -16,7 +16,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (config_text_read(text, "fuzz", &config, &error) == MR_OK) {
         char *written = config_text_write(&config);
         FUZZ_REQUIRE(written && config_text_read(written, "fuzz", &again, &error) == MR_OK);
-        uint8_t one[MR_CONFIG_IMAGE], two[MR_CONFIG_IMAGE];
+        uint8_t one[MR_CONFIG_IMAGE_BYTES], two[MR_CONFIG_IMAGE_BYTES];
         mr_config_encode(&config, one);
         mr_config_encode(&again, two);
         FUZZ_REQUIRE(memcmp(one, two, sizeof one) == 0);

@@ -20,7 +20,7 @@ static void give(struct collector *collector, uint16_t id, const uint8_t *payloa
     static uint16_t seq;
     static uint64_t now_us = 1700000000000000u;
     struct error error = {0};
-    uint8_t bytes[MR_FRAME_MAX];
+    uint8_t bytes[MR_FRAME_BYTES_MAX];
     size_t count = mr_frame_encode(seq++, id, payload, length, bytes);
     FUZZ_REQUIRE(collector_receive_bytes(collector, bytes, count, now_us += 1000, &error) == MR_OK);
 }
@@ -28,7 +28,7 @@ static void give(struct collector *collector, uint16_t id, const uint8_t *payloa
 /* A landing of a few blocks, with each message of the catalogue once. */
 static void log_landing(struct collector *collector)
 {
-    uint8_t payload[MR_FRAME_PAYLOAD_MAX];
+    uint8_t payload[MR_FRAME_PAYLOAD_BYTES_MAX];
     const struct mr_hello hello = {.layout = MR_LAYOUT, .major = 1};
     give(collector, MR_ID_HELLO, payload, mr_hello_put(&hello, payload));
     const struct mr_landing armed = {.state = 1, .landing = 7};

@@ -15,7 +15,7 @@ static void give(uint16_t id, bool can, const uint8_t *payload, size_t length)
 {
     static uint16_t seq;
     struct error error = {0};
-    uint8_t bytes[MR_FRAME_MAX];
+    uint8_t bytes[MR_FRAME_BYTES_MAX];
     now_us += 700;
     if (can) {
         struct link_frame frame = {
@@ -33,7 +33,7 @@ static void give_messages(const uint8_t *data, size_t size)
     size_t count;
     const struct mr_message_info *catalogue = mr_catalogue(&count);
     const struct mr_hello hello = {.layout = MR_LAYOUT, .major = 1};
-    uint8_t payload[MR_FRAME_PAYLOAD_MAX];
+    uint8_t payload[MR_FRAME_PAYLOAD_BYTES_MAX];
     size_t length = mr_hello_put(&hello, payload);
     give(MR_ID_HELLO, false, payload, length);
     give(MR_ID_HELLO, true, payload, length);
@@ -42,7 +42,7 @@ static void give_messages(const uint8_t *data, size_t size)
         uint16_t id = place < count  ? catalogue[place].id
                     : place == count ? MR_ID_BLOCK
                                      : MR_ID_BOX_PART;
-        length = data[2] % (MR_FRAME_PAYLOAD_MAX + 1u);
+        length = data[2] % (MR_FRAME_PAYLOAD_BYTES_MAX + 1u);
         if (length > size - 3)
             length = size - 3;
         give(id, data[1] & 1u, data + 3, length);

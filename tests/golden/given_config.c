@@ -14,7 +14,7 @@
 
 char *given_config_take(uint32_t crc)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     struct mr_config own = config;
     if (mr_config_encode(&own, image) != crc)
         golden_fail(
@@ -70,7 +70,7 @@ static char *merge(const char *given, const char *today)
 
 void given_config_flash(const char *given, const char *flash_path)
 {
-    static uint8_t flash[FLASH_PLACE + MR_CONFIG_IMAGE];
+    static uint8_t flash[FLASH_PLACE + MR_CONFIG_IMAGE_BYTES];
     struct mr_config stored;
     struct error error = {0};
     char *today = config_text_write(&config), *text = merge(given, today ? today : "");

@@ -163,13 +163,13 @@ static void listen_serial(struct listening *l, const char *path)
 /* candump -L: (0000000000.017209) can0 1F0#0400000100002300 */
 static void listen_can(struct listening *l, const char *path)
 {
-    char line[LINE], digits[2 * MR_MESSAGE_MAX + 1];
+    char line[LINE], digits[2 * MR_MESSAGE_BYTES_MAX + 1];
     unsigned id;
     FILE *file = fopen(path, "r");
     if (!file)
         golden_fail(3, "cannot read %s: %s", path, strerror(errno));
     while (fgets(line, sizeof line, file)) {
-        uint8_t payload[MR_MESSAGE_MAX];
+        uint8_t payload[MR_MESSAGE_BYTES_MAX];
         unsigned byte;
         size_t n = 0;
         if (sscanf(line, "(%*[0-9.]) %*s %3x#%16[0-9A-F]", &id, digits) != 2)

@@ -22,7 +22,7 @@ static inline struct hil_board *bench_board(const char *image, const struct hil_
     struct hil_options usual;
     char path[128];
     hil_options_default(&usual);
-    usual.adc_noise = false;
+    usual.has_adc_noise = false;
     struct hil_board *board = hil_board_create(options ? options : &usual);
     snprintf(path, sizeof path, BENCH_IMAGES "%s.elf", image);
     if (hil_board_load_elf(board, path) != MR_OK)

@@ -26,14 +26,14 @@ enum { EAR_CAN, EAR_SERIAL, EAR_LINKS };
 /* A message that both links carry, in the order heard. */
 struct ear_said {
     uint16_t id;
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
 };
 
 struct ear {
     struct hil_board *board;
     struct hil_run run;
     unsigned heard[EAR_LINKS][2048];
-    uint8_t last[EAR_LINKS][2048][MR_MESSAGE_MAX];
+    uint8_t last[EAR_LINKS][2048][MR_MESSAGE_BYTES_MAX];
     uint64_t last_ps[EAR_LINKS];
     unsigned can_frames, serial_frames, serial_bad, serial_lost;
     uint16_t next_seq;
@@ -120,7 +120,7 @@ static inline struct hil_options ear_options(void)
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.adc_noise = false;
+    options.has_adc_noise = false;
     options.is_jumper_fitted = true; /* configurations over CAN; test_bootrom.c leaves it out */
     return options;
 }
@@ -183,7 +183,7 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
 {
     static uint16_t seq;
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = tag};
-    uint8_t payload[MR_MESSAGE_MAX], bytes[MR_FRAME_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX], bytes[MR_FRAME_BYTES_MAX];
     size_t n = mr_command_put(&command, payload);
     struct hil_can_frame frame = {.id = mr_can_to_bus(MR_ID_COMMAND, ear->can_base),
                                   .length = (uint8_t)n};
@@ -199,7 +199,8 @@ static inline void ear_command(struct ear *ear, unsigned link, unsigned code, in
 static inline uint32_t ear_faults(const struct ear *ear, unsigned link)
 {
     struct mr_health health = {0};
-    assert_int_equal(mr_health_get(&health, ear->last[link][MR_ID_HEALTH], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_health_get(&health, ear->last[link][MR_ID_HEALTH], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     return health.faults;
 }
 
@@ -207,7 +208,8 @@ static inline struct mr_hello ear_hello(const struct ear *ear, unsigned link)
 {
     struct mr_hello hello = {0};
     assert_true(ear->heard[link][MR_ID_HELLO] > 0);
-    assert_int_equal(mr_hello_get(&hello, ear->last[link][MR_ID_HELLO], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_hello_get(&hello, ear->last[link][MR_ID_HELLO], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     return hello;
 }
 

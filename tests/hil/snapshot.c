@@ -24,12 +24,12 @@ static bool has_sector(const uint8_t *bits, uint32_t n)
 /* Copy the cells; `stale`: sectors that `to` has in use (bits as in `used`), or NULL. */
 static void copy_cells(uint8_t *to, const uint8_t *stale, const uint8_t *from, const uint8_t *used)
 {
-    for (uint32_t sector = 0; sector < HIL_NOR_SIZE / HIL_NOR_SECTOR; sector++) {
-        size_t at = (size_t)sector * HIL_NOR_SECTOR;
+    for (uint32_t sector = 0; sector < HIL_NOR_SIZE / HIL_NOR_SECTOR_BYTES; sector++) {
+        size_t at = (size_t)sector * HIL_NOR_SECTOR_BYTES;
         if (has_sector(used, sector))
-            memcpy(to + at, from + at, HIL_NOR_SECTOR);
+            memcpy(to + at, from + at, HIL_NOR_SECTOR_BYTES);
         else if (has_sector(stale, sector))
-            memset(to + at, 0, HIL_NOR_SECTOR);
+            memset(to + at, 0, HIL_NOR_SECTOR_BYTES);
     }
 }
 

@@ -17,7 +17,7 @@ struct heard {
     struct mr_ack armed;
     struct {
         uint16_t id;
-        uint8_t payload[MR_MESSAGE_MAX];
+        uint8_t payload[MR_MESSAGE_BYTES_MAX];
     } said[30000]; /* on CAN */
     size_t count;
     struct mr_deframer deframer;
@@ -30,7 +30,7 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
     (void)t_ps;
     assert_true(heard->count < COUNT_OF(heard->said));
     heard->said[heard->count].id = (uint16_t)frame->id;
-    memcpy(heard->said[heard->count++].payload, frame->data, MR_MESSAGE_MAX);
+    memcpy(heard->said[heard->count++].payload, frame->data, MR_MESSAGE_BYTES_MAX);
     if (frame->id == MR_ID_EDGE && heard->edges < COUNT_OF(heard->edge))
         assert_int_equal(mr_edge_get(&heard->edge[heard->edges++], frame->data, frame->length),
                          MR_OK);
@@ -128,7 +128,7 @@ static const uint8_t *last(const struct heard *heard, uint16_t id)
 static struct mr_touchdown touchdown(const struct heard *heard)
 {
     struct mr_touchdown message;
-    assert_int_equal(mr_touchdown_get(&message, last(heard, MR_ID_TOUCHDOWN), MR_MESSAGE_MAX),
+    assert_int_equal(mr_touchdown_get(&message, last(heard, MR_ID_TOUCHDOWN), MR_MESSAGE_BYTES_MAX),
                      MR_OK);
     return message;
 }
@@ -136,7 +136,8 @@ static struct mr_touchdown touchdown(const struct heard *heard)
 static uint32_t faults(const struct heard *heard)
 {
     struct mr_health health;
-    assert_int_equal(mr_health_get(&health, last(heard, MR_ID_HEALTH), MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_health_get(&health, last(heard, MR_ID_HEALTH), MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     return health.faults;
 }
 
@@ -170,8 +171,8 @@ TEST(four_transducers_measure_the_same)
     const struct mr_block *a = &full->block[full->blocks - 1], *b = &four->block[four->blocks - 1];
     assert_int_equal(b->absent, 0x3ffff0);
     for (unsigned i = 0; i < 4; i++) { /* at rest again, where the landing left them */
-        assert_in_range(a->plus[i] - b->plus[i] + 1, 0, 2);
-        assert_in_range(a->minus[i] - b->minus[i] + 1, 0, 2);
+        assert_in_range(a->forward_sum[i] - b->forward_sum[i] + 1, 0, 2);
+        assert_in_range(a->reversed_sum[i] - b->reversed_sum[i] + 1, 0, 2);
     }
     assert_int_equal(count(four, MR_ID_DISPLACEMENT_1_3), count(full, MR_ID_DISPLACEMENT_1_3));
     assert_true(count(four, MR_ID_DISPLACEMENT_4_6) > 3000);
@@ -231,8 +232,8 @@ TEST(sums_are_those_of_the_full_configuration)
             continue;
         k++;
         assert_int_equal(a->tick, b->tick);
-        assert_memory_equal(a->plus, b->plus, 4 * sizeof a->plus[0]);
-        assert_memory_equal(a->minus, b->minus, 4 * sizeof a->minus[0]);
+        assert_memory_equal(a->forward_sum, b->forward_sum, 4 * sizeof a->forward_sum[0]);
+        assert_memory_equal(a->reversed_sum, b->reversed_sum, 4 * sizeof a->reversed_sum[0]);
         assert_memory_equal(a->sum + MR_ADC1_STAIRCASE, b->sum + MR_ADC1_STAIRCASE,
                             2 * sizeof a->sum[0]);
         compared++;
@@ -248,7 +249,7 @@ TEST(sums_are_those_of_the_full_configuration)
                 continue;
             for (k = 0; k < four->count; k++) {
                 if (four->said[k].id == equal[n] &&
-                    memcmp(four->said[k].payload, full->said[i].payload, MR_MESSAGE_MAX) == 0)
+                    memcmp(four->said[k].payload, full->said[i].payload, MR_MESSAGE_BYTES_MAX) == 0)
                     break;
             }
             found += k < four->count;
@@ -295,8 +296,8 @@ TEST(blocks_keep_their_place_when_channels_change)
         for (unsigned c = 0; c < 22; c++) {
             bool there = !(absent >> c & 1u);
             if (c < 8) {
-                assert_in_range(block->plus[c], there ? 8438 : 0, there ? 8442 : 0);
-                assert_in_range(block->minus[c], there ? 7942 : 0, there ? 7946 : 0);
+                assert_in_range(block->forward_sum[c], there ? 8438 : 0, there ? 8442 : 0);
+                assert_in_range(block->reversed_sum[c], there ? 7942 : 0, there ? 7946 : 0);
             } else {
                 assert_in_range(block->sum[c - 8], there ? 3964 : 0, there ? 3976 : 0);
             }

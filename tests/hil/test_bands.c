@@ -12,20 +12,20 @@
 #define GAGE_COLUMN 8u
 
 /* The message `name` of band `number` that was heard last; `said` keeps all that were. */
-#define OF_BAND(ear, name, NAME, number, into)                                      \
-    do {                                                                            \
-        bool found_ = false;                                                        \
-        for (unsigned i_ = 0; i_ < (ear)->said_count[EAR_SERIAL]; i_++) {           \
-            const struct ear_said *said_ = &(ear)->said[EAR_SERIAL][i_];            \
-            struct mr_##name each_;                                                 \
-            if (said_->id == MR_ID_##NAME &&                                        \
-                mr_##name##_get(&each_, said_->payload, MR_MESSAGE_MAX) == MR_OK && \
-                each_.band == (number)) {                                           \
-                *(into) = each_;                                                    \
-                found_ = true;                                                      \
-            }                                                                       \
-        }                                                                           \
-        assert_true(found_);                                                        \
+#define OF_BAND(ear, name, NAME, number, into)                                            \
+    do {                                                                                  \
+        bool found_ = false;                                                              \
+        for (unsigned i_ = 0; i_ < (ear)->said_count[EAR_SERIAL]; i_++) {                 \
+            const struct ear_said *said_ = &(ear)->said[EAR_SERIAL][i_];                  \
+            struct mr_##name each_;                                                       \
+            if (said_->id == MR_ID_##NAME &&                                              \
+                mr_##name##_get(&each_, said_->payload, MR_MESSAGE_BYTES_MAX) == MR_OK && \
+                each_.band == (number)) {                                                 \
+                *(into) = each_;                                                          \
+                found_ = true;                                                            \
+            }                                                                             \
+        }                                                                                 \
+        assert_true(found_);                                                              \
     } while (0)
 
 struct truth {
@@ -94,7 +94,7 @@ static void check_band(struct ear *ear, unsigned number)
 TEST(landing_5_has_its_figures_and_no_finding)
 {
     struct hil_options options = ear_options();
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 5);
     ear->listens = true;
     ear_until(ear, 1.5);
@@ -117,7 +117,7 @@ static void wait_for_ack(struct ear *ear, unsigned code, int status)
 {
     struct mr_ack ack;
     ear_until(ear, (double)hil_board_now_ps(ear->board) * 1e-12 + 1.2);
-    assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_BYTES_MAX), MR_OK);
     assert_int_equal(ack.code, code);
     assert_int_equal(ack.status, status);
 }
@@ -128,7 +128,8 @@ static struct mr_shunt_result shunt_of(const struct ear *ear, unsigned gage)
     for (unsigned i = 0; i < ear->said_count[EAR_SERIAL]; i++) {
         struct mr_shunt_result each;
         if (ear->said[EAR_SERIAL][i].id == MR_ID_SHUNT_RESULT &&
-            mr_shunt_result_get(&each, ear->said[EAR_SERIAL][i].payload, MR_MESSAGE_MAX) == MR_OK &&
+            mr_shunt_result_get(&each, ear->said[EAR_SERIAL][i].payload, MR_MESSAGE_BYTES_MAX) ==
+                MR_OK &&
             each.gage == gage)
             result = each;
     }
@@ -142,17 +143,17 @@ TEST(shunts_find_the_gage_that_drifted)
 {
     struct hil_options options = ear_options();
     struct mr_shunt_check check = {0};
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 0);
     ear->listens = true;
     ear_order(ear, "at 0.5 gage 5 drift 1.015 2.0");
     ear_until(ear, 1.0);
     ear_command(ear, EAR_CAN, MR_COMMAND_SHUNT, 0, 7);
     ear_until(ear, 1.45); /* rest, settling: the relay pulls */
-    assert_true(hil_board_pin(ear->board, 'E' - 'A', 1));
+    assert_true(hil_board_pin_level(ear->board, 'E' - 'A', 1));
     ear_until(ear, 1.0);
     wait_for_ack(ear, MR_COMMAND_SHUNT, MR_LIMIT);
-    assert_false(hil_board_pin(ear->board, 'E' - 'A', 1));
+    assert_false(hil_board_pin_level(ear->board, 'E' - 'A', 1));
     ear_logged(ear, "gage 5 drift");
     for (unsigned g = 1; g <= HIL_RUN_GAGES; g++) {
         struct mr_shunt_result result = shunt_of(ear, g);
@@ -171,7 +172,8 @@ TEST(shunts_find_the_gage_that_drifted)
         if (ear->said[EAR_SERIAL][i].id != MR_ID_SHUNT_CHECK)
             continue;
         assert_int_equal(
-            mr_shunt_check_get(&each, ear->said[EAR_SERIAL][i].payload, MR_MESSAGE_MAX), MR_OK);
+            mr_shunt_check_get(&each, ear->said[EAR_SERIAL][i].payload, MR_MESSAGE_BYTES_MAX),
+            MR_OK);
         if (each.gage == 5)
             check = each;
         else
@@ -189,13 +191,13 @@ TEST(a_drifted_zero_is_taken_out)
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.5 gage 5 drift 1 6.5");
     ear_until(ear, 1.0);
-    assert_int_equal(mr_tension_4_6_get(&t, ear->last[EAR_CAN][MR_ID_TENSION_4_6], MR_MESSAGE_MAX),
-                     MR_OK);
+    assert_int_equal(
+        mr_tension_4_6_get(&t, ear->last[EAR_CAN][MR_ID_TENSION_4_6], MR_MESSAGE_BYTES_MAX), MR_OK);
     assert_near(t.t5_lb, 6.5, 0.2);
     ear_command(ear, EAR_CAN, MR_COMMAND_ZERO, 2, 1);
     wait_for_ack(ear, MR_COMMAND_ZERO, MR_OK);
-    assert_int_equal(mr_tension_4_6_get(&t, ear->last[EAR_CAN][MR_ID_TENSION_4_6], MR_MESSAGE_MAX),
-                     MR_OK);
+    assert_int_equal(
+        mr_tension_4_6_get(&t, ear->last[EAR_CAN][MR_ID_TENSION_4_6], MR_MESSAGE_BYTES_MAX), MR_OK);
     assert_near(t.t5_lb, 0.0, 0.05);
     ear_close(ear);
 }
@@ -209,7 +211,8 @@ TEST(bands_under_tension_are_no_zero)
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_ZERO_RESULT], HIL_RUN_GAGES);
     struct mr_zero_result result;
     assert_int_equal(
-        mr_zero_result_get(&result, ear->last[EAR_CAN][MR_ID_ZERO_RESULT], MR_MESSAGE_MAX), MR_OK);
+        mr_zero_result_get(&result, ear->last[EAR_CAN][MR_ID_ZERO_RESULT], MR_MESSAGE_BYTES_MAX),
+        MR_OK);
     assert_int_equal(result.verdict, 3);
     ear_close(ear);
 }

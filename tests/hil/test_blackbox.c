@@ -15,7 +15,8 @@ struct witness {
     uint8_t *known;
 };
 
-static uint8_t pages[PAGES_MAX][MR_BOXPAGE], whole[PAGES_MAX][MR_BOXPAGE], present[PAGES_MAX];
+static uint8_t pages[PAGES_MAX][MR_BOXPAGE_BYTES], whole[PAGES_MAX][MR_BOXPAGE_BYTES],
+    present[PAGES_MAX];
 
 static void witness_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
 {
@@ -61,8 +62,8 @@ static size_t take_pages(const struct hil_board *board, uint32_t from, uint16_t 
     memset(present, 0, sizeof present);
     for (; count < PAGES_MAX; count++) {
         struct mr_boxpage_header header;
-        assert_int_equal(hil_w25q_peek(&board->w25q, (uint32_t)(from + count) * MR_BOXPAGE,
-                                       pages[count], MR_BOXPAGE),
+        assert_int_equal(hil_w25q_peek(&board->w25q, (uint32_t)(from + count) * MR_BOXPAGE_BYTES,
+                                       pages[count], MR_BOXPAGE_BYTES),
                          MR_OK);
         if (mr_boxpage_check(pages[count], &header) != MR_OK || header.record != record)
             break;
@@ -118,7 +119,7 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
     struct hil_options options = ear_options();
     struct witness witness;
     options.cell_times = times;
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, landing);
     witness_open(&witness, ear);
     ear_until(ear, ear->run.duration_s);
@@ -194,7 +195,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
     assert_in_range(count, done, done + 1); /* the torn one may by chance be whole */
     assert_int_equal(listed.pages, count);
     assert_int_equal(listed.complete, 0);
-    assert_memory_equal(pages, whole, count * MR_BOXPAGE);
+    assert_memory_equal(pages, whole, count * MR_BOXPAGE_BYTES);
     check_pages(count, NULL);
     unsigned edges_before = ear->heard[EAR_SERIAL][MR_ID_EDGE]; /* of the landing that was cut */
     ear_command(ear, EAR_SERIAL, MR_COMMAND_ARM, 9, 8);
@@ -254,7 +255,8 @@ static struct mr_box_state box_state(const struct ear *ear)
 {
     struct mr_box_state state = {0};
     assert_int_equal(
-        mr_box_state_get(&state, ear->last[EAR_SERIAL][MR_ID_BOX_STATE], MR_MESSAGE_MAX), MR_OK);
+        mr_box_state_get(&state, ear->last[EAR_SERIAL][MR_ID_BOX_STATE], MR_MESSAGE_BYTES_MAX),
+        MR_OK);
     return state;
 }
 
@@ -272,8 +274,8 @@ TEST(a_page_that_stays_busy_costs_the_rest_of_its_sector)
     memcpy(whole, pages, sizeof whole);
     count = take_pages(ear->board, NEXT, 1);
     assert_true(count > 100);
-    memmove(pages[HANGS], pages[0], count * MR_BOXPAGE);
-    memcpy(pages[0], whole[0], HANGS * MR_BOXPAGE);
+    memmove(pages[HANGS], pages[0], count * MR_BOXPAGE_BYTES);
+    memcpy(pages[0], whole[0], HANGS * MR_BOXPAGE_BYTES);
     memset(present, 1, count += HANGS);
     struct board_report told = check_pages(count, NULL);
     check_end(count, &told);
@@ -289,12 +291,12 @@ TEST(a_sector_that_stays_busy_is_left_out)
     static const uint8_t used = 0x55;
     struct ear *ear = ear_open(NULL, 0);
     for (uint32_t sector = 5; sector < 8; sector++)
-        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR, &used, 1);
+        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR_BYTES, &used, 1);
     ear_order(ear, "at 0 nor hang 1");
     ear_until(ear, 9.0);
     for (uint32_t sector = 5; sector < 8; sector++) {
         uint8_t cell;
-        hil_w25q_peek(&ear->board->w25q, sector * HIL_NOR_SECTOR, &cell, 1);
+        hil_w25q_peek(&ear->board->w25q, sector * HIL_NOR_SECTOR_BYTES, &cell, 1);
         if (sector > 5)
             assert_int_equal(cell, 0xff);
     }
@@ -311,7 +313,7 @@ TEST(a_chip_that_is_busy_at_the_start_is_not_absent)
     struct ear *ear = ear_open(NULL, 0);
     struct hil_w25q *chip = &ear->board->state.w25q;
     chip->operation = 0x20;
-    chip->cell_count = HIL_NOR_SECTOR;
+    chip->cell_count = HIL_NOR_SECTOR_BYTES;
     chip->status = 3;
     chip->end_ps = HIL_NEVER;
     ear_until(ear, 5.5);

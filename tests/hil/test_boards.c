@@ -29,7 +29,7 @@ static struct hil_board *power_on(const struct hil_board_type *type)
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.adc_noise = false;
+    options.has_adc_noise = false;
     options.type = type;
     return hil_board_create(&options);
 }
@@ -45,7 +45,7 @@ static struct hil_board *run(const struct hil_board_type *type, const char *name
 
 static bool level(const struct hil_board *board, char port, unsigned pin)
 {
-    return hil_board_pin(board, (unsigned)(port - 'A'), pin);
+    return hil_board_pin_level(board, (unsigned)(port - 'A'), pin);
 }
 
 TEST(an_image_runs_on_its_own_board_alone)
@@ -142,7 +142,7 @@ TEST(what_feeds_the_clock_matters)
 {
     for (size_t i = 0; i < BOARDS; i++) {
         struct hil_board_type other = *hil_board_type_by_name(names[i]);
-        other.clock_bypass = !other.clock_bypass;
+        other.has_clock_bypass = !other.has_clock_bypass;
         struct hil_board *board = run(&other, names[i]);
         assert_false(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u);
         assert_int_equal(board->core.state.clock.hclk_hz, 168000000);

@@ -43,7 +43,7 @@ static struct ear *open_at(unsigned base, bool stored)
 {
     struct ear *ear = ear_open(NULL, 0);
     struct hil_callbacks callbacks = {ear, on_can, ear_serial};
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     bus = (struct on_bus){0};
     hil_board_set_callbacks(ear->board, &callbacks);
     struct mr_config given = config; /* what is built in */
@@ -82,7 +82,8 @@ static bool obeys_at(struct ear *ear, unsigned base)
     bool answered = ear->heard[EAR_SERIAL][MR_ID_ACK] != before[EAR_SERIAL];
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_ACK] != before[EAR_CAN], answered);
     if (answered) {
-        assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_MAX), MR_OK);
+        assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_BYTES_MAX),
+                         MR_OK);
         assert_int_equal(ack.tag, tag);
     }
     return answered;
@@ -169,7 +170,7 @@ TEST(it_survives_bus_off)
 /* The words of a configuration at `base`, over either link, and its order to be in force. */
 static void give(struct ear *ear, unsigned link, unsigned base)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     static uint16_t tag = 300, seq;
     struct mr_config next = config;
     tag++;
@@ -178,7 +179,7 @@ static void give(struct ear *ear, unsigned link, unsigned base)
     uint32_t crc = mr_config_encode(&next, image);
     for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
         struct hil_can_frame frame = {.id = ear->can_base + MR_ID_CONFIG_WORD, .length = 8};
-        uint8_t bytes[MR_FRAME_MAX];
+        uint8_t bytes[MR_FRAME_BYTES_MAX];
         const uint8_t *p = image + 4 * i;
         struct mr_config_word word = {.offset = (uint16_t)i, .tag = tag, .value = mr_get_u32(&p)};
         size_t n = mr_config_word_put(&word, frame.data);
@@ -200,7 +201,7 @@ static void give(struct ear *ear, unsigned link, unsigned base)
     ear_command(ear, link, MR_COMMAND_CONFIG_APPLY, (int32_t)crc, tag);
     pass(ear, 0.75);
     struct mr_ack ack;
-    assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_ack_get(&ack, ear->last[EAR_CAN][MR_ID_ACK], MR_MESSAGE_BYTES_MAX), MR_OK);
     assert_int_equal(ack.tag, tag);
     assert_int_equal(ack.status, MR_OK);
 }

@@ -9,7 +9,7 @@ TEST(test_all_zero)
     struct hil_can_frame frame = {.id = 0};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
     assert_int_equal(bits.crc, 0);
-    assert_int_equal(bits.stuff, 6);
+    assert_int_equal(bits.stuff_bits, 6);
     assert_int_equal(bits.length, 50);
 }
 
@@ -23,7 +23,7 @@ TEST(test_one_bit)
     struct hil_can_frame frame = {.id = 0, .length = 1};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
     assert_int_equal(bits.crc, 0x4426);
-    assert_int_equal(bits.stuff, 4);
+    assert_int_equal(bits.stuff_bits, 4);
     assert_int_equal(bits.length, 56);
 }
 
@@ -33,7 +33,7 @@ TEST(test_remote_carries_no_data)
 {
     struct hil_can_frame frame = {.id = 0x2aa, .remote = true, .length = 8};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
-    assert_int_equal(bits.length - bits.stuff, 44);
+    assert_int_equal(bits.length - bits.stuff_bits, 44);
 }
 
 /* A second way to the CRC: long division of the message as text. */

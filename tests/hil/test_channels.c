@@ -72,7 +72,7 @@ TEST(a_converter_that_stops_is_started_again)
 TEST(the_noise_told_is_the_converters)
 {
     struct hil_options options = ear_options();
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 1);
     double sum[2] = {0.0, 0.0};
     unsigned count[2] = {0, 0}, told[MR_CHANNELS] = {0};

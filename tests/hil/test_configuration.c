@@ -11,7 +11,7 @@
 #define POINTS  24u
 
 static struct mr_config now;
-static uint8_t image[MR_CONFIG_IMAGE];
+static uint8_t image[MR_CONFIG_IMAGE_BYTES];
 static uint16_t tag = 500;
 
 static double time_s(const struct ear *ear)
@@ -27,7 +27,7 @@ static void pass(struct ear *ear, double s)
 static struct mr_ack last_ack(const struct ear *ear, unsigned link)
 {
     struct mr_ack ack = {0};
-    assert_int_equal(mr_ack_get(&ack, ear->last[link][MR_ID_ACK], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_ack_get(&ack, ear->last[link][MR_ID_ACK], MR_MESSAGE_BYTES_MAX), MR_OK);
     assert_int_equal(ack.tag, tag);
     return ack;
 }
@@ -35,7 +35,7 @@ static struct mr_ack last_ack(const struct ear *ear, unsigned link)
 /* What is in force, as the board tells it, over CAN. */
 static void read_out(struct ear *ear, struct mr_config *config)
 {
-    uint8_t told[MR_CONFIG_IMAGE];
+    uint8_t told[MR_CONFIG_IMAGE_BYTES];
     unsigned words = 0;
     ear->listens = true;
     ear->said_count[EAR_CAN] = ear->said_count[EAR_SERIAL] = 0;
@@ -50,7 +50,7 @@ static void read_out(struct ear *ear, struct mr_config *config)
         struct mr_config_image word;
         if (said->id != MR_ID_CONFIG_IMAGE)
             continue;
-        assert_int_equal(mr_config_image_get(&word, said->payload, MR_MESSAGE_MAX), MR_OK);
+        assert_int_equal(mr_config_image_get(&word, said->payload, MR_MESSAGE_BYTES_MAX), MR_OK);
         assert_int_equal(word.offset, words++);
         assert_true(word.offset < MR_CONFIG_WORDS);
         mr_put_u32(told + 4 * word.offset, word.value);
@@ -123,7 +123,7 @@ TEST(a_change_costs_blocks_and_nothing_else)
         ear_until(ear, 1.5);
         read_out(ear, &now);
         for (unsigned round = 1; round <= 2; round++) {
-            uint8_t stored[MR_CONFIG_IMAGE];
+            uint8_t stored[MR_CONFIG_IMAGE_BYTES];
             change(ear);
             pass(ear, 0.2);
             assert_int_equal(hil_board_peek(ear->board, COPY(round - 1), stored, sizeof stored),
@@ -214,7 +214,7 @@ static bool cut_here(const struct ear *base, const struct mr_config *old,
                      const struct mr_config *new, uint64_t n, unsigned permille)
 {
     struct ear *ear = calloc(1, sizeof *ear);
-    static uint8_t scratch[MR_CONFIG_IMAGE];
+    static uint8_t scratch[MR_CONFIG_IMAGE_BYTES];
     assert_non_null(ear);
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, snapshot_fork(base->board));

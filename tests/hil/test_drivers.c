@@ -20,8 +20,8 @@ TEST(a_missed_reversal_is_told)
     ear_until(ear, 0.5);
     assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
     struct hil_tim *tim4 = &ear->board->state.mcu.tim[HIL_TIM4];
-    tim4->reference[0] = !tim4->reference[0];
-    tim4->reference[1] = !tim4->reference[1];
+    tim4->reference_level[0] = !tim4->reference_level[0];
+    tim4->reference_level[1] = !tim4->reference_level[1];
     hil_gpio_notify(&ear->board->mcu.gpio, hil_now_cycle(&ear->board->core));
     ear_until(ear, 0.8);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(POLARITY));
@@ -48,8 +48,8 @@ TEST(a_lost_code_shifts_no_channel)
     for (double t_s = 0.5; t_s < 1.2; t_s += BLOCK_S) {
         ear_until(ear, t_s + BLOCK_S);
         for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++) {
-            assert_near(ear->block.plus[i], good.plus[i], 8);
-            assert_near(ear->block.minus[i], good.minus[i], 8);
+            assert_near(ear->block.forward_sum[i], good.forward_sum[i], 8);
+            assert_near(ear->block.reversed_sum[i], good.reversed_sum[i], 8);
         }
     }
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(SCAN_OVERRUN));
@@ -89,7 +89,8 @@ static void check_order_of_frames(struct ear *ear, double from_s)
             assert_int_equal(serial->id, can->id);
             continue;
         }
-        if (can->id != serial->id || memcmp(can->payload, serial->payload, MR_MESSAGE_MAX) != 0)
+        if (can->id != serial->id ||
+            memcmp(can->payload, serial->payload, MR_MESSAGE_BYTES_MAX) != 0)
             fail_msg("message %u: 0x%03x on CAN, 0x%03x on serial", n, can->id, serial->id);
         n++;
     }
@@ -194,9 +195,9 @@ TEST(without_a_crystal_the_internal_oscillator_serves)
     assert_int_equal(ear->serial_bad, 0);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_SILENT));
     struct mr_clock from, to;
-    mr_clock_get(&from, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
+    mr_clock_get(&from, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_BYTES_MAX);
     ear_until(ear, 2.0);
-    mr_clock_get(&to, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX);
+    mr_clock_get(&to, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_BYTES_MAX);
     /* messages come every 100 blocks: 991 or 1009 ms */
     assert_int_equal(to.block - from.block, 1000);
     ear_close(ear);
@@ -251,7 +252,7 @@ static void assert_in_place(struct ear *ear, double zero_s)
 {
     struct mr_clock clock;
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12;
-    assert_int_equal(mr_clock_get(&clock, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_MAX),
+    assert_int_equal(mr_clock_get(&clock, ear->last[EAR_SERIAL][MR_ID_CLOCK], MR_MESSAGE_BYTES_MAX),
                      MR_OK);
     assert_int_equal(clock.tick, TRIGGER_TICK + clock.block * TICKS_PER_BLOCK);
     /* the message is at most 100 blocks old, and was sent when its block was complete */
@@ -322,7 +323,7 @@ TEST(time_goes_on_across_the_wrap)
     ear_until(ear, by_s + 9.2);
     struct mr_touchdown touchdown;
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
-    mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
+    mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_BYTES_MAX);
     assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5); /* truth of landing5.run */
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_EDGE],
                      hil_board_counters(ear->board)->switches_opened);
@@ -355,7 +356,7 @@ TEST(each_frame_that_leaves_is_seen)
         hold_back(ear, HIL_IRQ_CAN1_TX, false);
     }
     assert_true(ear->can_frames > 1000);
-    assert_int_equal(hil_board_counters(ear->board)->can_ends_unseen, 0);
+    assert_int_equal(hil_board_counters(ear->board)->can_mailboxes_refilled, 0);
     ear_close(ear);
 }
 
@@ -461,11 +462,11 @@ TEST(masked_interrupts_cost_the_blocks_that_they_cover)
         struct mr_stop stop;
         struct mr_health health;
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_TOUCHDOWN], 1);
-        mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_MAX);
+        mr_touchdown_get(&touchdown, ear->last[EAR_CAN][MR_ID_TOUCHDOWN], MR_MESSAGE_BYTES_MAX);
         assert_near(touchdown.speed_ft_s, 35.5, 0.002 * 35.5); /* truth of landing5.run */
-        mr_stop_get(&stop, ear->last[EAR_CAN][MR_ID_STOP], MR_MESSAGE_MAX);
+        mr_stop_get(&stop, ear->last[EAR_CAN][MR_ID_STOP], MR_MESSAGE_BYTES_MAX);
         assert_int_equal(stop.switches, hil_board_counters(ear->board)->switches_opened);
-        mr_health_get(&health, ear->last[EAR_CAN][MR_ID_HEALTH], MR_MESSAGE_MAX);
+        mr_health_get(&health, ear->last[EAR_CAN][MR_ID_HEALTH], MR_MESSAGE_BYTES_MAX);
         assert_in_range(health.blocks_lost, 3, 4); /* ends in 3.5 ms */
         assert_int_equal(ear_faults(ear, EAR_SERIAL), EAR_BIT(SCAN_OVERRUN));
         ear_close(ear);
@@ -498,7 +499,8 @@ TEST(noise_is_no_edge)
     double begun_s = pulse(ear, 0.7, 18);
     ear_until(ear, 0.8);
     struct mr_edge edge;
-    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     assert_near(edge.tick, (begun_s - zero_s) * TICKS_PER_S, 1.0);
     ear_close(ear);
 }
@@ -519,7 +521,8 @@ TEST(an_overwritten_capture_is_reported)
     assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].count, 1);
     assert_int_equal(ear->fault[MR_FAULT_EDGE_OVERRUN].detail, 0);
     struct mr_edge edge;
-    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     assert_near(edge.tick, (begun_s - zero_s) * TICKS_PER_S, 1.0);
     ear_close(ear);
 }

@@ -48,7 +48,8 @@ static void judge_block(const struct ear *ear, double now_s, struct heard *heard
 static void take_edge(const struct ear *ear, struct heard *heard)
 {
     struct mr_edge edge;
-    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_edge_get(&edge, ear->last[EAR_CAN][MR_ID_EDGE], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     assert_in_range(heard->edges, 0, HIL_RUN_SWITCHES - 1);
     heard->tick[heard->edges++] = edge.tick;
     heard->named += edge.position == heard->edges;
@@ -59,7 +60,7 @@ static void play_at(double vdda_v, double until_s, struct heard *heard)
 {
     struct hil_options options = ear_options();
     options.vdda_v = vdda_v;
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 5);
     memset(heard, 0, sizeof *heard);
     for (double t_s = 0.9; t_s < until_s; t_s += 0.01) {
@@ -261,7 +262,7 @@ static void on_serial(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n)
 static void order(struct play *play, unsigned code, int32_t argument)
 {
     struct mr_command command = {.code = (uint8_t)code, .argument = argument, .tag = 1};
-    uint8_t payload[MR_MESSAGE_MAX], bytes[MR_FRAME_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX], bytes[MR_FRAME_BYTES_MAX];
     size_t n = mr_command_put(&command, payload);
     (void)hil_usart_inject(&play->board->mcu.usart, bytes,
                            mr_frame_encode((uint16_t)code, MR_ID_COMMAND, payload, n, bytes));
@@ -509,7 +510,7 @@ TEST(a_drawn_board_passes_its_self_test)
 {
     struct hil_options options = ear_options();
     options.is_board_drawn = true;
-    options.adc_noise = true;
+    options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 0);
     struct mr_self_test test;
     ear_until(ear, 1.5);

@@ -10,21 +10,22 @@
 static uint16_t invalid_displacements(const struct ear *ear)
 {
     struct mr_displacement_7_8 message;
-    mr_displacement_7_8_get(&message, ear->last[EAR_CAN][MR_ID_DISPLACEMENT_7_8], MR_MESSAGE_MAX);
+    mr_displacement_7_8_get(&message, ear->last[EAR_CAN][MR_ID_DISPLACEMENT_7_8],
+                            MR_MESSAGE_BYTES_MAX);
     return message.invalid;
 }
 
 static uint16_t invalid_tensions(const struct ear *ear)
 {
     struct mr_tension_13_14 message;
-    mr_tension_13_14_get(&message, ear->last[EAR_CAN][MR_ID_TENSION_13_14], MR_MESSAGE_MAX);
+    mr_tension_13_14_get(&message, ear->last[EAR_CAN][MR_ID_TENSION_13_14], MR_MESSAGE_BYTES_MAX);
     return message.invalid;
 }
 
 static struct mr_can_health can_health(const struct ear *ear, unsigned link)
 {
     struct mr_can_health health;
-    mr_can_health_get(&health, ear->last[link][MR_ID_CAN_HEALTH], MR_MESSAGE_MAX);
+    mr_can_health_get(&health, ear->last[link][MR_ID_CAN_HEALTH], MR_MESSAGE_BYTES_MAX);
     return health;
 }
 
@@ -176,7 +177,7 @@ static unsigned image_state(const struct ear *ear)
 {
     struct mr_image_commit commit;
     assert_int_equal(
-        mr_image_commit_get(&commit, ear->last[EAR_CAN][MR_ID_IMAGE_COMMIT], MR_MESSAGE_MAX),
+        mr_image_commit_get(&commit, ear->last[EAR_CAN][MR_ID_IMAGE_COMMIT], MR_MESSAGE_BYTES_MAX),
         MR_OK);
     return commit.state;
 }
@@ -202,11 +203,11 @@ TEST(a_bit_of_flash_changes_the_image)
     struct ear *ear = ear_open(NULL, 0);
     struct mr_board_image before, after;
     ear_until(ear, 0.7);
-    mr_board_image_get(&before, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
+    mr_board_image_get(&before, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_BYTES_MAX);
     assert_int_equal(image_state(ear), MR_IMAGE_GOOD);
     ear_order(ear, "at 0.8 flip processor_fault+4 0\nat 0.9 power-cut 1");
     ear_until(ear, 1.6);
-    mr_board_image_get(&after, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_MAX);
+    mr_board_image_get(&after, ear->last[EAR_CAN][MR_ID_BOARD_IMAGE], MR_MESSAGE_BYTES_MAX);
     assert_int_not_equal(after.image_crc, before.image_crc);
     assert_int_equal(after.uid2, before.uid2);
     assert_int_equal(image_state(ear), MR_IMAGE_PROGRAM);
@@ -552,8 +553,8 @@ TEST(same_seed_same_faults)
 static unsigned take_stack_used(struct ear *ear)
 {
     struct mr_upkeep upkeep;
-    assert_int_equal(mr_upkeep_get(&upkeep, ear->last[EAR_SERIAL][MR_ID_UPKEEP], MR_MESSAGE_MAX),
-                     MR_OK);
+    assert_int_equal(
+        mr_upkeep_get(&upkeep, ear->last[EAR_SERIAL][MR_ID_UPKEEP], MR_MESSAGE_BYTES_MAX), MR_OK);
     for (unsigned link = 0; link < EAR_LINKS; link++)
         memset(ear->last[link][MR_ID_UPKEEP], 0, 2); /* u16, the first */
     return upkeep.stack_used;

@@ -31,13 +31,14 @@ static double until_heard(struct ear *ear, unsigned link, uint16_t id, double wi
     return now_s(ear);
 }
 
-#define GET(ear, link, name, NAME)                                                               \
-    ({                                                                                           \
-        struct mr_##name message_;                                                               \
-        assert_true((ear)->heard[link][MR_ID_##NAME] > 0);                                       \
-        assert_int_equal(                                                                        \
-            mr_##name##_get(&message_, (ear)->last[link][MR_ID_##NAME], MR_MESSAGE_MAX), MR_OK); \
-        message_;                                                                                \
+#define GET(ear, link, name, NAME)                                                             \
+    ({                                                                                         \
+        struct mr_##name message_;                                                             \
+        assert_true((ear)->heard[link][MR_ID_##NAME] > 0);                                     \
+        assert_int_equal(                                                                      \
+            mr_##name##_get(&message_, (ear)->last[link][MR_ID_##NAME], MR_MESSAGE_BYTES_MAX), \
+            MR_OK);                                                                            \
+        message_;                                                                              \
     })
 
 static uint32_t symbol(const char *name)
@@ -148,7 +149,7 @@ TEST(a_row_of_resets_ends)
     assert_int_equal(hil_board_counters(ear->board)->watchdog_resets, 5);
     struct mr_restarts restarts = GET(ear, EAR_CAN, restarts, RESTARTS);
     assert_int_equal(restarts.in_row, 5);
-    assert_false(hil_board_pin(ear->board, PE, 0));
+    assert_false(hil_board_pin_level(ear->board, PE, 0));
     patch(ear, place, before, 1, NULL);
     assert_int_equal(answer(ear, MR_COMMAND_RESET, 4), MR_OK);
     double reset_s = until_reset(ear, 0.1);
@@ -157,7 +158,7 @@ TEST(a_row_of_resets_ends)
     assert_int_equal(restarts.in_row, 0);
     assert_int_equal(restarts.restarts, 5);
     assert_int_equal(ear_faults(ear, EAR_CAN), 0);
-    assert_true(hil_board_pin(ear->board, PE, 0));
+    assert_true(hil_board_pin_level(ear->board, PE, 0));
     ear_close(ear);
 }
 
@@ -206,7 +207,8 @@ static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[M
         struct mr_crash crash;
         if (ear->said[link][i].id != MR_ID_CRASH)
             continue;
-        assert_int_equal(mr_crash_get(&crash, ear->said[link][i].payload, MR_MESSAGE_MAX), MR_OK);
+        assert_int_equal(mr_crash_get(&crash, ear->said[link][i].payload, MR_MESSAGE_BYTES_MAX),
+                         MR_OK);
         assert_int_equal(crash.items, MR_CRASH_ITEMS);
         assert_int_equal(crash.item, told % MR_CRASH_ITEMS);
         word[crash.item] = crash.value;
@@ -401,12 +403,12 @@ TEST(a_sound_board_passes_its_self_test)
 {
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 2.0);
-    assert_true(hil_board_pin(ear->board, PE, 0));
+    assert_true(hil_board_pin_level(ear->board, PE, 0));
     assert_int_equal(answer(ear, MR_COMMAND_SELF_TEST, 321), MR_OK);
     double lit_s = now_s(ear);
     unsigned heard = ear->heard[EAR_CAN][MR_ID_SELF_TEST];
-    assert_false(hil_board_pin(ear->board, PE, 0));
-    while (!hil_board_pin(ear->board, PE, 0))
+    assert_false(hil_board_pin_level(ear->board, PE, 0));
+    while (!hil_board_pin_level(ear->board, PE, 0))
         ear_until(ear, now_s(ear) + 1e-3);
     assert_near(now_s(ear) - lit_s, 0.2, 0.015);
     while (ear->heard[EAR_CAN][MR_ID_SELF_TEST] == heard && now_s(ear) < lit_s + 1.0)
@@ -462,10 +464,10 @@ TEST(a_landing_is_not_disturbed)
     assert_int_equal(answer(ear, MR_COMMAND_SELF_TEST, 1), MR_OK);
     assert_int_equal(answer(ear, MR_COMMAND_SELF_TEST, 2), MR_WAIT);
     ear_until(ear, 3.05);
-    assert_false(hil_board_pin(ear->board, PE, 0));
+    assert_false(hil_board_pin_level(ear->board, PE, 0));
     assert_int_equal(answer(ear, MR_COMMAND_ARM, 3), MR_OK);
     ear_until(ear, now_s(ear) + 0.05);
-    assert_true(hil_board_pin(ear->board, PE, 0));
+    assert_true(hil_board_pin_level(ear->board, PE, 0));
     assert_int_equal(GET(ear, EAR_SERIAL, self_test, SELF_TEST).tag, 1);
     assert_int_equal(GET(ear, EAR_SERIAL, self_test, SELF_TEST).done & 1u << MR_SELF_TEST_LAMP_OFF,
                      0);
@@ -473,7 +475,7 @@ TEST(a_landing_is_not_disturbed)
     assert_int_equal(answer(ear, MR_COMMAND_RESET, 5), MR_NOT_NOW);
     ear_until(ear, now_s(ear) + 0.5);
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
-    assert_true(hil_board_pin(ear->board, PE, 0));
+    assert_true(hil_board_pin_level(ear->board, PE, 0));
     assert_int_equal(answer(ear, MR_COMMAND_DISARM, 6), MR_OK);
     assert_int_equal(answer(ear, MR_COMMAND_RESET, 7), MR_OK);
     double asked_s = now_s(ear);

@@ -323,7 +323,7 @@ TEST(landing_5_is_measured_and_its_zone_warned_of_in_time)
     open_flight(&flight, 5);
     fly_until(&flight, 3.0);
     /* low warns; the longest zone ahead has 24 mats */
-    assert_true(hil_board_pin(flight.board, 'E' - 'A', 0));
+    assert_true(hil_board_pin_level(flight.board, 'E' - 'A', 0));
     fly_until(&flight, flight.run.duration_s);
     check_flight(&flight, 5);
 
@@ -348,7 +348,8 @@ TEST(landing_5_is_measured_and_its_zone_warned_of_in_time)
     assert_near(flight.zone.start_ft, start_ft, 20.0 / 7.0);
     assert_near(flight.zone.end_ft, end_ft, 1.96 * (double)flight.zone_error.end_ft);
     assert_int_equal(flight.backlogs, 0);
-    assert_true(hil_board_pin(flight.board, 'E' - 'A', 0)); /* disarmed at the end: lamp off */
+    assert_true(
+        hil_board_pin_level(flight.board, 'E' - 'A', 0)); /* disarmed at the end: lamp off */
     close_flight(&flight);
 }
 

@@ -271,7 +271,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
     set(at("GPIOE", "GPIO", "BSRR"), 1);
     assert_int_equal(get(odr), 1);
     assert_int_equal(get(at("GPIOE", "GPIO", "IDR")) & 1u, 1);
-    assert_true(hil_board_pin(board, 4, 0));
+    assert_true(hil_board_pin_level(board, 4, 0));
     set(at("GPIOE", "GPIO", "BSRR"), 0x10000);
     assert_int_equal(get(odr), 0);
 

@@ -91,7 +91,7 @@ static void read_back(struct hil_board *board, uint32_t at, uint8_t *data, size_
 static void assert_cells(const struct hil_board *board, uint32_t at, const uint8_t *expected,
                          size_t n)
 {
-    uint8_t cells[HIL_NOR_SECTOR];
+    uint8_t cells[HIL_NOR_SECTOR_BYTES];
     assert_int_equal(hil_w25q_peek(&board->w25q, at, cells, n), MR_OK);
     assert_memory_equal(cells, expected, n);
 }
@@ -274,7 +274,7 @@ TEST(test_spread)
  * the old bits. */
 TEST(test_power_cut)
 {
-    uint8_t page[256], cells[HIL_NOR_SECTOR] = {0};
+    uint8_t page[256], cells[HIL_NOR_SECTOR_BYTES] = {0};
     unsigned changed = 0, ones = 0;
     memset(page, 0x0f, sizeof page);
     struct hil_board *board = nor_board();

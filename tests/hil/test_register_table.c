@@ -149,21 +149,22 @@ static bool is_of_no_pin(uint32_t address, uint32_t bit)
 static const char *poke(uint32_t address, const struct hil_register *r, uint32_t bit)
 {
     make_writable(address);
-    write_word(address, (r->reset & ~r->conditional) ^ bit);
+    write_word(address, (r->reset & ~r->conditional_bits) ^ bit);
     bool stopped = stops();
     if (is_of_no_pin(address, bit))
         return stopped ? NULL : "a use of a pin that is not there, but taken";
     if (r->access == 'r')
         return stopped ? NULL : "read-only, but takes a write";
-    if (r->refused & bit)
+    if (r->refused_bits & bit)
         return stopped ? NULL : "refused by the table, but taken";
-    if (r->conditional & bit)
+    if (r->conditional_bits & bit)
         return NULL;
-    if ((r->plain | r->action | r->status) & bit ? stopped : !r->allows_reserved && !stopped)
+    if ((r->plain_bits | r->action_bits | r->status) & bit ? stopped
+                                                           : !r->allows_reserved && !stopped)
         return stopped ? "in the table, but ends the run" : "reserved, but taken";
-    if (!(r->plain & bit))
+    if (!(r->plain_bits & bit))
         return NULL;
-    return ((read_word(address) ^ r->reset) & r->plain) == bit
+    return ((read_word(address) ^ r->reset) & r->plain_bits) == bit
              ? NULL
              : "called plain, but does not read back";
 }
@@ -218,7 +219,8 @@ TEST(masks_do_not_overlap)
     for (size_t i = 0; i < sets; i++) {
         for (size_t k = 0; set[i].registers[k].name; k++) {
             const struct hil_register *r = &set[i].registers[k];
-            uint32_t masks[5] = {r->plain, r->action, r->status, r->conditional, r->refused};
+            uint32_t masks[5] = {r->plain_bits, r->action_bits, r->status, r->conditional_bits,
+                                 r->refused_bits};
             for (unsigned a = 0; a < 5; a++) {
                 for (unsigned b = 0; b < a; b++) {
                     if (masks[a] & masks[b])
@@ -226,7 +228,7 @@ TEST(masks_do_not_overlap)
                                  (unsigned)(masks[a] & masks[b]));
                 }
             }
-            if ((r->conditional | r->refused) && !*r->explanation)
+            if ((r->conditional_bits | r->refused_bits) && !*r->explanation)
                 fail_msg("%s %s does not say what it refuses", set[i].peripheral, r->name);
         }
     }

@@ -62,7 +62,7 @@ TEST(impossible_blocks_have_none)
     struct hil_codes codes;
     unsigned channel;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        block.plus[i] = block.minus[i] = 4 * 2000;
+        block.forward_sum[i] = block.reversed_sum[i] = 4 * 2000;
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
         block.sum[i] = 8 * 9;
     assert_true(hil_codes_from_block(&block, &codes, &channel));
@@ -76,9 +76,9 @@ TEST(impossible_blocks_have_none)
     block.low[MR_TRANSDUCERS + 3] = 0;
     block.high[MR_TRANSDUCERS + 3] = 1;
     assert_true(hil_codes_from_block(&block, &codes, &channel));
-    block.plus[5] = 4 * 9 - 1;
+    block.forward_sum[5] = 4 * 9 - 1;
     /* one low code forward, one high code backward, or none at all */
-    block.minus[5] = 4 * 4086 + 1;
+    block.reversed_sum[5] = 4 * 4086 + 1;
     assert_false(hil_codes_from_block(&block, &codes, &channel));
     assert_int_equal(channel, 5);
     block.low[5] = block.high[5] = 1;
@@ -97,7 +97,7 @@ static const char *block_line(uint32_t index, uint32_t tick)
     struct mr_block block = {.index = index, .tick = tick};
     uint8_t record[MR_BLOCK_BYTES_MAX];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        block.plus[i] = block.minus[i] = 8000;
+        block.forward_sum[i] = block.reversed_sum[i] = 8000;
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++)
         block.sum[i] = 16000;
     size_t length = mr_block_put(&block, record);
@@ -143,7 +143,7 @@ TEST(a_whole_file_is_read)
     assert_int_equal(replay.edge_count, 2);
     assert_true(replay.edge_tick[1] == 4294967296000u);
     assert_int_equal(replay.train[0].count, 2);
-    assert_int_equal(replay.train[0].rise[1], 168000);
+    assert_int_equal(replay.train[0].rise_times[1], 168000);
     /* TIM2 has wrapped between the first and the last of them */
     assert_int_equal(replay.block_count, 3);
     assert_int_equal(replay.origin_tick, 2352);

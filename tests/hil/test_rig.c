@@ -25,11 +25,12 @@ TEST(test_steps)
     static const unsigned by_hand[6] = {64, 120, 176, 232, 96, 152};
     unsigned seen[24] = {0};
     for (unsigned p = 1; p <= 6; p++)
-        assert_int_equal(hil_step_codes(p), by_hand[p - 1]);
+        assert_int_equal(hil_switch_step_codes(p), by_hand[p - 1]);
     for (unsigned p = 1; p <= 24; p++) {
-        seen[(hil_step_codes(p) - 64) / 8]++;
+        seen[(hil_switch_step_codes(p) - 64) / 8]++;
         if (p < 24)
-            assert_true(abs((int)hil_step_codes(p) - (int)hil_step_codes(p + 1)) >= 56);
+            assert_true(abs((int)hil_switch_step_codes(p) - (int)hil_switch_step_codes(p + 1)) >=
+                        56);
     }
     for (unsigned i = 0; i < 24; i++)
         assert_int_equal(seen[i], 1);
@@ -75,7 +76,7 @@ TEST(test_pulse)
     };
     for (unsigned i = 0; i < 4; i++) {
         bench_run(board, expected[i].t_us * HIL_US_PS);
-        assert_int_equal(hil_board_pin(board, 0, 15), expected[i].level);
+        assert_int_equal(hil_board_pin_level(board, 0, 15), expected[i].level);
     }
     hil_board_destroy(board);
     hil_run_free(&run);

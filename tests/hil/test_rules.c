@@ -30,7 +30,7 @@ static struct stores {
 static void note_store(void *context, unsigned port)
 {
     struct stores *s = context;
-    bool high = hil_board_pin(s->board, PORT_B, 12);
+    bool high = hil_board_pin_level(s->board, PORT_B, 12);
     if (port != PORT_B)
         return;
     struct hil_moment at = hil_access_moment(&s->board->core);
@@ -45,9 +45,9 @@ TEST(each_store_has_the_time_of_its_instruction)
     static const unsigned high_cycles[] = {5, 1, 4, 30};
     struct hil_options options;
     hil_options_default(&options);
-    options.adc_noise = false;
+    options.has_adc_noise = false;
     struct hil_board *board = bench_board("pins", &options);
-    stores = (struct stores){.board = board, .was_high = hil_board_pin(board, PORT_B, 12)};
+    stores = (struct stores){.board = board, .was_high = hil_board_pin_level(board, PORT_B, 12)};
     board->mcu.gpio.on_store = note_store;
     board->mcu.gpio.store_context = &stores;
     bench_run(board, HIL_MS_PS);
@@ -69,7 +69,7 @@ TEST(one_access_has_one_time)
     uint32_t nops = 0;
     hil_options_default(&options);
     struct hil_board *board = bench_board("rules", &options);
-    stores = (struct stores){.board = board, .was_high = !hil_board_pin(board, PORT_B, 12)};
+    stores = (struct stores){.board = board, .was_high = !hil_board_pin_level(board, PORT_B, 12)};
     board->mcu.gpio.on_store = note_store;
     board->mcu.gpio.store_context = &stores;
     bench_control(board, 0, 33);
@@ -118,11 +118,11 @@ static void witness_store(void *context, unsigned port)
  * through a landing, tells itself. */
 static struct ear *black_box(const struct hil_options *options)
 {
-    static uint8_t used[HIL_NOR_SECTOR];
+    static uint8_t used[HIL_NOR_SECTOR_BYTES];
     struct ear *ear = ear_open(options, 5);
     memset(used, 0x5a, sizeof used);
     for (uint32_t sector = 0; sector < USED_SECTORS; sector++)
-        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR, used, sizeof used);
+        hil_w25q_poke(&ear->board->w25q, sector * HIL_NOR_SECTOR_BYTES, used, sizeof used);
     return ear;
 }
 
@@ -506,7 +506,7 @@ TEST(a_bare_board_is_not_driven_by_noise)
     options.has_no_rig = true;
     struct ear *ear = ear_open(&options, 0);
     ear_until(ear, 2.0);
-    assert_int_equal(hil_board_pin(ear->board, 0, 15), 1);
+    assert_int_equal(hil_board_pin_level(ear->board, 0, 15), 1);
     assert_int_equal(tally(ear, HIL_RULE_FLOATING)->violations, 0);
     assert_true(ear->heard[EAR_CAN][MR_ID_HEALTH] > 10);
     ear_close(ear);

@@ -47,7 +47,8 @@ TEST(clocks_left_on_by_another_program_are_taken_back)
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
     struct mr_hello hello;
-    assert_int_equal(mr_hello_get(&hello, ear->last[EAR_CAN][MR_ID_HELLO], MR_MESSAGE_MAX), MR_OK);
+    assert_int_equal(mr_hello_get(&hello, ear->last[EAR_CAN][MR_ID_HELLO], MR_MESSAGE_BYTES_MAX),
+                     MR_OK);
     assert_int_equal(hello.clock_source, MR_CLOCK_CRYSTAL);
     ear_close(ear);
 }

@@ -59,8 +59,8 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
 
 static void put_frame(uint16_t id, const uint8_t *payload)
 {
-    struct hil_can_frame frame = {.id = id, .length = MR_MESSAGE_MAX};
-    memcpy(frame.data, payload, MR_MESSAGE_MAX);
+    struct hil_can_frame frame = {.id = id, .length = MR_MESSAGE_BYTES_MAX};
+    memcpy(frame.data, payload, MR_MESSAGE_BYTES_MAX);
     if (hil_can_inject(&ear->board->mcu.can, &frame) == MR_OK)
         today->sent++;
 }
@@ -70,7 +70,7 @@ static void flood_with_proofs(uint64_t to_ps)
 {
     struct mr_command command = {.tag = STRANGER};
     uint64_t random = 1;
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     while (hil_board_now_ps(ear->board) < to_ps) {
         for (unsigned i = 0; i < FRAMES_MS / 2; i++) {
             uint64_t guess = mr_splitmix64(&random);
@@ -86,7 +86,7 @@ static void flood_with_proofs(uint64_t to_ps)
 static void send(uint16_t id, const uint8_t *payload, size_t length)
 {
     static uint16_t seq;
-    uint8_t bytes[MR_FRAME_MAX];
+    uint8_t bytes[MR_FRAME_BYTES_MAX];
     assert_int_equal(hil_usart_inject(&ear->board->mcu.usart, bytes,
                                       mr_frame_encode(seq++, id, payload, length, bytes)),
                      MR_OK);
@@ -95,7 +95,7 @@ static void send(uint16_t id, const uint8_t *payload, size_t length)
 /* The key is set, and the board armed with it, both over serial. */
 static void set_key_and_arm(void)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     const uint8_t *p = key, *uid = ear->last[EAR_SERIAL][MR_ID_BOARD_UID];
     const uint8_t *image = ear->last[EAR_SERIAL][MR_ID_BOARD_IMAGE];
     struct mr_command arm = {.code = MR_COMMAND_ARM, .tag = 1};
@@ -111,7 +111,7 @@ static void set_key_and_arm(void)
     mr_command_put(&arm, payload);
     mr_proof_make(overheard, key, ear->last[EAR_SERIAL][MR_ID_NONCE], payload, words);
     send(MR_ID_PROOF, overheard, sizeof overheard);
-    send(MR_ID_COMMAND, payload, MR_MESSAGE_MAX);
+    send(MR_ID_COMMAND, payload, MR_MESSAGE_BYTES_MAX);
     ear_until(ear, BEGIN_S);
     assert_int_equal(ear->last[EAR_SERIAL][MR_ID_ACK][1], MR_OK);
 }
@@ -151,9 +151,9 @@ static void live(struct day *day, bool stranger, bool keyed)
     ear_until(ear, END_S);
     day->cycles = (uint64_t)((END_S - BEGIN_S) * 168e6) -
                   (hil_board_counters(ear->board)->asleep_cycles - asleep);
-    mr_health_get(&health, ear->last[EAR_SERIAL][MR_ID_HEALTH], MR_MESSAGE_MAX);
+    mr_health_get(&health, ear->last[EAR_SERIAL][MR_ID_HEALTH], MR_MESSAGE_BYTES_MAX);
     day->lost = health.blocks_lost;
-    mr_bus_key_get(&bus_key, ear->last[EAR_SERIAL][MR_ID_BUS_KEY], MR_MESSAGE_MAX);
+    mr_bus_key_get(&bus_key, ear->last[EAR_SERIAL][MR_ID_BUS_KEY], MR_MESSAGE_BYTES_MAX);
     day->wrong = bus_key.refused;
     day->states = ear->heard[EAR_SERIAL][MR_ID_LANDING];
     day->edges = ear->heard[EAR_SERIAL][MR_ID_EDGE];

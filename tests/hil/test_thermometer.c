@@ -16,7 +16,8 @@ static float told_c(const struct ear *ear, unsigned link)
     struct mr_temperature message;
     assert_true(ear->heard[link][MR_ID_TEMPERATURE] > 0);
     assert_int_equal(
-        mr_temperature_get(&message, ear->last[link][MR_ID_TEMPERATURE], MR_MESSAGE_MAX), MR_OK);
+        mr_temperature_get(&message, ear->last[link][MR_ID_TEMPERATURE], MR_MESSAGE_BYTES_MAX),
+        MR_OK);
     return message.temperature_c;
 }
 
@@ -154,10 +155,11 @@ TEST(a_row_a_minute)
         struct mr_slow_tension last;
         assert_int_equal(ear->heard[link][MR_ID_SLOW_ROW], 1);
         assert_int_equal(ear->heard[link][MR_ID_SLOW_TENSION], 5);
-        assert_int_equal(mr_slow_row_get(&row, ear->last[link][MR_ID_SLOW_ROW], MR_MESSAGE_MAX),
-                         MR_OK);
         assert_int_equal(
-            mr_slow_tension_get(&last, ear->last[link][MR_ID_SLOW_TENSION], MR_MESSAGE_MAX), MR_OK);
+            mr_slow_row_get(&row, ear->last[link][MR_ID_SLOW_ROW], MR_MESSAGE_BYTES_MAX), MR_OK);
+        assert_int_equal(
+            mr_slow_tension_get(&last, ear->last[link][MR_ID_SLOW_TENSION], MR_MESSAGE_BYTES_MAX),
+            MR_OK);
         assert_int_equal(row.block, 60000);
         assert_true(fabsf(row.temperature_c) < 0.15f);
         assert_int_equal(last.row, row.row);

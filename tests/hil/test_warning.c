@@ -79,14 +79,14 @@ static bool is_due(const struct mr_block *block)
     unsigned place = (unsigned)(p->wheel_ft / mat_ft) + 1;
     mr_zonescan_begin(&scan, chain,
                       &(struct mr_zonescan_range){
-                          .from = (uint16_t)(place + 1),
+                          .from_joint = (uint16_t)(place + 1),
                           .position = (uint16_t)place,
                           .last_position = (uint16_t)((unsigned)(stop_ft / mat_ft) + 1),
                           .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb,
                           .push_lb = p->config.thrust_lb_per_g * p->deceleration_ft_s2 / 32.174f});
     while (!mr_zonescan_continue(&scan, chain, 10000)) {
     }
-    return scan.found.future * chain->group >= MR_PREDICTOR_WARNING_MATS;
+    return scan.found.future_groups * chain->group >= MR_PREDICTOR_WARNING_MATS;
 }
 
 /* The first block that calls for a warning; UINT32_MAX: none does. */
@@ -131,7 +131,7 @@ static double sampled_s(const struct hil_board *board, uint32_t index)
 static double fly(unsigned landing, uint64_t seed, bool noise)
 {
     struct hil_options options = ear_options();
-    options.adc_noise = noise;
+    options.has_adc_noise = noise;
     options.seed = seed;
     memset(&flight, 0, sizeof flight);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
@@ -145,7 +145,7 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
     ear_until(flight.ear, t_s);
     for (; t_s < flight.ear->run.duration_s && isnan(warned_s); t_s += 1e-4) {
         ear_until(flight.ear, t_s);
-        if (isnan(warned_s) && !hil_board_pin(board, 4, 0))
+        if (isnan(warned_s) && !hil_board_pin_level(board, 4, 0))
             warned_s = t_s;
     }
     assert_true(flight.armed);

@@ -122,8 +122,8 @@ static inline struct mr_predictor_input case_input(const struct braking *braking
     struct mr_predictor_input input = {.wheel_ft = (float)at[0],
                                        .speed_ft_s = (float)at[1],
                                        .deceleration_ft_s2 = (float)at[2],
-                                       .braking_known = true,
-                                       .on_runway = true};
+                                       .is_braking_known = true,
+                                       .is_on_runway = true};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] = NAN;
     return input;

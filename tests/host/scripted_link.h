@@ -55,7 +55,7 @@ static inline void scripted_say(struct scripted *s, uint16_t id, const uint8_t *
 
 #define SCRIPTED_SAY(s, name, ID, ...)                                                \
     do {                                                                              \
-        uint8_t said_[MR_MESSAGE_MAX];                                                \
+        uint8_t said_[MR_MESSAGE_BYTES_MAX];                                          \
         scripted_say(s, MR_ID_##ID, said_,                                            \
                      mr_##name##_put(&(const struct mr_##name){__VA_ARGS__}, said_)); \
     } while (0)

@@ -69,7 +69,7 @@ static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t 
 static inline void stream_serial(struct stream *stream, uint16_t type, const uint8_t *payload,
                                  size_t length)
 {
-    uint8_t frame[MR_FRAME_MAX];
+    uint8_t frame[MR_FRAME_BYTES_MAX];
     size_t size = mr_frame_encode(stream->seq++, type, payload, length, frame);
     stream->serial_sent++;
     if (stream->take_serial)
@@ -81,7 +81,7 @@ static inline void stream_serial(struct stream *stream, uint16_t type, const uin
 /* One message on both links: STREAM_BOTH(stream, mark, MARK, .number = 1). */
 #define STREAM_BOTH(stream, name, NAME, ...)                    \
     do {                                                        \
-        uint8_t payload_[MR_MESSAGE_MAX];                       \
+        uint8_t payload_[MR_MESSAGE_BYTES_MAX];                 \
         const struct mr_##name message_ = {__VA_ARGS__};        \
         size_t length_ = mr_##name##_put(&message_, payload_);  \
         stream_can(stream, MR_ID_##NAME, payload_, length_);    \
@@ -89,7 +89,7 @@ static inline void stream_serial(struct stream *stream, uint16_t type, const uin
     } while (0)
 #define STREAM_CAN(stream, name, NAME, ...)                    \
     do {                                                       \
-        uint8_t payload_[MR_MESSAGE_MAX];                      \
+        uint8_t payload_[MR_MESSAGE_BYTES_MAX];                \
         const struct mr_##name message_ = {__VA_ARGS__};       \
         size_t length_ = mr_##name##_put(&message_, payload_); \
         stream_can(stream, MR_ID_##NAME, payload_, length_);   \
@@ -172,8 +172,8 @@ static inline struct mr_block stream_block(uint32_t index, const double *inches,
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         long half =
             lround(4.0 * (inches[i] / (double)STREAM_IN_PER_CODE + (double)STREAM_ZERO_CODE));
-        block.plus[i] = (uint16_t)(4 * 2048 + half);
-        block.minus[i] = (uint16_t)(4 * 2048 - half);
+        block.forward_sum[i] = (uint16_t)(4 * 2048 + half);
+        block.reversed_sum[i] = (uint16_t)(4 * 2048 - half);
     }
     for (unsigned i = 0; i < MR_GAGES; i++)
         block.sum[i] = (uint16_t)lround(

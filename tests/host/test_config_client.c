@@ -7,7 +7,7 @@
 static struct scripted board;
 static struct dialogue dialogue;
 static struct config_client talk;
-static uint8_t image[MR_CONFIG_IMAGE];
+static uint8_t image[MR_CONFIG_IMAGE_BYTES];
 static struct mr_config held, got;
 static uint32_t crc, got_crc;
 static unsigned lost; /* the word that the first telling loses; MR_CONFIG_WORDS: none */

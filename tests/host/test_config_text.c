@@ -8,7 +8,7 @@
 #include "tests/cmocka_all.h"
 #include "tests/common/sound_config.h"
 
-static uint8_t image[MR_CONFIG_IMAGE], again[MR_CONFIG_IMAGE];
+static uint8_t image[MR_CONFIG_IMAGE_BYTES], again[MR_CONFIG_IMAGE_BYTES];
 
 static void comes_back(const struct mr_config *c)
 {

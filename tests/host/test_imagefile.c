@@ -58,10 +58,10 @@ static size_t make_elf(uint8_t *out)
          .p_offset = (Elf32_Off)data,
          .p_vaddr = 0x08000000,
          .p_paddr = 0x08000000,
-         .p_filesz = MR_IMAGE_HEAD,
-         .p_memsz = MR_IMAGE_HEAD},
+         .p_filesz = MR_IMAGE_HEAD_BYTES,
+         .p_memsz = MR_IMAGE_HEAD_BYTES},
         {.p_type = PT_LOAD,
-         .p_offset = (Elf32_Off)data + MR_IMAGE_HEAD,
+         .p_offset = (Elf32_Off)data + MR_IMAGE_HEAD_BYTES,
          .p_vaddr = 0x20001000,
          .p_paddr = 0x08010000,
          /* initial data: loaded where p_paddr says */
@@ -76,9 +76,9 @@ static size_t make_elf(uint8_t *out)
     };
     memcpy(out, &head, sizeof head);
     memcpy(out + sizeof head, parts, sizeof parts);
-    memcpy(out + data, content, MR_IMAGE_HEAD);
-    memcpy(out + data + MR_IMAGE_HEAD, content + PROGRAM, PROGRAM_BYTES);
-    return data + MR_IMAGE_HEAD + PROGRAM_BYTES;
+    memcpy(out + data, content, MR_IMAGE_HEAD_BYTES);
+    memcpy(out + data + MR_IMAGE_HEAD_BYTES, content + PROGRAM, PROGRAM_BYTES);
+    return data + MR_IMAGE_HEAD_BYTES + PROGRAM_BYTES;
 }
 
 /* ---- reading ---- */
@@ -91,11 +91,11 @@ static void reads(const char *path)
         fail_msg("%s", error.text);
     assert_true(image.has_header);
     assert_int_equal(image.header.commit, 0xc7a3136a);
-    assert_int_equal(image.given_count, MR_IMAGE_HEAD + PROGRAM_BYTES);
+    assert_int_equal(image.given_count, MR_IMAGE_HEAD_BYTES + PROGRAM_BYTES);
     assert_memory_equal(image.bytes, content, sizeof content);
     for (uint32_t i = 0; i < IMAGEFILE_BYTES; i++)
         assert_int_equal(image.is_given[i],
-                         i < MR_IMAGE_HEAD || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
+                         i < MR_IMAGE_HEAD_BYTES || (i >= PROGRAM && i < PROGRAM + PROGRAM_BYTES));
     imagefile_free(&image);
 }
 

@@ -47,7 +47,7 @@ static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload
 
 #define MESSAGE(model, kind, name, NAME, block, ...)                                  \
     do {                                                                              \
-        uint8_t payload_[MR_MESSAGE_MAX];                                             \
+        uint8_t payload_[MR_MESSAGE_BYTES_MAX];                                       \
         size_t length_ = mr_##name##_put(&(struct mr_##name){__VA_ARGS__}, payload_); \
         say(model, kind, MR_ID_##NAME, payload_, length_, block);                     \
     } while (0)
@@ -234,7 +234,7 @@ static const struct live_source source = {
 
 static void hub_zone(struct live_hub *hub, int64_t block, bool warning)
 {
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     size_t length = mr_zone_put(
         &(struct mr_zone){
             .mats = 40, .start_ft = 60.0f, .end_ft = 71.4f, .block16 = (uint16_t)block},
@@ -285,8 +285,8 @@ TEST(a_warning_is_an_event_at_once)
 /* Sends a whole configuration, word by word. */
 static void hub_configuration(struct live_hub *hub, const struct mr_config *config)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
-    uint8_t payload[MR_MESSAGE_MAX];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     mr_config_encode(config, image);
     for (unsigned i = 0; i < MR_CONFIG_WORDS; i++) {
         const uint8_t *p = image + 4u * i;
@@ -346,7 +346,7 @@ TEST(a_snapshot_is_for_who_joins_late)
 {
     struct live_hub *hub;
     struct error error = {0};
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
     for (uint8_t i = 1; i <= 3; i++) {
         size_t length = mr_switch_place_put(
@@ -420,7 +420,7 @@ TEST(an_order_waits_for_its_own_answer)
     struct asking asking = {0};
     struct error error = {0};
     struct mr_command command = {0};
-    uint8_t payload[MR_MESSAGE_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX];
     pthread_t thread;
     assert_int_equal(live_hub_open(&source, &asking.hub, &error), MR_OK);
     assert_false(live_hub_pop_command(asking.hub, &command));

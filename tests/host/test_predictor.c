@@ -49,8 +49,8 @@ static struct mr_predictor_input gear_at(const struct landing *landing, double t
     struct mr_predictor_input input = {.wheel_ft = (float)(TOUCHDOWN_FT + (v - 0.5 * a * s) * s),
                                        .speed_ft_s = (float)(v - a * s),
                                        .deceleration_ft_s2 = (float)a,
-                                       .braking_known = true,
-                                       .on_runway = true};
+                                       .is_braking_known = true,
+                                       .is_on_runway = true};
     size_t row = (size_t)(t_s * 1000.0 + 0.5);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         input.displacement_in[i] =
@@ -462,12 +462,12 @@ TEST(what_counts_and_how_long)
 {
     struct mr_predictor_config config = rig();
     struct mr_predictor_input input = {
-        .wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .on_runway = true};
+        .wheel_ft = 30.0f, .speed_ft_s = 10.0f, .deceleration_ft_s2 = 9.0f, .is_on_runway = true};
     assert_int_equal(mr_predictor_start(&predictor, &config), MR_OK);
     mr_predictor_arm(&predictor);
     mr_predictor_on_block(&predictor, &input);
     assert_true(predictor.deceleration_ft_s2 == 5.0f);
-    input.braking_known = true;
+    input.is_braking_known = true;
     input.displacement_in[2] = NAN;
     mr_predictor_on_block(&predictor, &input);
     assert_true(predictor.deceleration_ft_s2 == 9.0f);

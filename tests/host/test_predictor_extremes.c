@@ -176,8 +176,8 @@ TEST(one_mat_stops_at_the_ground)
     const struct mr_predictor_input input = {.wheel_ft = 0.14f,
                                              .speed_ft_s = 0.01f,
                                              .deceleration_ft_s2 = 8.0f,
-                                             .braking_known = true,
-                                             .on_runway = true};
+                                             .is_braking_known = true,
+                                             .is_on_runway = true};
     for (unsigned ms = 0; ms < 500; ms++)
         mr_predictor_on_block(&predictor, &input);
     double thrust_lb = CASE_GEAR_LB / 12.0 * 8.0 / CASE_G_FT_S2, friction_lb = 0.5 * CASE_MAT_LB;
@@ -360,7 +360,7 @@ TEST(a_spoilt_chain_falls_back)
         if (ms % 500u == 499u && k < 5u) {
             unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT) + 2u;
             predictor.chain.u_ft[mat] = bad[k];
-            predictor.chain.awake[(mat - 1u) / MR_CHAIN_BAY + 1u] = true;
+            predictor.chain.is_awake[(mat - 1u) / MR_CHAIN_BAY + 1u] = true;
             mr_predictor_on_block(&predictor, &input);
             k++;
             assert_int_equal(predictor.failures, k < 4u ? k : 4u);
@@ -385,8 +385,10 @@ TEST(a_spoilt_chain_falls_back)
 TEST(falling_back_again_closes_nothing_more)
 {
     struct mr_predictor_config config = case_rig();
-    struct mr_predictor_input input = {
-        .wheel_ft = 5.0f, .speed_ft_s = 30.0f, .deceleration_ft_s2 = 5.0f, .braking_known = true};
+    struct mr_predictor_input input = {.wheel_ft = 5.0f,
+                                       .speed_ft_s = 30.0f,
+                                       .deceleration_ft_s2 = 5.0f,
+                                       .is_braking_known = true};
     float sum_in[MR_SEGMENTS], once_ft = 0.0f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         sum_in[s] = 0.1f;
@@ -400,9 +402,9 @@ TEST(falling_back_again_closes_nothing_more)
     for (unsigned k = 1; k <= 5; k++) {
         if (k < 5) {
             predictor.chain.u_ft[20] = NAN;
-            predictor.chain.awake[3] = true;
-            predictor.chain.low = 3;
-            predictor.chain.high = 3;
+            predictor.chain.is_awake[3] = true;
+            predictor.chain.low_bay = 3;
+            predictor.chain.high_bay = 3;
             mr_predictor_on_block(&predictor, &input);
             assert_int_equal(predictor.failures, k);
         } else {

@@ -125,7 +125,7 @@ TEST_IN(what_is_well_is_go, all_well, NULL)
  * field is. */
 TEST_IN(a_configuration_is_compared_but_for_its_revision, all_well, NULL)
 {
-    static uint8_t image[MR_CONFIG_IMAGE];
+    static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     struct mr_config given = f.config;
     f.config.site[0].revision = 7;
     f.config_crc = mr_config_encode(&f.config, image);

@@ -102,14 +102,14 @@ static void compare(unsigned quota)
 {
     struct mr_zonescan scan;
     struct mr_zonescan_range order = {
-        .from = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
+        .from_joint = (uint16_t)(1u + (unsigned)(uniform() * chain.count)),
         .position = (uint16_t)(1u + (unsigned)(uniform() * uniform() * chain.count)),
         .push_lb = (float)(60.0 * uniform() * uniform()),
         .grit_lb = chain.grit_lb};
     order.last_position = (uint16_t)(order.position - 1u +
                                      (unsigned)(uniform() * (chain.count + 40u - order.position)));
-    unsigned first = 0, groups = plain_longest(order.from, &first), coming = 0, coming_place = 0,
-             calls = 1;
+    unsigned first = 0, groups = plain_longest(order.from_joint, &first), coming = 0,
+             coming_place = 0, calls = 1;
     for (unsigned n = order.position; n <= order.last_position && n < chain.count;
          n += MR_ZONE_STRIDE) {
         unsigned here = plain_coming(n, order.push_lb);
@@ -123,8 +123,8 @@ static void compare(unsigned quota)
         assert_true(calls < 100000);
     }
     assert_int_equal(scan.found.groups, groups);
-    assert_int_equal(scan.found.first, first);
-    assert_int_equal(scan.found.future, coming);
+    assert_int_equal(scan.found.first_joint, first);
+    assert_int_equal(scan.found.future_groups, coming);
     assert_int_equal(scan.found.future_position, coming_place);
     double open_ft = 0.0;
     unsigned closed = 0;
@@ -132,10 +132,10 @@ static void compare(unsigned quota)
         open_ft += fmax(0.0, (double)mr_chain_opening_ft(&chain, j));
         closed += !open_at(j);
     }
-    assert_int_equal(scan.found.closed, closed);
+    assert_int_equal(scan.found.closed_joints, closed);
     assert_true(fabs((double)scan.found.open_ft - open_ft) < 1e-6);
     float most_lb = 0.0f;
-    for (unsigned j = order.from; j <= chain.count + 1u; j++)
+    for (unsigned j = order.from_joint; j <= chain.count + 1u; j++)
         most_lb = fmaxf(most_lb, mr_chain_compression_lb(&chain, j));
     assert_true(scan.found.compression_lb == most_lb);
 }
@@ -175,7 +175,7 @@ TEST(places_just_short_of_closing)
         mr_zonescan_begin(&scan, &chain, &order);
         while (!mr_zonescan_continue(&scan, &chain, 16)) {
         }
-        assert_int_equal(scan.found.future, coming);
+        assert_int_equal(scan.found.future_groups, coming);
     }
 }
 

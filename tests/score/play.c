@@ -49,11 +49,11 @@ static void gear_tell(const struct known_gear *gear, double touchdown_ft, double
                       struct mr_predictor_input *input)
 {
     input->wheel_ft = input->speed_ft_s = input->deceleration_ft_s2 = NAN;
-    input->braking_known = input->on_runway = false;
+    input->is_braking_known = input->is_on_runway = false;
     if (!gear->known)
         return;
     double v = gear->motion.speed_ft_s.value, a = gear->motion.deceleration_ft_s2.value;
-    input->braking_known = gear->beyond >= 3 && !isnan(a);
+    input->is_braking_known = gear->beyond >= 3 && !isnan(a);
     a = isnan(a) ? 0.0 : a;
     double since_s = t_s - gear->motion.t_s;
     if (a > 0.0 && since_s > v / a)
@@ -61,7 +61,7 @@ static void gear_tell(const struct known_gear *gear, double touchdown_ft, double
     input->wheel_ft = (float)(gear->motion.position_ft.value + (v - 0.5 * a * since_s) * since_s);
     input->speed_ft_s = (float)(v - a * since_s);
     input->deceleration_ft_s2 = (float)a;
-    input->on_runway = (double)input->wheel_ft >= touchdown_ft;
+    input->is_on_runway = (double)input->wheel_ft >= touchdown_ft;
 }
 
 struct score_zone score_longest(const uint16_t *gap_hmil, double from_ft)
@@ -284,7 +284,7 @@ static void play_landing(struct player *player, const struct score_landing *land
         double t_s = 1e-3 * ms;
         gear_take(&gear, gate, gates, TOLD_TOUCHDOWN_FT, SWITCH_ERROR_FT, t_s);
         gear_tell(&gear, TOLD_TOUCHDOWN_FT, t_s, &input);
-        if (isnan(outcome.known_s) && input.braking_known)
+        if (isnan(outcome.known_s) && input.is_braking_known)
             outcome.known_s = (float)t_s;
         read_transducers(landing, &player->rig, ms, input.displacement_in, &player->noise);
         if (ms % SCORE_LOOK_MS == 0 && ms / SCORE_LOOK_MS < landing->looks)

@@ -278,7 +278,7 @@ static void serial_came(void *ctx, uint64_t t_ps, const uint8_t *bytes, size_t n
 
 static void command(struct soak *soak, enum mr_command_code code, int32_t argument)
 {
-    uint8_t payload[MR_MESSAGE_MAX], bytes[MR_FRAME_MAX];
+    uint8_t payload[MR_MESSAGE_BYTES_MAX], bytes[MR_FRAME_BYTES_MAX];
     const struct mr_command message = {.code = (uint8_t)code, .tag = 9, .argument = argument};
     size_t length = mr_command_put(&message, payload);
     size_t n = mr_frame_encode(soak->sequence++, MR_ID_COMMAND, payload, length, bytes);

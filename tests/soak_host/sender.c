@@ -167,7 +167,7 @@ static void fill_bus(void)
 
 static void fill_line(void)
 {
-    uint8_t payload[MR_FRAME_PAYLOAD_MAX] = {0}, frame[MR_FRAME_MAX];
+    uint8_t payload[MR_FRAME_PAYLOAD_BYTES_MAX] = {0}, frame[MR_FRAME_BYTES_MAX];
     uint32_t number = (uint32_t)sender.serial.fills;
     memcpy(payload, &number, 4);
     memset(payload + 4, 0xa5, sizeof payload - 4);
@@ -197,7 +197,8 @@ static void pace(void)
         sender.paced_ms++;
         while (sender.bits < BITS_PER_MS * sender.paced_ms)
             fill_bus();
-        while (sender.serial_bytes + MR_FRAME_MAX < (uint64_t)SERIAL_BYTES_PER_MS * sender.paced_ms)
+        while (sender.serial_bytes + MR_FRAME_BYTES_MAX <
+               (uint64_t)SERIAL_BYTES_PER_MS * sender.paced_ms)
             fill_line();
         if (sender.paced_ms % TICK_MS)
             continue;

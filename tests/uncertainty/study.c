@@ -106,7 +106,7 @@ static double transducer_volts(const struct rig *rig, double truth, double polar
 {
     const struct hil_electronics *e = &rig->board;
     double swing = ZERO_V + V_PER_IN * (sensor(rig, truth) + e->transducer_zero_in[TRANSDUCER]);
-    swing *= e->transducer_gain[TRANSDUCER] + e->transducer_gain_k * rig->warmer_k;
+    swing *= e->transducer_gain[TRANSDUCER] + e->transducer_gain_per_k * rig->warmer_k;
     return (MID_V + e->transducer_mid_v[TRANSDUCER] + polarity * swing) * reference(rig);
 }
 
@@ -129,7 +129,7 @@ static double block_code(struct rig *rig, double truth)
         else
             sum += convert(rig, 0, MR_TRANSDUCERS + GAGE, gage_volts(rig, truth));
         read += convert(rig, 0, MR_REFERENCE,
-                        REFERENCE_V * rig->board.reference_read * reference(rig));
+                        REFERENCE_V * rig->board.reference_read_share * reference(rig));
     }
     return sum / MR_SCANS_PER_BLOCK * (double)MR_REFERENCE_CODE / (read / MR_SCANS_PER_BLOCK);
 }

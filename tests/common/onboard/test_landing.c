@@ -33,7 +33,7 @@ static void next_block(uint32_t index, const uint32_t *ticks, unsigned count)
     struct landing_block_changes news = landing_on_block(
         &landing, &rig, index, 4000000000u + 84000u * index,
         (float)(62.0 + open_codes + 0.5 * seeded_normal(&seed_state)), ticks, count);
-    pushed_told += (unsigned)news.pushed;
+    pushed_told += (unsigned)news.has_new_pushback;
     landing_states += (unsigned)(landing.state == MR_LANDING_LANDING ||
                                  landing.state == MR_LANDING_SETTLING);
     assert_true(!(landing.passage.state == MR_PASSAGE_PUSHED && landing_can_warn(&landing, index)));
@@ -95,7 +95,7 @@ TEST_IN(a_hundred_pushbacks_are_no_landing, rig_before, NULL)
     assert_int_equal(landing_states, 0);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
     assert_int_equal(landing.number, 7);
-    assert_false(landing.summary_known);
+    assert_false(landing.is_summary_known);
     /* and the landing that was waited for is one: 28 ft/s */
     for (unsigned position = 1; position < 4; position++) {
         open_switch(&index, position);
@@ -123,7 +123,7 @@ TEST_IN(a_pushback_leaves_the_landing_before_as_it_was, rig_before, NULL)
     wait(&index, 6.0);
     assert_int_equal(landing.state, MR_LANDING_DONE);
     struct mr_gates_summary summary = landing.summary;
-    assert_true(landing.summary_known);
+    assert_true(landing.is_summary_known);
     open_codes = 0.0;
     wait(&index, 0.1);
     unsigned states = landing_states;

@@ -15,7 +15,7 @@ static float readings_in[MR_TRANSDUCERS], zero_in[MR_TRANSDUCERS];
 static struct landing rolling(void)
 {
     struct landing landing = {
-        .state = MR_LANDING_LANDING, .motion_known = true, .gates_before_braking = 2};
+        .state = MR_LANDING_LANDING, .is_motion_known = true, .gates_before_braking = 2};
     landing.passage.state = MR_PASSAGE_ROLLING;
     landing.passage.gates = 5;
     landing.passage.gate[4].station_ft = 10.0;
@@ -45,20 +45,20 @@ TEST(the_wheel_is_carried_on)
     assert_near(input.wheel_ft, 10.0 + 20.0 * 1.5 - 2.0 * 1.5 * 1.5, 1e-4);
     assert_near(input.speed_ft_s, 14.0, 1e-4);
     assert_near(input.deceleration_ft_s2, 4.0, 0.0);
-    assert_true(input.on_runway);
-    assert_true(input.braking_known);  /* three gates beyond touchdown */
-    input = feed(&landing, 3.0f, 9.0); /* it stopped after 5 s, 50 ft on */
+    assert_true(input.is_on_runway);
+    assert_true(input.is_braking_known); /* three gates beyond touchdown */
+    input = feed(&landing, 3.0f, 9.0);   /* it stopped after 5 s, 50 ft on */
     assert_near(input.wheel_ft, 60.0, 1e-4);
     assert_near(input.speed_ft_s, 0.0, 0.0);
     landing.gates_before_braking = 3;
-    assert_false(feed(&landing, 3.0f, 1.5).braking_known);
+    assert_false(feed(&landing, 3.0f, 1.5).is_braking_known);
 }
 
 TEST(the_runway_begins_where_it_is_told)
 {
     struct landing landing = rolling();
-    assert_true(feed(&landing, 29.5f, 1.0).on_runway == false); /* the wheel is at 28 ft */
-    assert_true(feed(&landing, 27.5f, 1.0).on_runway);
+    assert_true(feed(&landing, 29.5f, 1.0).is_on_runway == false); /* the wheel is at 28 ft */
+    assert_true(feed(&landing, 27.5f, 1.0).is_on_runway);
 }
 
 TEST(without_a_wheel_there_is_none)
@@ -67,9 +67,9 @@ TEST(without_a_wheel_there_is_none)
     landing.passage.state = MR_PASSAGE_PUSHED;
     struct mr_predictor_input input = feed(&landing, 3.0f, 1.0);
     assert_true(isnan(input.wheel_ft) && isnan(input.speed_ft_s));
-    assert_false(input.on_runway);
+    assert_false(input.is_on_runway);
     landing = rolling();
-    landing.motion_known = false; /* one gate alone */
+    landing.is_motion_known = false; /* one gate alone */
     input = feed(&landing, 3.0f, 1.0);
     assert_near(input.wheel_ft, 10.0, 0.0);
     assert_true(isnan(input.speed_ft_s));
@@ -118,7 +118,7 @@ TEST(what_moved_is_held_until_a_switch_speaks)
 {
     static struct mr_predictor predictor;
     struct landing landing = rolling();
-    predictor.moved = 5;
+    predictor.moved_mask = 5;
     assert_int_equal(predict_held_zeros(&predictor, &landing), 5);
     landing.edges = 1;
     assert_int_equal(predict_held_zeros(&predictor, &landing), 0);

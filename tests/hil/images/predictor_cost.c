@@ -60,7 +60,7 @@ static void play(uint32_t blocks)
 {
     float wheel_ft = 3.0f, speed_ft_s = 33.0f;
     input.deceleration_ft_s2 = 8.0f;
-    input.braking_known = input.on_runway = true;
+    input.is_braking_known = input.is_on_runway = true;
     mr_predictor_arm(&predictor);
     for (uint32_t k = 0; k < blocks; k++) {
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
