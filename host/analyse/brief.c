@@ -12,7 +12,7 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
     const struct zone_warning *w = &summary->zones.warning;
     const bool si = answer_is_si(answer);
     char wheel[UNIT_TEXT], after[UNIT_TEXT];
-    if (!w->warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
+    if (!w->was_warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
     unit_value_text(UNIT_TIME, si, w->predicted_wheel_after_s, 3, after);
@@ -35,8 +35,8 @@ static void add_outcome(struct store *store, const struct summary *summary, stru
         row = record_find(&record, summary->measured.landing.id);
     if (row && row->is_judged) {
         const struct outcome *outcome = &row->outcome;
-        if (row->verdict == RECORD_NOT_KNOWN && row->reason)
-            snprintf(what, sizeof what, ": %s", row->reason);
+        if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
+            snprintf(what, sizeof what, ": %s", row->unknown_reason);
         else if (isfinite(outcome->reached_t_s))
             snprintf(what, sizeof what,
                      ": the wheel reached %d closed mats about %.1f s after touchdown (resolution: "

@@ -175,9 +175,9 @@ void measured_fit_gear(struct measured *measured)
     /* A stop after the end of the record is extrapolated, so the landing has no measured stop. The
      * same applies if the last edges are missing, because the fitted gear then rolls too far. */
     measured->hidden_switch = measured->edges_complete ? 0 : find_hidden_switch(measured);
-    measured->silent_switch = ends_before_stop(measured) ? 0 : find_silent_switch(measured);
-    if (measured->missing_edges > 0 || measured->hidden_switch > 0 || measured->silent_switch > 0 ||
-        ends_before_stop(measured))
+    measured->unopened_switch = ends_before_stop(measured) ? 0 : find_silent_switch(measured);
+    if (measured->missing_edges > 0 || measured->hidden_switch > 0 ||
+        measured->unopened_switch > 0 || ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
 
@@ -207,10 +207,10 @@ void measured_format_no_stop(const struct measured *measured, char out[MEASURED_
     else if (measured->hidden_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
-    else if (measured->silent_switch > 0)
+    else if (measured->unopened_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "switch %u and later ones did not open, though the gear passed them",
-                 measured->silent_switch);
+                 measured->unopened_switch);
     else
         snprintf(out, MEASURED_REASON_SIZE, "the record ends while the gear %s",
                  measured_motion_at_end_text(measured));
@@ -497,7 +497,7 @@ const char *measured_marks_text(const struct measured *measured)
         {"", ", incomplete"},
         {", UNCALIBRATED", ", incomplete, UNCALIBRATED"},
         {", calibration unknown", ", incomplete, calibration unknown"}};
-    return marks[!measured->dates_known ? 2 : measured->uncalibrated][measured->torn];
+    return marks[!measured->dates_known ? 2 : measured->is_uncalibrated][measured->torn];
 }
 
 bool measured_is_emulated(const struct store_landing *landing)

@@ -114,7 +114,7 @@ struct measured {
      * record; 0: none */
     unsigned hidden_switch;
     /* first of several switches before the apparent stop that never opened; 0: none */
-    unsigned silent_switch;
+    unsigned unopened_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the
      * gear moves, or edges are missing, so only the touchdown of the summary is known. MR_TOO_FEW:
      * too few edges, or a torn landing, whose first edges are missing. */
@@ -136,7 +136,7 @@ struct measured {
     double thrust_lb_per_g;     /* parameter of the predictor; NaN: not known */
     /* at least one channel that was not recalibrated has no calibration date; false if dates are
      * not known */
-    bool uncalibrated;
+    bool is_uncalibrated;
 };
 
 void measured_free(struct measured *measured);

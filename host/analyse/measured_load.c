@@ -567,8 +567,8 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
     if (measured->dates_known) {
         measured->site = config->site[0];
-        measured->uncalibrated = (config_text_undated_channels(config) &
-                                  ~measured->recalibrated_channels) != 0;
+        measured->is_uncalibrated = (config_text_undated_channels(config) &
+                                     ~measured->recalibrated_channels) != 0;
     }
     free(text);
     free(config);

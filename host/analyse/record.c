@@ -34,7 +34,7 @@ static void set_warning(const struct measured *measured, const struct zones *zon
     const struct zone_warning *warning = &zones->warning;
     char doubt[ZONES_DOUBT_SIZE];
     row->warned_t_s = row->warned_ft = row->wheel_ft = row->lead_s = (double)NAN;
-    if (warning->warned) {
+    if (warning->was_warned) {
         row->warned = RECORD_WARNED;
         row->warned_t_s = warning->t_s;
         row->warned_ft = warning->start_ft;
@@ -84,13 +84,13 @@ static void set_verdict(struct record_row *row)
 {
     row->verdict = RECORD_NOT_KNOWN;
     if (row->is_void)
-        row->reason = "the landing is void";
+        row->unknown_reason = "the landing is void";
     else if (row->outcome.reached == OUTCOME_UNKNOWN)
-        row->reason = row->outcome.reason;
+        row->unknown_reason = row->outcome.unknown_reason;
     else if (row->warned == RECORD_NO_BOARD)
-        row->reason = "no board was recording";
+        row->unknown_reason = "no board was recording";
     else if (row->warned == RECORD_NOT_RECEIVED)
-        row->reason = "no warning was received, but one may have been sent";
+        row->unknown_reason = "no warning was received, but one may have been sent";
     else if (row->warned == RECORD_WARNED)
         set_warned_verdict(row);
     else
@@ -230,16 +230,17 @@ static void judge_by_transducers(const struct measured *measured, const struct z
 {
     struct zones_closure closed = *slack; /* segments that were not surveyed count as closed */
     if (measured->fit_status != MR_OK) {
-        outcome->reason = "the motion of the gear up to its stop is unknown";
+        outcome->unknown_reason = "the motion of the gear up to its stop is unknown";
         return;
     }
     if (slack->surveyed_segments == 0) {
-        outcome->reason = "there was no survey between the previous landing and this landing";
+        outcome->unknown_reason =
+            "there was no survey between the previous landing and this landing";
         return;
     }
     outcome->covered_share = compute_covered_share(measured);
     if (!(outcome->covered_share > 0.0)) {
-        outcome->reason = "fewer than two transducers gave readings";
+        outcome->unknown_reason = "fewer than two transducers gave readings";
         return;
     }
     struct reached_zone reached = find_reached_zone(measured, slack);
@@ -254,10 +255,10 @@ static void judge_by_transducers(const struct measured *measured, const struct z
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         closed.slack_in[s] = isnan(closed.slack_in[s]) ? 0.0f : closed.slack_in[s];
     if (outcome->covered_share < MIN_COVERED_SHARE)
-        outcome->reason = "the transducers cover less than half of the gear's path";
+        outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segments < MR_SEGMENTS &&
              isfinite(find_reached_zone(measured, &closed).t_s))
-        outcome->reason =
+        outcome->unknown_reason =
             "the survey before the landing leaves out segments where a zone may have been";
     else {
         outcome->reached = OUTCOME_NOT_REACHED;
@@ -290,7 +291,7 @@ static void judge_by_survey_after(const struct measured *measured,
     if (outcome->reached == OUTCOME_NOT_REACHED) {
         outcome->reached = OUTCOME_UNKNOWN;
         outcome->basis = OUTCOME_NO_BASIS;
-        outcome->reason = "the transducers and the survey after the landing disagree";
+        outcome->unknown_reason = "the transducers and the survey after the landing disagree";
     } else {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_SURVEY_AFTER;
@@ -307,15 +308,15 @@ static enum mr_status judge_by_observations(struct store *store, int64_t run,
         bool wave = strcmp(row[i].kind, "wave") == 0 && strcmp(row[i].form, "two-panel") != 0;
         if (row[i].withdrawn || row[i].withdraws != STORE_NONE)
             continue;
-        outcome->waves += wave;
-        outcome->breaks += strcmp(row[i].kind, "break") == 0;
-        if (outcome->waves + outcome->breaks == 0)
+        outcome->wave_count += wave;
+        outcome->break_count += strcmp(row[i].kind, "break") == 0;
+        if (outcome->wave_count + outcome->break_count == 0)
             continue;
         if (outcome->basis != OUTCOME_OBSERVATION && isnan(outcome->reached_t_s))
             outcome->reached_t_s = row[i].time_s;
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_OBSERVATION;
-        outcome->reason = NULL;
+        outcome->unknown_reason = NULL;
     }
     free(row);
     return status;
@@ -349,7 +350,7 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
     judge_by_survey_after(measured, &after, outcome);
     status = judge_by_observations(store, landing->id, outcome, error);
     if (outcome->reached != OUTCOME_UNKNOWN)
-        outcome->reason = NULL;
+        outcome->unknown_reason = NULL;
     return status;
 }
 

@@ -46,7 +46,7 @@ enum outcome_basis {
 struct outcome {
     enum outcome_reached reached;
     enum outcome_basis basis;
-    const char *reason; /* why the outcome is unknown; static storage */
+    const char *unknown_reason; /* why the outcome is unknown; static storage */
     /* Longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known. */
     int64_t mats;
     double start_ft; /* start of the longest zone */
@@ -57,7 +57,8 @@ struct outcome {
     /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
      * was read. */
     int64_t closed_after_mats;
-    size_t waves, breaks; /* numbers of waves and breaks that were observed and not withdrawn */
+    /* numbers of waves and breaks that were observed and not withdrawn */
+    size_t wave_count, break_count;
 };
 
 /* Returns the basis as text for tables, such as "transducers and survey". Static storage. */
@@ -107,7 +108,7 @@ struct record_row {
     bool followed_advice;
     struct outcome outcome;
     enum record_verdict verdict;
-    const char *reason; /* reason for RECORD_NOT_KNOWN; static storage */
+    const char *unknown_reason; /* reason for RECORD_NOT_KNOWN; static storage */
 };
 
 struct record {

@@ -298,8 +298,8 @@ static enum mr_status load_ready(struct store *store, const struct store_landing
         if (status != MR_OK || !ready[kind].is_known)
             continue;
         ready[kind].is_go = strcmp(row.verdict, "go") == 0;
-        ready[kind].before_min = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
-        copy_failed_checks(row.checks, ready[kind].no_go, sizeof ready[kind].no_go);
+        ready[kind].minutes_before_arming = (double)(landing->armed_us - row.made_us) / US_PER_MIN;
+        copy_failed_checks(row.checks, ready[kind].failed_checks, sizeof ready[kind].failed_checks);
         free(row.checks);
     }
     return status;
@@ -311,8 +311,8 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
         const struct summary_ready *r = &ready[kind];
         if (r->is_known)
             answer_words(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
-                         r->is_go ? "go" : "NO-GO", r->before_min, r->no_go[0] ? ": " : "",
-                         r->no_go)
+                         r->is_go ? "go" : "NO-GO", r->minutes_before_arming,
+                         r->failed_checks[0] ? ": " : "", r->failed_checks)
                 ->warn = !r->is_go;
     }
     answer_open(answer, "readiness", NULL);
@@ -323,9 +323,9 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
         }
         answer_open(answer, get_ready_kind_name(kind), NULL);
         answer_flag(answer, "go", NULL, ready[kind].is_go);
-        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].before_min, 0)->digits =
-            4;
-        answer_words(answer, "no_go", NULL, "%s", ready[kind].no_go);
+        answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].minutes_before_arming, 0)
+            ->digits = 4;
+        answer_words(answer, "no_go", NULL, "%s", ready[kind].failed_checks);
         answer_close(answer);
     }
     answer_close(answer);
@@ -858,7 +858,8 @@ static void add_board(const struct store_landing *landing, int64_t can_base, str
 void summary_add_calibration(const struct measured *measured, struct answer *answer)
 {
     answer_json_value(answer, "uncalibrated",
-                      measured->dates_known ? json_boolean(measured->uncalibrated) : json_null());
+                      measured->dates_known ? json_boolean(measured->is_uncalibrated)
+                                            : json_null());
 }
 
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE])

@@ -24,8 +24,8 @@
 struct summary_ready {
     bool is_known;
     bool is_go;
-    double before_min; /* age of the result when the landing was armed, minutes */
-    char no_go[400];   /* failed checks: "switch 12: did not answer; ..." */
+    double minutes_before_arming; /* age of the result when the landing was armed */
+    char failed_checks[400];      /* "switch 12: did not answer; ..." */
 };
 
 /* Half width of a 95 % interval in standard errors. The errors of switch positions are assumed to

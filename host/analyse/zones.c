@@ -29,7 +29,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
                                               const struct store_zone *row)
 {
     struct zone_warning warning = {
-        .warned = true,
+        .was_warned = true,
         .block = row->block,
         .t_s = zones_time_s(measured, row),
         .mats = row->mats,
@@ -51,7 +51,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
     };
     warning.path_known = measured->fit_status == MR_OK;
     warning.reached_t_s = measured_arrival_s(measured, row->start_ft);
-    warning.reached = !isnan(warning.reached_t_s);
+    warning.was_reached = !isnan(warning.reached_t_s);
     if (warning.reached_t_s < warning.t_s) /* the wheel was already in the zone */
         warning.reached_t_s = warning.t_s;
     warning.true_lead_s = warning.reached_t_s - warning.t_s;
@@ -65,7 +65,7 @@ static enum mr_status load_reason(struct store *store, const struct measured *me
     struct store_prediction *row = NULL;
     size_t count = 0;
     struct zone_warning *warning = &zones->warning;
-    enum mr_status status = warning->warned
+    enum mr_status status = warning->was_warned
                               ? store_predictions(store, measured->landing.id, &row, &count, error)
                               : MR_OK;
     for (size_t i = 0; status == MR_OK && i < count; i++) {
@@ -93,7 +93,7 @@ static void find_warning(const struct measured *measured, struct zones *zones)
         const struct store_zone *row = &zones->row[i];
         if (row->warning != 1)
             continue;
-        if (!warning->warned)
+        if (!warning->was_warned)
             *warning = find_first_warning(measured, row);
         if (isnan(warning->lead_s) && !isnan(row->lead_s)) {
             warning->lead_s = row->lead_s;
@@ -272,8 +272,8 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
     if (w->inferred_percent > 0)
         answer_words(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
                      (long long)w->inferred_percent);
-    answer_flag(answer, "reached", NULL, w->reached);
-    if (w->reached)
+    answer_flag(answer, "reached", NULL, w->was_reached);
+    if (w->was_reached)
         answer_value(answer, "true_lead", "wheel in the first zone", UNIT_TIME, w->true_lead_s, 3)
             ->suffix = " after the warning";
     else
@@ -302,7 +302,7 @@ static void format_no_warning(const struct zones *zones, char out[NO_WARNING_TEX
 bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
 {
     const struct zone_warning *w = &zones->warning;
-    return w->warned && zones_format_doubt(&zones->received, w->t_s, out);
+    return w->was_warned && zones_format_doubt(&zones->received, w->t_s, out);
 }
 
 /* Adds whether and when a warning was given, and notes if the record may lack a warning. */
@@ -311,7 +311,7 @@ static void add_warned(const struct zones *zones, struct answer *answer)
     const struct zone_warning *w = &zones->warning;
     char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_DOUBT_SIZE];
     format_no_warning(zones, quiet);
-    if (w->warned)
+    if (w->was_warned)
         answer_words(answer, NULL, "zone", "warned %s, decided in block %lld",
                      format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
             ->warn = true;
@@ -340,15 +340,15 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
     zones_add_warned(zones, watched, answer);
     bool first = !zones_format_earlier(zones, doubt);
     answer_open(answer, "zone",
-                !w->warned ? NULL
-                : first    ? "first warning (+- is one standard error)"
-                           : "first warning that was received (+- is one standard error)");
-    answer_flag(answer, "warned", NULL, w->warned);
+                !w->was_warned ? NULL
+                : first        ? "first warning (+- is one standard error)"
+                               : "first warning that was received (+- is one standard error)");
+    answer_flag(answer, "warned", NULL, w->was_warned);
     answer_flag(answer, "all_heard", NULL,
                 watched && !zones_format_doubt(received, (double)INFINITY, doubt));
     answer_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits = 9;
     answer_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
-    if (w->warned)
+    if (w->was_warned)
         add_warning(w, answer);
     answer_close(answer);
 }

@@ -28,7 +28,7 @@ bool zones_format_doubt(const struct zones_received *received, double before_s,
                         char out[ZONES_DOUBT_SIZE]);
 
 struct zone_warning {
-    bool warned;
+    bool was_warned;
     /* The next fields are the state at the first warning. Its time is that of the decision, by the
      * board's clock: the start of the block that led to the warning, which is also the time stamp
      * of the frame. The board switches on the lamp and sends the frame when the block is complete,
@@ -53,8 +53,8 @@ struct zone_warning {
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
     /* The wheel and the zone of the first warning, from the final fit. */
-    bool path_known; /* the path up to the stop is known; false: the wheel's position is unknown */
-    bool reached;    /* the wheel reached the start of the zone, or was already in it */
+    bool path_known;  /* the path up to the stop is known; false: the wheel's position is unknown */
+    bool was_reached; /* the wheel reached the start of the zone, or was already in it */
     double reached_t_s; /* NaN: the wheel did not reach the zone */
     double true_lead_s; /* reached_t_s - t_s; NaN: the wheel did not reach the zone */
     /* The first predicted time to the zone that the board sent with a warning, and the actual

@@ -37,8 +37,8 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
                                                    message->length) == MR_OK;
         client->landing_known |= client->landing_received;
     } else if (message->id == MR_ID_BOX_STATE) {
-        client->wait_known |= mr_box_state_get(&client->box, message->payload, message->length) ==
-                              MR_OK;
+        client->wait_known |= mr_box_state_get(&client->box_state, message->payload,
+                                               message->length) == MR_OK;
     }
     return MR_OK;
 }
@@ -63,10 +63,10 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
                          "of the landing, or disarm the board",
                          link, mr_landing_state_text(client->landing.state),
                          client->landing.landing);
-    if (answer == MR_WAIT && client->wait_known && client->box.wait_s > 0.0f)
+    if (answer == MR_WAIT && client->wait_known && client->box_state.wait_s > 0.0f)
         return error_set(error, answer,
                          "the board refused `%s`: %s; its black box is ready in about %.0f s", name,
-                         link, ceil((double)client->box.wait_s));
+                         link, ceil((double)client->box_state.wait_s));
     return error_set(error, answer, "the board refused `%s`: %s; %s", name, link,
                      arm_client_refusal_text(answer));
 }

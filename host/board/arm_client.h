@@ -17,7 +17,7 @@ struct arm_client {
     unsigned wanted_state, previous_state;
     struct mr_landing landing; /* newest state of the landing */
     /* state of the black box, reported if it is the reason why arming was refused */
-    struct mr_box_state box;
+    struct mr_box_state box_state;
 };
 
 /* Waits for the board's hello and its state, which it sends once a second. The caller owns the

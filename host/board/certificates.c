@@ -23,7 +23,7 @@ enum mr_status certificates_read(struct store *store, const char *board_uid,
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].index < 0 || rows[i].index >= (int64_t)(MR_TRANSDUCERS + MR_GAGES))
             continue;
-        certificates->known[rows[i].index] = true;
+        certificates->is_known[rows[i].index] = true;
         certificates->certificate[rows[i].index] = rows[i];
     }
     free(rows);

@@ -14,7 +14,7 @@ enum certificate_state {
 };
 
 struct certificates {
-    bool known[MR_TRANSDUCERS + MR_GAGES];
+    bool is_known[MR_TRANSDUCERS + MR_GAGES];
     struct store_certificate certificate[MR_TRANSDUCERS + MR_GAGES];
 };
 

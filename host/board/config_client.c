@@ -15,7 +15,7 @@ static void store_word(struct config_words *words, const struct mr_config_image 
         return;
     mr_put_u32(words->image + 4u * word->offset, word->value);
     words->present[word->offset] = 1;
-    words->ended |= word->offset == MR_CONFIG_WORDS - 1;
+    words->has_ended |= word->offset == MR_CONFIG_WORDS - 1;
 }
 
 void config_words_receive(struct config_words *words, const uint8_t *bytes, size_t length)
@@ -47,9 +47,9 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
     uint32_t crc;
     if (word->words == MR_CONFIG_WORDS && word->offset == 0)
         memset(words->present, 0, sizeof words->present);
-    words->ended = false;
+    words->has_ended = false;
     store_word(words, word);
-    return words->ended && config_words_first_missing(words) == MR_CONFIG_WORDS &&
+    return words->has_ended && config_words_first_missing(words) == MR_CONFIG_WORDS &&
            config_words_decode(words, config, &crc) == MR_OK;
 }
 
@@ -76,12 +76,12 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         client->received++;
         break;
     case MR_ID_CONFIG_REFUSED:
-        client->refused |= mr_config_refused_get(&client->reason, bytes, length) == MR_OK;
+        client->was_refused |= mr_config_refused_get(&client->reason, bytes, length) == MR_OK;
         break;
     case MR_ID_CONFIG_STAGED:
         if (mr_config_staged_get(&staged, bytes, length) == MR_OK && staged.tag == client->tag) {
             client->progress = staged;
-            client->staged = true;
+            client->is_staged = true;
         }
         break;
     default: break;
@@ -103,7 +103,7 @@ static enum mr_status send_command(struct config_client *client, uint8_t code, u
 {
     const struct dialogue_command order = {
         .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_S};
-    client->refused = false;
+    client->was_refused = false;
     enum mr_status status = dialogue_send_command(client->dialogue, &order, ack, error);
     return status == MR_TIMEOUT ? dialogue_set_no_answer_error(client->dialogue, code, error)
                                 : status;
@@ -121,7 +121,7 @@ static enum mr_status set_not_now_error(const struct config_client *client, stru
 static enum mr_status request_words(struct config_client *client, struct error *error)
 {
     struct mr_ack ack;
-    client->words.ended = false;
+    client->words.has_ended = false;
     enum mr_status status = send_command(client, MR_COMMAND_CONFIG_READ,
                                          config_words_first_missing(&client->words), &ack, error);
     if (status == MR_OK && ack.status != MR_OK)
@@ -133,8 +133,8 @@ static enum mr_status request_words(struct config_client *client, struct error *
                              mr_status_text((enum mr_status)ack.status));
     if (status == MR_OK)
         status = dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set,
-                                               &client->words.ended, &client->received, WINDOW_S,
-                                               error);
+                                               &client->words.has_ended, &client->received,
+                                               WINDOW_S, error);
     /* the caller requests missing words again */
     if (status == MR_TIMEOUT && error->status == MR_OK)
         status = MR_OK;
@@ -203,7 +203,7 @@ static enum mr_status send_window(struct config_client *client, const uint8_t *i
 {
     unsigned to = (from / WINDOW_WORDS + 1) * WINDOW_WORDS;
     enum mr_status status = MR_OK;
-    client->staged = false;
+    client->is_staged = false;
     for (unsigned i = from; status == MR_OK && i < to && i < MR_CONFIG_WORDS; i++) {
         uint8_t payload[MR_MESSAGE_BYTES_MAX];
         const uint8_t *p = image + 4u * i;
@@ -213,7 +213,7 @@ static enum mr_status send_window(struct config_client *client, const uint8_t *i
                                mr_config_word_put(&word, payload), error);
     }
     if (status == MR_OK)
-        status = dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->staged,
+        status = dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->is_staged,
                                      WINDOW_S, error);
     /* the caller sends them again */
     return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
@@ -227,19 +227,19 @@ static enum mr_status send_words(struct config_client *client, const uint8_t *im
         enum mr_status status = send_window(client, image, from, error);
         if (status != MR_OK)
             return status;
-        if (client->staged && client->progress.locked == MR_CONFIG_BY_CAN)
+        if (client->is_staged && client->progress.locked == MR_CONFIG_BY_CAN)
             return dialogue_set_refusal_error(
                 client->dialogue,
                 &(struct mr_ack){.code = MR_COMMAND_CONFIG_APPLY, .status = MR_CABLE}, NULL, error);
-        if (client->staged && client->progress.locked)
+        if (client->is_staged && client->progress.locked)
             return set_not_now_error(client, error);
-        idle = client->staged && client->progress.missing > from ? 0 : idle + 1;
+        idle = client->is_staged && client->progress.missing > from ? 0 : idle + 1;
         if (idle == ATTEMPTS)
             return error_set(error, MR_TIMEOUT,
                              "the board did not accept word %u of the configuration: %s; check the "
                              "cable and try again",
                              from, dialogue_spec(client->dialogue));
-        if (client->staged)
+        if (client->is_staged)
             from = client->progress.missing;
     }
     return MR_OK;
@@ -256,7 +256,7 @@ static enum mr_status set_refusal_error(const struct config_client *client,
                                       .element = r->element,
                                       .rule = r->rule,
                                       .other = r->other};
-    if (client->refused)
+    if (client->was_refused)
         config_text_reason(config, &reason, text, sizeof text);
     return error_set(error, MR_LIMIT, "the board refused the configuration: %s; %s",
                      dialogue_spec(client->dialogue), text);

@@ -15,7 +15,7 @@ struct config_words {
     uint8_t present[MR_CONFIG_WORDS];
     unsigned count; /* number of words in the board's configuration; 0: none received */
     /* the last word, which ends the sequence, was received; the caller resets this flag */
-    bool ended;
+    bool has_ended;
 };
 
 /* Adds the word of a message. A word of a configuration with another layout is ignored. An all-zero
@@ -36,7 +36,7 @@ enum mr_status config_words_decode(const struct config_words *words, struct mr_c
 /* A client for the configuration of a board, over CAN or serial: reads and changes it. */
 struct config_client {
     struct dialogue *dialogue;
-    bool refused, state_known, staged;
+    bool was_refused, state_known, is_staged;
     uint16_t tag; /* tag of the words being sent */
     struct mr_config_refused reason;
     struct mr_config_state state;     /* newest state, sent by the board after its hello */

@@ -58,7 +58,7 @@ void identity_receive(struct identity *identity, uint32_t id, const uint8_t *byt
         break;
     case MR_ID_CONFIG_STATE:
         if (mr_config_state_get(&state, bytes, length) == MR_OK) {
-            identity->board = state.board;
+            identity->board_type = state.board;
             identity->board_known = true;
         }
         break;

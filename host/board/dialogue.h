@@ -57,7 +57,7 @@ struct identity {
     struct mr_image_header header;
     bool board_known;
     /* type of the board (common/boards.def); sent a little later than the other fields */
-    uint8_t board;
+    uint8_t board_type;
     bool key_known;
     struct mr_bus_key key; /* whether commands need a proof; sent last */
     bool nonce_known;

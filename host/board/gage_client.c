@@ -10,10 +10,10 @@ void shunts_receive(struct shunts *shunts, uint32_t id, const uint8_t *bytes, si
 {
     struct mr_shunt_check check;
     if (id == MR_ID_SHUNT) {
-        shunts->begun = true;
+        shunts->has_begun = true;
         shunts->count = 0;
     } else if (id == MR_ID_SHUNT_RESULT) {
-        if (shunts->begun && shunts->count < MR_GAGES &&
+        if (shunts->has_begun && shunts->count < MR_GAGES &&
             mr_shunt_result_get(&shunts->result[shunts->count], bytes, length) == MR_OK)
             shunts->check[shunts->count++] = (struct mr_shunt_check){
                 .expected_lb = NAN, .change_lb = NAN, .zero_change_lb = NAN};

@@ -12,7 +12,7 @@
 /* Results of a shunt calibration as a board sends them: the result of each gage, followed by its
  * change since the last calibration. */
 struct shunts {
-    bool begun; /* a calibration began during this dialogue; earlier results are ignored */
+    bool has_begun; /* a calibration began during this dialogue; earlier results are ignored */
     unsigned count;
     struct mr_shunt_result result[MR_GAGES];
     /* change since the previous calibration; NaN: not reported */

@@ -80,7 +80,7 @@ static void discard_state(struct health_client *client)
 {
     client->restarts_known = client->upkeep_known = client->alarm_known = client->drops_known =
         client->health_known = false;
-    client->crashed = false;
+    client->crash_reported = false;
     client->crash = (struct crash_report){0};
     memset(client->fault, 0, sizeof client->fault);
 }
@@ -116,7 +116,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         break;
     case MR_ID_CRASH:
         if (mr_crash_get(&crash, bytes, length) == MR_OK)
-            client->crashed |= crash_receive(&client->crash, &crash);
+            client->crash_reported |= crash_receive(&client->crash, &crash);
         break;
     case MR_ID_RESTARTS: HANDLE(restarts, client->restarts, client->restarts_known);
     case MR_ID_UPKEEP: HANDLE(upkeep, client->upkeep, client->upkeep_known);
@@ -268,7 +268,7 @@ static void add_health(const struct health_client *client, struct answer *answer
     answer_count(answer, "dropped_silent", "silent", client->drops.silent);
     answer_close(answer);
     add_faults(client, answer);
-    if (client->crashed)
+    if (client->crash_reported)
         add_crash(&client->crash, answer);
     else
         answer_none(answer, "crash", NULL, NULL);

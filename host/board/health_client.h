@@ -36,7 +36,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size);
 struct health_client {
     struct dialogue *dialogue;
     unsigned hellos, hellos_wanted; /* number of received and of awaited hellos */
-    bool self_test_done, crashed;
+    bool self_test_done, crash_reported;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */
     struct mr_restarts restarts;

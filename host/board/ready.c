@@ -118,7 +118,7 @@ void ready_print(const struct ready_report *report, double took_s, unsigned colu
     const char *before = ": ";
     columns = columns < COLUMNS_MIN ? COLUMNS_MIN : columns;
     snprintf(text, sizeof text, "%s%s after %.1f s", ready_verdict_text(ready_verdict(report)),
-             !no_go && report->uncalibrated ? ", UNCALIBRATED" : "", took_s);
+             !no_go && report->is_uncalibrated ? ", UNCALIBRATED" : "", took_s);
     for (unsigned i = 0; i < report->count; i++) {
         print_check(&report->check[i], columns, out);
         if (report->check[i].verdict != READY_NO_GO)
@@ -157,7 +157,7 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
         write_channel_name(channel, name);
         append_text(text, sizeof text, "%s%s", expired++ ? ", " : "", name);
     }
-    report->uncalibrated = never > 0;
+    report->is_uncalibrated = never > 0;
     if (expired)
         ready_add(report, READY_NO_GO, "calibration", limit,
                   "calibrate, then matrig board config set with the new values and dates",
@@ -241,7 +241,7 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
             continue;
         sensors++;
         jump_channel_name(i, name);
-        if (f->certificates.known[i])
+        if (f->certificates.is_known[i])
             judge_certificate(f, i, name, report);
         else
             append_text(text, sizeof text, "%s%s", without++ ? ", " : "", name);
@@ -568,7 +568,7 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
 static void judge_box(const struct ready_facts *f, struct ready_report *report)
 {
     char wait[60] = "", limit[40];
-    const struct mr_box_state *box = &f->box;
+    const struct mr_box_state *box = &f->box_state;
     if (!f->config.site[0].black_box) {
         ready_add(report, READY_NOT_DONE, "black box", NULL, NULL, "none in the configuration");
         return;
@@ -592,7 +592,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
             : "wait until the black box is erased",
         "%s%s, %u sectors erased, %u bad, %u records to free",
         box->state == MR_BOX_MISSING ? "no memory answers" : mr_box_condition_text(box->state),
-        wait, box->ready, f->space.bad, box->records);
+        wait, box->ready, f->box_space.bad, box->records);
 }
 
 static void judge_self_test(const struct ready_facts *f, struct ready_report *report)
@@ -870,8 +870,8 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
             f->self_test_done = true;
         }
         break;
-    case MR_ID_BOX_STATE: f->box_known |= DECODED(box_state, f->box); break;
-    case MR_ID_BOX_SPACE: (void)DECODED(box_space, f->space); break;
+    case MR_ID_BOX_STATE: f->box_known |= DECODED(box_state, f->box_state); break;
+    case MR_ID_BOX_SPACE: (void)DECODED(box_space, f->box_space); break;
     case MR_ID_TEMPERATURE: f->temperature_known |= DECODED(temperature, f->temperature); break;
     case MR_ID_CAN_ALARM: f->alarm_known |= DECODED(can_alarm, f->alarm); break;
     case MR_ID_RESTARTS: f->restarts_known |= DECODED(restarts, f->restarts); break;
@@ -938,7 +938,7 @@ static bool has_enough_blocks(const void *facts)
 
 static bool is_box_searched(const void *facts)
 {
-    return ((const struct ready_facts *)facts)->box.state != MR_BOX_LOOKING;
+    return ((const struct ready_facts *)facts)->box_state.state != MR_BOX_LOOKING;
 }
 
 /* True after SETTLE_S of board time; an emulated board may be faster than this computer's clock. */

@@ -55,7 +55,7 @@ struct ready_check {
 struct ready_report {
     struct ready_check check[READY_CHECKS_MAX];
     unsigned count;
-    bool uncalibrated; /* a sensor has no calibration date: records are marked as uncalibrated */
+    bool is_uncalibrated; /* a sensor has no calibration date: records are marked as uncalibrated */
 };
 
 /* Readings of a channel at rest, from block records. */
@@ -111,8 +111,8 @@ struct ready_facts {
     bool self_test_done;
     struct mr_self_test self_test;
     bool box_known;
-    struct mr_box_state box;
-    struct mr_box_space space;
+    struct mr_box_state box_state;
+    struct mr_box_space box_space;
     bool temperature_known;
     struct mr_temperature temperature;
     bool alarm_known;

@@ -49,10 +49,10 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
     unsigned most = 0;
     memcpy(motion->reading[motion->readings++ % WALK_REST_READINGS], value,
            motion->channels * sizeof *value);
-    for (unsigned c = 0; motion->at_rest && c < motion->channels; c++) {
+    for (unsigned c = 0; motion->is_at_rest && c < motion->channels; c++) {
         float moved = fabsf(value[c] - motion->rest_mean[c]); /* a comparison with NaN is false */
         if (moved > motion->movement_min)
-            motion->moving = true;
+            motion->is_moving = true;
         if (moved > motion->peak[c])
             motion->peak[c] = moved;
     }
@@ -62,11 +62,11 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
         if (motion->peak[c] > motion->peak[most])
             most = c;
     }
-    unsigned moved = motion->moving ? most + 1 : 0;
+    unsigned moved = motion->is_moving ? most + 1 : 0;
     memcpy(motion->rest_mean, mean, sizeof motion->rest_mean);
     memset(motion->peak, 0, sizeof motion->peak);
-    motion->at_rest = true;
-    motion->moving = false;
+    motion->is_at_rest = true;
+    motion->is_moving = false;
     return moved;
 }
 
@@ -139,12 +139,12 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
         value[i] = mr_channel_read(&channel[i], block, i, ratio).value;
     unsigned pushed = walk_motion_add(&walk->transducers, value),
              pulled = walk_motion_add(&walk->gages, value + MR_TRANSDUCERS), moved = 0;
-    walk->gage_disturbed |= walk->gages.moving && walk->transducers.moving;
+    walk->gage_disturbed |= walk->gages.is_moving && walk->transducers.is_moving;
     if (pushed)
         moved = pushed;
     else if (pulled && !walk->gage_disturbed)
         moved = MR_TRANSDUCERS + pulled;
-    if (!walk->gages.moving && !walk->transducers.moving)
+    if (!walk->gages.is_moving && !walk->transducers.is_moving)
         walk->gage_disturbed = false;
     *kind = moved > MR_TRANSDUCERS ? WALK_GAGE : WALK_TRANSDUCER;
     return moved &&

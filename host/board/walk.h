@@ -33,7 +33,7 @@ struct walk_motion {
     float reading[WALK_REST_READINGS][WALK_CHANNELS];
     unsigned readings;
     float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];
-    bool at_rest, moving;
+    bool is_at_rest, is_moving;
 };
 void walk_motion_start(struct walk_motion *motion, unsigned channels, float limit);
 /* Adds the next reading of all channels, one per 20 ms; NaN: not valid. Returns the channel,

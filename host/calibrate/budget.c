@@ -162,8 +162,8 @@ static double compute_coverage_probability(double k, double wide, double narrow)
 static double find_coverage_factor(const struct budget *budget, bool rectangular)
 {
     double share = 0.0, low = 0.0, high = 5.0;
-    if (rectangular && budget->combined > 0.0)
-        share = budget->row[BUDGET_TEMPERATURE].contribution / budget->combined;
+    if (rectangular && budget->combined_uncertainty > 0.0)
+        share = budget->row[BUDGET_TEMPERATURE].contribution / budget->combined_uncertainty;
     double wide = sqrt(3.0) * share, narrow = sqrt(fmax(1.0 - share * share, 1e-4));
     for (int i = 0; i < 40; i++) {
         double middle = 0.5 * (low + high);
@@ -192,10 +192,10 @@ void budget_make(const struct budget_case *of, struct budget *budget)
         }
         variance += row->contribution * row->contribution;
         if (s == BUDGET_STATED - 1)
-            budget->stated = sqrt(variance);
+            budget->stated_error = sqrt(variance);
     }
-    budget->combined = sqrt(variance);
+    budget->combined_uncertainty = sqrt(variance);
     budget->coverage_factor = find_coverage_factor(budget,
                                                    of->channel->kind == MR_KIND_DISPLACEMENT);
-    budget->expanded = budget->coverage_factor * budget->combined;
+    budget->expanded_uncertainty = budget->coverage_factor * budget->combined_uncertainty;
 }

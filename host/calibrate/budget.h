@@ -62,10 +62,10 @@ struct budget_row {
 
 struct budget {
     struct budget_row row[BUDGET_SOURCES];
-    double stated;   /* root sum square of the rows of the stated error: mr_reading_error */
-    double combined; /* root sum square of all rows */
+    double stated_error; /* root sum square of the rows of the stated error: mr_reading_error */
+    double combined_uncertainty; /* root sum square of all rows */
     double coverage_factor;
-    double expanded;
+    double expanded_uncertainty;
 };
 
 void budget_make(const struct budget_case *of, struct budget *budget);

@@ -149,7 +149,7 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
         begin_box_collector(messages, store, &landing);
     while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
         if (record.kind != MR_RECORD_BLOCK) {
-            status = handle_message(messages, &record, result->created, error);
+            status = handle_message(messages, &record, result->is_new_landing, error);
             continue;
         }
         newest = record.block.index;
@@ -195,8 +195,8 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
         status = store_begin(store, error);
     if (status == MR_OK)
         status = store_session_add(store, &session, error);
-    result->created = status == MR_OK && !result->run;
-    if (result->created)
+    result->is_new_landing = status == MR_OK && !result->run;
+    if (result->is_new_landing)
         status = create_landing(store, session.id, &start, uid, &result->run, error);
     mr_boxread_begin(&reader, pages[0], present, count);
     if (status == MR_OK)

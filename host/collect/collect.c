@@ -19,8 +19,8 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         struct link_side *side = &made->side[kind];
         side->kind = (enum link_kind)kind;
-        side->spec = kind == LINK_CAN ? can_spec : serial_spec;
-        side->ended = !side->spec;
+        side->link_spec = kind == LINK_CAN ? can_spec : serial_spec;
+        side->has_ended = !side->link_spec;
         account_start(&side->account, side->kind);
         mr_deframer_init(&side->deframer);
     }
@@ -182,10 +182,10 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
                                   struct error *error)
 {
     struct link_side *side = &collector->side[kind];
-    if (side->ended)
+    if (side->has_ended)
         return MR_OK;
     enum mr_status status = collect_release_held_frames(collector, side, error);
-    side->ended = true;
+    side->has_ended = true;
     account_end(&side->account);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
@@ -195,7 +195,7 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
         side->account.counts.bad++;
         status = error_set(error, MR_TRUNCATED,
                            "the link ended inside a frame: %s; the frames before it are stored",
-                           side->spec);
+                           side->link_spec);
     }
     return status;
 }
@@ -205,9 +205,9 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct link_side *side = &collector->side[kind];
-        if (!side->ended) {
+        if (!side->has_ended) {
             status = collect_release_held_frames(collector, side, error);
-            side->ended = true;
+            side->has_ended = true;
             account_end(&side->account);
             if (status == MR_OK)
                 status = collect_store_gaps(collector, side, error);
@@ -215,7 +215,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     }
     for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
         struct landing_slot *slot = &collector->slot[i];
-        if (slot->row.id && !slot->finished)
+        if (slot->row.id && !slot->is_finished)
             status = collect_finish_landing(collector, slot, error);
     }
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++)
@@ -233,7 +233,7 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct link_side *side = &collector->side[kind];
-        if (side->spec)
+        if (side->link_spec)
             status = store_link_put(collector->store, collector->session, kind,
                                     &side->account.counts, error);
         for (unsigned place = 0; place < MR_MESSAGES && status == MR_OK; place++) {
@@ -262,10 +262,10 @@ int64_t collector_pop_finished(struct collector *collector)
 {
     if (collector->finished_count == 0)
         return 0;
-    int64_t run = collector->finished[0];
+    int64_t run = collector->finished_runs[0];
     collector->finished_count--;
-    memmove(collector->finished, collector->finished + 1,
-            collector->finished_count * sizeof collector->finished[0]);
+    memmove(collector->finished_runs, collector->finished_runs + 1,
+            collector->finished_count * sizeof collector->finished_runs[0]);
     return run;
 }
 
@@ -305,7 +305,7 @@ void collector_get_progress(const struct collector *collector, struct collector_
         if (side->current_landing && side->current_landing->row.id > progress->run) {
             progress->run = side->current_landing->row.id;
             progress->state = (unsigned)side->current_landing->row.state;
-            progress->edges = side->current_landing->edges;
+            progress->edges = side->current_landing->edge_count;
         }
     }
 }
@@ -346,8 +346,9 @@ void collector_set_store(struct collector *collector, struct store *store)
 enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
                                 bool goes_on, struct collector **collector, struct error *error)
 {
-    enum mr_status status = collector_open(store, before->side[LINK_CAN].spec, before->can_base,
-                                           before->side[LINK_SERIAL].spec, collector, error);
+    enum mr_status status = collector_open(store, before->side[LINK_CAN].link_spec,
+                                           before->can_base, before->side[LINK_SERIAL].link_spec,
+                                           collector, error);
     if (status == MR_OK)
         (*collector)->own_commands = before->own_commands;
     if (status == MR_OK && !whole)

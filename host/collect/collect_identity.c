@@ -16,20 +16,20 @@ static enum mr_status reject_other_board(struct collector *collector, struct lin
 {
     if (side->kind == LINK_CAN) {
         side->other_board_messages++;
-        if (!collector->side[LINK_SERIAL].ended ||
+        if (!collector->side[LINK_SERIAL].has_ended ||
             side->other_board_messages < COLLECT_OTHER_BOARD_MESSAGES)
             return MR_OK;
     }
     return error_set(error, why,
                      "this is a different board than at the start of this log (%s): %s; end this "
                      "log and start a new one",
-                     now, side->spec);
+                     now, side->link_spec);
 }
 
 static enum mr_status handle_hello(struct collector *collector, struct link_side *side,
                                    const struct mr_hello *message, struct error *error)
 {
-    bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].ended &&
+    bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].has_ended &&
                            side->other_board_messages + 1 < COLLECT_OTHER_BOARD_MESSAGES;
     if (message->layout != MR_LAYOUT && (collector->reported.hello_known || serial_will_say)) {
         char now[60];
@@ -40,7 +40,7 @@ static enum mr_status handle_hello(struct collector *collector, struct link_side
         return error_set(error, MR_VERSION,
                          "the board uses layout %u, this matrig layout %u: %s; use firmware and "
                          "matrig of the same version",
-                         message->layout, MR_LAYOUT, side->spec);
+                         message->layout, MR_LAYOUT, side->link_spec);
     collector->reported.hello_known = true;
     collector->reported.identity.clock_source = message->clock_source;
     snprintf(collector->reported.identity.firmware, sizeof collector->reported.identity.firmware,

@@ -33,12 +33,12 @@ static enum mr_status add_silence(struct collector *collector, const struct land
                             .count = STORE_NONE,
                             .from_block = slot->row.armed_block,
                             .to_block = slot->end_block < 0 ? STORE_NONE : slot->end_block};
-    if (slot->entered[side->kind]) {
-        if (slot->left[side->kind] ||
+    if (slot->has_entered[side->kind]) {
+        if (slot->has_left[side->kind] ||
             collect_newest_block(other) - collect_newest_block(side) <= SILENT_BLOCKS)
             return MR_OK;
         gap.from_block = collect_newest_block(side);
-    } else if (!slot->entered[other->kind]) {
+    } else if (!slot->has_entered[other->kind]) {
         return MR_OK;
     }
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
@@ -97,7 +97,7 @@ static enum mr_status fill_gaps(struct collector *collector, struct landing_slot
                                        error);
     for (size_t i = 0; i < filler.count; i++)
         lost |= filler.gaps[i].link == LINK_SERIAL;
-    if (status == MR_OK && lost && slot->entered[LINK_CAN] && slot->entered[LINK_SERIAL])
+    if (status == MR_OK && lost && slot->has_entered[LINK_CAN] && slot->has_entered[LINK_SERIAL])
         status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filler,
                                    error);
     free(filler.gaps);
@@ -108,9 +108,9 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    slot->finished = true;
+    slot->is_finished = true;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
-        if (collector->side[kind].spec)
+        if (collector->side[kind].link_spec)
             status = add_silence(collector, slot, &collector->side[kind],
                                  &collector->side[1 - kind], error);
     }
@@ -118,8 +118,8 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
-    bool ended = slot->left[LINK_SERIAL] && !slot->interrupted;
-    if (status == MR_OK && slot->entered[LINK_SERIAL])
+    bool ended = slot->has_left[LINK_SERIAL] && !slot->was_interrupted;
+    if (status == MR_OK && slot->has_entered[LINK_SERIAL])
         status = store_frames_assign(collector->store, collector->session, slot->row.id,
                                      slot->begin_mark,
                                      ended                    ? STORE_NONE
@@ -129,7 +129,7 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
     if (status == MR_OK)
         status = fill_gaps(collector, slot, error);
     if (collector->finished_count < LANDING_SLOTS)
-        collector->finished[collector->finished_count++] = slot->row.id;
+        collector->finished_runs[collector->finished_count++] = slot->row.id;
     return status;
 }
 
@@ -139,7 +139,7 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
 {
     for (size_t i = 0; i < LANDING_SLOTS; i++) {
         struct landing_slot *slot = &collector->slot[i];
-        if (slot->row.id == 0 || slot->finished || slot->end_block < 0)
+        if (slot->row.id == 0 || slot->is_finished || slot->end_block < 0)
             continue;
         bool over = true;
         for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -147,11 +147,11 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
             const struct link_side *other = &collector->side[1 - kind];
             bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
-            bool gone = slot->left[1 - kind] &&
+            bool gone = slot->has_left[1 - kind] &&
                         collect_newest_block(other) > slot->end_block + UNPLUGGED_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
-            over = over &&
-                   (side->ended || slot->left[kind] || (!slot->entered[kind] && passed) || gone);
+            over = over && (side->has_ended || slot->has_left[kind] ||
+                            (!slot->has_entered[kind] && passed) || gone);
         }
         if (!over)
             continue;
@@ -169,7 +169,7 @@ static struct landing_slot *find_slot(struct collector *collector, const struct 
     for (size_t i = 0; i < LANDING_SLOTS; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
-            slot->row.board_landing != number || slot->left[side->kind])
+            slot->row.board_landing != number || slot->has_left[side->kind])
             continue;
         if (armed_block != STORE_NONE && slot->row.armed_block != STORE_NONE &&
             slot->row.armed_block != armed_block)
@@ -189,7 +189,7 @@ static enum mr_status create_slot(struct collector *collector, const struct link
         if (collector->slot[i].row.id < oldest->row.id)
             oldest = &collector->slot[i];
     }
-    if (oldest->row.id && !oldest->finished) {
+    if (oldest->row.id && !oldest->is_finished) {
         enum mr_status status = collect_finish_landing(collector, oldest, error);
         if (status != MR_OK)
             return status;
@@ -217,7 +217,7 @@ void collect_leave_landing(struct link_side *side)
     struct landing_slot *slot = side->current_landing;
     if (!slot)
         return;
-    slot->left[side->kind] = true;
+    slot->has_left[side->kind] = true;
     if (slot->end_block < 0)
         slot->end_block = collect_newest_block(side);
     side->last_landing = slot;
@@ -241,10 +241,10 @@ static enum mr_status enter_landing(struct collector *collector, struct link_sid
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
-    if (side->kind == LINK_CAN && !slot->entered[LINK_CAN])
+    if (side->kind == LINK_CAN && !slot->has_entered[LINK_CAN])
         /* a CAN frame has the time of its arrival, serial bytes the time at which they were read */
         slot->row.armed_us = (int64_t)host_us;
-    slot->entered[side->kind] = true;
+    slot->has_entered[side->kind] = true;
     side->current_landing = slot;
     account_reset_steps(&side->account);
     return MR_OK;

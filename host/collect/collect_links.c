@@ -32,9 +32,9 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
     for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
-            (slot->end_block >= 0 && !slot->interrupted))
+            (slot->end_block >= 0 && !slot->was_interrupted))
             continue;
-        slot->interrupted = true;
+        slot->was_interrupted = true;
         if (side->kind == LINK_CAN)
             status = store_newest_frame(collector->store, &slot->interrupted_mark, error);
     }
@@ -141,8 +141,8 @@ static bool is_serial_record(const struct collector *collector)
     int64_t spoke = serial->timebase.known ? collect_newest_block(serial) : can->first_clock;
     /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
-    return !serial->ended && (behind || (serial->boot == can->boot &&
-                                         can->clock_block - spoke <= SERIAL_SILENT_BLOCKS));
+    return !serial->has_ended && (behind || (serial->boot == can->boot &&
+                                             can->clock_block - spoke <= SERIAL_SILENT_BLOCKS));
 }
 
 /* Each link counts restarts on its own. CAN may miss a short restart, or mistake another node's
@@ -152,7 +152,7 @@ static void adopt_serial_boot(const struct collector *collector, struct link_sid
 {
     const struct link_side *serial = &collector->side[LINK_SERIAL];
     int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
-    if (!serial->ended && !can->current_landing && apart <= SERIAL_SILENT_BLOCKS &&
+    if (!serial->has_ended && !can->current_landing && apart <= SERIAL_SILENT_BLOCKS &&
         apart >= -SERIAL_SILENT_BLOCKS && block > SAME_START_BLOCKS)
         can->boot = serial->boot;
 }
@@ -208,15 +208,15 @@ static void adopt_serial_landing(struct collector *collector, struct link_side *
 {
     int64_t block = collect_newest_block(can);
     struct landing_slot *slot = can->current_landing;
-    if (slot && slot->left[LINK_SERIAL] && block > slot->end_block)
+    if (slot && slot->has_left[LINK_SERIAL] && block > slot->end_block)
         collect_leave_landing(can);
     for (size_t i = 0; i < LANDING_SLOTS && !can->current_landing; i++) {
         slot = &collector->slot[i];
-        if (slot->row.id == 0 || slot->row.boot != can->boot || slot->left[LINK_CAN] ||
-            !slot->entered[LINK_SERIAL] || slot->finished || block < slot->row.armed_block ||
-            (slot->left[LINK_SERIAL] && block > slot->end_block))
+        if (slot->row.id == 0 || slot->row.boot != can->boot || slot->has_left[LINK_CAN] ||
+            !slot->has_entered[LINK_SERIAL] || slot->is_finished || block < slot->row.armed_block ||
+            (slot->has_left[LINK_SERIAL] && block > slot->end_block))
             continue;
-        slot->entered[LINK_CAN] = true;
+        slot->has_entered[LINK_CAN] = true;
         can->current_landing = slot;
         account_reset_steps(&can->account);
     }
@@ -458,7 +458,7 @@ static enum mr_status process_held_frame(struct collector *collector, struct lin
 static enum mr_status release_held_frames(struct collector *collector, struct link_side *side,
                                           enum start start, uint64_t host_us, struct error *error)
 {
-    const struct held_frame *first = side->held;
+    const struct held_frame *first = side->held_frames;
     size_t count = side->held_count;
     struct mr_message hello;
     enum mr_status status = MR_OK;
@@ -472,7 +472,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
             account_expect_first_frame(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
-        status = process_held_frame(collector, side, &side->held[i], error);
+        status = process_held_frame(collector, side, &side->held_frames[i], error);
     return status;
 }
 
@@ -483,9 +483,10 @@ static bool hold_frame(struct collector *collector, struct link_side *side, enum
 {
     uint64_t host_us = held->frame.host_us;
     bool room = side->held_count < COLLECT_HELD_MAX &&
-                (side->held_count == 0 || host_us < side->held[0].frame.host_us + HOLD_MAX_US);
+                (side->held_count == 0 ||
+                 host_us < side->held_frames[0].frame.host_us + HOLD_MAX_US);
     if (start == START_UNKNOWN && room) {
-        side->held[side->held_count++] = *held;
+        side->held_frames[side->held_count++] = *held;
         return true;
     }
     release_held_frames(collector, side, start, host_us, error);

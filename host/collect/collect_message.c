@@ -201,8 +201,8 @@ static enum mr_status record_edge(struct collector *collector, struct link_side 
     struct landing_slot *slot = side->current_landing;
     if (!slot)
         return MR_OK;
-    if (message->count > slot->edges)
-        slot->edges = message->count;
+    if (message->count > slot->edge_count)
+        slot->edge_count = message->count;
     if (slot->first_edge_us == 0.0 && side->timebase.tick_known)
         slot->first_edge_us = timebase_tick_us(&side->timebase, message->tick);
     struct store_edge row = {.board_us = timebase_tick_us(&side->timebase, message->tick),

@@ -21,15 +21,15 @@ struct collector_event;
 /* A landing that is in progress or ended recently. */
 struct landing_slot {
     struct store_landing row; /* row.id 0: the slot is free */
-    bool entered[LINK_KINDS];
-    bool left[LINK_KINDS];
-    bool finished;
+    bool has_entered[LINK_KINDS];
+    bool has_left[LINK_KINDS];
+    bool is_finished;
     int64_t state_block;      /* block of the newest change of state */
     int64_t end_block;        /* block at which the first link left the landing; -1: in progress */
     int64_t begin_mark;       /* row of a frame some seconds before the landing began */
-    bool interrupted;         /* the board restarted during the landing, which ended it */
+    bool was_interrupted;     /* the board restarted during the landing, which ended it */
     int64_t interrupted_mark; /* row of the newest CAN frame before the restart; 0: none yet */
-    unsigned edges;
+    unsigned edge_count;
     double first_edge_us; /* board time of the first edge, us; 0: no edge yet */
     int64_t film_frames;  /* number of the newest frame, unwrapped */
 };
@@ -57,8 +57,8 @@ struct link_side {
     int64_t clock_block, first_clock;
     /* CAN: rows of frames; [1] is at most MARK_PERIOD_BLOCKS old, [0] is the previous mark */
     int64_t mark[2], mark_block;
-    const char *spec; /* NULL: the link is not used */
-    bool ended;
+    const char *link_spec; /* NULL: the link is not used */
+    bool has_ended;
     struct account account;
     struct timebase timebase;
     struct timebase_doubt time_doubt;
@@ -68,7 +68,7 @@ struct link_side {
     uint64_t sync_host_us;
     int64_t boot;
     /* frames held since a hello on CAN, or since a loss on serial */
-    struct held_frame held[COLLECT_HELD_MAX];
+    struct held_frame held_frames[COLLECT_HELD_MAX];
     size_t held_count;
     struct landing_slot *current_landing;
     struct landing_slot *last_landing; /* the landing left most recently */
@@ -148,7 +148,7 @@ struct collector {
     const struct collector_listener *listener; /* NULL: no listener */
     struct board_report reported;
     struct landing_slot slot[LANDING_SLOTS];
-    int64_t finished[LANDING_SLOTS]; /* RUNs not read yet */
+    int64_t finished_runs[LANDING_SLOTS]; /* RUNs not read yet */
     size_t finished_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];

@@ -256,8 +256,9 @@ static int report_record(const struct request *request, const struct box_client_
     add_record(r, answer);
     answer_count(answer, "absent_pages", "not read", (int64_t)absent)->suffix = " pages";
     answer_words(answer, "db", NULL, "%s", request->db);
-    answer_count(answer, "run", "RUN", filled->run)->suffix = filled->created ? " (new)" : NULL;
-    answer_flag(answer, "new_landing", NULL, filled->created);
+    answer_count(answer, "run", "RUN", filled->run)->suffix = filled->is_new_landing ? " (new)"
+                                                                                     : NULL;
+    answer_flag(answer, "new_landing", NULL, filled->is_new_landing);
     answer_count(answer, "filled_blocks", "blocks added", filled->filled_blocks)->suffix =
         " from the black box";
     answer_count(answer, "filled_edges", "edges added", filled->filled_edges);
@@ -363,9 +364,9 @@ static int print_identity(const struct request *request, const struct identity *
     snprintf(version, sizeof version, "%u.%u.%u", hello->major, hello->minor, hello->patch);
     struct answer *answer = answer_new(request->cli->si);
     answer_words(answer, "board", "board", "%s", uid);
-    if (identity->board_known && mr_board_by_number(identity->board))
+    if (identity->board_known && mr_board_by_number(identity->board_type))
         answer_words(answer, "kind", "kind of board", "%s",
-                     mr_board_by_number(identity->board)->name);
+                     mr_board_by_number(identity->board_type)->name);
     else
         answer_none(answer, "kind", NULL, NULL);
     answer_words(answer, "firmware", "firmware", "%s", version);

@@ -33,7 +33,7 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
         fprintf(out, "# %s\n", torn);
     if (!measured->dates_known)
         fputs("# calibration unknown: the configuration of the board was not read\n", out);
-    else if (measured->uncalibrated)
+    else if (measured->is_uncalibrated)
         fputs("# UNCALIBRATED: sensors without a calibration date\n", out);
     fprintf(out,
             "# t_s: seconds since %s, middle of the 1 ms block; board time of t_s = 0: %.6f s\n",

@@ -281,11 +281,11 @@ static void check_board(struct session *session)
     if (session->image.has_header && !session->force &&
         dialogue_wait_until(session->dialogue, dialogue_is_flag_set, &identity->board_known,
                             TYPE_WAIT_S, fatal) == MR_OK &&
-        identity->board != session->image.header.board)
+        identity->board_type != session->image.header.board)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
                   "--force",
-                  board_name(identity->board), board_name(session->image.header.board),
+                  board_name(identity->board_type), board_name(session->image.header.board),
                   session->spec);
 }
 

@@ -59,8 +59,9 @@ static bool is_campaign_locked(const struct logger *logger)
 static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
 {
     uint64_t now_us = monotonic_us(), until_us = now_us + CYCLE_MAX_US;
-    if (logger->in_transaction && logger->begun_us + TRANSACTION_CYCLE_MAX_US < until_us)
-        until_us = logger->begun_us + TRANSACTION_CYCLE_MAX_US;
+    if (logger->in_transaction &&
+        logger->transaction_begun_us + TRANSACTION_CYCLE_MAX_US < until_us)
+        until_us = logger->transaction_begun_us + TRANSACTION_CYCLE_MAX_US;
     if (is_campaign_locked(logger) && logger->retry_us < until_us)
         until_us = logger->retry_us;
     if (deadline_us < until_us)
@@ -274,7 +275,7 @@ static enum mr_status open_live(struct logger *logger, const char *where, const 
         .db = db,
         .can = can,
         .serial = serial,
-        .commands = !listens,
+        .accepts_commands = !listens,
         .si = logger->cli->si,
         .no_commands_reason =
             listens ? "matrig log was started with --listen, so it sends no commands" : NULL};
@@ -393,8 +394,8 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     struct logger logger = {.cli = cli,
                             .landings = json_array(),
                             .absence_max_s = r.wait_s,
-                            .db = r.db,
-                            .page = r.page,
+                            .db_path = r.db,
+                            .page_path = r.page,
                             .full_summaries = r.all};
     logger.event_fd = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
@@ -402,7 +403,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     watch_open(&logger.watch, cli);
     typed_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
-    if (status == MR_OK && logger.typed.enabled && logger.typed.is_terminal)
+    if (status == MR_OK && logger.typed.is_enabled && logger.typed.is_terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
     if (status == MR_OK)
         status = run_session(&logger, signals, r.for_s, &error);

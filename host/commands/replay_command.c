@@ -57,7 +57,7 @@ static enum mr_status load_losses(struct store *store, const struct replay *repl
     if (status != MR_OK)
         return status;
     for (size_t i = 0; i < gaps; i++)
-        options->lossy[gap[i].link == LINK_SERIAL] = true;
+        options->has_losses[gap[i].link == LINK_SERIAL] = true;
     free(gap);
     return MR_OK;
 }

@@ -103,7 +103,7 @@ static void add_warning(const struct preview *preview, struct answer *answer)
     bool all_heard = watched &&
                      !zones_format_doubt(&preview->zones.received, (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
-    if (w->warned)
+    if (w->was_warned)
         answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
                      station->factor * w->longest_end_ft)
             ->warn = true;
@@ -112,15 +112,15 @@ static void add_warning(const struct preview *preview, struct answer *answer)
                      !watched    ? "no board"
                      : all_heard ? "none"
                                  : "not known");
-    answer_flag(answer, "warned", NULL, w->warned);
+    answer_flag(answer, "warned", NULL, w->was_warned);
     answer_flag(answer, "all_heard", NULL, all_heard);
-    answer_value(answer, "warning_t", NULL, UNIT_TIME, w->warned ? w->t_s : (double)NAN, 3)
+    answer_value(answer, "warning_t", NULL, UNIT_TIME, w->was_warned ? w->t_s : (double)NAN, 3)
         ->digits = 9;
     answer_value(answer, "warning_start", NULL, UNIT_STATION,
-                 w->warned ? w->longest_start_ft : (double)NAN, 1)
+                 w->was_warned ? w->longest_start_ft : (double)NAN, 1)
         ->digits = 9;
     answer_value(answer, "warning_end", NULL, UNIT_STATION,
-                 w->warned ? w->longest_end_ft : (double)NAN, 1)
+                 w->was_warned ? w->longest_end_ft : (double)NAN, 1)
         ->digits = 9;
 }
 

@@ -120,7 +120,7 @@ static void add_movement(const struct survey_results *found, struct answer *answ
 {
     answer_table(answer, NULL,
                  "movement downfield since the previous survey, and bow since the first survey");
-    for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared > 0; s++) {
+    for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_readings > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
         answer_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
@@ -295,7 +295,7 @@ static void store_reading(struct entry_session *session, size_t item, enum surve
     struct store_gage_reading reading = {.line = place->line,
                                          .place = place->place,
                                          .value_in = progress->value_in[item],
-                                         .skipped = progress->skipped[item],
+                                         .skipped = progress->is_skipped[item],
                                          .confirmed = outcome == SURVEY_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
     snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);

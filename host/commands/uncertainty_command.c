@@ -132,7 +132,7 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
     if (!mr_channel_is_sensor(&one->channel))
         return false;
     of.channel = &one->channel;
-    if (s->certificates.known[index]) {
+    if (s->certificates.is_known[index]) {
         one->certificate = &s->certificates.certificate[index];
         of.certificate_factor = one->certificate->coverage_factor;
         of.certificate_expanded = certificates_standard_uncertainty(one->certificate, one->value) *
@@ -167,10 +167,10 @@ static void add_sums(struct answer *answer, const struct channel_budget *one)
 {
     enum unit_kind kind = find_unit_kind(one);
     const struct budget *b = &one->budget;
-    answer_value(answer, "stated", "stated error", kind, b->stated, -3);
-    answer_value(answer, "combined", "combined", kind, b->combined, -3);
+    answer_value(answer, "stated", "stated error", kind, b->stated_error, -3);
+    answer_value(answer, "combined", "combined", kind, b->combined_uncertainty, -3);
     answer_value(answer, "coverage_factor", "k", UNIT_NUMBER, b->coverage_factor, 3);
-    answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded, -3);
+    answer_value(answer, "expanded", "expanded (95 %)", kind, b->expanded_uncertainty, -3);
     add_certificate(answer, one);
 }
 
@@ -181,7 +181,7 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
     answer_table(answer, "budget", "");
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         const struct budget_row *row = &b->row[s];
-        double share = row->contribution / b->combined;
+        double share = row->contribution / b->combined_uncertainty;
         answer_row(answer);
         answer_words(answer, "source", NULL, "%s", budget_source_name(s));
         answer_words(answer, NULL, "source", "%s", budget_source_text(s));

@@ -45,10 +45,10 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
         if (d != 0.0)
             chi += d * d / (u * u);
         common += sqrt(fmax(u * u - s->noise * s->noise, 0.0));
-        f->compared++;
+        f->compared_samples++;
     }
-    double n = (double)f->compared;
-    if (f->compared == 0)
+    double n = (double)f->compared_samples;
+    if (f->compared_samples == 0)
         return;
     f->bias = sum / n;
     f->bias_error = hypot(common / n, s->noise / sqrt(n));
@@ -157,7 +157,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
     };
     double noise = s->noise / sqrt(SIGNAL_WINDOW);
     find_differences(s, f);
-    if (f->compared == 0)
+    if (f->compared_samples == 0)
         return;
     f->peak_measured = find_peak(s, s->measured, s->measured_error, noise);
     f->peak_simulated = find_peak(s, s->simulated, s->simulated_error, noise);
@@ -532,8 +532,8 @@ static void add_channel(const struct measured *measured, const struct compare_ti
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
     signal_compare(&empty, &out->figures); /* sets all figures to unknown */
-    out->compared = is_usable(measured, channel, row, out);
-    if (!out->compared)
+    out->is_compared = is_usable(measured, channel, row, out);
+    if (!out->is_compared)
         return;
     compare_fill_curves(measured, clock, channel, row, solver_error_in, &series);
     find_figures(measured, channel, &series, out);
@@ -580,9 +580,9 @@ struct compare_mean compare_average(const struct compare_figures *figures)
     double sum = 0.0, squares = 0.0;
     for (size_t i = 0; i < figures->channels; i++) {
         const struct compare_channel *c = &figures->channel[i];
-        if (!c->compared)
+        if (!c->is_compared)
             continue;
-        double n = (double)c->figures.compared;
+        double n = (double)c->figures.compared_samples;
         mean.channels++;
         mean.samples += n;
         sum += n * c->figures.bias;
@@ -616,7 +616,7 @@ void compare_find_agreement(const struct compare_figures *figures, struct compar
                       {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en},
                       {"arrival", true, c->figures.arrival_measured.t_s,
                        c->figures.arrival_simulated.t_s, c->arrival_en}};
-        for (size_t k = 0; k < 3 && c->compared; k++) {
+        for (size_t k = 0; k < 3 && c->is_compared; k++) {
             if (isnan(values[k].en))
                 continue;
             a->values_judged++;

@@ -52,7 +52,7 @@ struct signal_moment {
 };
 
 struct signal_figures {
-    size_t compared; /* number of samples that both series have */
+    size_t compared_samples; /* number of samples that both series have */
     double bias, bias_error;
     double rms, chi;
     struct signal_moment peak_measured, peak_simulated;
@@ -160,7 +160,7 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
 struct compare_channel {
     int64_t number;
     double station_ft;
-    bool compared;
+    bool is_compared;
     char reason[100];   /* reason if the channel was not compared; otherwise a remark, or empty */
     double valid_share; /* share of the samples that are valid */
     struct signal_figures figures;

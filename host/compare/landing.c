@@ -142,7 +142,7 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
     if (is_study_file(path)) {
         if (series_load(&model->series, path, error) != MR_OK)
             return error->status;
-        model->ensemble = true;
+        model->is_ensemble = true;
         model->seeds = seeds ? seeds : model->series.seeds;
         scene = &model->series.landings[0].scene;
     } else if (seeds > 1) {
@@ -161,12 +161,12 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
 
 void compare_model_free(struct compare_model *model)
 {
-    if (model->ensemble)
+    if (model->is_ensemble)
         series_free(&model->series);
     else
         sim_scene_free(&model->scene);
     free(model->gap_ft);
-    *model = (struct compare_model){.ensemble = false};
+    *model = (struct compare_model){.is_ensemble = false};
 }
 
 /* Draws gaps and resistances of each runway from the same random numbers as the series
@@ -183,11 +183,11 @@ static void draw_runways(struct compare_model *model)
         struct draw gaps = draw_begin(c->first_seed + seed, DRAW_GAPS),
                     closing = draw_begin(c->first_seed + seed, DRAW_CLOSING);
         for (size_t j = 0; j < model->joints; j++) {
-            gap_ft[j] = model->ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
-                                               c->landings[0].scene.slack_ft)
-                                        : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
-            closing_lb[j] = model->ensemble ? draw_between(&closing, c->closing_lb)
-                                            : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
+            gap_ft[j] = model->is_ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
+                                                  c->landings[0].scene.slack_ft)
+                                           : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
+            closing_lb[j] = model->is_ensemble ? draw_between(&closing, c->closing_lb)
+                                               : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
         }
     }
 }
@@ -228,10 +228,10 @@ static void apply_survey(struct compare_model *model, const struct zones_closure
             double sum_ft = (double)survey->slack_in[s] / IN_PER_FT;
             if (isnan(sum_ft))
                 continue;
-            if (model->ensemble)
+            if (model->is_ensemble)
                 scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
                          model->series.landings[0].scene.slack_ft);
-            for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->ensemble; j++)
+            for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->is_ensemble; j++)
                 gap_ft[j] = sum_ft / MR_MATS_PER_SEGMENT;
         }
     }
@@ -249,20 +249,20 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         none.slack_in[s] = MR_NAN;
     none.surveyed_segments = 0;
-    if (model->ensemble && index >= c->landing_count)
+    if (model->is_ensemble && index >= c->landing_count)
         return error_set(error, MR_USAGE,
                          "no such landing: %s has %zu landings, this is number %zu of the series; "
                          "add it to that file, or name the series",
                          model->name, c->landing_count, index + 1);
-    *scene = model->ensemble ? c->landings[index].scene : model->scene;
+    *scene = model->is_ensemble ? c->landings[index].scene : model->scene;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
     scene->path = NULL;
     scene->path_count = 0;
-    if (model->ensemble)
+    if (model->is_ensemble)
         scene->model = SIM_CHAIN;
     enum mr_status status = compare_prepare_scene(measured, &none, scene, error);
     double share = c->weight_lb / c->axles * COMPARE_STRIPS / COMPARE_AIRCRAFT_LB;
-    for (size_t i = 0; model->ensemble && i < scene->path_count; i++)
+    for (size_t i = 0; model->is_ensemble && i < scene->path_count; i++)
         scene->path[i].force_lb *= share;
     return status;
 }
@@ -623,8 +623,8 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
     set->error_in = fmax(set->error_in, figures->error_in);
     for (size_t c = 0; c < figures->channels; c++) {
         const struct compare_channel *channel = &figures->channel[c];
-        double n = (double)channel->figures.compared;
-        if (!channel->compared || channel->figures.compared == 0)
+        double n = (double)channel->figures.compared_samples;
+        if (!channel->is_compared || channel->figures.compared_samples == 0)
             continue;
         set->channel[channel->number - 1].number = channel->number;
         set->channel[channel->number - 1].station_ft = channel->station_ft;
@@ -662,7 +662,7 @@ static enum mr_status run_landing(struct store *store, struct compare_model *mod
     struct error why = {0};
     enum mr_status status = compare_run_landing(store, out->run, model, index, &landing, &why);
     if (status == MR_OK) {
-        out->compared = true;
+        out->is_compared = true;
         set->compared_count++;
         out->figures = landing.figures;
         pool_figures(set, &out->figures);

@@ -38,7 +38,7 @@ enum mr_status compare_prepare_scene(const struct measured *measured,
 
 struct compare_model {
     char name[120]; /* file name without folder */
-    bool ensemble;
+    bool is_ensemble;
     struct sim_scene scene;
     struct landing_series series;
     size_t seeds;
@@ -105,7 +105,7 @@ void compare_landing_free(struct compare_landing *landing);
 
 struct compare_series_landing {
     int64_t run;
-    bool compared;
+    bool is_compared;
     char reason[600]; /* reason why the landing was not compared */
     struct compare_figures figures;
     struct compare_verdict verdict;

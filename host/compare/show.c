@@ -31,12 +31,12 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
     const struct signal_figures *f = &c->figures;
     answer_row(answer);
     answer_count(answer, "number", "no", c->number);
-    answer_flag(answer, "compared", NULL, c->compared);
+    answer_flag(answer, "compared", NULL, c->is_compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
     answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid_share, 3);
     if (c->reason[0])
         answer_words(answer, "why", NULL, "%s", c->reason);
-    if (c->compared) {
+    if (c->is_compared) {
         answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias,
                         f->bias_error, 4);
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
@@ -70,7 +70,7 @@ void compare_add_channels(const struct compare_figures *figures, struct answer *
         const struct compare_channel *c = &figures->channel[i];
         if (c->reason[0])
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
-                            c->compared ? "" : "not compared: ", c->reason);
+                            c->is_compared ? "" : "not compared: ", c->reason);
     }
     answer_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channels; i++)
@@ -207,7 +207,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
     size_t missing = 0;
     for (size_t i = 0; i < figures->channels; i++)
-        missing += !figures->channel[i].compared;
+        missing += !figures->channel[i].is_compared;
     answer_count(answer, "missing_channels", NULL, (int64_t)missing);
     compare_add_channels(figures, answer);
     compare_add_zones(&figures->zones, answer);
@@ -255,7 +255,7 @@ static void add_landing(const struct compare_series_landing *landing, struct ans
     const struct compare_mean mean = compare_average(&landing->figures);
     answer_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
-    if (!landing->compared)
+    if (!landing->is_compared)
         return;
     answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, landing->figures.channels);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
@@ -275,16 +275,16 @@ static void add_landings(const struct compare_series *set, struct answer *answer
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
         answer_row(answer);
-        if (l->compared)
+        if (l->is_compared)
             compare_to_answer(&l->figures, &l->verdict, answer);
         else
             answer_count(answer, "run", NULL, l->run);
-        if (!l->compared)
+        if (!l->is_compared)
             answer_words(answer, "not_compared", NULL, "%s", l->reason);
     }
     answer_close(answer);
     for (size_t i = 0; i < set->count; i++) {
-        if (!set->landing[i].compared)
+        if (!set->landing[i].is_compared)
             answer_sentence(answer, NULL, "RUN %lld not compared: %s",
                             (long long)set->landing[i].run, set->landing[i].reason);
     }
@@ -316,7 +316,7 @@ static void add_worst_agreement(const struct compare_series *set, struct answer 
     struct compare_agreement worst = {.en = (double)NAN}, one;
     size_t differ = 0;
     for (size_t i = 0; i < set->count; i++) {
-        if (!set->landing[i].compared)
+        if (!set->landing[i].is_compared)
             continue;
         compare_find_agreement(&set->landing[i].figures, &one);
         differ += one.values_differing > 0;
@@ -375,7 +375,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
     size_t within = 0;
     for (size_t i = 0; i < set->count && compare_has_limits(limits); i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
-        if (set->landing[i].compared) {
+        if (set->landing[i].is_compared) {
             compare_judge(&set->landing[i].figures, limits, one);
         } else { /* a landing that was not compared fails its limits */
             *one = (struct compare_verdict){

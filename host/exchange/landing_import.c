@@ -65,7 +65,7 @@ static double find_edge_time_s(const struct mapping_channel *channel)
     const struct series *s = &channel->series;
     for (size_t i = 1; i < s->count; i++) {
         double from = s->value[i - 1] - channel->threshold, to = s->value[i] - channel->threshold;
-        bool passes = channel->falling ? from >= 0.0 && to < 0.0 : from <= 0.0 && to > 0.0;
+        bool passes = channel->is_falling ? from >= 0.0 && to < 0.0 : from <= 0.0 && to > 0.0;
         if (passes)
             return s->time_s[i - 1] + (s->time_s[i] - s->time_s[i - 1]) * from / (from - to);
     }

@@ -266,8 +266,8 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     c->offset = factor * read_number(r, where, "offset", offset, unit, 0.0);
     c->error = factor * read_number(r, where, "error", error, unit, (double)NAN);
     c->threshold = read_number(r, where, "threshold", threshold, "", (double)NAN);
-    c->falling = strcmp(edge, "falling") == 0;
-    if (!c->falling && strcmp(edge, "rising") != 0)
+    c->is_falling = strcmp(edge, "falling") == 0;
+    if (!c->is_falling && strcmp(edge, "rising") != 0)
         refuse_value(r, where, "edge", "give rising or falling");
     c->station_ft = read_number(r, where, "station_ft", station, "ft", (double)NAN);
     check_channel(r, where, m);
@@ -303,13 +303,13 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
         return;
     }
     m->reads_signals = json_object_get(json_array_get(channels, 0), "id");
-    m->decimal = read_character(r, "decimal", decimal);
+    m->decimal_mark = read_character(r, "decimal", decimal);
     m->separator = read_character(r, "separator",
-                                  separator[0]        ? separator
-                                  : m->decimal == ',' ? ";"
-                                                      : ",");
+                                  separator[0]             ? separator
+                                  : m->decimal_mark == ',' ? ";"
+                                                           : ",");
     m->comment = read_character(r, "comment", comment);
-    if ((m->decimal != '.' && m->decimal != ',') || m->decimal == m->separator)
+    if ((m->decimal_mark != '.' && m->decimal_mark != ',') || m->decimal_mark == m->separator)
         refuse_value(r, "", "decimal", "give . or , and a different separator");
     if (header_lines < 0 || header_lines > 1000)
         refuse_value(r, "", "header_lines", "give 0 to 1000");

@@ -52,15 +52,15 @@ struct mapping_channel {
     struct import_signal signal;
     double scale, offset; /* conversion of the file's numbers to the report's unit */
     double threshold;
-    bool falling;
+    bool is_falling;
     double station_ft; /* NaN: the mapping does not give it */
     double error;      /* standard error, in the report's unit; NaN: not given */
     struct series series;
 };
 
 struct mapping {
-    bool reads_signals;               /* true: signals of CAN frames; false: columns of a table */
-    char separator, decimal, comment; /* comment '\0': no comments */
+    bool reads_signals; /* true: signals of CAN frames; false: columns of a table */
+    char separator, decimal_mark, comment; /* comment '\0': no comments */
     unsigned header_lines;
     char missing[MAPPING_MISSING_MAX][16];
     size_t missing_count;

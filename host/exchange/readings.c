@@ -208,9 +208,9 @@ static bool parse_number(const struct mapping *m, struct field field, double *va
         return false;
     for (size_t i = 0; i < field.length; i++) {
         char c = field.at[i];
-        if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal))
+        if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal_mark))
             return false;
-        digits[i] = c == m->decimal ? '.' : c;
+        digits[i] = c == m->decimal_mark ? '.' : c;
     }
     digits[field.length] = '\0';
     const char *end;

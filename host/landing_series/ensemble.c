@@ -402,7 +402,7 @@ static void record_waves(const struct runway *r, const struct sim_scene *scene,
         out->rise_in = fmax(out->rise_in, h * IN_PER_FT);
         if (!(h > limit_ft && h >= rise_ft[j] && h > rise_ft[j + 2]))
             continue;
-        out->waves++;
+        out->wave_count++;
         if (h > highest_ft)
             out->wave_ft = get_joint_station_ft(scene, j);
         highest_ft = fmax(highest_ft, h);
@@ -419,31 +419,31 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
         out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
     }
     if (folded) {
-        out->buckled = true;
+        out->is_buckled = true;
         out->buckle_ft = get_joint_station_ft(scene, (size_t)result->mat);
         out->rise_in = r->series->buckle_in;
-        out->failures = 1;
+        out->failure_count = 1;
         out->failure_ft[0] = out->buckle_ft;
         return;
     }
     record_waves(r, scene, result->rise_ft, out);
     out->crest_deg = result->crest_deg;
     out->sag_deg = result->sag_deg;
-    out->unhinged = result->sag_deg > r->series->unhinge_deg;
-    out->buckled = out->unhinged || out->rise_in >= r->series->buckle_in;
-    out->overruns = result->overruns;
+    out->is_unhinged = result->sag_deg > r->series->unhinge_deg;
+    out->is_buckled = out->is_unhinged || out->rise_in >= r->series->buckle_in;
+    out->overrun_count = result->overruns;
     for (int i = 0; i < result->overruns; i++)
         out->overrun_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
-    if (out->buckled)
-        out->buckle_ft = out->overruns > 0 ? out->overrun_ft[0]
-                       : out->waves > 0
+    if (out->is_buckled)
+        out->buckle_ft = out->overrun_count > 0 ? out->overrun_ft[0]
+                       : out->wave_count > 0
                            ? out->wave_ft
                            : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
-    out->failures = series_find_failures(result->rise_ft, r->joints, scene->length_ft,
-                                         r->series->buckle_in / IN_PER_FT, out->overrun_ft,
-                                         out->overruns, out->failure_ft);
-    if (out->buckled && out->failures == 0)
-        out->failure_ft[out->failures++] = out->buckle_ft;
+    out->failure_count = series_find_failures(result->rise_ft, r->joints, scene->length_ft,
+                                              r->series->buckle_in / IN_PER_FT, out->overrun_ft,
+                                              out->overrun_count, out->failure_ft);
+    if (out->is_buckled && out->failure_count == 0)
+        out->failure_ft[out->failure_count++] = out->buckle_ft;
 }
 
 /* Returns true if a mat is torn from both neighbours; it then no longer belongs to the runway. */
@@ -551,7 +551,7 @@ static void settle_runway(struct runway *r, const struct sim_scene *scene,
 {
     record_movement(r, scene, moved, out);
     open_gaps(r, moved->u_ft);
-    if (r->series->press_flat && out->waves > 0)
+    if (r->series->press_flat && out->wave_count > 0)
         press_flat(r, scene);
     record_joints(r, moved, out);
     record_zone(r, scene, out);
@@ -576,7 +576,7 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
         run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
-        out->is_from_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->waves > 0);
+        out->is_from_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->wave_count > 0);
     }
     const struct sim_result *moved = out->is_from_planar ? &planar : &chain;
     if (error->status == MR_OK && moved->u_ft)
@@ -601,7 +601,7 @@ static void simulate_run(const struct landing_series *series, uint64_t seed,
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
     runway_create(&runway, series, seed);
-    for (size_t i = 0; i < landings && run->buckled == 0; i++) {
+    for (size_t i = 0; i < landings && run->buckled_landing == 0; i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
         if (i == 0 || landing->modified)
@@ -614,8 +614,8 @@ static void simulate_run(const struct landing_series *series, uint64_t seed,
                                   &run->error) != MR_OK)
             break;
         run->landings = i + 1;
-        if (out->buckled) {
-            run->buckled = (int)i + 1;
+        if (out->is_buckled) {
+            run->buckled_landing = (int)i + 1;
             run->buckle_ft = out->buckle_ft;
         }
     }

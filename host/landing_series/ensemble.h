@@ -35,20 +35,20 @@ struct series_outcome {
     /* time steps of the second simulation, s: of the chain, of the planar engine */
     double check_step_s[2];
     int torn_joints; /* number of joints that were pulled beyond their strength */
-    int waves;
+    int wave_count;
     double wave_ft; /* station of the highest wave; 0: no wave */
     double rise_in; /* rise of the highest wave */
     double crest_deg, sag_deg;
-    bool unhinged, buckled;
+    bool is_unhinged, is_buckled;
     /* Station at which the wheel first reached the wave; if it stopped before, the station of the
      * crest. */
     double buckle_ft;
-    int overruns;
+    int overrun_count;
     /* All stations at which the wheel reached the wave; between two of them it was off the wave. */
     double overrun_ft[SIM_OVERRUNS_MAX];
     /* Stretches of mats that rose by the buckle limit, separated by mats that did not; at least 1
      * if buckled. */
-    int failures;
+    int failure_count;
     /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
      * crest. */
     double failure_ft[SERIES_FAILURES_MAX];
@@ -62,9 +62,9 @@ struct series_outcome {
 
 struct series_run {
     uint64_t seed;
-    size_t landings;  /* number of simulated landings; a buckled runway has no further landings */
-    int buckled;      /* landing in which the runway buckled, from 1; 0: it did not buckle */
-    double buckle_ft; /* station at which it buckled */
+    size_t landings; /* number of simulated landings; a buckled runway has no further landings */
+    int buckled_landing; /* landing in which the runway buckled, from 1; 0: it did not buckle */
+    double buckle_ft;    /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count entries */
     struct error error;              /* reason why this runway could not be simulated to its end */
     /* Second simulation of the same landings with other steps; NULL: this runway has none. */

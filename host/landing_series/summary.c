@@ -218,10 +218,10 @@ static void summarise_landing(struct series_landing_summary *s, const struct gat
             continue;
         const struct series_outcome *out = get_outcome(g, i);
         s->runways++;
-        s->buckled += g->runs[i].buckled == (int)g->landing + 1;
+        s->buckled += g->runs[i].buckled_landing == (int)g->landing + 1;
         s->with_planar += out->planar_was_run;
-        s->with_wave += out->waves > 0;
-        s->unhinged += out->unhinged;
+        s->with_wave += out->wave_count > 0;
+        s->unhinged += out->is_unhinged;
         s->with_tears += out->torn_joints > 0;
     }
     s->stop_ft = SPREAD(g, stop_ft);
@@ -250,13 +250,13 @@ void series_summarise(struct series_summary *s, const struct landing_series *ser
     for (size_t i = 0; i < seeds; i++) {
         s->failed += runs[i].error.status != MR_OK;
         s->runways += runs[i].error.status == MR_OK;
-        s->survived += runs[i].error.status == MR_OK && runs[i].buckled == 0;
-        if (runs[i].buckled > 0) {
+        s->survived += runs[i].error.status == MR_OK && runs[i].buckled_landing == 0;
+        if (runs[i].buckled_landing > 0) {
             g.values[buckled] = runs[i].buckle_ft;
-            g.values[seeds + buckled++] = runs[i].buckled;
+            g.values[seeds + buckled++] = runs[i].buckled_landing;
         }
-        if (runs[i].buckled > 1) {
-            const struct series_outcome *last = &runs[i].outcomes[runs[i].buckled - 2];
+        if (runs[i].buckled_landing > 1) {
+            const struct series_outcome *last = &runs[i].outcomes[runs[i].buckled_landing - 2];
             g.values[2 * seeds + before] = last->zone_mats;
             g.values[3 * seeds + before++] = last->peak_in;
         }
@@ -425,11 +425,11 @@ static json_t *make_outcome_json(const struct series_outcome *o, size_t number)
         "push_lb", cli_json_number(o->push_lb, 5), "push_error_lb",
         cli_json_number(o->push_error_lb, 2), "pull_lb", cli_json_number(o->pull_lb, 5),
         "pull_error_lb", cli_json_number(o->pull_error_lb, 2), "tears", o->torn_joints, "waves",
-        o->waves, "wave_ft", o->waves > 0 ? cli_json_number(o->wave_ft, 6) : json_null(), "rise_in",
-        cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4), "sag_deg",
-        cli_json_number(o->sag_deg, 4), "unhinged", o->unhinged, "buckled", o->buckled,
-        "overrun_ft", make_stations_json(o->overrun_ft, (size_t)o->overruns), "failure_ft",
-        make_stations_json(o->failure_ft, (size_t)o->failures));
+        o->wave_count, "wave_ft", o->wave_count > 0 ? cli_json_number(o->wave_ft, 6) : json_null(),
+        "rise_in", cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4),
+        "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged", o->is_unhinged, "buckled",
+        o->is_buckled, "overrun_ft", make_stations_json(o->overrun_ft, (size_t)o->overrun_count),
+        "failure_ft", make_stations_json(o->failure_ft, (size_t)o->failure_count));
     if (o->crest_ft > 0.0) {
         json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
         json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
@@ -446,8 +446,9 @@ static json_t *make_run_json(const struct series_run *run)
         json_array_append_new(outcomes, make_outcome_json(&run->outcomes[i], i + 1));
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
-        run->buckled > 0 ? json_integer(run->buckled) : json_null(), "buckled_ft",
-        run->buckled > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings", outcomes);
+        run->buckled_landing > 0 ? json_integer(run->buckled_landing) : json_null(), "buckled_ft",
+        run->buckled_landing > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings",
+        outcomes);
     if (run->error.status != MR_OK)
         json_object_set_new(object, "failed", json_string(run->error.text));
     return object;
@@ -462,7 +463,7 @@ static double find_largest(const struct landing_series *c, const struct series_r
     for (size_t i = 0; i < c->seeds; i++) {
         double most = (double)NAN;
         for (size_t k = 0; k < runs[i].landings; k++) {
-            if (!runs[i].outcomes[k].buckled)
+            if (!runs[i].outcomes[k].is_buckled)
                 most = fmax(most, value(&runs[i].outcomes[k]));
         }
         if (runs[i].error.status == MR_OK && !isnan(most))

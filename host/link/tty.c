@@ -72,7 +72,7 @@ struct tty {
     const char *spec;
     int fd;
     struct serial_icounter_struct counters_known;
-    int counts; /* the driver counts errors */
+    int driver_counts_errors;
 };
 
 enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_SIZE], int *baud,
@@ -304,7 +304,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     }
     if (tty->port && !link->adapter[0])
         remember_adapter(link);
-    tty->counts = ioctl(tty->fd, TIOCGICOUNT, &tty->counters_known) == 0;
+    tty->driver_counts_errors = ioctl(tty->fd, TIOCGICOUNT, &tty->counters_known) == 0;
     link->fd = tty->fd;
     link_restart_counting(link, baud);
     return MR_OK;
@@ -361,7 +361,7 @@ static void serial_service(struct link *link)
 {
     struct tty *tty = link->tty;
     struct serial_icounter_struct now = {0}, *before = &tty->counters_known;
-    if (!tty->counts || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
+    if (!tty->driver_counts_errors || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
     link_count_event(link, LINK_UART_OVERRUN,
                      (unsigned)(now.overrun - before->overrun) +

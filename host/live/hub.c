@@ -66,7 +66,7 @@ struct live_hub {
     bool warned, armed;
     struct config_words config[LINK_KINDS];
     /* a sensor is uncalibrated, according to the configuration if it was received */
-    bool uncalibrated;
+    bool is_uncalibrated;
     int64_t received_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
@@ -80,7 +80,7 @@ struct live_hub {
     uint64_t restarts; /* number of restarts of the board that viewers were informed of */
     /* times at which the last events of each kind were published */
     int64_t messages_ms, readings_ms, state_ms;
-    bool ended;
+    bool has_ended;
 
     struct mr_command command;
     bool command_given, command_sent, command_answered; /* progress of a viewer's command */
@@ -154,7 +154,7 @@ static json_t *make_configuration_json(const struct live_source *source)
 {
     json_t *from = json_pack("{sosososbss?}", "db", text_to_json(source->db), "can",
                              text_to_json(source->can), "serial", text_to_json(source->serial),
-                             "commands", source->commands, "no_commands",
+                             "commands", source->accepts_commands, "no_commands",
                              source->no_commands_reason);
     return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", make_units_json(source->si),
                      "source", from, "layout", (int)MR_LAYOUT, "quantities", make_quantities_json(),
@@ -420,7 +420,7 @@ static json_t *make_state_json(const struct live_hub *hub)
         "{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block,
         "source", record >= 0 && block - record < RECORD_AGE_MAX_BLOCKS ? "serial, each ms" : "CAN",
         "late", (json_int_t)hub->buckets.late_readings, "links", links, "readings",
-        make_readings_json(&hub->buckets), "uncalibrated", hub->uncalibrated);
+        make_readings_json(&hub->buckets), "uncalibrated", hub->is_uncalibrated);
 }
 
 /* Publishes all events that are due. The caller holds the lock. */
@@ -617,7 +617,7 @@ void live_hub_add_message(struct live_hub *hub, const struct collector_event *ev
     struct mr_config config;
     if (m->index == MR_INDEX_CONFIG_IMAGE &&
         config_words_add(&hub->config[event->link], &m->as.config_image, &config))
-        hub->uncalibrated = config_text_undated_channels(&config) != 0;
+        hub->is_uncalibrated = config_text_undated_channels(&config) != 0;
     if (m->index == MR_INDEX_HELLO)
         hub->has_other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->index == MR_INDEX_LANDING && m->as.landing.state == MR_LANDING_ARMED;
@@ -720,7 +720,7 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
             fputs(hub->event[i % EVENTS_MAX].text, out);
     }
     viewer->needs_snapshot = false;
-    viewer->next = hub->next_event - hub->ended; /* the end of the hub is a separate event */
+    viewer->next = hub->next_event - hub->has_ended; /* the end of the hub is a separate event */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -730,7 +730,7 @@ char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int 
     struct timespec until = compute_deadline(wait_ms);
     char *text = NULL;
     pthread_mutex_lock(&hub->lock);
-    while (!hub->ended && !viewer->needs_snapshot && viewer->next == hub->next_event &&
+    while (!hub->has_ended && !viewer->needs_snapshot && viewer->next == hub->next_event &&
            pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
         ;
     if (viewer->next < hub->first_event)
@@ -754,7 +754,7 @@ void live_hub_end(struct live_hub *hub, const char *why)
     pthread_mutex_lock(&hub->lock);
     publish_messages(hub);
     publish_event(hub, EVENT_END, dump_and_free(json_pack("{so}", "text", text_to_json(why))));
-    hub->ended = true;
+    hub->has_ended = true;
     pthread_cond_broadcast(&hub->event_added);
     pthread_mutex_unlock(&hub->lock);
 }
@@ -762,7 +762,7 @@ void live_hub_end(struct live_hub *hub, const char *why)
 bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 {
     pthread_mutex_lock(&hub->lock);
-    bool ended = hub->ended && !viewer->needs_snapshot && viewer->next == hub->next_event;
+    bool ended = hub->has_ended && !viewer->needs_snapshot && viewer->next == hub->next_event;
     pthread_mutex_unlock(&hub->lock);
     return ended;
 }
@@ -777,13 +777,13 @@ enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;
     pthread_mutex_lock(&hub->lock);
-    if (hub->source->commands && !hub->command_given && !hub->ended) {
+    if (hub->source->accepts_commands && !hub->command_given && !hub->has_ended) {
         hub->command =
             (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
         hub->until_us = until_us;
         hub->command_given = true;
         hub->command_sent = hub->command_answered = false;
-        while (!hub->command_answered && !hub->ended &&
+        while (!hub->command_answered && !hub->has_ended &&
                pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
             ;
         status = hub->command_answered ? MR_OK : hub->command_sent ? MR_TIMEOUT : MR_LIMIT;

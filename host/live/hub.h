@@ -17,7 +17,7 @@
 struct live_source {
     const char *db;
     const char *can, *serial;       /* LINK texts; NULL: not used, or not known */
-    bool commands;                  /* arm and disarm can be sent from the page */
+    bool accepts_commands;          /* arm and disarm can be sent from the page */
     const char *no_commands_reason; /* why commands cannot be sent, one line */
     bool si;
 };

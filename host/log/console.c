@@ -43,14 +43,14 @@ void logger_note_troubles(struct logger *logger, unsigned link)
     const struct link_counters *counters = &logger->counters[link];
     uint64_t now_us = monotonic_us();
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        uint64_t more = counters->trouble[i] - logger->noted[link][i];
+        uint64_t more = counters->trouble[i] - logger->noted_troubles[link][i];
         bool lately = logger->noted_us[link][i] != 0 &&
                       now_us - logger->noted_us[link][i] < NOTE_PERIOD_US;
         /* a rollback can decrease the count; it increases again when the data is processed again */
-        if (counters->trouble[i] <= logger->noted[link][i] || lately)
+        if (counters->trouble[i] <= logger->noted_troubles[link][i] || lately)
             continue;
         logger_clear_progress(logger);
-        logger->noted[link][i] = counters->trouble[i];
+        logger->noted_troubles[link][i] = counters->trouble[i];
         logger->noted_us[link][i] = now_us;
         cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_trouble_text(i),
                  (unsigned long long)more);
@@ -132,12 +132,12 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
 static bool is_landing_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
-    if (progress->block != logger->silent_block || logger->silent_us == 0) {
+    if (progress->block != logger->silent_block || logger->silent_since_us == 0) {
         logger->silent_block = progress->block;
-        logger->silent_us = now_us;
+        logger->silent_since_us = now_us;
     }
     if (!progress->run || progress->edges == 0 || progress->run == logger->silent_run ||
-        now_us - logger->silent_us < LANDING_SILENT_US)
+        now_us - logger->silent_since_us < LANDING_SILENT_US)
         return false;
     logger->silent_run = progress->run;
     return true;
@@ -145,12 +145,13 @@ static bool is_landing_silent(struct logger *logger, const struct collector_prog
 
 static void write_page(struct logger *logger)
 {
-    const char *const words[] = {"/proc/self/exe", "--quiet", "--si",       "report",
-                                 logger->db,       "-o",      logger->page, NULL};
-    const char *const plain[] = {"/proc/self/exe", "--quiet", "report", logger->db, "-o",
-                                 logger->page,     NULL};
+    const char *const words[] = {
+        "/proc/self/exe",  "--quiet", "--si", "report", logger->db_path, "-o",
+        logger->page_path, NULL};
+    const char *const plain[] = {"/proc/self/exe",  "--quiet", "report", logger->db_path, "-o",
+                                 logger->page_path, NULL};
     struct error error = {0};
-    if (!logger->page)
+    if (!logger->page_path)
         return;
     logger->page_outdated = logger->page_child != 0;
     if (logger->page_outdated)
@@ -353,12 +354,12 @@ void logger_note_answers(struct logger *logger)
 void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.typing_until_us ||
-        (!last && monotonic_us() - logger->progress_us < PROGRESS_US))
+        (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_US))
         return;
     char queue[40] = "";
     struct collector_progress p;
     unsigned permille = watch_fill_permille(&logger->watch);
-    logger->progress_us = monotonic_us();
+    logger->progress_shown_us = monotonic_us();
     collector_get_progress(logger->collector, &p);
     const char *state = p.run            ? mr_landing_state_text(p.state)
                       : p.hello_received ? "no landing"
@@ -657,9 +658,9 @@ void logger_end_live(struct logger *logger, const struct error *error)
 void typed_begin(struct typed_commands *typed, bool commands, bool listen)
 {
     typed->is_terminal = isatty(STDIN_FILENO) == 1;
-    typed->enabled = !listen && (commands || typed->is_terminal);
+    typed->is_enabled = !listen && (commands || typed->is_terminal);
     typed->tag = (uint16_t)(link_now_us() / 1000u); /* unlikely to be a tag of another program */
-    if (typed->enabled)
+    if (typed->is_enabled)
         /* in the background, reading the terminal must not stop the log */
         signal(SIGTTIN, SIG_IGN);
 }
@@ -667,7 +668,8 @@ void typed_begin(struct typed_commands *typed, bool commands, bool listen)
 int typed_fd(const struct typed_commands *typed)
 {
     bool background = typed->is_terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
-    return typed->enabled && !typed->ended && !background && typed->length < sizeof typed->text
+    return typed->is_enabled && !typed->input_ended && !background &&
+                   typed->length < sizeof typed->text
              ? STDIN_FILENO
              : -1;
 }
@@ -679,7 +681,7 @@ void typed_read(struct typed_commands *typed)
     if (length > 0)
         typed->length += (size_t)length;
     else
-        typed->ended = true;
+        typed->input_ended = true;
 }
 
 /* Prints a reply to a typed command, even with --quiet. */
@@ -719,7 +721,7 @@ static void send_command(struct logger *logger)
 {
     struct typed_commands *typed = &logger->typed;
     typed->command.tag = ++typed->tag;
-    typed->confirming = false;
+    typed->needs_confirmation = false;
     typed->typing_until_us = 0;
     typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
     typed->answered = false;
@@ -740,7 +742,7 @@ static void handle_reply(struct logger *logger, const char *line)
         send_command(logger);
         return;
     }
-    typed->confirming = false;
+    typed->needs_confirmation = false;
     typed->typing_until_us = 0;
     print_reply(logger, "not confirmed (the answer was not yes): nothing was sent\n");
     if (mr_command_parse(line, 0, &typed->command) == MR_OK)
@@ -778,7 +780,7 @@ static void handle_command(struct logger *logger, const char *line)
         send_command(logger);
         return;
     }
-    typed->confirming = true;
+    typed->needs_confirmation = true;
     if (arm)
         arming_write_warnings(logger->store, (int64_t)link_now_us(), doubts);
     for (char *at = doubts, *end; *at; at = end + (*end == '\n')) {
@@ -825,21 +827,21 @@ void typed_update(struct logger *logger)
 {
     struct typed_commands *typed = &logger->typed;
     char line[sizeof typed->text];
-    if (!typed->enabled)
+    if (!typed->is_enabled)
         return;
     /* the answer may be waiting in the queue */
     if (typed->sent && watch_refusal_start_us(&logger->watch))
         typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
     if (typed->sent)
         report_answer(logger);
-    if (typed->confirming && monotonic_us() > typed->until_us)
+    if (typed->needs_confirmation && monotonic_us() > typed->until_us)
         handle_reply(logger, "");
     bool has_board = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
     bool has_no_board = !has_board && !typed->is_terminal;
     if (typed->sent || has_no_board || !read_line(typed, line))
         return;
-    if (typed->confirming)
+    if (typed->needs_confirmation)
         handle_reply(logger, line);
     else if (!has_board)
         print_reply(logger, "no hello from a board yet: nothing was sent\n");

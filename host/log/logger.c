@@ -74,7 +74,7 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
     store_set_wait_ms(logger->store, READ_WAIT_MS);
     watch_note_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
-    logger->begun_us = monotonic_us();
+    logger->transaction_begun_us = monotonic_us();
     if (status == MR_OK && logger->collector)
         status = find_session(logger, error);
     if (status == MR_OK && logger->collector)
@@ -108,7 +108,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                 link_queue_release(link_reader_queue(logger->reader[link]));
         }
     }
-    logger->commit_us = monotonic_us() - from_us;
+    logger->commit_duration_us = monotonic_us() - from_us;
     /* a journal exists from the first commit on */
     if (status == MR_OK && !logger->watch_knows_file)
         watch_set_path(&logger->watch, store_path(logger->store));
@@ -121,11 +121,11 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
 bool logger_is_commit_due(struct logger *logger)
 {
     uint64_t after_us = COMMIT_PERIOD_US;
-    if (logger->commit_us > COMMIT_PERIOD_US &&
+    if (logger->commit_duration_us > COMMIT_PERIOD_US &&
         watch_fill_permille(&logger->watch) > BACKLOG_PERMILLE)
-        after_us = logger->commit_us > COMMIT_PERIOD_MAX_US ? COMMIT_PERIOD_MAX_US
-                                                            : logger->commit_us;
-    return logger->in_transaction && monotonic_us() - logger->begun_us >= after_us;
+        after_us = logger->commit_duration_us > COMMIT_PERIOD_MAX_US ? COMMIT_PERIOD_MAX_US
+                                                                     : logger->commit_duration_us;
+    return logger->in_transaction && monotonic_us() - logger->transaction_begun_us >= after_us;
 }
 
 static void roll_back(struct logger *logger)
@@ -452,7 +452,7 @@ static void switch_store(struct logger *logger, struct store *store, const char 
 {
     logger->store = store;
     snprintf(logger->saved_path, sizeof logger->saved_path, "%s", path);
-    logger->db = logger->saved_path;
+    logger->db_path = logger->saved_path;
     watch_set_path(&logger->watch, path);
     logger->campaign_lost = logger->watch_knows_file = false;
 }
@@ -665,7 +665,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
                 logger->removal_text, saved);
         fflush(stderr);
     }
-    logger->rescue_us = 0;
+    logger->rescue_attempt_us = 0;
     return status;
 }
 
@@ -676,17 +676,17 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
         logger->removal_text[0] = '\0'; /* the file returned before it could be saved */
     if (place == STORE_FILE_SAME ||
-        (logger->rescue_us && now_us - logger->rescue_us < SAVE_RETRY_US))
+        (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_US))
         return MR_OK;
     char original[sizeof logger->saved_path], now[sizeof logger->saved_path];
-    logger->rescue_us = now_us;
+    logger->rescue_attempt_us = now_us;
     snprintf(original, sizeof original, "%s", store_path(logger->store));
     store_find_current_path(logger->store, now, sizeof now);
     report_cause(logger, place, original, now);
     if (!is_content_gone(place))
         return save_and_continue(logger, place, original, now, error);
     if (continue_in_new(logger, place, original, true) == MR_OK)
-        logger->rescue_us = 0;
+        logger->rescue_attempt_us = 0;
     else
         logger->retry_us = now_us +
                            /* nothing is written into the overwritten file; received data waits in
@@ -792,7 +792,7 @@ static enum mr_status check_campaign_place(struct logger *logger, struct error *
 {
     (void)watch_check_file_state(&logger->watch);
     bool gone = is_content_gone(find_file_state(logger));
-    logger->rescue_us = 0;
+    logger->rescue_attempt_us = 0;
     enum mr_status status = logger_rescue_campaign(logger, error);
     if (status != MR_OK || !gone)
         return status;

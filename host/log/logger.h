@@ -21,12 +21,12 @@
 
 /* Commands that the user types at standard input. */
 struct typed_commands {
-    bool enabled, is_terminal;
-    bool ended;     /* standard input has ended */
-    char text[256]; /* text read but not yet processed */
+    bool is_enabled, is_terminal;
+    bool input_ended; /* standard input has ended */
+    char text[256];   /* text read but not yet processed */
     size_t length;
     struct mr_command command; /* the command to be confirmed, or the command that was sent */
-    bool confirming;           /* the user must confirm the command with `yes` */
+    bool needs_confirmation;   /* the user must confirm the command with `yes` */
     bool sent;                 /* the command was sent; its answer is awaited until until_us */
     bool answered;             /* the answer was received and is in `answer` */
     enum mr_status answer;
@@ -38,14 +38,14 @@ struct typed_commands {
 struct logger {
     const struct cli *cli;
     struct store *store;
-    struct collector *collector; /* NULL until the session begins */
-    uint16_t can_base;           /* base of the board on CAN */
-    const char *db, *page;       /* db: path of the campaign; page: path of the page, or NULL */
-    pid_t page_child;            /* process that writes the page; 0: none */
-    bool page_outdated;          /* the page must be written once more after that process */
-    int64_t silent_block;        /* newest block at the last check for silence */
-    uint64_t silent_us;          /* time since which the block has not changed; 0: not started */
-    int64_t silent_run;          /* landing whose silence was reported */
+    struct collector *collector;     /* NULL until the session begins */
+    uint16_t can_base;               /* base of the board on CAN */
+    const char *db_path, *page_path; /* page_path: NULL if no page is written */
+    pid_t page_child;                /* process that writes the page; 0: none */
+    bool page_outdated;              /* the page must be written once more after that process */
+    int64_t silent_block;            /* newest block at the last check for silence */
+    uint64_t silent_since_us; /* time since which the block has not changed; 0: not started */
+    int64_t silent_run;       /* landing whose silence was reported */
     /* time of the last request for the configuration; 0: none, or a landing followed it */
     uint64_t config_request_us;
     unsigned config_requests; /* number of requests since the beginning or the last landing */
@@ -61,23 +61,23 @@ struct logger {
     int event_fd;                              /* eventfd, written when a queue has a new item */
     struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
     bool troubles_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
-    uint64_t noted[LINK_KINDS][LINK_TROUBLES];    /* counts at the last note to the user */
-    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES]; /* time of the last note to the user */
+    uint64_t noted_troubles[LINK_KINDS][LINK_TROUBLES]; /* counts at the last note to the user */
+    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];       /* time of the last note to the user */
     struct watch watch;
     bool in_transaction;
-    uint64_t begun_us;
-    uint64_t commit_us; /* duration of the last commit */
-    uint64_t retry_us;  /* nothing is written until this time, because the store refused */
+    uint64_t transaction_begun_us;
+    uint64_t commit_duration_us; /* duration of the last commit */
+    uint64_t retry_us;           /* nothing is written until this time, because the store refused */
     /* path where the campaign was saved after its file was removed; "": not removed */
     char saved_path[4096];
     char removal_text[9000]; /* what happened to the original file, as a sentence */
     /* time of day before which data is missing; "": the campaign is complete */
     char lost_before[40];
-    bool queues_rewound;   /* the queues have returned all kept items */
-    bool campaign_lost;    /* the data logged so far is no longer in the campaign */
-    bool watch_knows_file; /* the watch thread knows the campaign and its journal */
-    uint64_t rescue_us;    /* time of the last attempt to save the campaign */
-    uint64_t progress_us;
+    bool queues_rewound;        /* the queues have returned all kept items */
+    bool campaign_lost;         /* the data logged so far is no longer in the campaign */
+    bool watch_knows_file;      /* the watch thread knows the campaign and its journal */
+    uint64_t rescue_attempt_us; /* time of the last attempt to save the campaign */
+    uint64_t progress_shown_us;
     bool cannot_send[LINK_KINDS]; /* the link does not accept data */
     double absence_max_s;         /* how long to wait for a device that disappeared */
     const char *ended_by;         /* reason for the end; NULL: still running */

@@ -174,11 +174,12 @@ static void check_call(struct watch *watch, uint64_t at_us)
     sigpending(&pending);
     cli_fill_end_signals(&ends);
     sigandset(&both, &pending, &ends);
-    if (watch->end_us == 0 && watch->call_start_us && !sigisemptyset(&both))
-        watch->end_us = at_us;
-    if (watch->end_us == 0 || watch->call_start_us == 0)
+    if (watch->end_requested_us == 0 && watch->call_start_us && !sigisemptyset(&both))
+        watch->end_requested_us = at_us;
+    if (watch->end_requested_us == 0 || watch->call_start_us == 0)
         return;
-    uint64_t since_us = watch->end_us > watch->call_start_us ? watch->end_us : watch->call_start_us;
+    uint64_t since_us = watch->end_requested_us > watch->call_start_us ? watch->end_requested_us
+                                                                       : watch->call_start_us;
     if (at_us - since_us < END_TIMEOUT_US)
         return;
     char what[100];
@@ -237,14 +238,14 @@ static void *watch_thread(void *context)
 {
     struct watch *watch = context;
     pthread_mutex_lock(&watch->lock);
-    while (!watch->stop) {
+    while (!watch->must_stop) {
         struct timespec until;
         clock_gettime(CLOCK_MONOTONIC, &until);
         until.tv_nsec += POLL_MS * 1000000l;
         until.tv_sec += until.tv_nsec / 1000000000l;
         until.tv_nsec %= 1000000000l;
-        pthread_cond_timedwait(&watch->wake, &watch->lock, &until);
-        if (watch->stop)
+        pthread_cond_timedwait(&watch->wake_condition, &watch->lock, &until);
+        if (watch->must_stop)
             break;
         char line[sizeof watch->path + 700] = "";
         uint64_t at_us = monotonic_us();
@@ -266,7 +267,7 @@ void watch_open(struct watch *watch, const struct cli *cli)
     *watch =
         (struct watch){.cli = cli, .reported_cause = WATCH_NONE, .caught_up_us = monotonic_us()};
     pthread_mutex_init(&watch->lock, NULL);
-    pthread_cond_init(&watch->wake, &monotonic);
+    pthread_cond_init(&watch->wake_condition, &monotonic);
     pthread_condattr_destroy(&monotonic);
 }
 
@@ -277,8 +278,8 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
     memcpy(watch->reader, reader, sizeof watch->reader);
     pthread_mutex_unlock(&watch->lock);
     watch_set_path(watch, path);
-    watch->running = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
-    return watch->running
+    watch->is_running = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
+    return watch->is_running
              ? MR_OK
              : error_set(error, MR_IO, "no thread: logging to %s; check the limits of this system",
                          path);
@@ -286,15 +287,15 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
 
 void watch_close(struct watch *watch)
 {
-    if (watch->running) {
+    if (watch->is_running) {
         pthread_mutex_lock(&watch->lock);
-        watch->stop = true;
-        pthread_cond_broadcast(&watch->wake);
+        watch->must_stop = true;
+        pthread_cond_broadcast(&watch->wake_condition);
         pthread_mutex_unlock(&watch->lock);
         pthread_join(watch->thread, NULL);
     }
-    watch->running = false;
-    pthread_cond_destroy(&watch->wake);
+    watch->is_running = false;
+    pthread_cond_destroy(&watch->wake_condition);
     pthread_mutex_destroy(&watch->lock);
 }
 
@@ -396,8 +397,8 @@ uint64_t watch_refusal_start_us(struct watch *watch)
 void watch_note_end(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    if (watch->end_us == 0)
-        watch->end_us = monotonic_us();
+    if (watch->end_requested_us == 0)
+        watch->end_requested_us = monotonic_us();
     pthread_mutex_unlock(&watch->lock);
 }
 

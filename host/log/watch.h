@@ -26,20 +26,20 @@ enum watch_cause {
 struct watch {
     const struct cli *cli;
     pthread_mutex_t lock;
-    pthread_cond_t wake;
+    pthread_cond_t wake_condition;
     pthread_t thread;
-    bool running, stop;
+    bool is_running, must_stop;
     struct link_reader *reader[LINK_KINDS]; /* NULL: the link is not used */
 
     /* The times of this struct are by the monotonic clock, microseconds. */
     enum store_refusal refusal;
-    char reason[200];        /* reason for the refusal, as the store reported it */
-    uint64_t refused_us;     /* start of the refusal */
-    uint64_t call_start_us;  /* start of the current call of the store; 0: none */
-    uint64_t call_took_us;   /* duration of the last call */
-    uint64_t calls_total_us; /* total time spent in calls since caught_up_us */
-    uint64_t caught_up_us;   /* last time at which the queues were almost empty */
-    uint64_t end_us;         /* time at which the end was requested; 0: not yet */
+    char reason[200];          /* reason for the refusal, as the store reported it */
+    uint64_t refused_us;       /* start of the refusal */
+    uint64_t call_start_us;    /* start of the current call of the store; 0: none */
+    uint64_t call_took_us;     /* duration of the last call */
+    uint64_t calls_total_us;   /* total time spent in calls since caught_up_us */
+    uint64_t caught_up_us;     /* last time at which the queues were almost empty */
+    uint64_t end_requested_us; /* time at which the end was requested; 0: not yet */
     char path[4096];
     struct store_identity identity;
     enum store_file_state file_state;

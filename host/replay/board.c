@@ -238,7 +238,7 @@ enum mr_status replay_board_run(const struct replay_board *board, const char *di
 
 void replay_image_path(const struct board_messages *recorded, char *path, size_t size)
 {
-    const struct mr_board *board = mr_board_by_number(recorded->board);
+    const struct mr_board *board = mr_board_by_number(recorded->board_type);
     if (board)
         data_dir_find_firmware(board->name, path, size);
     else
@@ -268,11 +268,11 @@ enum mr_status replay_image_check(const char *path, const struct board_messages 
     struct error refused = {0};
     enum mr_status status = MR_OK;
     if (imagefile_read(path, &image, &refused) == MR_OK && image.has_header &&
-        recorded->board_known && image.header.board != recorded->board)
+        recorded->board_known && image.header.board != recorded->board_type)
         status = error_set(error, MR_VERSION,
                            "the landing was recorded by board %s, but the image is for %s: %s; "
                            "leave --elf out, or give an image for the board that recorded it",
-                           get_board_name(recorded->board), get_board_name(image.header.board),
+                           get_board_name(recorded->board_type), get_board_name(image.header.board),
                            path);
     imagefile_free(&image);
     return status;

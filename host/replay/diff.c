@@ -325,7 +325,7 @@ static void add_unmatched(struct comparison *c, const struct board_message *answ
         return; /* the time of the end itself may differ by this much */
     if (is_sent_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end of the record */
-    if (!recorded && c->options->lossy[c->row->link]) {
+    if (!recorded && c->options->has_losses[c->row->link]) {
         c->diff->not_recorded++;
         return;
     }
@@ -375,7 +375,7 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             continue;
         }
         bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
-        if (paired && c->options->lossy[link] && !has_same_subject(a, b)) {
+        if (paired && c->options->has_losses[link] && !has_same_subject(a, b)) {
             add_unmatched(c, b, replayed_at, false);
             new.at++;
         } else if (paired) {
@@ -429,7 +429,7 @@ static int64_t find_bus_delay(const struct comparison *c)
     const struct mr_message_info *info = mr_catalogue(&count);
     for (size_t i = 0; i < count; i++) {
         for (int link = 0; link < LINK_KINDS && is_sent_in_turn(info[i].id); link++) {
-            int64_t late = c->options->lossy[link] ? 0 : find_largest_delay(c, link, &info[i]);
+            int64_t late = c->options->has_losses[link] ? 0 : find_largest_delay(c, link, &info[i]);
             most = late > most ? late : most;
         }
     }

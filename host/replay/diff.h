@@ -56,9 +56,9 @@ struct diff {
 };
 
 struct diff_options {
-    bool is_exact;          /* values must be equal; false: within tolerances */
-    int64_t shift_blocks;   /* block of the record minus block of the replay */
-    bool lossy[LINK_KINDS]; /* frames of this link were lost when it was recorded */
+    bool is_exact;               /* values must be equal; false: within tolerances */
+    int64_t shift_blocks;        /* block of the record minus block of the replay */
+    bool has_losses[LINK_KINDS]; /* frames of this link were lost when it was recorded */
 };
 
 void diff_messages(const struct board_messages *recorded, const struct board_messages *replayed,

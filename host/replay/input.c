@@ -48,7 +48,7 @@ static void handle_board(struct board_messages *answers, uint32_t id, const uint
     struct mr_config_state state;
     if (id != MR_ID_CONFIG_STATE || mr_config_state_get(&state, data, length) != MR_OK)
         return;
-    answers->board = state.board;
+    answers->board_type = state.board;
     answers->board_known = true;
 }
 

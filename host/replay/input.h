@@ -24,8 +24,8 @@ struct board_messages {
     size_t messages[LINK_KINDS];
     struct mr_block *block; /* block records, ascending by index */
     size_t blocks;
-    unsigned board;   /* type of the board: common/boards.def */
-    bool board_known; /* the record names the board */
+    unsigned board_type; /* type of the board: common/boards.def */
+    bool board_known;    /* the record names the board */
 };
 
 /* Loads the messages and blocks of a landing. MR_MALFORMED: an invalid record. MR_VERSION: a board

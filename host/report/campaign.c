@@ -49,12 +49,13 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
                     largest ? largest->peak_in : none, largest ? largest->peak_error_in : none, 3);
     answer_value(answer, NULL, "at station", UNIT_STATION, largest ? largest->station_ft : none, 0);
     answer_words(answer, NULL, "warning", "%s",
-                 warning->warned                    ? "yes"
+                 warning->was_warned                ? "yes"
                  : facts->source == MEASURED_IMPORT ? "no board"
                  : facts->warning_maybe_lost        ? "not known"
                                                     : "none")
-        ->warn = warning->warned;
-    add_span(answer, "zone", warning->warned, warning->longest_start_ft, warning->longest_end_ft);
+        ->warn = warning->was_warned;
+    add_span(answer, "zone", warning->was_warned, warning->longest_start_ft,
+             warning->longest_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
@@ -304,7 +305,7 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
             draw_bar(rows, top, 1, "closed", (double)MR_SEGMENT_LENGTH_FT * s,
                      (double)MR_SEGMENT_LENGTH_FT * (s + 1));
     }
-    if (facts->warning.warned)
+    if (facts->warning.was_warned)
         draw_bar(rows, top, 0, "warned", facts->warning.longest_start_ft,
                  facts->warning.longest_end_ft);
     else if (facts->longest_zone.mats > 0)
@@ -519,26 +520,28 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     answer_count(answer, NULL, "RUN", facts->landing.id);
     answer_count(answer, NULL, "zone reports", (int64_t)facts->statements);
     answer_words(answer, NULL, "highest level", "%s%s",
-                 w->warned             ? "warning"
+                 w->was_warned         ? "warning"
                  : !watched            ? "no board"
                  : worst == STORE_NONE ? "no warning"
                                        : mr_predictor_verdict_text((unsigned)worst),
-                 !w->warned && watched && facts->warning_maybe_lost ? ", as far as received" : "")
-        ->warn = w->warned;
-    answer_value(answer, NULL, "first warning", UNIT_TIME, w->warned ? w->t_s : none, 3);
-    answer_words(
-        answer, NULL, "reason", "%s",
-        w->warned && w->reason != STORE_NONE ? mr_predictor_reason_text((unsigned)w->reason) : "");
-    add_span(answer, "first zone", w->warned, w->start_ft, w->end_ft);
+                 !w->was_warned && watched && facts->warning_maybe_lost ? ", as far as received"
+                                                                        : "")
+        ->warn = w->was_warned;
+    answer_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : none, 3);
+    answer_words(answer, NULL, "reason", "%s",
+                 w->was_warned && w->reason != STORE_NONE
+                     ? mr_predictor_reason_text((unsigned)w->reason)
+                     : "");
+    add_span(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
     answer_value(answer, NULL, "wheel reached it after", UNIT_TIME,
-                 w->warned && w->reached ? w->true_lead_s : none, 3);
-    answer_value(answer, NULL, "predicted time to zone", UNIT_TIME, w->warned ? w->lead_s : none,
-                 3);
+                 w->was_warned && w->was_reached ? w->true_lead_s : none, 3);
+    answer_value(answer, NULL, "predicted time to zone", UNIT_TIME,
+                 w->was_warned ? w->lead_s : none, 3);
     answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
-                 w->warned ? w->lead_actual_s : none, 3);
+                 w->was_warned ? w->lead_actual_s : none, 3);
     answer_count(answer, NULL, "zone warned of (mats)",
-                 w->warned ? w->longest_mats : ANSWER_UNKNOWN);
-    add_span(answer, "zone warned of", w->warned, w->longest_start_ft, w->longest_end_ft);
+                 w->was_warned ? w->longest_mats : ANSWER_UNKNOWN);
+    add_span(answer, "zone warned of", w->was_warned, w->longest_start_ft, w->longest_end_ft);
     add_span(answer, "last zone", facts->last_zone.mats > 0, facts->last_zone.start_ft,
              facts->last_zone.end_ft);
 }
@@ -584,11 +587,11 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
     answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->reached_t_s, 1);
     answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
-    answer_count(answer, NULL, "waves observed", (int64_t)outcome->waves);
-    answer_count(answer, NULL, "breaks observed", (int64_t)outcome->breaks);
+    answer_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
+    answer_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
     answer_value(answer, NULL, "lead time, about", UNIT_TIME, row->lead_s, 1);
     answer_words(answer, NULL, "evidence", "%s",
-                 row->verdict == RECORD_NOT_KNOWN ? row->reason
+                 row->verdict == RECORD_NOT_KNOWN ? row->unknown_reason
                                                   : outcome_basis_text(outcome->basis));
 }
 
@@ -657,9 +660,9 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
                  : strcmp(advice->verdict, "against") == 0       ? "no"
                                                                  : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",
-                 !facts                  ? "no landing yet"
-                 : facts->warning.warned ? record_verdict_text(facts->record.verdict)
-                                         : "none");
+                 !facts                      ? "no landing yet"
+                 : facts->warning.was_warned ? record_verdict_text(facts->record.verdict)
+                                             : "none");
     answer_words(answer, NULL, "reason", "%s", reason);
 }
 

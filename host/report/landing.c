@@ -398,11 +398,11 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
             figure_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
                          fmin(until_s, t_s + 0.1), NULL);
     }
-    if (!warning->warned)
+    if (!warning->was_warned)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
-    if (warning->reached)
+    if (warning->was_reached)
         snprintf(text, sizeof text,
                  "first zone%s: %lld mats, reached by the wheel %.3f s after the warning", heard,
                  (long long)warning->mats, warning->true_lead_s);

@@ -326,7 +326,7 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
     begin_fact(out, "zone warned of");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
-        of[i] = facts->warning.warned;
+        of[i] = facts->warning.was_warned;
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
         unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->warning_maybe_lost;
@@ -431,7 +431,7 @@ static void put_warning_text(const struct report_facts *facts, FILE *out)
 {
     if (facts->source == MEASURED_IMPORT) {
         fputs("no board recorded this landing", out);
-    } else if (!facts->warning.warned) {
+    } else if (!facts->warning.was_warned) {
         fputs(facts->warning_maybe_lost ? "the log received no warning, but may have missed one"
                                         : "the board did not warn",
               out);

@@ -304,11 +304,12 @@ static void set_outcome(struct report *report, struct report_facts *facts)
         return;
     facts->record = *row;
     snprintf(facts->outcome_reason, sizeof facts->outcome_reason, "%s",
-             row->reason ? row->reason : "");
-    facts->problems |=
-        (row->outcome.waves ? REPORT_WAVE : 0u) | (row->outcome.breaks ? REPORT_BREAK : 0u) |
-        (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED : 0u) |
-        (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE : 0u);
+             row->unknown_reason ? row->unknown_reason : "");
+    facts->problems |= (row->outcome.wave_count ? REPORT_WAVE : 0u) |
+                       (row->outcome.break_count ? REPORT_BREAK : 0u) |
+                       (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED
+                                                                                   : 0u) |
+                       (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE : 0u);
 }
 
 enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,

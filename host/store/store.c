@@ -207,7 +207,7 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
     if (sqlite3_open_v2(name, &store->database, flags, NULL) != SQLITE_OK)
         return store_set_error(store, "open", error);
     /* on a file system without locks every file seems to be locked: do not wait long at first */
-    bool first_try = (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE) && !store->retrying;
+    bool first_try = (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE) && !store->is_retry;
     sqlite3_busy_timeout(store->database, first_try ? FIRST_READ_WAIT_MS : BUSY_WAIT_MS);
     apply_safe_settings(store->database);
     store_limit_steps(store);
@@ -238,7 +238,7 @@ static enum mr_status retry_open(struct store *store, enum store_mode mode,
         name = uri;
         flags |= SQLITE_OPEN_URI;
     }
-    store->retrying = true;
+    store->is_retry = true;
     return open_file(store, name, flags, mode, error);
 }
 
@@ -378,7 +378,7 @@ void store_close(struct store *store)
         return;
     store_for_each_statement(store, sqlite3_finalize);
     /* write the journal back, so that a copy of the file alone is complete */
-    if (store->checkpoint_at_close && !store->overwritten) {
+    if (store->checkpoint_at_close && !store->is_overwritten) {
         sqlite3_busy_timeout(store->database, 0);
         sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_TRUNCATE, NULL, NULL);
     }
@@ -404,15 +404,15 @@ enum mr_status store_commit(struct store *store, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error)
                               ?: store_execute(store, "COMMIT", "write", error);
-    store->checkpointed &= status != MR_OK;
+    store->is_checkpointed &= status != MR_OK;
     return status;
 }
 
 bool store_checkpoint(struct store *store)
 {
     int frames = 0, back = 0;
-    bool first = !store->checkpointed;
-    store->checkpointed = true;
+    bool first = !store->is_checkpointed;
+    store->is_checkpointed = true;
     return first &&
            sqlite3_wal_checkpoint_v2(store->database, "main", SQLITE_CHECKPOINT_PASSIVE, &frames,
                                      &back) == SQLITE_OK &&
@@ -584,20 +584,20 @@ bool store_is_overwritten(struct store *store)
     struct store_file_header now;
     uint32_t page_bytes;
     int code = sqlite3_errcode(store->database) & 0xff;
-    if (known.file_bytes == 0 || store->overwritten)
-        return store->overwritten;
+    if (known.file_bytes == 0 || store->is_overwritten)
+        return store->is_overwritten;
     enum mr_status status = read_file_header(store, &now, &page_bytes);
     int64_t size_min = (int64_t)now.page_count * page_bytes;
     /* an older copy has a lower change counter; a file that is shorter than its header states is
      * normal during a checkpoint, unless it has become shorter */
-    store->overwritten =
+    store->is_overwritten =
         code == SQLITE_CORRUPT || code == SQLITE_NOTADB || status == MR_MALFORMED ||
         (status == MR_OK && (now.schema_cookie - known.schema_cookie > COOKIE_STEP_MAX ||
                              now.change_counter - known.change_counter > INT32_MAX ||
                              (now.file_bytes < size_min && now.file_bytes < known.file_bytes)));
     if (status == MR_OK)
         store->header = now;
-    return store->overwritten;
+    return store->is_overwritten;
 }
 
 enum mr_status store_record_progress(struct store *store, int64_t session, struct error *error)

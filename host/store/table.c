@@ -414,9 +414,9 @@ static int64_t get_file_bytes(const struct store *store)
 static int has_too_many_steps(void *context)
 {
     struct store *store = context;
-    store->steps += STEPS_PER_CALLBACK;
-    return store->steps > STEPS_MIN &&
-           store->steps > STEPS_MIN + STEPS_PER_BYTE * get_file_bytes(store);
+    store->step_count += STEPS_PER_CALLBACK;
+    return store->step_count > STEPS_MIN &&
+           store->step_count > STEPS_MIN + STEPS_PER_BYTE * get_file_bytes(store);
 }
 
 /* Called when a statement starts. Keeps the count of steps if another statement is still
@@ -425,14 +425,14 @@ static int reset_steps(unsigned event, void *context, void *begins, void *text)
 {
     struct store *store = context;
     (void)event, (void)text;
-    if (store->steps == 0)
+    if (store->step_count == 0)
         return 0;
     for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s;
          s = sqlite3_next_stmt(store->database, s)) {
         if (s != begins && sqlite3_stmt_busy(s))
             return 0;
     }
-    store->steps = 0;
+    store->step_count = 0;
     return 0;
 }
 

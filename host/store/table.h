@@ -250,17 +250,18 @@ struct store {
     sqlite3_stmt *statement[STORE_STATEMENT_COUNT];
     sqlite3_stmt *insert[STORE_TABLE_COUNT], *update[STORE_TABLE_COUNT];
     int lock_fd;              /* descriptor whose lock keeps other logs out; 0: none */
-    bool checkpointed;        /* the journal was written back since the last commit */
+    bool is_checkpointed;     /* the journal was written back since the last commit */
     bool size_limit_reached;  /* the last failed call reached the size limit of the file */
-    bool retrying;            /* the campaign is being opened a second time, with a longer wait */
+    bool is_retry;            /* the campaign is being opened a second time, with a longer wait */
     bool checkpoint_at_close; /* store_close writes the journal back */
     char copy_folder[STORE_TEXT_SIZE]; /* folder with the copy that is read instead; "": none */
     sqlite3_stmt *insert_frames;
     struct store_buffered_frame buffered[STORE_FRAMES_PER_STATEMENT];
     unsigned buffered_count;
-    int64_t steps; /* number of steps since a statement started while no other one was running */
+    /* number of steps since a statement started while no other one was running */
+    int64_t step_count;
     struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */
-    bool overwritten;
+    bool is_overwritten;
     struct store_guard guard;
     int64_t session; /* session being logged; 0: none */
     /* newest data of the session: already committed, and in the open transaction */

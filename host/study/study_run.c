@@ -51,10 +51,10 @@ static void plot_buckles(struct plot *plot, const struct landing_series *c,
            *landing = station_ft + c->seeds;
     size_t count = 0;
     for (size_t i = 0; i < c->seeds; i++) {
-        if (runs[i].buckled == 0)
+        if (runs[i].buckled_landing == 0)
             continue;
         station_ft[count] = runs[i].buckle_ft;
-        landing[count++] = runs[i].buckled + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
+        landing[count++] = runs[i].buckled_landing + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
     }
     plot_add_series(
         plot, &(struct plot_series){

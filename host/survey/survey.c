@@ -234,7 +234,7 @@ static void survey_progress_restore(struct survey_progress *progress, size_t ite
 {
     discard_reading(progress, item);
     progress->value_in[item] = value_in;
-    progress->skipped[item] = skipped;
+    progress->is_skipped[item] = skipped;
     if (!isnan(value_in) || skipped)
         progress->history[progress->history_count++] = item;
 }
@@ -245,7 +245,7 @@ void survey_progress_move_to_next(struct survey_progress *progress, size_t from)
     progress->has_doubtful = false;
     for (size_t step = 0; step < count; step++) {
         size_t item = (from + step) % count;
-        if (isnan(progress->value_in[item]) && !progress->skipped[item]) {
+        if (isnan(progress->value_in[item]) && !progress->is_skipped[item]) {
             progress->current = item;
             return;
         }
@@ -615,7 +615,7 @@ static void subtract_readings(const struct survey_readings *now,
     double *d = (double *)(void *)&c->change;
     for (size_t i = 0; i < offsetof(struct survey_readings, error_in) / sizeof *d; i++) {
         d[i] = a[i] - b[i];
-        c->compared += isnan(d[i]) ? 0u : 1u;
+        c->compared_readings += isnan(d[i]) ? 0u : 1u;
     }
     c->change.error_in = sqrt(now->error_in * now->error_in + before->error_in * before->error_in);
     c->station_error_in = sqrt(2.0) * SURVEY_STATION_ERROR_IN;

@@ -119,7 +119,7 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry);
 struct survey_progress {
     struct survey_plan plan;
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
-    bool skipped[SURVEY_ITEMS_MAX];
+    bool is_skipped[SURVEY_ITEMS_MAX];
     double previous_in[SURVEY_ITEMS_MAX]; /* readings of the previous survey; NaN: none */
     size_t current;                   /* current item; plan.count: all items are read or skipped */
     size_t history[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
@@ -215,7 +215,7 @@ struct survey_change {
     double station_error_in; /* standard error of a change of a station or of a distance across */
     struct survey_estimate movement[SURVEY_LINES][SURVEY_POINTS];
     struct survey_estimate bow[SURVEY_POINTS];
-    size_t compared; /* number of readings that both surveys have */
+    size_t compared_readings; /* number of readings that both surveys have */
 };
 
 struct survey_slack {

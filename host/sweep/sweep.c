@@ -549,14 +549,14 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
     find->is_below_level = !isnan(below) || is == 0;
     find->level = is >= 0 ? 0.5 : isnan(above) ? below : above;
     find->part_count = (unsigned)scan;
-    find->is_given = true;
+    find->is_present = true;
     return MR_OK;
 }
 
 static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct error *error)
 {
     const json_t *outputs = json_object_get(sweep->root, "outputs");
-    if (!outputs && sweep->search.is_given)
+    if (!outputs && sweep->search.is_present)
         return MR_OK;
     for (size_t i = 0; i < json_array_size(outputs); i++) {
         const char *name = json_string_value(json_array_get(outputs, i));
@@ -690,7 +690,7 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
     struct sim_scene scene;
     struct landing_series series;
     json_t *input = sweep_input(sweep, 0);
-    if (input && sweep->search.is_given) {
+    if (input && sweep->search.is_present) {
         json_t *at = sweep_input_at(sweep, input, sweep->search.key.range.from);
         json_decref(input);
         input = at;

@@ -76,7 +76,7 @@ struct sweep_axis {
 
 /* A search for the smallest value of a key for which a field is beyond a level. */
 struct sweep_search {
-    bool is_given;
+    bool is_present;
     /* the key and its range, which is searched from the low end; it has no levels */
     struct sweep_axis key;
     const char *field;   /* path of the field in the result */

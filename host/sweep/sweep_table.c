@@ -265,7 +265,7 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
     if (!input)
         return make_failure_json("refused", "%s cannot be created",
                                  sweep->is_study ? "the study" : "the scene");
-    if (sweep->search.is_given) {
+    if (sweep->search.is_present) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
         json_decref(s.first);
@@ -544,7 +544,7 @@ static void add_all_indices(struct answer *answer, const struct sweep_table *tab
                  "sensitivity indices: share of the variance that the key causes alone (first "
                  "order) and together with other keys (total)");
     for (size_t place = 0; place < table->sweep->grid_cases; place++) {
-        if (table->sweep->search.is_given)
+        if (table->sweep->search.is_present)
             add_indices(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
             add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
@@ -612,7 +612,7 @@ static void for_each_cell(const struct sweep *sweep, const json_t *line, sweep_c
         cell(ctx, sweep->axis[i].name,
              json_object_get(json_object_get(line, "values"), sweep->axis[i].name));
     cell(ctx, "status", json_object_get(line, "status"));
-    if (sweep->search.is_given) {
+    if (sweep->search.is_present) {
         cell(ctx, "above", json_object_get(find, "low"));
         cell(ctx, "threshold", json_object_get(find, "high"));
     }

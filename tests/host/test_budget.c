@@ -78,9 +78,10 @@ static void adds_up(void)
         all += row->contribution * row->contribution;
         stated += s < BUDGET_STATED ? row->contribution * row->contribution : 0.0;
     }
-    assert_near(b.combined, sqrt(all), 1e-6 * b.combined);
-    assert_near(b.stated, sqrt(stated), 1e-6 * b.combined);
-    assert_near(b.stated, (double)mr_reading_error(of.channel, &of.reading), 1e-5 * b.combined);
+    assert_near(b.combined_uncertainty, sqrt(all), 1e-6 * b.combined_uncertainty);
+    assert_near(b.stated_error, sqrt(stated), 1e-6 * b.combined_uncertainty);
+    assert_near(b.stated_error, (double)mr_reading_error(of.channel, &of.reading),
+                1e-5 * b.combined_uncertainty);
 }
 
 TEST_IN(a_movement_by_hand, fresh, NULL)
@@ -146,8 +147,8 @@ TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
         of.certificate_factor = 1.0;
         of.half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
         budget_make(&of, &b);
-        assert_near(b.combined, 1.0, 1e-6);
+        assert_near(b.combined_uncertainty, 1.0, 1e-6);
         assert_near(b.coverage_factor, known[i][1], 2e-3);
-        assert_near(b.expanded, b.coverage_factor * b.combined, 1e-12);
+        assert_near(b.expanded_uncertainty, b.coverage_factor * b.combined_uncertainty, 1e-12);
     }
 }

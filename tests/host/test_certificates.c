@@ -78,7 +78,7 @@ static const char *number_that_holds(void)
     static struct certificates now;
     certificates_read(store, "00", &now, &error);
     assert_no_error(&error);
-    return now.known[2] ? now.certificate[2].number : "";
+    return now.is_known[2] ? now.certificate[2].number : "";
 }
 
 static void enter(const char *number)
@@ -187,7 +187,7 @@ TEST(what_is_overdue_stops_ready)
     judge(1772409599);
     assert_int_equal(report.count, 1); /* campaigns without certificates go on */
     says(0, READY_NOT_DONE, "certificates", "no certificate for any sensor");
-    f.certificates.known[2] = true;
+    f.certificates.is_known[2] = true;
     f.certificates.certificate[2] = sound();
     judge(1772409599);
     assert_int_equal(report.count, 2);

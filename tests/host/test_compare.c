@@ -149,7 +149,7 @@ TEST(differences_of_a_known_series)
     assert_near(f.channel[4].figures.arrival_measured.t_s -
                     f.channel[4].figures.arrival_simulated.t_s,
                 0.04, 2e-3);
-    assert_false(f.channel[5].compared);
+    assert_false(f.channel[5].is_compared);
     assert_non_null(strstr(f.channel[5].reason, "0 % of its readings are valid"));
     /* untouched: as the landing had it */
     assert_true(f.channel[1].figures.rms == landing.figures.channel[1].figures.rms &&
@@ -363,8 +363,8 @@ TEST(a_series_of_one)
     assert_int_equal(set.compared_count, 1);
     for (size_t c = 0; c < 8; c++) {
         const struct signal_figures *f = &set.landing[0].figures.channel[c].figures;
-        n += (double)f->compared;
-        rms += (double)f->compared * f->rms * f->rms;
+        n += (double)f->compared_samples;
+        rms += (double)f->compared_samples * f->rms * f->rms;
     }
     assert_near(set.pooled.rms_in, sqrt(rms / n), 1e-9);
     compare_series_free(&set);
@@ -391,7 +391,7 @@ static struct compare_figures two_channels(void)
     for (int c = 0; c < 2; c++)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
-            .compared = true,
+            .is_compared = true,
             .figures = {.rms = 0.02 * (c + 1), .bias = -0.03, .chi = (double)NAN}};
     f.zones.count = 1;
     f.zones.moment[0] =
@@ -445,7 +445,7 @@ TEST(limits_decide)
                                 "0.5000, missed by 0.1000");
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
     assert_true(v.failed == 1 && strstr(v.text, "not known"));
-    f.channel[0].compared = false;
+    f.channel[0].is_compared = false;
     snprintf(f.channel[0].reason, sizeof f.channel[0].reason, "open");
     v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
     assert_true(v.failed == 1);
@@ -484,7 +484,7 @@ static struct compare_figures agreeing(void)
         struct compare_channel *c = &figures.channel[i];
         c->number = (int64_t)(3 + i);
         c->station_ft = 60.0 + 10.0 * (double)i;
-        c->compared = true;
+        c->is_compared = true;
         c->figures.peak_measured.value = 0.8;
         c->figures.peak_simulated.value = 0.804;
         c->figures.arrival_measured.t_s = 1.5;
@@ -519,7 +519,7 @@ TEST(a_sentence_has_the_largest_difference)
                     "RUN 7 differs from x.json: 2 of 5 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the peak at transducer 4, 21.3 m, measured "
                     "20.320 mm, simulated 21.590 mm, En 5");
-    figures.channel[0].compared = figures.channel[1].compared = false;
+    figures.channel[0].is_compared = figures.channel[1].is_compared = false;
     assert_sentence(&figures, false,
                     "No peak, end or arrival of RUN 7 could be compared with x.json");
 }

@@ -230,7 +230,7 @@ TEST(memory_is_bounded)
 /* ---- the hub ---- */
 
 static const struct live_source source = {
-    .db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .commands = true};
+    .db = "campaign.db", .can = "unix:can", .serial = "unix:serial", .accepts_commands = true};
 
 static void hub_zone(struct live_hub *hub, int64_t block, bool warning)
 {

@@ -236,7 +236,7 @@ TEST(warning_and_wheel)
     log_one(&s, true, true);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
     const struct zone_warning *w = &summary.zones.warning;
-    assert_true(w->warned);
+    assert_true(w->was_warned);
     assert_int_equal(w->mats, 35);
     assert_near(w->start_ft, 60.0, 1e-6);
     assert_near(w->lead_s, 0.75, 1e-6);
@@ -244,7 +244,7 @@ TEST(warning_and_wheel)
     /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4
      * t^2 */
     assert_true(w->t_s > 1.0 - 0.001 && w->t_s < 1.051);
-    assert_true(w->reached);
+    assert_true(w->was_reached);
     assert_near(w->reached_t_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0, 0.002);
     assert_near(w->true_lead_s, w->reached_t_s - w->t_s, 1e-12);
     assert_near(w->lead_t_s, w->t_s, 0.0);

@@ -42,7 +42,7 @@ static int all_well(void **state)
                                                          .shunt_lb = 40.0f,
                                                          .calibrated_day = 1};
     for (unsigned i = 0; i < 10; i += i ? 1 : 8) /* 0, 8, 9 */ {
-        f.certificates.known[i] = true;
+        f.certificates.is_known[i] = true;
         f.certificates.certificate[i] = (struct store_certificate){
             .index = i, .number = "C-1", .calibrated_day = 19900, .due_day = 20100};
     }
@@ -68,7 +68,7 @@ static int all_well(void **state)
         f.previous_span_lb[i] = 40.1f;
     }
     f.self_test.done = 0x7f;
-    f.box = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
+    f.box_state = (struct mr_box_state){.state = 2, .ready = 400, .reserve = 288};
     f.temperature.temperature_c = 21.0f;
     f.can_frames = 1000;
     f.serial_frames = 2000;
@@ -188,12 +188,12 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("shunt calibration", "gage 1 drifted by +0.60 lb");
     f.shunt_done = false;
     only_no_go("shunt calibration", "did not answer");
-    f.box.state = 0;
+    f.box_state.state = 0;
     only_no_go("black box", "no memory answers");
-    f.box.wait_s = 12.5f;
+    f.box_state.wait_s = 12.5f;
     only_no_go("black box", "12.5 s until");
-    f.box.wait_s = NAN;
-    f.box.records = 26;
+    f.box_state.wait_s = NAN;
+    f.box_state.records = 26;
     only_no_go("black box", "26 records to free");
     f.self_test.failed = 1u << MR_SELF_TEST_NOR;
     only_no_go("self-test", "memory of the black box");

@@ -111,10 +111,11 @@ static void is(const struct record *record, int run, enum record_verdict verdict
     const struct record_row *row = &record->row[run - 1];
     if (row->run != run || row->verdict != verdict || row->outcome.basis != basis)
         fail_msg("RUN %d: %s by %s (%s), wanted %s by %s", run, record_verdict_text(row->verdict),
-                 outcome_basis_text(row->outcome.basis), row->reason ? row->reason : "",
-                 record_verdict_text(verdict), outcome_basis_text(basis));
+                 outcome_basis_text(row->outcome.basis),
+                 row->unknown_reason ? row->unknown_reason : "", record_verdict_text(verdict),
+                 outcome_basis_text(basis));
     if (verdict == RECORD_NOT_KNOWN)
-        assert_non_null(row->reason);
+        assert_non_null(row->unknown_reason);
 }
 
 TEST(each_kind)

@@ -186,9 +186,9 @@ static void play_all(struct landing_series *series, unsigned jobs, struct series
 static void compare(const struct landing_series *series, struct series_run *a, struct series_run *b)
 {
     for (size_t i = 0; i < series->seeds; i++) {
-        assert_int_equal(a[i].buckled, b[i].buckled);
-        for (size_t k = 0; k < a[i].landings && a[i].outcomes[k].waves == 0; k++) {
-            if (a[i].buckled == (int)k + 1 || b[i].outcomes[k].waves > 0)
+        assert_int_equal(a[i].buckled_landing, b[i].buckled_landing);
+        for (size_t k = 0; k < a[i].landings && a[i].outcomes[k].wave_count == 0; k++) {
+            if (a[i].buckled_landing == (int)k + 1 || b[i].outcomes[k].wave_count > 0)
                 break;
             assert_memory_equal(a[i].outcomes[k].movement_in, b[i].outcomes[k].movement_in,
                                 series->station_count * sizeof(double));
@@ -207,10 +207,10 @@ TEST(test_neither_jobs_nor_skipping_change_an_answer)
     play_all(&series, 3, three);
     for (size_t i = 0; i < 3; i++) {
         assert_int_equal(one[i].seed, 5 + i);
-        assert_int_equal(one[i].buckled, three[i].buckled);
+        assert_int_equal(one[i].buckled_landing, three[i].buckled_landing);
         assert_memory_equal(one[i].outcomes, three[i].outcomes, 2 * sizeof *one[i].outcomes);
         skipped += !one[i].outcomes[0].planar_was_run;
-        buckled += one[i].buckled > 0;
+        buckled += one[i].buckled_landing > 0;
     }
     series.skip_share = -1.0;
     play_all(&series, 2, whole);
@@ -435,10 +435,10 @@ TEST(test_a_wave_that_is_ridden_is_met_once)
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
     series_simulate(&series, 2, &run);
-    assert_int_equal(run.buckled, 5);
+    assert_int_equal(run.buckled_landing, 5);
     const struct series_outcome *o = &run.outcomes[4];
-    assert_int_equal(o->overruns, 1);
-    assert_int_equal(o->failures, 1);
+    assert_int_equal(o->overrun_count, 1);
+    assert_int_equal(o->failure_count, 1);
     assert_true(o->failure_ft[0] == o->overrun_ft[0] && run.buckle_ft == o->overrun_ft[0]);
     assert_true(o->stop_ft - o->overrun_ft[0] > 5.0); /* that it is carried for */
     series_run_free(&run);
@@ -514,7 +514,8 @@ TEST(test_wilson)
 /* Of three runways two buckle in landing 2 and one never, of four landings: shares by hand. */
 TEST(test_log_score)
 {
-    struct series_run runs[3] = {{.buckled = 2}, {.buckled = 2}, {.buckled = 0}};
+    struct series_run runs[3] = {
+        {.buckled_landing = 2}, {.buckled_landing = 2}, {.buckled_landing = 0}};
     struct landing_series series = {.seeds = 3, .landing_count = 4};
     static const struct {
         int seen;
@@ -649,19 +650,19 @@ static void write_down(struct case_ *c)
         c->lasting[i].movement_in[0] = movement_in[i];
         c->lasting[i].movement_in[1] = -2.0 * movement_in[i];
         c->lasting[i].zone_mats = 10 * (i + 1);
-        c->lasting[i].waves = i == 1 ? 3 : 0;
+        c->lasting[i].wave_count = i == 1 ? 3 : 0;
         c->lasting[i].band_slack = i > 1;
         c->lasting[i].torn_joints = i == 3 ? 7 : 0;
         c->buckling[i] = c->lasting[i];
     }
-    c->buckling[2].buckled = true;
-    c->buckling[2].waves = 1;
-    c->buckling[2].failures = 2;
+    c->buckling[2].is_buckled = true;
+    c->buckling[2].wave_count = 1;
+    c->buckling[2].failure_count = 2;
     c->buckling[2].failure_ft[0] = 85.0;
     c->buckling[2].failure_ft[1] = 91.0;
     c->runs[0] = (struct series_run){.seed = 1, .landings = 4, .outcomes = c->lasting};
-    c->runs[1] =
-        (struct series_run){.seed = 2, .landings = 3, .buckled = 3, .outcomes = c->buckling};
+    c->runs[1] = (struct series_run){
+        .seed = 2, .landings = 3, .buckled_landing = 3, .outcomes = c->buckling};
 }
 
 /* The value of a fact on both runways. */

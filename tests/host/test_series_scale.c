@@ -63,13 +63,13 @@ static double apart_in(const struct landing_series *a, const struct landing_seri
     series_simulate(b, 1, &y);
     assert_int_equal(x.error.status, MR_OK);
     assert_int_equal(y.error.status, MR_OK);
-    *same_fate = x.landings == y.landings && x.buckled == y.buckled &&
+    *same_fate = x.landings == y.landings && x.buckled_landing == y.buckled_landing &&
                  x.buckle_ft == y.buckle_ft / n;
     for (size_t i = 0; i < x.landings && i < y.landings; i++) {
         const struct series_outcome *p = &x.outcomes[i], *q = &y.outcomes[i];
         for (size_t k = 0; k < a->station_count; k++)
             worst_in = fmax(worst_in, fabs(p->total_in[k] - q->total_in[k] / n));
-        *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->waves == q->waves &&
+        *same_fate = *same_fate && p->zone_mats == q->zone_mats && p->wave_count == q->wave_count &&
                      p->torn_joints == q->torn_joints && p->reach_ft == q->reach_ft / n &&
                      p->push_lb == q->push_lb / (n * n * n);
     }

@@ -130,7 +130,7 @@ TEST(undo_skip_back)
     assert_int_equal(item, 3);
     assert_true(isnan(progress.value_in[3]) && progress.current == 3);
     assert_int_equal(typed(&progress, "u", &item), SURVEY_UNDONE); /* the skipped one */
-    assert_true(item == 2 && !progress.skipped[2] && progress.current == 2);
+    assert_true(item == 2 && !progress.is_skipped[2] && progress.current == 2);
     assert_int_equal(typed(&progress, "b", &item), SURVEY_MOVED);
     assert_int_equal(progress.current, 1);
     typed(&progress, "33.53", &item); /* in its place */

@@ -54,12 +54,12 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
         if (runs[i].error.status != MR_OK)
             *error = runs[i].error;
         t->runways++;
-        t->buckled += runs[i].buckled > 0;
+        t->buckled += runs[i].buckled_landing > 0;
         for (size_t k = 0; k < runs[i].landings; k++) {
             const struct series_outcome *o = &runs[i].outcomes[k];
             t->landings++;
-            t->low_waves += o->waves > 0 && !o->buckled;
-            t->ahead += o->buckled && o->overruns == 0;
+            t->low_waves += o->wave_count > 0 && !o->is_buckled;
+            t->ahead += o->is_buckled && o->overrun_count == 0;
             t->most_rise_in = fmax(t->most_rise_in, o->rise_in);
             if (o->crest_ft > 0.0 && t->crests < CRESTS_MAX) {
                 t->crest_ft[t->crests] = o->crest_ft;

@@ -129,12 +129,12 @@ static double of_landing(const struct landing_series *c, const struct series_fac
     switch (fact->quantity) {
     case SERIES_MEAN_IN: return mean_in(c, o);
     case SERIES_ZONE_MATS: return o->zone_mats;
-    case SERIES_WAVES: return o->waves > 0;
+    case SERIES_WAVES: return o->wave_count > 0;
     case SERIES_SLACK: return o->band_slack > 0;
     case SERIES_TORN: return o->torn_joints > 0;
-    case SERIES_FAILURES: return o->failures;
+    case SERIES_FAILURES: return o->failure_count;
     case SERIES_APART_FT:
-        return o->failures > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
+        return o->failure_count > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
     default: return moved_in(c, fact, o);
     }
 }
@@ -148,7 +148,7 @@ static double over(const struct landing_series *c, const struct series_fact *fac
     double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
     for (size_t i = first - 1; i < last && i < run->landings; i++) {
-        if ((int)i + 1 == run->buckled && !buckling)
+        if ((int)i + 1 == run->buckled_landing && !buckling)
             break;
         double value = of_landing(c, fact, &outcomes[i]);
         sum += value;
@@ -176,9 +176,10 @@ double facts_value(const struct landing_series *c, const struct series_fact *fac
     if (run->error.status != MR_OK)
         return (double)NAN;
     if (fact->when != SERIES_IN_LANDINGS) {
-        if (run->buckled == 0 || (fact->when == SERIES_BEFORE_BUCKLING && run->buckled == 1))
+        if (run->buckled_landing == 0 ||
+            (fact->when == SERIES_BEFORE_BUCKLING && run->buckled_landing == 1))
             return (double)NAN;
-        first = last = (size_t)run->buckled - (fact->when == SERIES_BEFORE_BUCKLING);
+        first = last = (size_t)run->buckled_landing - (fact->when == SERIES_BEFORE_BUCKLING);
     }
     double value = over(c, fact, run, first, last);
     if (fact->against_first == 0)
@@ -231,7 +232,7 @@ size_t series_agree(const struct landing_series *c, const struct facts *facts,
 {
     size_t agree = 0;
     for (size_t i = 0; i < c->seeds; i++) {
-        int n = runs[i].buckled;
+        int n = runs[i].buckled_landing;
         if (runs[i].error.status == MR_OK)
             agree += facts->observed_landing < 0
                        ? n == 0
@@ -249,7 +250,7 @@ double series_log_score_bits(const struct landing_series *c, const struct facts 
         return (double)NAN;
     for (size_t i = 0; i < c->seeds; i++) {
         runways += runs[i].error.status == MR_OK;
-        same += runs[i].error.status == MR_OK && runs[i].buckled == seen;
+        same += runs[i].error.status == MR_OK && runs[i].buckled_landing == seen;
     }
     double outcomes = (double)c->landing_count + 1.0;
     return -log2(((double)same + 1.0 / outcomes) / ((double)runways + 1.0));

@@ -281,10 +281,10 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
                                    .half_range_k = temperature ? study->setting.kelvin : 0.0};
     budget_make(&of, &budget);
     double off = drawn.value - drawn.truth;
-    t->stated += fabs(off) <= NORMAL * budget.stated;
-    t->expanded += fabs(off) <= budget.expanded;
+    t->stated += fabs(off) <= NORMAL * budget.stated_error;
+    t->expanded += fabs(off) <= budget.expanded_uncertainty;
     t->errors += off * off;
-    t->errors_rel += off * off / (budget.combined * budget.combined);
+    t->errors_rel += off * off / (budget.combined_uncertainty * budget.combined_uncertainty);
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++)
         t->squares[s] += budget.row[s].contribution * budget.row[s].contribution;
 }
