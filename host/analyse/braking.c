@@ -51,11 +51,11 @@ static struct mr_estimate distance_ft(const struct track *track, double from_s, 
 }
 
 static void find_slip(const struct track *track, const struct mr_site_config *site,
-                      const struct pulse *pulse, size_t count, struct braking *braking)
+                      double per_pulse_ft, const struct pulse *pulse, size_t count,
+                      struct braking *braking)
 {
     double from_s = braking->has_edge ? fmax(braking->onset_s.value, 0.0) : 0.0;
-    double radius_ft = (double)site->wheel_radius_ft,
-           per_pulse_ft = 2.0 * M_PI * radius_ft / site->wheel_pulses;
+    double radius_ft = (double)site->wheel_radius_ft;
     bool covered = pulse[0].t_s <= from_s;
     double first = covered ? pulses_at(pulse, count, from_s) : pulse[0].number - 0.5;
     struct mr_estimate way = distance_ft(track, from_s, track->stop.t_s);
@@ -110,7 +110,8 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
  * braking from touchdown on. The loss of speed before the edge is therefore taken as uniform from 0
  * to the loss of the fit.
  * */
-static void find_thrust(const struct measured *measured, struct braking *braking)
+static void find_thrust(const struct measured *measured, double thrust_lb_per_g,
+                        struct braking *braking)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     struct mr_estimate speed_ft_s, *a = &braking->deceleration_ft_s2;
@@ -124,7 +125,7 @@ static void find_thrust(const struct measured *measured, struct braking *braking
     a->value = speed_ft_s.value / took_s;
     a->error = a->value * hypot(speed_ft_s.error / speed_ft_s.value,
                                 hypot(summary->stop_t_s.error, braking->onset_s.error) / took_s);
-    braking->thrust_lb.value = measured->thrust_lb_per_g * a->value / G_FT_S2;
+    braking->thrust_lb.value = thrust_lb_per_g * a->value / G_FT_S2;
     braking->thrust_lb.error = braking->thrust_lb.value *
                                hypot(BRAKING_SHARE_ERROR, a->error / a->value);
 }
@@ -153,21 +154,21 @@ static size_t split_rows(const struct store_braking_edge *row, size_t rows,
     return count;
 }
 
-static void find_results(const struct measured *measured, const struct pulse *pulse, size_t count,
-                         struct braking *braking)
+static void find_results(const struct measured *measured, double thrust_lb_per_g,
+                         const struct pulse *pulse, size_t count, struct braking *braking)
 {
     const struct mr_site_config *site = &measured->site;
+    double per_pulse_ft = 2.0 * M_PI * (double)site->wheel_radius_ft / site->wheel_pulses;
     struct track track;
     track_make(measured, &track);
     if (!track.is_known)
         return;
     if (braking->has_edge)
-        find_thrust(measured, braking);
+        find_thrust(measured, thrust_lb_per_g, braking);
     if (count < 2 || !site->wheel_pulses)
         return;
-    find_slip(&track, site, pulse, count, braking);
-    find_locks(&track, 2.0 * M_PI * (double)site->wheel_radius_ft / site->wheel_pulses, pulse,
-               count, braking);
+    find_slip(&track, site, per_pulse_ft, pulse, count, braking);
+    find_locks(&track, per_pulse_ft, pulse, count, braking);
 }
 
 enum mr_status braking_load(struct store *store, const struct measured *measured,
@@ -176,7 +177,8 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
     const struct mr_estimate unknown = {(double)NAN, (double)NAN};
     struct store_braking_edge *row = NULL;
     struct store_edge *edge = NULL;
-    size_t rows = 0, edges = 0, i = 0;
+    struct mr_predictor_config predictor;
+    size_t rows = 0, edges = 0, items = 0, i = 0;
     int64_t run = measured->landing.id;
     *braking = (struct braking){.onset_s = unknown,
                                 .slip = unknown,
@@ -185,14 +187,17 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
                                 .thrust_lb = unknown};
     enum mr_status status = store_braking_edges(store, run, &row, &rows, error);
     if (status == MR_OK && rows)
-        status = store_edges(store, run, &edge, &edges, error);
+        status = store_edges(store, run, &edge, &edges, error)
+                   ?: store_predict_config_get(store, run, &predictor, &items, error);
     while (i < edges && isnan(edge[i].board_us))
         i++;
     if (status == MR_OK && i < edges && measured->fit_status == MR_OK &&
         measured->t0_is_touchdown) {
         struct pulse *pulse = xcalloc(rows, sizeof *pulse);
         size_t count = split_rows(row, rows, &edge[i], measured, pulse, braking);
-        find_results(measured, pulse, count, braking);
+        bool known = items == (size_t)MR_PREDICT_ITEMS;
+        find_results(measured, known ? (double)predictor.thrust_lb_per_g : (double)NAN, pulse,
+                     count, braking);
         free(pulse);
     }
     free(row);

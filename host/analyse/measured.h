@@ -133,7 +133,6 @@ struct measured {
     int64_t recalibrated_channels;
     bool dates_known;           /* the configuration was read, so calibration dates are known */
     struct mr_site_config site; /* 0 if the configuration was not read */
-    double thrust_lb_per_g;     /* parameter of the predictor; NaN: not known */
     /* at least one channel that was not recalibrated has no calibration date; false if dates are
      * not known */
     bool is_uncalibrated;

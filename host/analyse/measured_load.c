@@ -575,25 +575,12 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     return status;
 }
 
-static enum mr_status find_thrust(struct store *store, int64_t run, struct measured *measured,
-                                  struct error *error)
-{
-    struct mr_predictor_config predictor;
-    size_t items = 0;
-    enum mr_status status = store_predict_config_get(store, run, &predictor, &items, error);
-    measured->thrust_lb_per_g = status == MR_OK && items == (size_t)MR_PREDICT_ITEMS
-                                  ? (double)predictor.thrust_lb_per_g
-                                  : (double)NAN;
-    return status;
-}
-
 static enum mr_status load_details(struct store *store, int64_t run, struct measured *measured,
                                    struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
            find_calibration(store, run, measured, error) ?:
-           find_thrust(store, run, measured, error) ?:
            load_gates(store, run, measured, error) ?:
            count_missing_edges(store, run, measured, error);
 }
