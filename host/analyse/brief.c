@@ -11,43 +11,38 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
 {
     const struct zone_warning *w = &summary->zones.warning;
     const bool si = answer_is_si(answer);
-    char wheel[UNIT_TEXT], after[UNIT_TEXT];
+    char wheel[UNIT_TEXT];
     if (!w->was_warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
-    unit_value_text(UNIT_TIME, si, w->predicted_wheel_after_s, 3, after);
     answer_words(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
                  (long long)w->predicted_mats, wheel);
-    if (isfinite(w->predicted_wheel_after_s))
-        answer_remark(answer, ", which it reached %s after the warning", after);
 }
 
-/* Adds the outcome from survey and transducers, without the predictor. */
-static void add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
+const char *brief_format_outcome(struct store *store, const struct summary *summary,
+                                 char out[BRIEF_OUTCOME_SIZE])
 {
     const struct record_landing landing = {&summary->measured, &summary->zones};
     struct record record;
     struct error error = {0};
     const struct record_row *row = NULL;
-    char what[200] = "";
+    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE];
     if (record_begin(store, &record, &error) == MR_OK &&
         record_judge(store, &record, &landing, &error) == MR_OK)
         row = record_find(&record, summary->measured.landing.id);
-    if (row && row->is_judged) {
-        const struct outcome *outcome = &row->outcome;
-        if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
-            snprintf(what, sizeof what, ": %s", row->unknown_reason);
-        else if (isfinite(outcome->reached_t_s))
-            snprintf(what, sizeof what,
-                     ": the wheel reached %d closed mats about %.1f s after touchdown (resolution: "
-                     "ten mats)",
-                     OUTCOME_MATS, outcome->reached_t_s);
-        else if (outcome->reached == OUTCOME_NOT_REACHED && outcome->mats >= 0)
-            snprintf(what, sizeof what, ": the wheel reached at most %lld closed mats",
-                     (long long)outcome->mats);
-        answer_words(answer, NULL, "outcome", "%s%s", record_verdict_text(row->verdict), what);
-    }
+    out[0] = '\0';
+    if (row && row->is_judged)
+        snprintf(out, BRIEF_OUTCOME_SIZE, "%s: %s", record_format_outcome(row, outcome),
+                 record_format_evidence(row, evidence));
     record_free(&record);
+    return out;
+}
+
+void brief_add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
+{
+    char text[BRIEF_OUTCOME_SIZE];
+    if (brief_format_outcome(store, summary, text)[0])
+        answer_words(answer, NULL, "outcome", "%s", text);
 }
 
 static void add_motion(const struct measured *measured, struct answer *answer)
@@ -143,13 +138,14 @@ bool brief_print(struct store *store, const struct summary *summary, bool all, b
     char heading[SUMMARY_HEADING_SIZE];
     if (all) {
         summary_to_answer(summary, answer);
+        brief_add_outcome(store, summary, answer);
     } else {
         summary_format_heading(summary, heading);
         answer_open(answer, NULL, heading);
         summary_add_alerts(summary, answer);
         zones_add_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
         add_prediction(summary, answer);
-        add_outcome(store, summary, answer);
+        brief_add_outcome(store, summary, answer);
         add_motion(&summary->measured, answer);
         add_movement(&summary->measured, answer);
         add_tension(&summary->measured, answer);

@@ -9,4 +9,11 @@
  * the landing cannot be read. Returns false if `out` cannot be written. */
 bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out);
 
+/* Writes the outcome of the landing, with its lead time and evidence; "" if it cannot be read. */
+#define BRIEF_OUTCOME_SIZE 600
+const char *brief_format_outcome(struct store *store, const struct summary *summary,
+                                 char out[BRIEF_OUTCOME_SIZE]);
+/* Adds this text for people. */
+void brief_add_outcome(struct store *store, const struct summary *summary, struct answer *answer);
+
 #endif

@@ -37,6 +37,7 @@ static void set_warning(const struct measured *measured, const struct zones *zon
     if (warning->was_warned) {
         row->warned = RECORD_WARNED;
         row->warned_t_s = warning->t_s;
+        row->origin = zones->received.origin;
         row->warned_ft = warning->start_ft;
         row->wheel_ft = warning->wheel_ft;
     } else if (measured->source == MEASURED_IMPORT)
@@ -72,10 +73,8 @@ static void set_warned_verdict(struct record_row *row)
     const struct outcome *outcome = &row->outcome;
     if (outcome->reached == OUTCOME_NOT_REACHED)
         row->verdict = RECORD_FALSE_ALARM;
-    else if (outcome->reached_t_s < row->warned_t_s)
-        row->verdict = RECORD_LATE;
     else {
-        row->verdict = RECORD_HIT;
+        row->verdict = outcome->reached_t_s < row->warned_t_s ? RECORD_LATE : RECORD_HIT;
         row->lead_s = outcome->reached_t_s - row->warned_t_s;
     }
 }
@@ -166,20 +165,25 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 
 /* ---- transducers ---- */
 
-/* The longest zone that the wheel reached, and the first time at which it was at a zone of 50
- * mats. */
+/* The longest zone that the wheel reached, and the first time at which it was at a zone of
+ * OUTCOME_MATS, and of this length less and plus the resolution. */
+enum { LENGTH_LOW, LENGTH, LENGTH_HIGH, LENGTHS };
 struct reached_zone {
     unsigned mats;
-    /* start of the zone; time of reaching 50 closed mats; NaN: no zone lasted MIN_ZONE_STEPS */
-    double start_ft, t_s;
+    /* start of the zone; times of reaching the lengths; NaN: no zone lasted MIN_ZONE_STEPS */
+    double start_ft, t_s[LENGTHS];
 };
 
 static struct reached_zone find_reached_zone(const struct measured *measured,
                                              const struct zones_closure *slack)
 {
-    struct reached_zone reached = {.start_ft = (double)NAN, .t_s = (double)NAN};
-    unsigned steady = 0;
-    double since_s = (double)NAN;
+    static const unsigned mats[LENGTHS] = {OUTCOME_MATS - OUTCOME_RESOLUTION, OUTCOME_MATS,
+                                           OUTCOME_MATS + OUTCOME_RESOLUTION};
+    struct reached_zone reached = {.start_ft = (double)NAN};
+    unsigned steady[LENGTHS] = {0};
+    double since_s[LENGTHS];
+    for (unsigned k = 0; k < LENGTHS; k++)
+        reached.t_s[k] = since_s[k] = (double)NAN;
     for (size_t i = 0; i < measured->samples; i += STEP_SAMPLES) {
         float left_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
@@ -191,10 +195,12 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
             continue;
         zones_find_closed(measured, slack, i, left_in, &zone);
         bool at_it = zone.mats > 0 && (double)zone.start_ft - wheel_ft < OUTCOME_NEAR_FT;
-        steady = at_it && zone.mats >= OUTCOME_MATS ? steady + 1 : 0;
-        since_s = steady == 1 ? t_s : since_s;
-        if (isnan(reached.t_s) && steady == MIN_ZONE_STEPS)
-            reached.t_s = since_s;
+        for (unsigned k = 0; k < LENGTHS; k++) {
+            steady[k] = at_it && zone.mats >= mats[k] ? steady[k] + 1 : 0;
+            since_s[k] = steady[k] <= 1 ? t_s : since_s[k];
+            if (isnan(reached.t_s[k]) && steady[k] == MIN_ZONE_STEPS)
+                reached.t_s[k] = since_s[k];
+        }
         if (!at_it)
             continue;
         if (zone.mats > reached.mats) {
@@ -246,8 +252,10 @@ static void judge_by_transducers(const struct measured *measured, const struct z
     struct reached_zone reached = find_reached_zone(measured, slack);
     outcome->mats = (int64_t)reached.mats;
     outcome->start_ft = reached.start_ft;
-    outcome->reached_t_s = reached.t_s;
-    if (isfinite(reached.t_s)) {
+    outcome->reached_t_s = reached.t_s[LENGTH];
+    outcome->reached_low_s = reached.t_s[LENGTH_LOW];
+    outcome->reached_high_s = reached.t_s[LENGTH_HIGH];
+    if (isfinite(outcome->reached_t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
         return;
@@ -257,7 +265,7 @@ static void judge_by_transducers(const struct measured *measured, const struct z
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segments < MR_SEGMENTS &&
-             isfinite(find_reached_zone(measured, &closed).t_s))
+             isfinite(find_reached_zone(measured, &closed).t_s[LENGTH]))
         outcome->unknown_reason =
             "the survey before the landing leaves out segments where a zone may have been";
     else {
@@ -332,7 +340,9 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
     *outcome = (struct outcome){.mats = STORE_NONE,
                                 .closed_after_mats = STORE_NONE,
                                 .start_ft = (double)NAN,
-                                .reached_t_s = (double)NAN};
+                                .reached_t_s = (double)NAN,
+                                .reached_low_s = (double)NAN,
+                                .reached_high_s = (double)NAN};
     enum mr_status status =
         load_board_survey(store, landing->id, between->previous ? between->previous->id : 0,
                           &before, error)
@@ -574,6 +584,87 @@ const char *record_verdict_text(enum record_verdict verdict)
     return text[verdict];
 }
 
+bool record_is_marginal(const struct record_row *row)
+{
+    return row->outcome.basis == OUTCOME_TRANSDUCERS &&
+           llabs(row->outcome.mats - OUTCOME_MATS) <= OUTCOME_RESOLUTION;
+}
+
+const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
+{
+    const struct outcome *outcome = &row->outcome;
+    const double sign = row->verdict == RECORD_LATE ? -1.0 : 1.0,
+                 low_s = outcome->reached_low_s - row->warned_t_s,
+                 high_s = outcome->reached_high_s - row->warned_t_s;
+    int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
+    if (isnan(row->lead_s))
+        return out;
+    used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", %s about %.1f s",
+                     row->verdict == RECORD_LATE ? "by" : "lead time", sign * row->lead_s);
+    out += used;
+    const size_t size = RECORD_TEXT_SIZE - (size_t)used;
+    if (isfinite(high_s))
+        snprintf(out, size, " (%.1f to %.1f s at the resolution of %d mats)",
+                 fmin(sign * low_s, sign * high_s), fmax(sign * low_s, sign * high_s),
+                 OUTCOME_RESOLUTION);
+    else if (isfinite(low_s)) /* no zone was longer than the limit by the resolution */
+        snprintf(out, size, " (%.1f s or %s at the resolution of %d mats)", sign * low_s,
+                 row->verdict == RECORD_LATE ? "less" : "more", OUTCOME_RESOLUTION);
+    return out - used;
+}
+
+/* What the wheel reached, from the evidence of the outcome. */
+static void append_reached(const struct outcome *outcome, char *out, size_t size)
+{
+    if (outcome->reached == OUTCOME_UNKNOWN)
+        snprintf(out, size, "whether the wheel reached a closed zone is not known");
+    else if (isfinite(outcome->reached_t_s))
+        snprintf(out, size,
+                 "the wheel reached %d closed mats about %.1f s after touchdown (evidence: %s%s)",
+                 OUTCOME_MATS, outcome->reached_t_s, outcome_basis_text(outcome->basis),
+                 outcome->basis == OUTCOME_OBSERVATION && isfinite(outcome->reached_low_s)
+                     ? ", survey before and transducers"
+                     : "");
+    else if (outcome->reached == OUTCOME_REACHED)
+        snprintf(out, size, "the wheel reached a closed zone (evidence: %s)",
+                 outcome_basis_text(outcome->basis));
+    else if (outcome->mats > 0)
+        snprintf(out, size, "the longest closed zone that the wheel reached had %lld mats",
+                 (long long)outcome->mats);
+    else
+        snprintf(out, size, "the wheel reached no closed zone");
+}
+
+const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE])
+{
+    static const char *const warned[] = {
+        [RECORD_NO_BOARD] = "no board recorded this landing",
+        [RECORD_NO_WARNING] = "the board did not warn",
+        [RECORD_NOT_RECEIVED] = "the log received no warning, but may have missed one"};
+    const struct outcome *outcome = &row->outcome;
+    size_t used;
+    if (row->warned == RECORD_WARNED)
+        snprintf(out, RECORD_TEXT_SIZE, "the board warned %.3f s %s %s; ", fabs(row->warned_t_s),
+                 row->warned_t_s < 0.0 ? "before" : "after", row->origin);
+    else
+        snprintf(out, RECORD_TEXT_SIZE, "%s; ", warned[row->warned]);
+    used = strlen(out);
+    append_reached(outcome, out + used, RECORD_TEXT_SIZE - used);
+    used = strlen(out);
+    if (record_is_marginal(row) && outcome->reached == OUTCOME_REACHED)
+        snprintf(out + used, RECORD_TEXT_SIZE - used, "; the longest closed zone had %lld mats",
+                 (long long)outcome->mats);
+    used = strlen(out);
+    if (record_is_marginal(row))
+        snprintf(out + used, RECORD_TEXT_SIZE - used,
+                 ", within the resolution of %d mats of the limit of %d", OUTCOME_RESOLUTION,
+                 OUTCOME_MATS);
+    used = strlen(out);
+    if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
+        snprintf(out + used, RECORD_TEXT_SIZE - used, " (%s)", row->unknown_reason);
+    return out;
+}
+
 const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE])
 {
     bool against = row->has_advice && strcmp(row->advice.verdict, "against") == 0;
@@ -626,6 +717,12 @@ static void add_summary_line(const struct record *record, struct answer *answer)
         reached, reached == 1 ? "" : "s", verdict[RECORD_HIT], verdict[RECORD_LATE],
         verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM], verdict[RECORD_TRUE_NEGATIVE],
         verdict[RECORD_NOT_KNOWN]);
+    for (size_t i = 0; i < record->rows; i++) {
+        char evidence[RECORD_TEXT_SIZE];
+        if (!record->row[i].is_void && record_is_marginal(&record->row[i]))
+            answer_sentence(answer, NULL, "RUN %lld: %s.", (long long)record->row[i].run,
+                            record_format_evidence(&record->row[i], evidence));
+    }
 }
 
 void record_to_answer(const struct record *record, bool brief, struct answer *answer)

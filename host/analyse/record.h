@@ -30,9 +30,10 @@
  * of the distance from touchdown to 50 mats beyond the stop. Otherwise the outcome is unknown, and
  * `reason` has the reason. */
 
-#define OUTCOME_MATS    50 /* length of a zone at which buckling begins (report 6.1.4) */
+#define OUTCOME_MATS       50 /* length of a zone at which buckling begins (report 6.1.4) */
+#define OUTCOME_RESOLUTION 10 /* mats of a survey segment: the resolution of a zone's length */
 /* a zone counts as reached at this distance (seven mats), as in tests/score */
-#define OUTCOME_NEAR_FT 2.0
+#define OUTCOME_NEAR_FT    2.0
 
 enum outcome_reached { OUTCOME_UNKNOWN, OUTCOME_REACHED, OUTCOME_NOT_REACHED };
 enum outcome_basis {
@@ -53,6 +54,9 @@ struct outcome {
     /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
      * known */
     double reached_t_s;
+    /* The same for zones that are shorter and longer by the resolution, which bound reached_t_s;
+     * NaN: it reached none. */
+    double reached_low_s, reached_high_s;
     double covered_share; /* share of the gear's path that lies between transducers */
     /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
      * was read. */
@@ -94,7 +98,9 @@ struct record_row {
     /* time and start of the zone at the first warning, and position of the wheel; NaN: no
      * warning */
     double warned_t_s, warned_ft, wheel_ft;
-    /* time from the warning until the wheel reached a zone; NaN: no warning, or no zone */
+    const char *origin; /* origin of warned_t_s; static */
+    /* time from the warning until the wheel reached a zone, negative if the warning was too late;
+     * NaN: no warning, or no zone */
     double lead_s;
     double max_risk; /* largest risk reported during the landing; NaN: none */
     /* First landing that began on the same runway, if the runway was restored; STORE_NONE: none.
@@ -144,6 +150,15 @@ enum mr_status record_load(struct store *store, struct record *record, struct er
 void record_free(struct record *record);
 
 const char *record_verdict_text(enum record_verdict verdict);
+/* Writes the outcome with its lead time, as every output states it: "hit, lead time about 1.6 s
+ * (1.2 to 1.6 s at the resolution of 10 mats)". */
+#define RECORD_TEXT_SIZE 300
+const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
+/* Writes what the outcome follows from: when the board warned, and what the wheel reached. */
+const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
+/* True if the resolution decides the outcome: the longest zone that the wheel reached is within the
+ * resolution of OUTCOME_MATS. */
+bool record_is_marginal(const struct record_row *row);
 /* Writes the advice before a landing and whether it was followed: "against, followed"; "none". */
 #define RECORD_ADVICE_SIZE 48
 const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE]);

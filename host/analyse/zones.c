@@ -224,10 +224,7 @@ static void add_reason(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "coming_wheel", w->predicted_mats > 0 ? "with the wheel at" : NULL,
                  UNIT_STATION, w->predicted_wheel_ft, 1)
         ->digits = 9;
-    answer_value(answer, "coming_after",
-                 get_label_if_known("wheel reached it", w->predicted_wheel_after_s), UNIT_TIME,
-                 w->predicted_wheel_after_s, 3)
-        ->suffix = " after the warning";
+    answer_value(answer, "coming_after", NULL, UNIT_TIME, w->predicted_wheel_after_s, 3);
 }
 
 static const char *get_not_reached_text(const struct zone_warning *w)
@@ -236,22 +233,22 @@ static const char *get_not_reached_text(const struct zone_warning *w)
                          : "not known: the record does not show where the gear stopped";
 }
 
+/* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
 static void add_lead(const struct zone_warning *w, struct answer *answer)
 {
-    const char *became = isnan(w->lead_s) ? NULL : "actual time to zone";
     answer_value(answer, "lead", get_label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
-                 w->lead_s, 3)
-        ->suffix = ", the first value that the board reported";
-    answer_value(answer, "lead_t", get_label_if_known("predicted at", w->lead_s), UNIT_TIME,
-                 w->lead_t_s, 3)
-        ->digits = 9;
-    answer_value(answer, "lead_start", get_label_if_known("zone start at that time", w->lead_s),
-                 UNIT_STATION, w->lead_start_ft, 1)
-        ->digits = 9;
-    if (became && isnan(w->lead_actual_s))
-        answer_none(answer, "lead_became_s", became, get_not_reached_text(w));
+                 w->lead_s, 3);
+    if (isfinite(w->lead_s) && isfinite(w->lead_actual_s))
+        answer_remark(answer, ", reported at %.3f s; actual %.3f s", w->lead_t_s, w->lead_actual_s);
+    else if (isfinite(w->lead_s))
+        answer_remark(answer, ", reported at %.3f s; actual: %s", w->lead_t_s,
+                      get_not_reached_text(w));
+    answer_value(answer, "lead_t", NULL, UNIT_TIME, w->lead_t_s, 3)->digits = 9;
+    answer_value(answer, "lead_start", NULL, UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
+    if (isnan(w->lead_actual_s))
+        answer_none(answer, "lead_became_s", NULL, get_not_reached_text(w));
     else
-        answer_value(answer, "lead_became", became, UNIT_TIME, w->lead_actual_s, 3);
+        answer_value(answer, "lead_became", NULL, UNIT_TIME, w->lead_actual_s, 3);
 }
 
 /* Adds the content of a warning, and its outcome. */
@@ -341,7 +338,7 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
     bool first = !zones_format_earlier(zones, doubt);
     answer_open(answer, "zone",
                 !w->was_warned ? NULL
-                : first        ? "first warning (+- is one standard error)"
+                : first        ? "first warning as the board reported it (+- is one standard error)"
                                : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->was_warned);
     answer_flag(answer, "all_heard", NULL,

@@ -560,16 +560,27 @@ static void add_to_next_event(struct live_hub *hub, const char *text)
         fprintf(hub->pending, "%c%s", ftell(hub->pending) > 0 ? ',' : '[', text);
 }
 
-void live_hub_add_notice(struct live_hub *hub, const char *words)
+static void add_notice(struct live_hub *hub, const char *severity, bool is_outcome,
+                       const char *words)
 {
     pthread_mutex_lock(&hub->lock);
-    char *text = dump_and_free(json_pack("{sssIsisnssso}", "m", "notice", "t",
-                                         (json_int_t)link_now_us(), "l", (int)LINK_SERIAL, "b",
-                                         "severity", "ALARM", "notice", text_to_json(words)));
+    char *text = dump_and_free(json_pack(
+        "{sssIsisnsssbso}", "m", "notice", "t", (json_int_t)link_now_us(), "l", (int)LINK_SERIAL,
+        "b", "severity", severity, "outcome", is_outcome, "notice", text_to_json(words)));
     if (text)
         add_to_next_event(hub, text);
     free(text);
     pthread_mutex_unlock(&hub->lock);
+}
+
+void live_hub_add_notice(struct live_hub *hub, const char *words)
+{
+    add_notice(hub, "ALARM", false, words);
+}
+
+void live_hub_add_outcome(struct live_hub *hub, const char *words)
+{
+    add_notice(hub, "NOTE", true, words);
 }
 
 static void show_message(struct live_hub *hub, const struct collector_event *event)

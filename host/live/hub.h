@@ -35,6 +35,8 @@ void live_hub_add_message(struct live_hub *hub, const struct collector_event *ev
 void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 /* Adds a line to the list "Events" of the page. */
 void live_hub_add_notice(struct live_hub *hub, const char *words);
+/* Adds the outcome of the landing, for "Events" and for the warning. */
+void live_hub_add_outcome(struct live_hub *hub, const char *words);
 void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
                          const struct store_link_counts *counts);
 /* Creates the events that are due. Call it at least 20 times a second. */

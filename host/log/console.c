@@ -241,6 +241,15 @@ static void report_summary(struct logger *logger, const struct summary *summary)
     logger_print_pending(logger);
 }
 
+static void show_outcome_live(struct logger *logger, const struct summary *summary)
+{
+    char outcome[BRIEF_OUTCOME_SIZE], words[BRIEF_OUTCOME_SIZE + 40];
+    if (!brief_format_outcome(logger->store, summary, outcome)[0])
+        return;
+    snprintf(words, sizeof words, "RUN %lld: %s", (long long)summary->measured.landing.id, outcome);
+    live_hub_add_outcome(logger->live.hub, words);
+}
+
 enum mr_status logger_show_finished(struct logger *logger, struct error *error)
 {
     int64_t run;
@@ -262,6 +271,8 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
         } else {
             report_summary(logger, &summary);
         }
+        if (logger->live.hub)
+            show_outcome_live(logger, &summary);
         snprintf(logger->newest_landing, sizeof logger->newest_landing, "landing %lld (RUN %lld)",
                  (long long)summary.measured.landing.board_landing, (long long)run);
         summary_free(&summary);

@@ -533,7 +533,7 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
                      ? mr_predictor_reason_text((unsigned)w->reason)
                      : "");
     add_span(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
-    answer_value(answer, NULL, "wheel reached it after", UNIT_TIME,
+    answer_value(answer, NULL, "wheel in first zone, after warning", UNIT_TIME,
                  w->was_warned && w->was_reached ? w->true_lead_s : none, 3);
     answer_value(answer, NULL, "predicted time to zone", UNIT_TIME,
                  w->was_warned ? w->lead_s : none, 3);
@@ -556,10 +556,25 @@ static void write_predictor(const struct report *report, FILE *out)
             report, out,
             "Times are seconds after touchdown on the board's clock, exact to 1 ms. First zone: "
             "the "
-            "zone of the first warning. Predicted time to zone: the first such time that the board "
-            "reported. A dash: no value, or the wheel did not reach the zone. The absence of a "
-            "warning does not make a landing safe.",
+            "zone that the board reported with its first warning, of any length. Predicted time to "
+            "zone: the first such time that the board reported, to the start of its zone at that "
+            "moment. For the lead time to 50 closed mats, see Warnings and their outcome. A dash: "
+            "no value, or the wheel did not reach the zone. The absence of a warning does not make "
+            "a landing safe.",
             add_predictor_row);
+}
+
+/* "1.6 (1.2 to 1.6)" */
+static void add_lead_time(const struct record_row *row, struct answer *answer)
+{
+    const double low_s = row->outcome.reached_low_s - row->warned_t_s,
+                 high_s = row->outcome.reached_high_s - row->warned_t_s;
+    const char *label = "lead time, about (s)";
+    if (isfinite(row->lead_s) && isfinite(high_s))
+        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)", row->lead_s,
+                     low_s, high_s);
+    else
+        answer_value(answer, NULL, label, UNIT_NUMBER, row->lead_s, 1);
 }
 
 /* Adds a row with advice, warnings and outcome of a landing. */
@@ -589,7 +604,7 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
     answer_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
     answer_count(answer, NULL, "breaks observed", (int64_t)outcome->break_count);
-    answer_value(answer, NULL, "lead time, about", UNIT_TIME, row->lead_s, 1);
+    add_lead_time(row, answer);
     answer_words(answer, NULL, "evidence", "%s",
                  row->verdict == RECORD_NOT_KNOWN ? row->unknown_reason
                                                   : outcome_basis_text(outcome->basis));
@@ -614,8 +629,10 @@ static void write_warnings(const struct report *report, FILE *out)
         "without a warning; false: a warning without a zone; correctly quiet: neither. Measured "
         "zone: the longest one that the wheel reached. Closed mats after: at the wheel, in the "
         "survey after the landing. Times count from touchdown. Lead time: time from the first "
-        "warning until the wheel reached 50 closed mats; its accuracy is limited by the survey's "
-        "segments of ten mats.");
+        "warning until the wheel reached 50 closed mats, negative if the warning was later; in "
+        "brackets: the same for 40 and 60 mats, because survey segments have ten mats. A measured "
+        "zone of 40 to 60 mats is within this resolution of the limit of 50 mats: such an outcome "
+        "is uncertain.");
     report_answer(answer, out);
 }
 

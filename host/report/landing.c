@@ -402,13 +402,8 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
     const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
-    if (warning->was_reached)
-        snprintf(text, sizeof text,
-                 "first zone%s: %lld mats, reached by the wheel %.3f s after the warning", heard,
-                 (long long)warning->mats, warning->true_lead_s);
-    else
-        snprintf(text, sizeof text, "first zone%s: %lld mats%s", heard, (long long)warning->mats,
-                 warning->path_known ? "; the wheel stopped before this zone" : "");
+    snprintf(text, sizeof text, "first warning%s: closed zone of %lld mats", heard,
+             (long long)warning->mats);
     figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
                  t_s, t_s, text);
 }
@@ -795,8 +790,8 @@ static void write_health(const struct report *report, const struct report_landin
 
 const struct report_part report_parts[] = {
     {"Speed and deceleration", write_speed},
-    {"Movement of the mat", write_movement},
     {"Displacement against distance from the front wheel", write_wheel},
+    {"Movement of the mat", write_movement},
     {"Zone map", write_zone_map},
     {"Predictions", write_predictions},
     {"Band tensions", write_tensions},

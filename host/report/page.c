@@ -1,5 +1,6 @@
 #include "host/report/report.h"
 
+#include <ctype.h>
 #include <errno.h>
 #include <limits.h>
 #include <math.h>
@@ -358,8 +359,9 @@ static void put_outcomes_fact(const struct report *report, FILE *out)
                                                 RECORD_MISS,          RECORD_FALSE_ALARM,
                                                 RECORD_TRUE_NEGATIVE, RECORD_NOT_KNOWN};
     size_t count[RECORD_VERDICTS] = {0};
+    char outcome[RECORD_TEXT_SIZE];
     bool any = false;
-    begin_fact(out, "warnings by outcome");
+    begin_fact(out, report->run ? "outcome" : "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
         enum record_verdict verdict = report->facts[i].record.verdict;
         count[verdict < RECORD_VERDICTS ? verdict : RECORD_NOT_KNOWN]++;
@@ -370,8 +372,19 @@ static void put_outcomes_fact(const struct report *report, FILE *out)
         fputs(any ? "; " : "", out);
         if (!report->run)
             fprintf(out, "%zu ", count[order[k]]);
-        fputs(record_verdict_text(order[k]), out);
+        fputs(report->run ? record_format_outcome(&report->facts[0].record, outcome)
+                          : record_verdict_text(order[k]),
+              out);
         any = true;
+    }
+    for (size_t i = 0; i < report->landings; i++) {
+        const struct record_row *row = &report->facts[i].record;
+        if (record_is_marginal(row))
+            fprintf(out,
+                    " <small>RUN %lld reached %lld mats: within the resolution of %d mats of the "
+                    "limit of %d</small>",
+                    (long long)row->run, (long long)row->outcome.mats, OUTCOME_RESOLUTION,
+                    OUTCOME_MATS);
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
         put_missing(out, "", report->facts[0].outcome_reason);
@@ -427,45 +440,15 @@ static void put_main_numbers(const struct report *report, bool *of, FILE *out)
     put_zones_fact(report, of, out);
 }
 
-static void put_warning_text(const struct report_facts *facts, FILE *out)
-{
-    if (facts->source == MEASURED_IMPORT) {
-        fputs("no board recorded this landing", out);
-    } else if (!facts->warning.was_warned) {
-        fputs(facts->warning_maybe_lost ? "the log received no warning, but may have missed one"
-                                        : "the board did not warn",
-              out);
-    } else {
-        fprintf(out, "the board warned at %.3f s", facts->warning.t_s);
-    }
-}
-
-/* The outcome of a landing in one sentence. Segments of ten mats make its time coarse, so the
- * sentence does not compare it with the time of the warning to 0.01 s. */
 static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
-    const struct outcome *outcome = &facts->record.outcome;
-    char advice[RECORD_ADVICE_SIZE];
+    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE], advice[RECORD_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
-    html_text(out, record_verdict_text(facts->record.verdict));
+    html_text(out, record_format_outcome(&facts->record, outcome));
     fputs(".</strong> ", out);
-    if (outcome->reached == OUTCOME_REACHED && isfinite(outcome->reached_t_s))
-        fprintf(out,
-                "According to survey and transducers (resolution: ten mats), the wheel reached %d "
-                "closed mats about %.1f s after touchdown; ",
-                OUTCOME_MATS, outcome->reached_t_s);
-    else if (outcome->reached == OUTCOME_REACHED)
-        fprintf(out, "The wheel reached a closed zone (%s); ", outcome_basis_text(outcome->basis));
-    else if (outcome->reached == OUTCOME_NOT_REACHED)
-        fprintf(out, "The wheel reached no zone of %d closed mats; ", OUTCOME_MATS);
-    else
-        fputs("Whether the wheel reached a closed zone is not known; ", out);
-    put_warning_text(facts, out);
-    if (facts->outcome_reason[0]) {
-        fputs(" (", out);
-        html_text(out, facts->outcome_reason);
-        fputc(')', out);
-    }
+    record_format_evidence(&facts->record, evidence);
+    evidence[0] = (char)toupper((unsigned char)evidence[0]);
+    html_text(out, evidence);
     fputc('.', out);
     if (facts->record.has_advice)
         fprintf(out, " Advice before it: %s.", record_advice_text(&facts->record, advice));

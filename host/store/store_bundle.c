@@ -10,15 +10,22 @@
 #define COPY_ACTION "copy the landing from"
 
 /* part of the slow log in a bundle: from a day before the landing to an hour after it */
-#define SLOW_BEFORE_US      "86400000000"
-#define SLOW_AFTER_US       "3600000000"
-#define SELECT_ARMED_US     "(SELECT armed_us FROM main.landings WHERE id=?1)"
-#define SELECT_BOARD_UID    "(SELECT board_uid FROM main.landings WHERE id=?1)"
-/* Three surveys: the first one, from which mat movement is measured, the last one before the
- * landing, and the first one after it. */
+#define SLOW_BEFORE_US   "86400000000"
+#define SLOW_AFTER_US    "3600000000"
+#define SELECT_ARMED_US  "(SELECT armed_us FROM main.landings WHERE id=?1)"
+#define SELECT_BOARD_UID "(SELECT board_uid FROM main.landings WHERE id=?1)"
+/* Three surveys between the previous and the next landing of the board: the first one, from which
+ * mat movement is measured, the last one before the landing, and the first one after it. Any other
+ * survey would change the outcome (host/analyse/record.h). */
+#define SELECT_NEIGHBOUR_US(which, side, none)                              \
+    "coalesce((SELECT " which "(armed_us) FROM main.landings WHERE id" side \
+    "?1 AND board_uid=" SELECT_BOARD_UID "), " none ")"
 #define NOT_WITHDRAWN(kind) "id NOT IN (SELECT item FROM main.withdrawals WHERE kind='" kind "')"
-#define SELECT_SURVEY(which) \
-    " SELECT " which "(id) FROM main.gage_surveys WHERE " NOT_WITHDRAWN("survey")
+#define SELECT_SURVEY(which)                                                           \
+    " SELECT " which "(id) FROM main.gage_surveys WHERE made_us>" SELECT_NEIGHBOUR_US( \
+        "max", "<",                                                                    \
+        "-1") " AND made_us<" SELECT_NEIGHBOUR_US("min", ">",                          \
+                                                  "9e18") " AND " NOT_WITHDRAWN("survey")
 #define SELECT_SURVEYS                               \
     "(" SELECT_SURVEY("min") " UNION" SELECT_SURVEY( \
         "max") " AND made_us<=" SELECT_ARMED_US      \

@@ -18,8 +18,8 @@ same() { echo "$1; wanted $2"; [ "$1" = "$2" ]; }
 it_warned() { echo "block $block, zero $zero_us us, $want s"; [ -n "$block" ] && awk -v t="$want" 'BEGIN {exit !(t > 1 && t < 4)}'; }
 in_the_log() { grep "^  zone  *warned $want s after touchdown, decided in block $block$" "$tmp/log.txt"; }
 short() { # the lines that matter; --all has what show has
-    [ "$(wc -l <"$tmp/log.txt")" -le 13 ] && grep -E '^  outcome  *(hit|warned, but too late): the wheel reached 50 closed mats about [0-9.]+ s after touchdown' "$tmp/log.txt" &&
-        grep -x "  more  *matrig show $db 1" "$tmp/log.txt" && ! grep -q transducer "$tmp/log.txt" &&
+    [ "$(wc -l <"$tmp/log.txt")" -le 13 ] && grep -E '^  outcome  *(hit, lead time|warned, but too late, by) about [0-9.]+ s \([-0-9.]+ (to [-0-9.]+ s|s or (more|less)) at the resolution of 10 mats\): the board warned [0-9.]+ s after touchdown; the wheel reached 50 closed mats about [0-9.]+ s after touchdown' "$tmp/log.txt" &&
+        grep -x "  more  *matrig show $db 1" "$tmp/log.txt" && ! grep -q '^ *transducer' "$tmp/log.txt" &&
         m --quiet log --all --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/all.db" >"$tmp/all.txt" && m show "$tmp/all.db" 1 | diff - "$tmp/all.txt"
 }
 in_its_json() {

@@ -331,11 +331,13 @@ TEST(a_notice_of_the_log_is_a_message)
     assert_int_equal(live_hub_open(&source, &hub, &error), MR_OK);
     free(live_hub_wait_event(hub, &viewer, 0, &length));
     live_hub_add_notice(hub, "another program sent \"disarm\"; the board executed it");
+    live_hub_add_outcome(hub, "RUN 1: hit");
     live_hub_end(hub, "over");
     char *text = next_with(hub, &viewer, "\"m\":\"notice\"");
     assert_non_null(text);
     assert_non_null(strstr(text, "event: messages\n"));
     assert_non_null(strstr(text, "another program sent \\\"disarm\\\"; the board executed it"));
+    assert_non_null(strstr(text, "\"outcome\":true,\"notice\":\"RUN 1: hit\""));
     free(text);
     live_hub_close(hub);
 }

@@ -227,9 +227,9 @@ def predictor():
     told = [(of["start of %s (ft)" % name], of["end of %s (ft)" % name]) for of, name in ((row, "zone warned of"), (summed, "zone"))]
     check("summary and predictions have the same zone warned of", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
     check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
-    if number(row["wheel reached it after (s)"]) > 0:
+    if number(row["wheel in first zone, after warning (s)"]) > 0:
         k = next(k for k, g in enumerate(gear_ft) if g is not None and g >= start)
-        near("wheel reached it after, s", number(row["wheel reached it after (s)"]), time_s[k] - warned_s, 0.003)
+        near("wheel reached it after, s", number(row["wheel in first zone, after warning (s)"]), time_s[k] - warned_s, 0.003)
     check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 

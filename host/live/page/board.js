@@ -30,6 +30,7 @@ class Board {
     this.verdict = null;
     this.advised = { since_us: 0, reason: '', told: new Set() };
     this.risk = null;
+    this.outcome = '';
     this.motion = null;
     this.reached_ft = null;
     this.touchdown = this.stop = null;
@@ -52,6 +53,7 @@ class Board {
     if (m.notice && !(m.l === 0 && this.links[1].heard + 1e6 > m.t)) this.notice(m.severity, m.t, m.notice);
     const takes = this['take_' + m.m];
     if (takes) takes.call(this, m, link, block);
+    if (m.outcome) this.outcome = m.notice; /* of the log, once the landing is stored */
   }
   restart(us) {
     this.forgetLanding();
@@ -270,7 +272,7 @@ class Board {
     return {
       now_us: host.now_us, heard_us: Math.max(0, ...host.links.map((link) => link.heard_us), this.links[0].heard, this.links[1].heard), block: host.block,
       state: this.landing ? this.landing.text : 'unknown', landing: this.landing ? this.landing.landing : 0, source: host.source, late: host.late,
-      warning: this.warning, verdict: this.shownVerdict(), risk: this.shownRisk(), zone: this.zone, gear: this.gear(), opened: [...this.opened],
+      warning: this.warning, outcome: this.outcome, verdict: this.shownVerdict(), risk: this.shownRisk(), zone: this.zone, gear: this.gear(), opened: [...this.opened],
       readings: host.readings, bands: [...this.bands.values()], links: host.links, health: this.shownHealth(), notices: this.notices, uncalibrated: host.uncalibrated,
     };
   }

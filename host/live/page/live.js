@@ -302,7 +302,7 @@
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
       say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
-      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : 'first warning in block ' + w.first_decided_block + '; zone warned of: ' + zoneWords(w.zone, false));
+      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? state.outcome + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
@@ -310,7 +310,7 @@
     sound(w.on);
     if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(w.off_us ? w.zone : state.zone) + riskWords());
     else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. The lamp is off' + riskWords());
-    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', quietWords() + riskWords());
+    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', state.outcome || quietWords() + riskWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
   const lost = () => !!configuration && configuration.source.commands && isFinite(silentMs()) && silentMs() > LOST_MS;
