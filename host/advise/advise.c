@@ -19,7 +19,9 @@
  * braking. */
 #define MAX_PER_LEAST_BRAKING       2.2
 #define MAX_PER_PLANNED_BRAKING     1.3
-#define MAX_BRAKING_TEXT_SIZE       180
+#define MAX_BRAKING_TEXT_SIZE       160
+#define ZONE_TEXT_SIZE              80
+#define ROLL_OFF_TEXT_SIZE          80
 #define MIN_SPEED_FRACTION          0.6 /* lowest evaluated touchdown speed / planned speed */
 #define MAX_SPEED_FRACTION          1.3 /* highest evaluated touchdown speed / planned speed */
 /* Resolution of the speed limit, as a fraction of the planned speed. */
@@ -326,14 +328,48 @@ static void format_max_braking(const struct advise *advise, bool si,
                  from);
     else
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
-                 "the limit is exceeded with any braking that stops the gear on the runway");
+                 "no braking keeps both a zone and rolling off the end below the limit");
+}
+
+/* Writes "a zone of 50 mats has a probability of 7 % (7 to 23)". */
+static void format_zone(const struct advise_row *row, char out[ZONE_TEXT_SIZE])
+{
+    snprintf(out, ZONE_TEXT_SIZE, "a zone of %u mats has a probability of %.0f %% (%.0f to %.0f)",
+             ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p, 100.0 * row->zone_probability.low,
+             100.0 * row->zone_probability.high);
+}
+
+/* Writes "; 8 % of the simulated landings roll off the runway's end"; nothing below 0.5 %. */
+static void format_roll_off(const struct advise_row *row, char out[ROLL_OFF_TEXT_SIZE])
+{
+    out[0] = '\0';
+    if (row->off_runway_share >= 0.005)
+        snprintf(out, ROLL_OFF_TEXT_SIZE,
+                 "; %.0f %% of the simulated landings roll off the runway's end",
+                 100.0 * row->off_runway_share);
+}
+
+/* Returns the deceleration from which on the share of members that roll off is below the limit; NaN
+ * if there is none. */
+static double min_braking_ft_s2(const struct advise *advise)
+{
+    const struct advise_row *row = advise->row;
+    size_t i = advise->rows;
+    while (i > 0 && row[i - 1].off_runway_share < advise->request.risk_limit)
+        i--;
+    if (i == 0 || i == advise->rows)
+        return (double)NAN;
+    return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
+                                       (row[i - 1].off_runway_share - advise->request.risk_limit) /
+                                       (row[i - 1].off_runway_share - row[i].off_runway_share);
 }
 
 static void set_verdict(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.risk_limit;
-    char braking[UNIT_TEXT], hardest[MAX_BRAKING_TEXT_SIZE];
+    char braking[UNIT_TEXT], hardest[MAX_BRAKING_TEXT_SIZE], zone[ZONE_TEXT_SIZE],
+        roll_off[ROLL_OFF_TEXT_SIZE];
     const char *lacks = !advise->members.updates ? "the model has not been updated from any landing"
                       : advise->is_outside_range ? "no earlier landing was like this plan"
                       : advise->history.surveyed_segments < advise->history.segments / 2u
@@ -341,28 +377,25 @@ static void set_verdict(struct advise *advise, bool si)
                           : NULL;
     unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
     format_max_braking(advise, si, hardest);
+    format_zone(row, zone);
+    format_roll_off(row, roll_off);
     bool off = row->off_runway_share > limit;
     advise->verdict = off || row->zone_probability.low >= limit    ? ADVISE_AGAINST
                     : row->zone_probability.high < limit && !lacks ? ADVISE_CLEAR
                                                                    : ADVISE_CAUTION;
     if (off)
-        snprintf(advise->reason, sizeof advise->reason,
-                 "at %s, %.0f %% of the simulated landings roll off the runway's end", braking,
-                 100.0 * row->off_runway_share);
+        snprintf(advise->reason, sizeof advise->reason, "at %s, %s; %s", braking, roll_off + 2,
+                 zone);
     else if (row->zone_probability.high < limit)
         snprintf(advise->reason, sizeof advise->reason,
-                 "at %s a zone of %u mats has a probability of %.0f %%, below the limit of "
-                 "%.0f %%%s%s",
-                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p, 100.0 * limit,
-                 lacks ? ", but " : "", lacks ? lacks : "");
+                 "at %s %s, below the limit of %.0f %%%s%s%s", braking, zone, 100.0 * limit,
+                 roll_off, lacks ? ", but " : "", lacks ? lacks : "");
     else
-        snprintf(advise->reason, sizeof advise->reason,
-                 "at %s a zone of %u mats has a probability of %.0f %%, %s the limit of %.0f %%; "
-                 "%s",
-                 braking, ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p,
+        snprintf(advise->reason, sizeof advise->reason, "at %s %s, %s the limit of %.0f %%%s; %s",
+                 braking, zone,
                  row->zone_probability.low >= limit ? "above"
                                                     : "too close to be distinguished from",
-                 100.0 * limit, hardest);
+                 100.0 * limit, roll_off, hardest);
 }
 
 /* Writes a limit and its interval: "with at most 6.9 ft/s2 (6.5 to 7.2)". Omits an end of the
@@ -388,12 +421,22 @@ static void format_bound(const struct advise_bound *reach, enum unit_kind unit, 
         snprintf(out, 3 * UNIT_TEXT, "with at most %s%s", at, interval);
 }
 
+/* Returns the subject of a sentence. Braking that stops short of the closed mats is not
+ * recommended. */
+static const char *describe_no_braking(const struct advise *advise)
+{
+    return isfinite(advise->stop_short_ft_s2) ? "no gentler braking" : "no braking";
+}
+
 /* Writes one sentence that recommends to the operator what to do. */
 static void set_action(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
-        brake[3 * UNIT_TEXT], land[3 * UNIT_TEXT];
-    const double percent = 100.0 * advise->request.risk_limit;
+        least[UNIT_TEXT], brake[3 * UNIT_TEXT], land[3 * UNIT_TEXT];
+    const char *none = describe_no_braking(advise);
+    const double percent = 100.0 * advise->request.risk_limit,
+                 min_ft_s2 = min_braking_ft_s2(advise);
+    unit_value_text(UNIT_DECELERATION, si, min_ft_s2, 1, least);
     unit_value_text(UNIT_SPEED, si, advise->plan.speed_ft_s, 1, speed);
     unit_value_text(UNIT_SPEED, si, advise->min_speed_ft_s, 1, slowest);
     unit_value_text(UNIT_DECELERATION, si, advise->plan.mean_ft_s2, 1, braking);
@@ -413,19 +456,26 @@ static void set_action(struct advise *advise, bool si)
                  percent, brake, speed, braking, slowest);
     else if (isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
-                 "To stay below %.0f %%: touch down %s and brake at %s. After touchdown at %s, "
-                 "gentler braking exceeds the limit or does not stop the gear on the runway.",
-                 percent, land, braking, speed);
+                 "To stay below %.0f %%: touch down %s and brake at %s. After touchdown at %s, %s "
+                 "keeps both a zone and rolling off the end below the limit.",
+                 percent, land, braking, speed, none);
     else
-        snprintf(advise->action, size,
-                 "No gentler plan stays below %.0f %%. After touchdown at %s, any braking that "
-                 "stops the gear on the runway exceeds the limit. With braking at %s, any "
-                 "touchdown speed of %s or more exceeds it.",
-                 percent, speed, braking, slowest);
+        snprintf(
+            advise->action, size,
+            "No gentler plan stays below %.0f %%. After touchdown at %s, %s keeps both a "
+            "zone and rolling off the end below the limit. With braking at %s, any touchdown speed "
+            "of %s or more exceeds it.",
+            percent, speed, none, braking, slowest);
     size_t used = strlen(advise->action);
     if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_ft_s2))
         snprintf(advise->action + used, size - used,
                  " Braking at %s or harder stops the gear before the closed mats.", from);
+    used = strlen(advise->action);
+    if (isfinite(min_ft_s2))
+        snprintf(advise->action + used, size - used,
+                 " With less than %s at %s, the gear rolls off the end in over %.0f %% of the "
+                 "simulations.",
+                 least, speed, percent);
 }
 
 enum mr_status advise_begin(struct store *store, const struct advise_request *request,
@@ -600,6 +650,11 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
 static void add_notes(const struct advise *advise, struct answer *answer)
 {
     const struct history *history = &advise->history;
+    const bool surveyed = advise->members.is_surveyed;
+    answer_words(answer, NULL, "note",
+                 "%.0f %%: no simulated runway reached a zone; %.0f %%: all did. advise gives no "
+                 "smaller and no larger probability, because its model is not exact",
+                 100.0 * advise_calibrate(0.0, surveyed), 100.0 * advise_calibrate(1.0, surveyed));
     if (!advise->members.updates)
         answer_words(
             answer, NULL, "note",
@@ -688,13 +743,15 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_close(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
-    answer_remark(answer,
-                  isnan(advise->max_braking.value)
-                      ? "; any braking that stops the gear on the runway exceeds %.0f %%"
-                  : advise->max_braking.is_unbounded
-                      ? ", the last row, which is still below %.0f %%"
-                      : " stays below %.0f %%",
-                  100.0 * advise->request.risk_limit);
+    if (isnan(advise->max_braking.value))
+        answer_remark(answer, "; %s keeps both a zone and rolling off the end below %.0f %%",
+                      describe_no_braking(advise), 100.0 * advise->request.risk_limit);
+    else
+        answer_remark(answer,
+                      advise->max_braking.is_unbounded
+                          ? ", the last row, which is still below %.0f %%"
+                          : " stays below %.0f %%",
+                      100.0 * advise->request.risk_limit);
     answer_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
     add_notes(advise, answer);
     answer_value(answer, "short", isfinite(advise->stop_short_ft_s2) ? "stops short" : NULL,

@@ -14,7 +14,7 @@
  * four times as much as a needless gentle landing (the landing is repeated), so the limit is 1 / (1
  * + 4). */
 #define ADVISE_RISK_LIMIT  0.2
-#define ADVISE_REASON_SIZE 340
+#define ADVISE_REASON_SIZE 400
 #define ADVISE_ACTION_SIZE 800
 #define ADVISE_SPEEDS_MAX  12u /* largest number of touchdown speeds that are evaluated */
 

@@ -276,8 +276,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
     HELP_NOTE("The result is clear, caution or against, with the reason. A table has the "
               "probability of a zone of 50 mats by mean deceleration and station. The last lines "
-              "give the operator the hardest braking and fastest touchdown below the limit. To "
-              "check the equipment, use matrig ready. Exit 1: against."),
+              "give the operator the hardest braking and fastest touchdown below the limit. Exit "
+              "1: against."),
     HELP_EXAMPLE("matrig advise campaign.db --speed 35ft/s --deceleration 4.5ft/s2"),
 };
 
