@@ -88,7 +88,7 @@ deb: in-build $(B)/.deb-packages ## longer | Debian packages matrig, matrig-boar
 	@debian/build.sh
 
 .PHONY: demo
-demo: $(chosen) $(programs) ## every day | BOARD=zg: a day on the emulated board, 1 to 2 min once it is built: landings, survey, advice, a warning: build/demo/report.html
+demo: $(chosen) $(programs) ## every day | BOARD=zg: a day on the emulated board, 3 to 4 min on two slow cores: landings, survey, advice, a warning: build/demo/report.html
 	@rm -rf $(B)/demo
 	@$(B)/matrig demo $(B)/demo --elf $(chosen)
 

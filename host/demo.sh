@@ -7,6 +7,7 @@ set -eu
 folder=$1 matrig=$2 board=$3 image=$4 runs=$5
 shift 5
 db=$folder/campaign.db page=$folder/report.html playing='' logging='' run=0
+export USER='A. Operator' # author of all entries
 fail() { # CODE WORDS
     echo "matrig: $2" >&2
     exit "$1"
@@ -48,6 +49,7 @@ trap end EXIT
 trap 'fail 3 "interrupted: matrig demo; name a new folder to start once more"' INT TERM
 
 echo '== Landings 1 and 4 of the standard series: 28 ft/s, braked gently'
+"$matrig" --quiet landing "$db" --series standard --runway '1/7-scale AM2 mat, synthetic' --pattern standard --modification none >"$work/said"
 play 1 "$@"
 play 4 "$@"
 cp "$work/memory" "$work/surveyed"
