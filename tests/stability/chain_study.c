@@ -25,6 +25,7 @@
 #define STEPS_MAX       3000000u
 #define WORST           20u
 #define PEAK_SHARE      0.1
+#define PEAK_LEAST_LB   1e-9 /* below it a force is rounding */
 #define PEAK_LOW        0.9
 #define COARSE_ORDER    18
 
@@ -152,8 +153,8 @@ static void compare(const struct sim_scene *scene, const double *answer_ft, cons
                     const struct peaks *peaks, const struct peaks *right, struct chain_row *row)
 {
     int joints = scene->mats + 1;
-    double least_lb = PEAK_SHARE *
-                      fmax(largest(right->push_lb, joints), largest(right->pull_lb, joints));
+    double least_lb = fmax(PEAK_LEAST_LB, PEAK_SHARE * fmax(largest(right->push_lb, joints),
+                                                            largest(right->pull_lb, joints)));
     row->push_share = most_wrong(peaks->push_lb, right->push_lb, joints, least_lb);
     row->pull_share = most_wrong(peaks->pull_lb, right->pull_lb, joints, least_lb);
     row->true_ft = apart_ft(answer_ft, fine_ft, CHAIN_OUTPUTS * (size_t)joints);
