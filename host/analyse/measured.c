@@ -244,8 +244,8 @@ static struct motion_point interpolate_motion(struct motion_point from, struct m
                                  (v0 + 2.0 * square * x + 3.0 * cube * x * x) / span_s};
 }
 
-/* Station and speed at a time: touchdown and stop from the summary, the fit between its first
- * and last gate, and cubics in between. */
+/* Computes station and speed at a time: touchdown and stop from the summary, the fit between its
+ * first and last gate, and cubics in between. */
 static struct motion_point compute_gear_motion(const struct measured *measured, double t_s,
                                                double *error_ft_s)
 {

@@ -201,9 +201,9 @@ int measured_channel_index(const struct measured *measured, enum mr_channel_kind
 size_t measured_list_channels(const struct measured *measured,
                               const struct measured_channel **channels);
 
-/* Extremes of the moving mean of the value (measured_value) from sample `from` on. Each extreme is
- * located in every second reading, and its value is the mean of the other readings; both halves are
- * used (see the file comment). NaN: no mean has a valid reading. */
+/* Finds the extremes of the moving mean of the value (measured_value) from sample `from` on. Each
+ * extreme is located in every second reading, and its value is the mean of the other readings; both
+ * halves are used (see the file comment). NaN: no mean has a valid reading. */
 void measured_find_peaks(const struct measured *measured, const struct measured_channel *channel,
                          size_t from, double *high, double *low);
 /* Returns the number of samples in the mean of a peak, for measured_error. */

@@ -6,8 +6,8 @@
 
 #define ROUNDING 1e-9
 
-/* Product of powers. Its relative error is the root of the sum of squares of power times relative
- * error. */
+/* Returns a product of powers. Its relative error is the root of the sum of squares of power times
+ * relative error. */
 static struct estimate multiply_powers(double constant, const struct estimate *factors,
                                        const double *powers, size_t count)
 {

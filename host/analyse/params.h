@@ -14,14 +14,14 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
-/* Moment of inertia of a mat that hangs on two parallel cords and swings about the vertical: I = W
- * d^2 T^2 / (16 pi^2 l), slug ft2. d: distance between the cords, which are equally far from the
- * centre; l: length of a cord; T: period of small swings. */
+/* Computes the moment of inertia of a mat that hangs on two parallel cords and swings about the
+ * vertical: I = W d^2 T^2 / (16 pi^2 l), slug ft2. d: distance between the cords, which are equally
+ * far from the centre; l: length of a cord; T: period of small swings. */
 struct estimate params_inertia(struct estimate weight_lb, struct estimate spacing_ft,
                                struct estimate cord_ft, struct estimate period_s);
 
-/* Stiffness of a joint as wide as the mat, lb/ft, from the stiffness per width of the tested strip
- * (lb/in per in). */
+/* Computes the stiffness of a joint as wide as the mat, lb/ft, from the stiffness per width of the
+ * tested strip (lb/in per in). */
 struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct estimate joint_in);
 
 /* A straight line through readings of a part with free travel. The part moves freely up to x = free
@@ -37,33 +37,32 @@ struct params_spring {
 enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
                                  struct params_spring *spring, struct error *error);
 
-/* Rotational stiffness of a joint from that of a strip. `wider`: width of the joint divided by the
- * width of the strip. */
+/* Computes the rotational stiffness of a joint from that of a strip. `wider`: width of the joint
+ * divided by the width of the strip. */
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);
 
-/* Area of a mat, from its length and width. */
 struct estimate params_area(struct estimate length_ft, struct estimate width_ft);
 
-/* Friction coefficient: the pull at which the mat just slides, divided by the weight on the
- * soil. */
+/* Computes the friction coefficient: the pull at which the mat just slides, divided by the weight
+ * on the soil. */
 struct estimate params_friction(struct estimate pull_lb, struct estimate weight_lb);
 
-/* Soil stiffness under one mat end. A wheel in the middle of `mats` mats side by side along the
- * runway (1 if it stands on one mat) sinks by d: KV = P/(2 mats d). If neighbouring mats carry load
- * too, the true value is smaller. */
+/* Computes the soil stiffness under one mat end. A wheel in the middle of `mats` mats side by side
+ * along the runway (1 if it stands on one mat) sinks by d: KV = P/(2 mats d). If neighbouring mats
+ * carry load too, the true value is smaller. */
 struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats);
 
-/* Soil stiffness under one mat end from a plate bearing test: pressure under the plate against its
- * settlement gives the modulus of soil reaction, which model and prototype have in common (2.2),
- * and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement before the plate
- * is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is included.
- * MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
+/* Computes the soil stiffness under one mat end from a plate bearing test: pressure under the plate
+ * against its settlement gives the modulus of soil reaction, which model and prototype have in
+ * common (2.2), and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement
+ * before the plate is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is
+ * included. MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
 enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
                             struct estimate plate_ft, struct estimate mat_ft2,
                             struct estimate *kv_lb_ft, struct error *error);
 
-/* Mean of readings with its standard error. `each`: standard error that applies to every reading,
- * and the only error of a single reading. count >= 1. */
+/* Computes the mean of readings with its standard error. `each`: standard error that applies to
+ * every reading, and the only error of a single reading. count >= 1. */
 struct estimate params_mean(const double *readings, size_t count, double each);
 
 #endif

@@ -211,8 +211,8 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
     return reached;
 }
 
-/* Fraction of the distance from touchdown to 50 mats beyond the stop that lies between the first
- * and the last transducer that worked to the end. */
+/* Returns the fraction of the distance from touchdown to 50 mats beyond the stop that lies between
+ * the first and the last transducer that worked to the end. */
 static double compute_covered_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,

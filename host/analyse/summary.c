@@ -206,8 +206,8 @@ static bool is_missing_samples(const struct measured_channel *channel, enum mr_c
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
-/* Lists the channels with the same missing time as channel `c`: "1, 2, 5". False: an earlier
- * channel already listed `c`. */
+/* Lists the channels with the same missing time as channel `c`: "1, 2, 5". Returns false if an
+ * earlier channel already listed `c`. */
 static bool format_channels(const struct measured *measured, unsigned c, char *out, size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];

@@ -13,8 +13,8 @@
 #define MIN_HALF_POWER (-16)
 #define MAX_HALF_POWER 6
 
-/* Covariance of the station at two times since the first gate, for q = 1: the integral over u of
- * (s - u)^2 (t - u)^2 / 4. */
+/* Returns the covariance of the station at two times since the first gate, for q = 1: the integral
+ * over u of (s - u)^2 (t - u)^2 / 4. */
 static double compute_covariance(double a_s, double b_s)
 {
     double s = fmin(a_s, b_s), d = fabs(a_s - b_s);
@@ -52,7 +52,7 @@ static void swap_rows(double *a, double *b, size_t n)
 }
 
 /* Inverts by Gauss-Jordan elimination with row pivots, and computes the logarithm of the absolute
- * determinant. False: singular. */
+ * determinant. Returns false if the matrix is singular. */
 static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
                           double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
 {
@@ -88,8 +88,9 @@ static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
     return true;
 }
 
-/* Minus twice the restricted log likelihood, up to a constant. The bordered determinant is |S| |X'
- * S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the inverse. */
+/* Returns minus twice the restricted log likelihood, up to a constant. The bordered determinant is
+ * |S| |X' S^-1 X|; y' P y is the generalised sum of squares, P the upper left part of the
+ * inverse. */
 static double compute_deviance(const struct track *track, struct track_model *model)
 {
     double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
@@ -103,7 +104,7 @@ static double compute_deviance(const struct track *track, struct track_model *mo
     return log_determinant + squares;
 }
 
-/* Keeps a model if it is among the likeliest. `unlikely` has the deviance of each entry of
+/* Stores a model if it is among the likeliest. `unlikely` has the deviance of each entry of
  * track->model. */
 static void keep_model(struct track *track, const struct track_model *model,
                        double unlikeliness_now, double unlikely[TRACK_MODELS])
@@ -188,8 +189,8 @@ static struct track_moment make_gate_moment(const struct track *track, double t_
     return (struct track_moment){t_s, here, (inside.value - here.value) / inward_s};
 }
 
-/* Standard error due to the rise of the brake (common/gates.h: delay d, shape k), which displaces
- * the track by 0 to a d^2 (1 + k) / 2. */
+/* Returns the standard error due to the rise of the brake (common/gates.h: delay d, shape k), which
+ * displaces the track by 0 to a d^2 (1 + k) / 2. */
 static double compute_brake_error_ft(double deceleration_ft_s2)
 {
     const double d = MR_BRAKE_DELAY_S, e = MR_BRAKE_DELAY_ERROR_S;
@@ -274,8 +275,8 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 /* number of steps on each side that are in the median; up to half of them may be gaps */
 #define MEDIAN_STEPS    7u
 
-/* Median of the steps from `from` to `to`. Of two middle steps it is the shorter one, because a
- * longer step may be a gap of several periods. */
+/* Returns the median of the steps from `from` to `to`. Of two middle steps it is the shorter one,
+ * because a longer step may be a gap of several periods. */
 static double find_median_step(const double *t_us, size_t from, size_t to)
 {
     double step_us[2 * MEDIAN_STEPS + 1];

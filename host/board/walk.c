@@ -19,7 +19,8 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
     motion->movement_min = limit;
 }
 
-/* True: no channel moved by half the limit for half a second. `mean`: means over that time. */
+/* Returns true if no channel moved by half the limit for half a second. `mean`: means over that
+ * time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
     if (motion->readings < WALK_REST_READINGS)

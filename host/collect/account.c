@@ -150,9 +150,9 @@ void account_restart(struct account *account, bool whole)
     account_reset_steps(account);
 }
 
-/* Number of lost frames for a jump of the sequence number; 0: none. If this computer also lost
- * bytes, the number may have wrapped: the number of wraps is the best fit to the mean frame size
- * so far. */
+/* Returns the number of lost frames for a jump of the sequence number; 0: none. If this computer
+ * also lost bytes, the number may have wrapped: the number of wraps is the best fit to the mean
+ * frame size so far. */
 static int64_t count_lost_frames(const struct account *account, uint16_t jump)
 {
     int64_t frames = account->counts.received - 1;

@@ -36,7 +36,7 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
                               struct error *error);
 void collector_close(struct collector *collector); /* writes nothing; NULL is allowed */
 
-/* Process frames as received. MR_VERSION: a board with another layout. MR_IO: a board other than
+/* Process received frames. MR_VERSION: a board with another layout. MR_IO: a board other than
  * before, either on serial, or on CAN without the known board. Both statuses require a new log.
  * Damaged frames and frames of other nodes are counted and are not errors. */
 enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
@@ -73,8 +73,8 @@ void collector_set_store(struct collector *collector, struct store *store);
  * previous one ended. */
 enum mr_status collector_reopen(const struct collector *before, struct store *store, bool whole,
                                 bool goes_on, struct collector **collector, struct error *error);
-/* Ends the session: open landings are closed in their current state, and losses are settled.
- * `ended_by`: "end", "time", "signal" ... */
+/* Ends the session: landings in progress end in their current state, and suspected losses are
+ * counted. `ended_by`: "end", "time", "signal" ... */
 enum mr_status collector_end(struct collector *collector, const char *ended_by,
                              struct error *error);
 
@@ -118,8 +118,8 @@ struct collector_answer {
     bool is_own;
     unsigned repeats; /* number of identical answers before it that were only counted */
 };
-/* Removes the oldest of the newest eight answers and returns it; returns false if there is
- * none. */
+/* Removes and returns the oldest answer that was not read; at most eight are stored. Returns false
+ * if there is none. */
 bool collector_pop_answer(struct collector *collector, struct collector_answer *answer);
 
 struct collector_progress {

@@ -367,8 +367,8 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     return error->status;
 }
 
-/* Largest lift force on a node due to the compression P of its joint, in weights of a mat. Two mats
- * rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
+/* Returns the largest lift force on a node due to the compression P of its joint, in weights of a
+ * mat. Two mats rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
 static double find_lift_ratio(const struct runway *r, const struct sim_scene *scene,
                               const double *push_lb)
 {

@@ -46,8 +46,8 @@ struct series_outcome {
     int overrun_count;
     /* All stations at which the wheel reached the wave; between two of them it was off the wave. */
     double overrun_ft[SIM_OVERRUNS_MAX];
-    /* Stretches of mats that rose by the buckle limit, separated by mats that did not; at least 1
-     * if buckled. */
+    /* number of stretches of mats that rose by the buckle limit, separated by mats that did not; at
+     * least 1 if buckled */
     int failure_count;
     /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
      * crest. */
@@ -55,7 +55,8 @@ struct series_outcome {
     /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if crest_ft
      * > 0. */
     int crest_ahead_mats;
-    /* Station of that mat; 0: no mat rose that far while the wheel was on the runway. */
+    /* station of the mat that first rose by buckle_in; 0: no mat rose that far while the wheel was
+     * on the runway */
     double crest_ft;
     int band_slack; /* number of segments of bands that became slack */
 };
@@ -108,16 +109,14 @@ struct draw_path {
     double touchdown_ft, stop_ft, mean_ft_s2;
 };
 
-/* Path of landing `index` (from 0) on the runway of a seed. The aircraft brakes from touchdown,
- * with an onset of onset_s and thrust W/axles a/g, or is towed to the runway's end. `path` is all
- * zero or the result of an earlier call. MR_USAGE: the aircraft does not stop within 600 s. */
+/* Computes the path of landing `index` (from 0) on the runway of a seed. The aircraft brakes from
+ * touchdown, with an onset of onset_s and thrust W/axles a/g, or is towed to the runway's end.
+ * `path` is all zero or the result of an earlier call. MR_USAGE: the aircraft does not stop within
+ * 600 s. */
 enum mr_status draw_landing(const struct landing_series *series,
                             const struct series_landing *landing, uint64_t seed, size_t index,
                             struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);
-
-/* Failures: the stations at which mats rose in one landing. Mats rise as a two-panel wave, which
- * the aircraft presses flat, or higher. */
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
  * nodes that did not: the aircraft presses the mats between failures flat. `rise_ft` is as in
@@ -186,9 +185,6 @@ struct series_summary {
 void series_summarise(struct series_summary *summary, const struct landing_series *series,
                       const struct series_run *runs);
 void series_summary_free(struct series_summary *summary);
-
-/* The answer of matrig study: an ensemble's results as text and tables; the JSON also has every
- * landing of every runway. */
 
 /* Makes a new answer, which the caller owns. The JSON values have the units in the keys' names,
  * even with `si`. */

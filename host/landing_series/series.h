@@ -27,8 +27,8 @@
 #define SERIES_TOUCHDOWN_FT 3.0
 #define SERIES_SPEED_FT_S   28.0
 
-/* auto: the chain is always simulated; the planar engine is run if the chain's compression could
- * raise a wave. */
+/* Engines of the simulation. SERIES_AUTO: the chain is always simulated; the planar engine is run
+ * if the chain's compression could raise a wave. */
 enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
 
 struct series_range {

@@ -107,8 +107,8 @@ enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size
  * line. MR_IO: the port does not support the rate. */
 enum mr_status link_set_baud(struct link *link, int baud, struct error *error);
 
-/* Send to the board, and wait at most 1 s for room. MR_NOT_NOW: the link is a file. MR_IO: the
- * device is away or failed. */
+/* Both functions send to the board, and wait at most 1 s for room. MR_NOT_NOW: the link is a file.
+ * MR_IO: the device is away or failed. */
 enum mr_status link_send_frame(struct link *link, const struct link_frame *frame,
                                struct error *error);
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,

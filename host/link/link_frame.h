@@ -10,7 +10,7 @@
 enum link_kind { LINK_CAN, LINK_SERIAL };
 #define LINK_KINDS 2
 
-/* As in SocketCAN: these bits of `id` mark extended, remote and error frames; 11-bit data frames
+/* These bits of `id`, as in SocketCAN, mark extended, remote and error frames; 11-bit data frames
  * have none of them set. */
 #define LINK_ID_EXTENDED 0x80000000u
 #define LINK_ID_REMOTE   0x40000000u

@@ -72,8 +72,8 @@ struct link {
     uint64_t service_us;
     uint32_t queue_lost; /* counter of the kernel, only for can: */
     struct tty *tty;     /* open port, only for serial: */
-    /* For serial: the adapter that was opened first, as text; only that adapter is opened again.
-     * Empty: any adapter at the port. */
+    /* only for serial: the adapter that was opened first, as text; only that adapter is opened
+     * again. Empty: any adapter at the port */
     char adapter[USB_TEXT_SIZE];
 };
 

@@ -1,6 +1,6 @@
-/* A list of pieces of memory. A piece is mapped when the last one is full, and unmapped when all
- * its items are released. A ring buffer would in time touch all of its memory, even if it never
- * holds much. */
+/* The queue is a list of pieces of memory. A piece is mapped when the last one is full, and
+ * unmapped when all its items are released. A ring buffer would in time touch all of its memory,
+ * even if it never contained much. */
 #include "host/link/queue.h"
 
 #include <errno.h>
@@ -201,8 +201,7 @@ void link_queue_signal(struct link_queue *queue)
     if (signals && queue->event_fd >= 0) {
         const uint64_t one = 1;
         ssize_t written = write(queue->event_fd, &one, sizeof one);
-        /* if the counter of the eventfd is full, the write fails, but the reader wakes all the
-         * same */
+        /* if the counter of the eventfd is full, the write fails, but the reader still wakes */
         (void)written;
     }
 }

@@ -107,8 +107,9 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
                         double expected_lb_in, double stretch, struct push_fit *fit,
                         struct error *error);
 
-/* Displacements of the elastic law at the forces as read, in. If K is not determined, its lower
- * bound is used; if rho is not determined, 1. `moved_in` has room for series->count values. */
+/* Computes the displacements of the elastic law at the forces as read, in. If K is not determined,
+ * its lower bound is used; if rho is not determined, 1. `moved_in` has room for series->count
+ * values. */
 void push_fit_curve(const struct push_series *series, struct push_errors gages,
                     const struct push_fit *fit, double *moved_in);
 

@@ -26,8 +26,8 @@
 /* the largest value that matrig writes is an imported channel: 18 h at 1 kHz */
 #define VALUE_BYTES_MAX 268435456
 
-/* Settings of every connection to a campaign. Another program may have written the schema, so
- * SQLite must not trust it. `database` may be NULL. */
+/* Applies the settings of every connection to a campaign. Another program may have written the
+ * schema, so SQLite must not trust it. `database` may be NULL. */
 static void apply_safe_settings(sqlite3 *database)
 {
     if (!database)

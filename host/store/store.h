@@ -311,8 +311,9 @@ enum mr_status store_bundle_extract(struct store *store, int64_t run, const char
 enum mr_status store_link_errors(struct store *store, int64_t run, int link,
                                  struct store_link_error **rows, size_t *count,
                                  struct error *error);
-/* `kind` of the events that report these errors. In such an event, `code` is the error, `detail`
- * the number of errors since the previous event, `value` the number since the session began. */
+/* Returns the `kind` of the events that report errors of a link. In such an event, `code` is the
+ * error, `detail` the number of errors since the previous event, `value` the number since the
+ * session began. */
 const char *store_link_error_kind(int link);
 /* Adds a row about lost data. `message` is the name of the lost message, or "frame" if the name is
  * unknown. */
@@ -428,7 +429,7 @@ void store_imported_channels_free(struct store_imported_channel *rows, size_t co
 /* ---- following a campaign while another process writes it: reading new data in the order of
  * reception ---- */
 
-/* Position in the campaign: everything up to it has been read. */
+/* Position in the campaign up to which all data has been read. */
 struct store_follow_position {
     int64_t frame;                /* id of the newest frame read */
     int64_t session, boot, index; /* position of the newest block read */
@@ -495,8 +496,8 @@ enum store_file_state store_check_identity(const char *path, const struct store_
 /* Copies all committed data into a new file at `path`, and opens the copy to check it. It works
  * also if the open file was moved or deleted. Fails with MR_IO if `path` exists. */
 enum mr_status store_copy_to(struct store *store, const char *path, struct error *error);
-/* Current path of the open file, from the kernel; "" if the file was deleted or the path is
- * unknown. */
+/* Finds the current path of the open file, from the kernel; "" if the file was deleted or the path
+ * is unknown. */
 void store_find_current_path(const struct store *store, char *out, size_t size);
 /* As store_close, for a store whose file was moved, deleted or replaced. A new file at the old path
  * is not touched. If `moved`, the journal is written back into the open file. */
@@ -514,8 +515,8 @@ void store_watch_file(struct store *store);
 /* True if another program overwrote the file (for example cp) or truncated it. This shows in the
  * file's header or size, or as damage that SQLite finds. Once true, the result stays true. */
 bool store_is_overwritten(struct store *store);
-/* Two steps that remember the newest committed data of a session: call store_record_progress
- * before a commit and store_confirm_progress after it. */
+/* These functions record the newest committed data of a session: call store_record_progress before
+ * a commit and store_confirm_progress after it. */
 enum mr_status store_record_progress(struct store *store, int64_t session, struct error *error);
 void store_confirm_progress(struct store *store);
 /* Checks whether the campaign still contains the session's newest committed data, if another

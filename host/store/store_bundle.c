@@ -31,9 +31,9 @@
         "max") " AND made_us<=" SELECT_ARMED_US      \
                " UNION" SELECT_SURVEY("min") " AND made_us>" SELECT_ARMED_US ")"
 
-/* SQL condition for the rows of a table that belong to the landing: ?1 is the RUN, ?2 its session,
- * ?3 its boot. Most tables have a column `landing` or `session`. The function lists the tables that
- * refer to a landing in another way. */
+/* Returns the SQL condition for the rows of a table that belong to the landing: ?1 is the RUN, ?2
+ * its session, ?3 its boot. Most tables have a column `landing` or `session`. The function lists
+ * the tables that refer to a landing in another way. */
 static const char *get_row_condition(const char *table, bool has_landing, bool has_session)
 {
     if (strcmp(table, "landings") == 0)

@@ -1,6 +1,6 @@
 /* Buffered writing of frames, and following of a running log. One statement writes many frames,
- * which is faster because SQLite then searches the index only once. So frames are buffered until
- * there are STORE_FRAMES_PER_STATEMENT of them, or until a commit or any read. */
+ * which is faster because SQLite then searches the index only once. Frames are therefore buffered
+ * until there are STORE_FRAMES_PER_STATEMENT of them, or until a commit or any read. */
 #include <stdlib.h>
 #include <string.h>
 

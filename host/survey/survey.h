@@ -45,8 +45,8 @@
 #define SURVEY_STATION_CHANGE_MAX_IN 1.0
 
 enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_ACROSS, SURVEY_DIAGONAL, SURVEY_KINDS };
-/* Lines at which stations are read; diagonal lay: at all lines, with across and the 45-degree
- * lines. */
+/* Lines at which stations are read. SURVEY_EDGE_DIAGONAL: all lines, with distances across and the
+ * 45-degree lines. */
 enum survey_edges {
     SURVEY_EDGE_LEFT,
     SURVEY_EDGE_BOTH,
@@ -57,8 +57,8 @@ enum survey_edges {
 
 struct survey_item {
     enum survey_kind kind;
-    /* From 1: left edge, 36 in left of the centreline, near it, right edge; 45-degree lines are
-     * counted from upfield. */
+    /* number of the line, from 1: left edge, 36 in left of the centreline, near the centreline,
+     * right edge; 45-degree lines are counted from upfield */
     unsigned line;
     unsigned place; /* index of the span or station, from 0 */
 };
