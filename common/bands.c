@@ -19,7 +19,7 @@ float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tens
 
 /* ---- arming ---- */
 
-static float gage_station_ft(const struct mr_bands *bands, unsigned gage)
+static float get_gage_station_ft(const struct mr_bands *bands, unsigned gage)
 {
     float station_ft = bands->channel[gage].station_ft;
     return __builtin_isnan(station_ft) ? NO_STATION_FT : station_ft;
@@ -32,7 +32,8 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
         if (bands->channel[g].kind != MR_KIND_TENSION || bands->channel[g].band != number)
             continue;
         unsigned place = band->gages++;
-        for (; place && gage_station_ft(bands, band->gage[place - 1]) > gage_station_ft(bands, g);
+        for (; place &&
+               get_gage_station_ft(bands, band->gage[place - 1]) > get_gage_station_ft(bands, g);
              place--)
             band->gage[place] = band->gage[place - 1];
         band->gage[place] = (uint8_t)g;
@@ -45,8 +46,8 @@ static void compute_weights(const struct mr_bands *bands, struct mr_band *band)
     float sum = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned before = i ? i - 1 : i, after = i + 1 < band->gages ? i + 1 : i;
-        float length_ft = gage_station_ft(bands, band->gage[after]) -
-                          gage_station_ft(bands, band->gage[before]);
+        float length_ft = get_gage_station_ft(bands, band->gage[after]) -
+                          get_gage_station_ft(bands, band->gage[before]);
         if (after - before == 1) /* at an end of the band: only one neighbour */
             length_ft *= 2.0f;
         band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
@@ -108,7 +109,7 @@ static void add_finding(struct mr_bands *bands, unsigned band, unsigned gage, un
 }
 
 /* Length-weighted mean of a band over its valid gages. */
-static float weighted_mean_lb(const struct mr_band *band, const float *lb_by_place)
+static float compute_weighted_mean_lb(const struct mr_band *band, const float *lb_by_place)
 {
     float sum = 0.0f, weights = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
@@ -121,7 +122,7 @@ static float weighted_mean_lb(const struct mr_band *band, const float *lb_by_pla
 }
 
 /* Tension of a gage `age` steps ago; 0: the newest. */
-static float tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
+static float get_tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
     return bands
         ->history[(bands->newest + MR_BANDS_HISTORY_STEPS - age) % MR_BANDS_HISTORY_STEPS][gage];
@@ -141,10 +142,10 @@ static unsigned find_pullout(const struct mr_bands *bands, const struct mr_band 
         float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
         if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_STEP_SHARE * large)
             continue;
-        float before_lb = tension_before_lb(bands, band->gage[i + 1], 4) -
-                          tension_before_lb(bands, band->gage[i], 4);
-        float after_lb = tension_before_lb(bands, band->gage[i + 1], 2) -
-                         tension_before_lb(bands, band->gage[i], 2);
+        float before_lb = get_tension_before_lb(bands, band->gage[i + 1], 4) -
+                          get_tension_before_lb(bands, band->gage[i], 4);
+        float after_lb = get_tension_before_lb(bands, band->gage[i + 1], 2) -
+                         get_tension_before_lb(bands, band->gage[i], 2);
         if (__builtin_fabsf(after_lb) < __builtin_fabsf(before_lb) && large + small > most_lb) {
             most_lb = large + small;
             found = i;
@@ -180,7 +181,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
-        from_lb[i] = tension_before_lb(bands, band->gage[i], 4) +
+        from_lb[i] = get_tension_before_lb(bands, band->gage[i], 4) +
                      trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD_STEPS + 4u));
     }
     struct mr_band_candidate *doubt = &band->candidate;
@@ -197,8 +198,8 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
         unsigned other = find_larger_neighbour(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
         doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
-        doubt->min_lb = PERSISTING_SHARE * weighted_mean_lb(band, step_lb);
-        doubt->from_lb = weighted_mean_lb(band, from_lb);
+        doubt->min_lb = PERSISTING_SHARE * compute_weighted_mean_lb(band, step_lb);
+        doubt->from_lb = compute_weighted_mean_lb(band, from_lb);
     }
 }
 
@@ -210,8 +211,8 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
     float now_lb[MR_GAGES];
     band->candidate.reason = 0;
     for (unsigned i = 0; i < band->gages; i++)
-        now_lb[i] = tension_before_lb(bands, band->gage[i], 0);
-    float left_lb = (doubt.reason == MR_BAND_SLIP ? weighted_mean_lb(band, now_lb)
+        now_lb[i] = get_tension_before_lb(bands, band->gage[i], 0);
+    float left_lb = (doubt.reason == MR_BAND_SLIP ? compute_weighted_mean_lb(band, now_lb)
                                                   : now_lb[doubt.position]) -
                     doubt.from_lb;
     if (!(doubt.min_lb < 0.0f ? left_lb <= doubt.min_lb : left_lb >= doubt.min_lb))
@@ -230,14 +231,16 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
     float step_lb[MR_GAGES], trend_lb[MR_GAGES];
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
-        if (tension_before_lb(bands, g, 6) < band->slack_lb ||
-            tension_before_lb(bands, g, 0) < band->slack_lb)
+        if (get_tension_before_lb(bands, g, 6) < band->slack_lb ||
+            get_tension_before_lb(bands, g, 0) < band->slack_lb)
             /* Appendix C.5 applies only while the whole band is in tension: a slack band also
              * changes suddenly as it tightens. */
             return;
-        trend_lb[i] = 0.5f * (tension_before_lb(bands, g, 4) - tension_before_lb(bands, g, 6) +
-                              tension_before_lb(bands, g, 0) - tension_before_lb(bands, g, 2));
-        step_lb[i] = tension_before_lb(bands, g, 2) - tension_before_lb(bands, g, 4) - trend_lb[i];
+        trend_lb[i] = 0.5f *
+                      (get_tension_before_lb(bands, g, 4) - get_tension_before_lb(bands, g, 6) +
+                       get_tension_before_lb(bands, g, 0) - get_tension_before_lb(bands, g, 2));
+        step_lb[i] = get_tension_before_lb(bands, g, 2) - get_tension_before_lb(bands, g, 4) -
+                     trend_lb[i];
     }
     band->hold_steps = MR_BANDS_HOLD_STEPS;
     block -= MR_BANDS_STEP_BLOCKS * 3u;
@@ -253,14 +256,15 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
 
 static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, unsigned gage)
 {
-    float at2 = tension_before_lb(bands, gage, 2), at4 = tension_before_lb(bands, gage, 4);
+    float at2 = get_tension_before_lb(bands, gage, 2), at4 = get_tension_before_lb(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
-    if (!(step_lb >= band->step_lb) || __builtin_fabsf(tension_before_lb(bands, gage, 1) -
-                                                       tension_before_lb(bands, gage, 3)) > step_lb)
+    if (!(step_lb >= band->step_lb) ||
+        __builtin_fabsf(get_tension_before_lb(bands, gage, 1) -
+                        get_tension_before_lb(bands, gage, 3)) > step_lb)
         /* There is no step, or it occurred within a mean, so that the next difference is larger. */
         return false;
-    float before_lb = __builtin_fabsf(at4 - tension_before_lb(bands, gage, 6)),
-          after_lb = __builtin_fabsf(tension_before_lb(bands, gage, 0) - at2);
+    float before_lb = __builtin_fabsf(at4 - get_tension_before_lb(bands, gage, 6)),
+          after_lb = __builtin_fabsf(get_tension_before_lb(bands, gage, 0) - at2);
     return step_lb >= SUDDEN_RATIO * before_lb && step_lb >= SUDDEN_RATIO * after_lb;
 }
 
@@ -301,7 +305,7 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         float lb = tension_lb[g];
-        float change_lb = lb - tension_before_lb(bands, g, 1);
+        float change_lb = lb - get_tension_before_lb(bands, g, 1);
         bands->sum_lb[g] += lb;
         bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
@@ -405,7 +409,8 @@ void mr_bands_end(struct mr_bands *bands)
     bands->is_active = false;
 }
 
-static float extreme_error_lb(const struct mr_bands *bands, const struct mr_band_extreme *extreme)
+static float compute_extreme_error_lb(const struct mr_bands *bands,
+                                      const struct mr_band_extreme *extreme)
 {
     if (!extreme->gage)
         return MR_NAN;
@@ -446,8 +451,8 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
     figures->before_error_lb = __builtin_sqrtf(before_variance) / count;
     figures->change_error_lb = __builtin_sqrtf(change_variance) / count;
     figures->spread_lb = high_lb - low_lb;
-    figures->min_error_lb = extreme_error_lb(bands, &band->min_tension);
-    figures->max_error_lb = extreme_error_lb(bands, &band->max_tension);
+    figures->min_error_lb = compute_extreme_error_lb(bands, &band->min_tension);
+    figures->max_error_lb = compute_extreme_error_lb(bands, &band->max_tension);
 }
 
 unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],

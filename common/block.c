@@ -25,7 +25,7 @@ static inline void put_pair(uint16_t *sums, uint32_t pair)
 
 /* The bit of value CODE_RANGE is set in a half with a saturated code. A half that borrows from its
  * neighbour is saturated itself, so the word has such a bit exactly when a code is saturated. */
-static inline uint32_t saturation_bits(uint32_t pair)
+static inline uint32_t get_saturation_bits(uint32_t pair)
 {
     return (pair - IN_BOTH_HALVES(MR_CODE_LOW + 1u)) |
            (pair + IN_BOTH_HALVES(CODE_RANGE - MR_CODE_HIGH));
@@ -71,7 +71,7 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                      reversed = get_pair(&transducers[scan + 1][i]);
             plus += forward;
             minus += reversed;
-            extreme |= saturation_bits(forward) | saturation_bits(reversed);
+            extreme |= get_saturation_bits(forward) | get_saturation_bits(reversed);
         }
         put_pair(&block->forward_sum[i], plus);
         put_pair(&block->reversed_sum[i], minus);
@@ -84,7 +84,7 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
             uint32_t pair = get_pair(&adc1[scan][i]);
             sum += pair;
-            extreme |= saturation_bits(pair);
+            extreme |= get_saturation_bits(pair);
         }
         put_pair(&block->sum[i], sum);
         if (has_saturation(extreme))
@@ -120,7 +120,7 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
             uint32_t first = get_pair(at), second = get_pair(at + count);
             sum_even += first;
             sum_odd += second;
-            extreme |= saturation_bits(first) | saturation_bits(second);
+            extreme |= get_saturation_bits(first) | get_saturation_bits(second);
         }
         put_pair(even + i, sum_even);
         put_pair(odd + i, sum_odd);

@@ -54,7 +54,7 @@ struct sums {
     uint16_t gathered[MR_PACK_SUMS];
 };
 
-static unsigned plain_bits(const struct sums *sums, unsigned i)
+static unsigned get_plain_bits(const struct sums *sums, unsigned i)
 {
     return i < sums->four_code_count ? 14u : 15u;
 }
@@ -85,7 +85,7 @@ static void gather_sums(struct sums *sums, const struct mr_block *block)
         *to = 0; /* is_wide reads pairs */
 }
 
-static unsigned rice_parameter(const struct mr_pack *pack, unsigned i)
+static unsigned compute_rice_parameter(const struct mr_pack *pack, unsigned i)
 {
     return 27u - (unsigned)__builtin_clz(pack->mean16[i] | 16u);
 }
@@ -163,7 +163,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
     for (unsigned i = 0; i < count; i++) {
         int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
         uint32_t z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
-        unsigned k = rice_parameter(pack, i);
+        unsigned k = compute_rice_parameter(pack, i);
         uint32_t q = z >> k;
         update_prediction(pack, i, z, value[i]);
         uint32_t code = ((z - (q << k)) * 2u + 1u) << q;
@@ -216,7 +216,7 @@ size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
         else
             mr_bits_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
         for (unsigned i = 0; i < sums.count; i++)
-            mr_bits_put(&w, sums.value[i], wide ? 16u : plain_bits(&sums, i));
+            mr_bits_put(&w, sums.value[i], wide ? 16u : get_plain_bits(&sums, i));
     }
     pack->index++;
     pack->tick += MR_TICKS_PER_BLOCK;
@@ -286,11 +286,11 @@ static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, stru
         uint16_t *value = &block->sums[place];
         uint32_t z;
         if (tag == TAG_PACKED) {
-            z = get_rice(r, rice_parameter(pack, i));
+            z = get_rice(r, compute_rice_parameter(pack, i));
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
             *value = (uint16_t)((int32_t)pack->value[i] + d);
         } else {
-            *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? plain_bits(&sums, i) : 16u);
+            *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? get_plain_bits(&sums, i) : 16u);
             int32_t d = (int32_t)*value - (int32_t)pack->value[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }

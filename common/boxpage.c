@@ -7,7 +7,7 @@
 
 #define CRC_OFFSET (MR_BOXPAGE_BYTES - 4u)
 
-static uint32_t page_crc(const uint8_t page[MR_BOXPAGE_BYTES])
+static uint32_t compute_page_crc(const uint8_t page[MR_BOXPAGE_BYTES])
 {
     uint8_t kind = page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE;
     uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND);
@@ -19,7 +19,7 @@ void mr_boxpage_seal(uint8_t page[MR_BOXPAGE_BYTES], uint32_t seq, uint16_t reco
 {
     mr_put_u16(mr_put_u32(page, seq), record);
     page[MR_BOXPAGE_KIND] |= MR_BOXPAGE_LIVE;
-    mr_put_u32(page + CRC_OFFSET, page_crc(page));
+    mr_put_u32(page + CRC_OFFSET, compute_page_crc(page));
 }
 
 enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
@@ -32,7 +32,7 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
         i++;
     if (i == MR_BOXPAGE_BYTES)
         return MR_TOO_FEW;
-    if (mr_get_u32(&crc) != page_crc(page))
+    if (mr_get_u32(&crc) != compute_page_crc(page))
         return MR_CRC;
     header->seq = mr_get_u32(&p);
     header->record = mr_get_u16(&p);

@@ -292,7 +292,7 @@ unsigned mr_series_pack_find(uint16_t id)
     return number;
 }
 
-static uint16_t missing_bits(const float *readings, unsigned count)
+static uint16_t get_missing_bits(const float *readings, unsigned count)
 {
     uint16_t mask = 0;
     for (unsigned i = 0; i < count; i++) {
@@ -310,7 +310,7 @@ size_t mr_series_pack_put(const struct mr_series_pack *pack, const float *readin
     for (unsigned i = 0; i < pack->count; i++)
         p = mr_put_real_i16(p, readings[pack->first - 1u + i], series->per_unit);
     if (pack->count < MR_PACK_READINGS)
-        p = mr_put_u16(p, missing_bits(readings, series->readings));
+        p = mr_put_u16(p, get_missing_bits(readings, series->readings));
     p = mr_put_u16(p, (uint16_t)index);
     return (size_t)(p - out);
 }

@@ -18,7 +18,7 @@ float mr_channels_ratio(const struct mr_channel_config *reference, const struct 
     return MR_REFERENCE_CODE / code;
 }
 
-static uint8_t saturated_ends(const struct mr_block *block, unsigned channel)
+static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channel)
 {
     if (block->low[channel] == MR_SCANS_PER_BLOCK)
         return MR_INVALID_OPEN;
@@ -60,7 +60,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
 
     if (config->kind == MR_KIND_NONE)
         return reading;
-    reading.validity = saturated_ends(block, channel);
+    reading.validity = find_saturated_ends(block, channel);
     if (channel < MR_TRANSDUCERS) {
         float plus = (float)block->forward_sum[channel];
         float minus = (float)block->reversed_sum[channel];
@@ -90,7 +90,7 @@ struct mr_reading mr_channel_read(const struct mr_channel_config *config,
 }
 
 /* Offset of an item in the struct; 0 if the item is not a real. */
-static size_t item_offset(unsigned item)
+static size_t get_item_offset(unsigned item)
 {
     static const size_t single[] = {
         [MR_CALIBRATION_GAIN_ERROR] = offsetof(struct mr_channel_config, gain_error),
@@ -114,7 +114,7 @@ static size_t item_offset(unsigned item)
 
 float mr_channel_item(const struct mr_channel_config *config, unsigned item)
 {
-    size_t offset = item_offset(item);
+    size_t offset = get_item_offset(item);
     float value = item == MR_CALIBRATION_POINTS ? (float)config->points : MR_NAN;
     if (offset)
         memcpy(&value, (const uint8_t *)config + offset, sizeof value);
@@ -123,7 +123,7 @@ float mr_channel_item(const struct mr_channel_config *config, unsigned item)
 
 void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value)
 {
-    size_t offset = item_offset(item);
+    size_t offset = get_item_offset(item);
     if (offset)
         memcpy((uint8_t *)config + offset, &value, sizeof value);
     else if (item == MR_CALIBRATION_POINTS && value >= 0.0f && value <= (float)MR_CONFIG_POINTS)
@@ -137,7 +137,7 @@ static float square(float x)
     return x * x;
 }
 
-static float linearity_share(const struct mr_channel_config *config, float value)
+static float compute_linearity_share(const struct mr_channel_config *config, float value)
 {
     /* 0.816497 = sqrt(2 / 3) */
     float segment = (config->high - config->low) * (0.816497f / (float)MR_CONFIG_POINTS);
@@ -151,7 +151,7 @@ float mr_reading_error(const struct mr_channel_config *config, const struct mr_e
     float scaled = c->value;
     if (square(c->noise) < square(MR_QUANTISATION_NOISE_CODES * config->unit_per_code))
         variance += square(MR_QUANTISATION_CODES * config->unit_per_code);
-    variance += square(config->linearity_error * linearity_share(config, c->value)) +
+    variance += square(config->linearity_error * compute_linearity_share(config, c->value)) +
                 square(config->gain_error * c->value);
     variance += square(config->drift_error_per_h * c->hours);
     if (c->baseline_blocks > 0.0f) {

@@ -2,15 +2,15 @@
 
 #include "common/wire.h"
 
-static float segment_start_ft(unsigned segment)
+static float get_segment_start_ft(unsigned segment)
 {
     return MR_SEGMENT_LENGTH_FT * (float)segment;
 }
 
 /* Returns the share of a segment that is inside [from_ft, to_ft], 0 to 1. */
-static float overlap_share(unsigned segment, float from_ft, float to_ft)
+static float compute_overlap_share(unsigned segment, float from_ft, float to_ft)
 {
-    float low = segment_start_ft(segment);
+    float low = get_segment_start_ft(segment);
     float high = low + MR_SEGMENT_LENGTH_FT;
     if (low < from_ft)
         low = from_ft;
@@ -25,7 +25,7 @@ static void push_joints_closed(const float *slack_in, float *remaining_in, float
                                float to_ft, float closure_in)
 {
     for (unsigned s = 0; s < MR_SEGMENTS && closure_in > 0.0f; s++) {
-        float available_in = slack_in[s] * overlap_share(s, from_ft, to_ft);
+        float available_in = slack_in[s] * compute_overlap_share(s, from_ft, to_ft);
         if (available_in > remaining_in[s])
             available_in = remaining_in[s];
         if (!(available_in > 0.0f))
@@ -84,8 +84,8 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
         unsigned first = s;
         while (s < MR_SEGMENTS && remaining_in[s] < MR_CLOSURE_OPEN_IN)
             s++;
-        float start_ft = segment_start_ft(first);
-        float end_ft = segment_start_ft(s);
+        float start_ft = get_segment_start_ft(first);
+        float end_ft = get_segment_start_ft(s);
         if (start_ft < wheel_ft)
             start_ft = wheel_ft;
         if (s == first)

@@ -79,7 +79,7 @@ uint32_t mr_config_layout_crc(void)
     return crc;
 }
 
-static unsigned element_size(const struct mr_config_field *field)
+static unsigned get_element_size(const struct mr_config_field *field)
 {
     switch (field->type) {
     case MR_CONFIG_TYPE_u8:
@@ -127,8 +127,8 @@ static uint32_t get_bits(const uint8_t **p, unsigned size)
     return size == 1 ? mr_get_u8(p) : size == 2 ? mr_get_u16(p) : mr_get_u32(p);
 }
 
-static uint8_t *group_address(struct mr_config *config, const struct mr_config_group *group,
-                              unsigned index)
+static uint8_t *get_group_address(struct mr_config *config, const struct mr_config_group *group,
+                                  unsigned index)
 {
     return (uint8_t *)config + group->offset + index * group->size;
 }
@@ -142,8 +142,8 @@ static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_ima
         const struct mr_config_group *group = &mr_config_groups[g];
         for (unsigned n = 0; n < group->count * group->field_count; n++) {
             const struct mr_config_field *field = &group->fields[n % group->field_count];
-            uint8_t *at = group_address(config, group, n / group->field_count) + field->offset;
-            unsigned size = element_size(field);
+            uint8_t *at = get_group_address(config, group, n / group->field_count) + field->offset;
+            unsigned size = get_element_size(field);
             for (unsigned e = 0; e < field->count; e++, at += size, p += size) {
                 const uint8_t *stored = p;
                 uint32_t old = get_element(at, size);
@@ -241,7 +241,7 @@ static enum mr_config_rule check_element(const struct mr_config_field *field, co
 {
     if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
         return check_real(field, at);
-    uint32_t value = get_element(at, element_size(field));
+    uint32_t value = get_element(at, get_element_size(field));
     return value < field->int_min ? MR_RULE_TOO_SMALL
          : value > field->int_max ? MR_RULE_TOO_LARGE
                                   : MR_RULE_NONE;
@@ -256,7 +256,7 @@ static enum mr_config_rule check_field(const struct mr_config_field *field, cons
         return check_text(field, at);
     for (unsigned e = 0; e < field->count && rule == MR_RULE_NONE; e++) {
         *element = (uint8_t)e;
-        rule = check_element(field, at + e * element_size(field));
+        rule = check_element(field, at + e * get_element_size(field));
     }
     return rule;
 }

@@ -5,15 +5,15 @@
 
 #define DIGITS "0123456789"
 
-static size_t sign_length(const char *text)
+static size_t get_sign_length(const char *text)
 {
     return *text == '+' || *text == '-';
 }
 
 /* Length of the number at `text`; 0 if there is none. */
-static size_t number_length(const char *text)
+static size_t get_number_length(const char *text)
 {
-    size_t n = sign_length(text), digits = strspn(text + n, DIGITS);
+    size_t n = get_sign_length(text), digits = strspn(text + n, DIGITS);
     n += digits;
     if (text[n] == '.') {
         size_t behind = strspn(text + n + 1, DIGITS);
@@ -21,7 +21,7 @@ static size_t number_length(const char *text)
         n += digits ? 1 + behind : 0;
     }
     if (digits && (text[n] == 'e' || text[n] == 'E')) {
-        size_t sign = sign_length(text + n + 1), power = strspn(text + n + 1 + sign, DIGITS);
+        size_t sign = get_sign_length(text + n + 1), power = strspn(text + n + 1 + sign, DIGITS);
         n += power ? 1 + sign + power : 0;
     }
     return digits ? n : 0;
@@ -30,7 +30,7 @@ static size_t number_length(const char *text)
 double mr_decimal_read(const char *text, const char **end)
 {
     const char *number = text + strspn(text, " \t\n\v\f\r");
-    size_t length = number_length(number);
+    size_t length = get_number_length(number);
     char *read;
     *end = length ? number + length : text;
     if (!length)

@@ -41,7 +41,7 @@ void mr_deframer_init(struct mr_deframer *deframer)
 }
 
 /* Decodes COBS in place. Returns the decoded length, or 0 if a run points beyond the end. */
-static size_t cobs_decode(uint8_t *bytes, size_t length)
+static size_t decode_cobs(uint8_t *bytes, size_t length)
 {
     size_t to = 0;
     for (size_t from = 0; from < length;) {
@@ -74,7 +74,7 @@ enum mr_status mr_deframer_push(struct mr_deframer *deframer, uint8_t byte, stru
         return MR_TOO_FEW;
     if (overflow)
         return MR_TOO_LONG;
-    size_t length = cobs_decode(deframer->bytes, raw_length);
+    size_t length = decode_cobs(deframer->bytes, raw_length);
     if (length == 0)
         return MR_MALFORMED;
     if (length < MR_FRAME_OVERHEAD_BYTES)

@@ -26,12 +26,12 @@ struct basis {
     double second_derivative[TERMS];
 };
 
-static double scaled_time(const struct mr_gates_fit *fit, double t_s)
+static double scale_time(const struct mr_gates_fit *fit, double t_s)
 {
     return (t_s - fit->mid_s) / fit->half_s;
 }
 
-static void values_at(const struct mr_gates_fit *fit, double tau, double value[TERMS])
+static void compute_values(const struct mr_gates_fit *fit, double tau, double value[TERMS])
 {
     memset(value, 0, TERMS * sizeof value[0]);
     value[0] = 1.0;
@@ -40,12 +40,12 @@ static void values_at(const struct mr_gates_fit *fit, double tau, double value[T
         value[k] = 2.0 * tau * value[k - 1] - value[k - 2];
 }
 
-static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
+static void compute_basis(const struct mr_gates_fit *fit, double t_s, struct basis *basis)
 {
-    double tau = scaled_time(fit, t_s);
+    double tau = scale_time(fit, t_s);
     double per_s = 1.0 / fit->half_s;
     memset(basis, 0, sizeof *basis);
-    values_at(fit, tau, basis->value);
+    compute_values(fit, tau, basis->value);
     basis->first_derivative[1] = per_s;
     for (unsigned k = 2; k <= fit->order; k++) {
         basis->first_derivative[k] = 2.0 * per_s * basis->value[k - 1] +
@@ -58,7 +58,7 @@ static void basis_at(const struct mr_gates_fit *fit, double t_s, struct basis *b
 }
 
 /* Replaces hypot, which differs between C libraries in its last bit; host and board must agree. */
-static double root_sum_square(double a, double b)
+static double add_in_quadrature(double a, double b)
 {
     return sqrt(a * a + b * b);
 }
@@ -72,7 +72,8 @@ static double fit_value(const struct mr_gates_fit *fit, const double *terms)
 }
 
 /* Variance of a quantity, from its gradient by the n unknowns and their covariance. */
-static double variance_of(const double covariance[TERMS][TERMS], unsigned n, const double *gradient)
+static double get_variance(const double covariance[TERMS][TERMS], unsigned n,
+                           const double *gradient)
 {
     double variance = 0.0;
     for (unsigned i = 0; i < n; i++) {
@@ -82,14 +83,14 @@ static double variance_of(const double covariance[TERMS][TERMS], unsigned n, con
     return variance > 0.0 ? variance : 0.0;
 }
 
-static double standard_error_of(const struct mr_gates_fit *fit, const double *gradient)
+static double compute_standard_error(const struct mr_gates_fit *fit, const double *gradient)
 {
-    return sqrt(variance_of(fit->covariance, fit->order + 1, gradient));
+    return sqrt(get_variance(fit->covariance, fit->order + 1, gradient));
 }
 
 /* Cholesky factor in place (lower triangle). False if the matrix is not positive definite to
  * working accuracy. */
-static bool cholesky_factor(double matrix[TERMS][TERMS], unsigned n)
+static bool factor_cholesky(double matrix[TERMS][TERMS], unsigned n)
 {
     for (unsigned i = 0; i < n; i++) {
         for (unsigned k = 0; k <= i; k++) {
@@ -156,14 +157,14 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 
     for (size_t g = 0; g < count; g++) {
         double value[TERMS];
-        values_at(fit, scaled_time(fit, gates[g].t_s), value);
+        compute_values(fit, scale_time(fit, gates[g].t_s), value);
         for (unsigned i = 0; i < terms; i++) {
             right[i] += value[i] * gates[g].station_ft;
             for (unsigned k = 0; k <= i; k++)
                 matrix[i][k] += value[i] * value[k];
         }
     }
-    if (!cholesky_factor(matrix, terms))
+    if (!factor_cholesky(matrix, terms))
         return MR_NUMERICS;
     solve_factored(matrix, terms, right);
     memcpy(fit->coefficient, right, sizeof right);
@@ -171,7 +172,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     double squares = 0.0;
     for (size_t g = 0; g < count; g++) {
         double value[TERMS];
-        values_at(fit, scaled_time(fit, gates[g].t_s), value);
+        compute_values(fit, scale_time(fit, gates[g].t_s), value);
         double residual = gates[g].station_ft - fit_value(fit, value);
         squares += residual * residual;
     }
@@ -213,17 +214,17 @@ void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
                         struct mr_motion_estimate *motion)
 {
     struct basis basis;
-    basis_at(fit, t_s, &basis);
+    compute_basis(fit, t_s, &basis);
     motion->t_s = t_s;
     motion->position_ft = (struct mr_estimate){fit_value(fit, basis.value),
-                                               standard_error_of(fit, basis.value)};
+                                               compute_standard_error(fit, basis.value)};
     motion->speed_ft_s = (struct mr_estimate){fit_value(fit, basis.first_derivative),
-                                              standard_error_of(fit, basis.first_derivative)};
+                                              compute_standard_error(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->order >= 2)
         motion->deceleration_ft_s2 =
             (struct mr_estimate){-fit_value(fit, basis.second_derivative),
-                                 standard_error_of(fit, basis.second_derivative)};
+                                 compute_standard_error(fit, basis.second_derivative)};
 }
 
 static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft)
@@ -247,7 +248,7 @@ static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
     mr_gates_motion_at(fit, gates[out].t_s, &there);
     double off_ft = fabs(gates[out].station_ft - there.position_ft.value);
     return off_ft >
-           MR_GATE_OUTLIER_SIGMA * root_sum_square(position_error_ft, there.position_ft.error);
+           MR_GATE_OUTLIER_SIGMA * add_in_quadrature(position_error_ft, there.position_ft.error);
 }
 
 /* One step of the outlier search: tries the next gate. False: the search has ended; if it found an
@@ -299,13 +300,13 @@ static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sig
     for (int i = 0; i < 60; i++) {
         struct basis basis;
         double mid_s = 0.5 * (low_s + high_s);
-        basis_at(fit, mid_s, &basis);
+        compute_basis(fit, mid_s, &basis);
         double excess = sign *
                         (fit_value(fit, speed ? basis.first_derivative : basis.value) - target);
         if (i == 0) {
             struct basis low, high;
-            basis_at(fit, low_s, &low);
-            basis_at(fit, high_s, &high);
+            compute_basis(fit, low_s, &low);
+            compute_basis(fit, high_s, &high);
             if (sign * (fit_value(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
                 sign * (fit_value(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
                 return false;
@@ -334,12 +335,12 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     mr_gates_motion_at(fit, t_s, motion);
     /* At a given station the uncertainty of position becomes one of time: dt/dc = -T/v, so dv/dc =
      * T' + a_dec T/v. */
-    basis_at(fit, t_s, &basis);
+    compute_basis(fit, t_s, &basis);
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
         gradient[k] = basis.first_derivative[k] -
                       fit_value(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
-    motion->speed_ft_s.error = standard_error_of(fit, gradient);
+    motion->speed_ft_s.error = compute_standard_error(fit, gradient);
     return MR_OK;
 }
 
@@ -413,7 +414,7 @@ static enum mr_status find_touchdown(const struct mr_gate *gates, size_t count, 
         /* the polynomial brakes from touchdown on, the gear only after the delay of the brake */
         summary->touchdown_speed_ft_s.value -= braked_ft_s2 * MR_BRAKE_DELAY_S;
         summary->touchdown_speed_ft_s.error =
-            root_sum_square(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
+            add_in_quadrature(touchdown.speed_ft_s.error, braked_ft_s2 * MR_BRAKE_DELAY_ERROR_S);
     }
     return MR_OK;
 }
@@ -434,9 +435,9 @@ static void compute_mean_deceleration(struct mr_gates_summary *summary)
 {
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
     double duration_s = summary->stop_t_s.value - summary->touchdown_t_s.value;
-    double time_error_s = root_sum_square(summary->stop_t_s.error, summary->touchdown_t_s.error);
-    double relative = root_sum_square(summary->touchdown_speed_ft_s.error / speed_ft_s,
-                                      time_error_s / duration_s);
+    double time_error_s = add_in_quadrature(summary->stop_t_s.error, summary->touchdown_t_s.error);
+    double relative = add_in_quadrature(summary->touchdown_speed_ft_s.error / speed_ft_s,
+                                        time_error_s / duration_s);
     summary->mean_deceleration_ft_s2.value = speed_ft_s / duration_s;
     summary->mean_deceleration_ft_s2.error = summary->mean_deceleration_ft_s2.value * relative;
 }
@@ -508,8 +509,7 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
     return MR_TOO_FEW;
 }
 
-/* Fits all gates. With fewer than four beyond touchdown no other fit is possible, so a poor one is
- * accepted. */
+/* Fits all gates. With fewer than four beyond touchdown, the only fit is accepted even if poor. */
 static void fit_all_gates(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
@@ -560,7 +560,7 @@ static void fit_touchdown(struct mr_final_fit *work)
         finish_fit(work, status);
 }
 
-static const struct mr_gate *last_gates(const struct mr_final_fit *work)
+static const struct mr_gate *get_last_gates(const struct mr_final_fit *work)
 {
     return work->gates + (work->count - work->end_fit.used);
 }
@@ -570,7 +570,7 @@ static void fit_last_gates(struct mr_final_fit *work, bool fewer)
 {
     struct mr_gates_fit *fit = &work->end_fit.fit;
     for (;;) {
-        enum mr_status status = mr_gates_fit(last_gates(work), work->end_fit.used, 2,
+        enum mr_status status = mr_gates_fit(get_last_gates(work), work->end_fit.used, 2,
                                              work->position_error_ft, fit);
         if (status != MR_OK) {
             finish_fit(work, status);
@@ -599,7 +599,7 @@ static void fit_end_gates(struct mr_final_fit *work)
 /* Looks for a single gate without which the last gates lie on a parabola. */
 static void find_outlier(struct mr_final_fit *work)
 {
-    const struct mr_gate *gates = last_gates(work);
+    const struct mr_gate *gates = get_last_gates(work);
     struct mr_gates_search *search = &work->end_fit.search;
     if (search_outlier(gates, work->end_fit.used, work->position_error_ft, &work->end_fit.fit,
                        search))
@@ -633,9 +633,9 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
         mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
         extrapolate_stop(&cubic, &cubic_s, &cubic_ft)) {
-        summary->stop_t_s.error = root_sum_square(summary->stop_t_s.error,
-                                                  cubic_s.value - summary->stop_t_s.value);
-        summary->stop_station_ft.error = root_sum_square(
+        summary->stop_t_s.error = add_in_quadrature(summary->stop_t_s.error,
+                                                    cubic_s.value - summary->stop_t_s.value);
+        summary->stop_station_ft.error = add_in_quadrature(
             summary->stop_station_ft.error, cubic_ft.value - summary->stop_station_ft.value);
     }
     compute_mean_deceleration(summary);
@@ -687,8 +687,8 @@ struct motion {
 /* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
  * shape applies only after the rise: during it, it would affect only a switch right at
  * touchdown. */
-static void speed_loss(double since_s, double delay_s, double shape, double *value, double *rate,
-                       double *by_delay)
+static void compute_speed_loss(double since_s, double delay_s, double shape, double *value,
+                               double *rate, double *by_delay)
 {
     double rise_s = 2.0 * delay_s;
     if (since_s < rise_s) { /* twice the integral of 3 u^2 - 2 u^3 */
@@ -703,12 +703,12 @@ static void speed_loss(double since_s, double delay_s, double shape, double *val
     }
 }
 
-static void motion_at(const struct mr_braking *fit, double t_s, struct motion *motion)
+static void compute_motion(const struct mr_braking *fit, double t_s, struct motion *motion)
 {
     double since_s = t_s - fit->touchdown_s, braked_s = since_s - fit->onset_s;
     double lost = 0.0, rate = 0.0, by_delay = 0.0;
     if (braked_s > 0.0)
-        speed_loss(braked_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
+        compute_speed_loss(braked_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
     motion->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s -
                          fit->deceleration_ft_s2 * lost;
     motion->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
@@ -722,9 +722,9 @@ static void motion_at(const struct mr_braking *fit, double t_s, struct motion *m
                                       : 0.0;
 }
 
-static double braking_error(const struct mr_braking *fit, const double *gradient)
+static double get_braking_error(const struct mr_braking *fit, const double *gradient)
 {
-    return sqrt(variance_of(fit->covariance, UNKNOWNS, gradient));
+    return sqrt(get_variance(fit->covariance, UNKNOWNS, gradient));
 }
 
 static bool is_used(const struct mr_braking *fit, size_t gate)
@@ -809,7 +809,7 @@ static void set_equations(const struct mr_gate *gates, size_t count, double posi
         struct motion motion;
         if (!is_used(fit, g))
             continue;
-        motion_at(fit, gates[g].t_s, &motion);
+        compute_motion(fit, gates[g].t_s, &motion);
         double residual = (gates[g].station_ft - motion.station_ft) * weight;
         fit->chi_square += residual * residual;
         for (unsigned i = 0; i < UNKNOWNS; i++) {
@@ -870,7 +870,7 @@ static bool iterate_fit(const struct mr_gate *gates, size_t count, double positi
 {
     double matrix[UNKNOWNS][UNKNOWNS], step[UNKNOWNS];
     set_equations(gates, count, position_error_ft, fit, matrix, step);
-    *status = cholesky_factor(matrix, UNKNOWNS) ? MR_OK : MR_NUMERICS;
+    *status = factor_cholesky(matrix, UNKNOWNS) ? MR_OK : MR_NUMERICS;
     if (*status != MR_OK)
         return false;
     /* no convergence after ITERATIONS_MAX: the gates contradict each other, and chi-square shows
@@ -929,9 +929,9 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
         struct motion motion;
         if (!is_used(fit, g))
             continue;
-        motion_at(fit, gates[g].t_s, &motion);
+        compute_motion(fit, gates[g].t_s, &motion);
         double residual = (gates[g].station_ft - motion.station_ft) / position_error_ft;
-        double own = 1.0 - variance_of(fit->covariance, UNKNOWNS, motion.gradient) /
+        double own = 1.0 - get_variance(fit->covariance, UNKNOWNS, motion.gradient) /
                                (position_error_ft * position_error_ft);
         if (own > 1e-6 && residual * residual / own > most) {
             most = residual * residual / own;
@@ -966,7 +966,7 @@ enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
 double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)
 {
     struct motion motion;
-    motion_at(fit, gate->t_s, &motion);
+    compute_motion(fit, gate->t_s, &motion);
     return motion.speed_ft_s > 0.0 ? (motion.station_ft - gate->station_ft) / motion.speed_ft_s
                                    : 0.0;
 }
@@ -986,15 +986,15 @@ enum mr_status mr_braking_summarise(const struct mr_braking *fit, struct mr_gate
     const double of_mean[UNKNOWNS] = {0.0, 1.0 / after_s - v / (a * after_s * after_s),
                                       v * v / (a * a * after_s * after_s), -v / (after_s * after_s),
                                       0.0};
-    summary->touchdown_speed_ft_s = (struct mr_estimate){v, braking_error(fit, of_speed)};
+    summary->touchdown_speed_ft_s = (struct mr_estimate){v, get_braking_error(fit, of_speed)};
     summary->touchdown_t_s = (struct mr_estimate){fit->touchdown_s,
-                                                  braking_error(fit, of_touchdown)};
+                                                  get_braking_error(fit, of_touchdown)};
     summary->stop_t_s = (struct mr_estimate){fit->touchdown_s + after_s,
-                                             braking_error(fit, of_stop)};
+                                             get_braking_error(fit, of_stop)};
     summary->stop_station_ft = (struct mr_estimate){fit->touchdown_ft + v * (onset_s + d) +
                                                         0.5 * v * v / a - 0.5 * k * a * d * d,
-                                                    braking_error(fit, of_station)};
+                                                    get_braking_error(fit, of_station)};
     summary->mean_deceleration_ft_s2 = (struct mr_estimate){v / after_s,
-                                                            braking_error(fit, of_mean)};
+                                                            get_braking_error(fit, of_mean)};
     return MR_OK;
 }

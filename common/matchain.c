@@ -83,7 +83,7 @@ struct constants {
     float friction_lb, per_lb, step_s;
 };
 
-static inline struct constants chain_constants(const struct mr_chain *chain)
+static inline struct constants get_chain_constants(const struct mr_chain *chain)
 {
     return (struct constants){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
                               chain->friction_lb,
@@ -113,17 +113,17 @@ static inline float update_joint_now(struct mr_chain *chain, const struct consta
                         chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
 }
 
-static unsigned group_index(const struct mr_chain *chain, unsigned mat)
+static unsigned get_group_index(const struct mr_chain *chain, unsigned mat)
 {
     return (mat - 1u) / chain->group + 1u;
 }
 
-static unsigned bay_first(unsigned bay)
+static unsigned get_bay_first(unsigned bay)
 {
     return (bay - 1u) * MR_CHAIN_BAY + 1u;
 }
 
-static unsigned bay_last(const struct mr_chain *chain, unsigned bay)
+static unsigned get_bay_last(const struct mr_chain *chain, unsigned bay)
 {
     return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
 }
@@ -133,7 +133,7 @@ static unsigned bay_last(const struct mr_chain *chain, unsigned bay)
 static float step_bay(struct mr_chain *chain, const struct constants *constants, unsigned bay,
                       float left_lb)
 {
-    unsigned first = bay_first(bay), last = bay_last(chain, bay);
+    unsigned first = get_bay_first(bay), last = get_bay_last(chain, bay);
     float u_ft = chain->u_ft[first], v_ft_s = chain->v_ft_s[first];
     for (unsigned n = first; n <= last; n++) {
         float next_ft = chain->u_ft[n + 1u], next_ft_s = chain->v_ft_s[n + 1u];
@@ -164,9 +164,9 @@ static void wake_bay(struct mr_chain *chain, unsigned bay)
 
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
 {
-    const struct constants constants = chain_constants(chain);
+    const struct constants constants = get_chain_constants(chain);
     unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats
-                       ? group_index(chain, mat)
+                       ? get_group_index(chain, mat)
                        : 0;
     float left_lb = 0.0f;
     /* left_lb is the tension of the bay's first joint before the bay on its left moved. */
@@ -180,24 +180,24 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
         if (chain->is_awake[bay])
             left_lb = step_bay(chain, &constants, bay,
                                carried ? left_lb
-                                       : update_joint_now(chain, &constants, bay_first(bay)));
+                                       : update_joint_now(chain, &constants, get_bay_first(bay)));
         carried = chain->is_awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
     for (unsigned bay = chain->low_bay, high = chain->high_bay; bay <= high; bay++) {
         if (!chain->is_awake[bay])
             continue;
-        if (bay > 1u && !chain->is_awake[bay - 1u] && chain->v_ft_s[bay_first(bay)] != 0.0f)
+        if (bay > 1u && !chain->is_awake[bay - 1u] && chain->v_ft_s[get_bay_first(bay)] != 0.0f)
             wake_bay(chain, bay - 1u);
         if (bay < chain->bays && !chain->is_awake[bay + 1u] &&
-            chain->v_ft_s[bay_last(chain, bay)] != 0.0f)
+            chain->v_ft_s[get_bay_last(chain, bay)] != 0.0f)
             wake_bay(chain, bay + 1u);
     }
 }
 
 void mr_chain_set_force(struct mr_chain *chain, unsigned mat, float push_lb)
 {
-    unsigned n = group_index(chain, mat);
+    unsigned n = get_group_index(chain, mat);
     chain->push_lb[n] = push_lb;
     if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
         wake_bay(chain, (n - 1u) / MR_CHAIN_BAY + 1u);
@@ -209,7 +209,7 @@ bool mr_chain_end_block(struct mr_chain *chain)
     chain->low_bay = MR_CHAIN_BAYS + 1u;
     chain->high_bay = 0;
     for (unsigned bay = low; bay <= high; bay++) {
-        unsigned first = bay_first(bay), last = bay_last(chain, bay);
+        unsigned first = get_bay_first(bay), last = get_bay_last(chain, bay);
         if (!chain->is_awake[bay])
             continue;
         bool moves = chain->v_ft_s[first - 1u] != 0.0f || chain->v_ft_s[last + 1u] != 0.0f;
@@ -229,7 +229,7 @@ bool mr_chain_end_block(struct mr_chain *chain)
 
 float mr_chain_displacement_ft(const struct mr_chain *chain, unsigned mat)
 {
-    return chain->u_ft[group_index(chain, mat)];
+    return chain->u_ft[get_group_index(chain, mat)];
 }
 
 uint32_t mr_chain_reset_updates(struct mr_chain *chain)

@@ -31,7 +31,7 @@ static void add_event(struct mr_passage *passage, const struct mr_passage_edge *
 }
 
 /* Mean speed from one edge to a later one. Ticks may wrap between them. */
-static double speed_between(const struct mr_passage_edge *from, const struct mr_passage_edge *to)
+static double compute_speed(const struct mr_passage_edge *from, const struct mr_passage_edge *to)
 {
     double since_s = (double)(uint32_t)(to->tick - from->tick) * MR_S_PER_TICK;
     return (to->station_ft - from->station_ft) / (since_s > 1e-6 ? since_s : 1e-6);
@@ -90,7 +90,7 @@ static void start_rolling(struct mr_passage *passage, unsigned first,
     }
     passage->held_count = 0;
     passage->state = MR_PASSAGE_ROLLING;
-    passage->entry_ft_s = speed_between(&from, edge);
+    passage->entry_ft_s = compute_speed(&from, edge);
     add_gate(passage, &from);
     add_gate(passage, edge);
     add_missing_events(passage, -1e9, from.station_ft, stations_ft, switches);
@@ -120,14 +120,14 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
 {
     struct mr_passage_changes news = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
-        if (is_rolling(speed_between(&passage->held[i], edge))) {
+        if (is_rolling(compute_speed(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
             news.has_started_landing = news.has_new_gate = true;
             return news;
         }
     }
     if (passage->held_count) {
-        double speed_ft_s = speed_between(&passage->held[passage->held_count - 1], edge);
+        double speed_ft_s = compute_speed(&passage->held[passage->held_count - 1], edge);
         if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
             news.has_new_pushback = add_push(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
@@ -154,7 +154,7 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
 {
     struct mr_passage_changes news = {0};
     const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
-    double since_ft_s = speed_between(last, edge);
+    double since_ft_s = compute_speed(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
     if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
         news.has_new_pushback = add_push(passage, edge, since_ft_s);
@@ -165,11 +165,11 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
         add_missing_events(passage, last->station_ft, edge->station_ft, stations_ft, switches);
         add_gate(passage, edge);
         if (passage->gates == 3)
-            passage->entry_ft_s = speed_between(&passage->source[0], edge);
+            passage->entry_ft_s = compute_speed(&passage->source[0], edge);
         news.has_new_gate = true;
     } else if (passage->gates > 2 && since_ft_s > 0.0 &&
                is_plausible_speed(passage,
-                                  speed_between(&passage->source[passage->gates - 2], edge))) {
+                                  compute_speed(&passage->source[passage->gates - 2], edge))) {
         add_event(passage, last, MR_SWITCH_LATE);
         passage->gates--;
         add_gate(passage, edge);

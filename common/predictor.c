@@ -61,12 +61,12 @@ static bool is_between(float x, float least, float most)
     return x >= least && x <= most;
 }
 
-static unsigned joint_count(const struct mr_predictor *p)
+static unsigned get_joint_count(const struct mr_predictor *p)
 {
     return p->config.chain.mats + 1u;
 }
 
-static float thrust_lb(const struct mr_predictor *p)
+static float compute_thrust_lb(const struct mr_predictor *p)
 {
     return p->config.thrust_lb_per_g * p->deceleration_ft_s2 / G_FT_S2;
 }
@@ -80,7 +80,7 @@ static float spread_uniformly(uint32_t i, uint32_t multiplier)
 }
 
 /* Closing resistance of a joint, relative to the mean of all joints. */
-static float grit_share(unsigned joint)
+static float get_grit_share(unsigned joint)
 {
     return 2.0f * spread_uniformly(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
 }
@@ -122,8 +122,9 @@ static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float 
     for (unsigned pass = 0; pass < count && missing_ft != 0.0f; pass++) {
         unsigned pick = count;
         for (unsigned j = 0; j < count; j++) {
-            bool better = pick == count || (missing_ft < 0.0f) == (grit_share(first + j + 1u) <
-                                                                   grit_share(first + pick + 1u));
+            bool better = pick == count ||
+                          (missing_ft < 0.0f) ==
+                              (get_grit_share(first + j + 1u) < get_grit_share(first + pick + 1u));
             if (!taken[j] && better)
                 pick = j;
         }
@@ -136,17 +137,17 @@ static void change_gap_sum(float *gap_ft, unsigned first, unsigned count, float 
 }
 
 /* Number of joints in a segment; 0 beyond the runway. */
-static unsigned segment_joints(const struct mr_predictor *p, unsigned segment)
+static unsigned count_segment_joints(const struct mr_predictor *p, unsigned segment)
 {
     unsigned first = segment * MR_MATS_PER_SEGMENT;
-    unsigned left = first < joint_count(p) ? joint_count(p) - first : 0;
+    unsigned left = first < get_joint_count(p) ? get_joint_count(p) - first : 0;
     return left < MR_MATS_PER_SEGMENT ? left : MR_MATS_PER_SEGMENT;
 }
 
-static float gap_sum_ft(const struct mr_predictor *p, unsigned segment)
+static float sum_gaps_ft(const struct mr_predictor *p, unsigned segment)
 {
     float sum = 0.0f;
-    for (unsigned j = 0; j < segment_joints(p, segment); j++)
+    for (unsigned j = 0; j < count_segment_joints(p, segment); j++)
         sum += p->gap_ft[segment * MR_MATS_PER_SEGMENT + j];
     return sum;
 }
@@ -154,8 +155,8 @@ static float gap_sum_ft(const struct mr_predictor *p, unsigned segment)
 /* True if the segment's joints can have this sum, within the reading error. */
 static bool is_possible_sum(const struct mr_predictor *p, unsigned segment, float sum_in)
 {
-    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)segment_joints(p, segment);
-    return segment_joints(p, segment) > 0 &&
+    float most_in = IN_PER_FT * p->config.chain.slack_ft * (float)count_segment_joints(p, segment);
+    return count_segment_joints(p, segment) > 0 &&
            is_between(sum_in, -4.0f * SURVEY_ERROR_IN, most_in + 4.0f * SURVEY_ERROR_IN);
 }
 
@@ -163,8 +164,8 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
 {
     float slack_ft = p->config.chain.slack_ft, error_ft = 2.0f * SURVEY_ERROR_IN / IN_PER_FT;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        unsigned first = s * MR_MATS_PER_SEGMENT, count = segment_joints(p, s);
-        float have_ft = gap_sum_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
+        unsigned first = s * MR_MATS_PER_SEGMENT, count = count_segment_joints(p, s);
+        float have_ft = sum_gaps_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
         p->surveyed_in[s] = is_possible_sum(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
         if (__builtin_isnan(p->surveyed_in[s]))
             continue;
@@ -188,8 +189,8 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
 {
     float error_in = 2.0f * SURVEY_ERROR_IN + 1e-3f;
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float have_in = IN_PER_FT * gap_sum_ft(p, s),
-              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)segment_joints(p, s);
+        float have_in = IN_PER_FT * sum_gaps_ft(p, s),
+              most_in = IN_PER_FT * p->config.chain.slack_ft * (float)count_segment_joints(p, s);
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
         bool holds = is_possible_sum(p, s, sum_in[s]) &&
                      is_between(have_in - said_in, -error_in, error_in);
@@ -206,8 +207,9 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
         /* base_in is movement that the gaps already include */
         moved_in[i] = p->last_in[i] - p->base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        slack_in[s] = segment_joints(p, s) == MR_MATS_PER_SEGMENT ? IN_PER_FT * gap_sum_ft(p, s)
-                                                                  : MR_NAN;
+        slack_in[s] = count_segment_joints(p, s) == MR_MATS_PER_SEGMENT
+                        ? IN_PER_FT * sum_gaps_ft(p, s)
+                        : MR_NAN;
     const struct mr_closure_input input = {.station_ft = p->config.station_ft,
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
@@ -222,9 +224,9 @@ static void set_gaps_from_readings(struct mr_predictor *p)
     float left_in[MR_SEGMENTS];
     mr_predictor_find_kinematic(p, &zone, left_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        float off_ft = left_in[s] / IN_PER_FT - gap_sum_ft(p, s);
+        float off_ft = left_in[s] / IN_PER_FT - sum_gaps_ft(p, s);
         if (off_ft < 0.0f)
-            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, segment_joints(p, s), off_ft,
+            change_gap_sum(p->gap_ft, s * MR_MATS_PER_SEGMENT, count_segment_joints(p, s), off_ft,
                            p->config.chain.slack_ft);
     }
 }
@@ -237,10 +239,10 @@ static void set_gaps_from_chain(struct mr_predictor *p)
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         unsigned first = (j - 1u) * chain->group, count = chain->group;
         float have_ft = 0.0f, to_ft = mr_chain_opening_ft(chain, j);
-        if (first >= joint_count(p))
+        if (first >= get_joint_count(p))
             break;
-        if (first + count > joint_count(p))
-            count = joint_count(p) - first;
+        if (first + count > get_joint_count(p))
+            count = get_joint_count(p) - first;
         for (unsigned i = 0; i < count; i++)
             have_ft += p->gap_ft[first + i];
         if (__builtin_isnan(to_ft))
@@ -256,14 +258,14 @@ static void set_gaps_from_chain(struct mr_predictor *p)
 
 /* Resistance of a group's joint that closes next, relative to the mean. The weakest joint closes
  * first; reach_ft shows how far the group has closed. */
-static float next_joint_share(const struct mr_predictor *p, unsigned j)
+static float find_next_joint_share(const struct mr_predictor *p, unsigned j)
 {
-    unsigned group = p->chain.group, first = (j - 1u) * group, last = joint_count(p) - 1u;
+    unsigned group = p->chain.group, first = (j - 1u) * group, last = get_joint_count(p) - 1u;
     float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
     if (group == 1u)
-        return grit_share(j);
+        return get_grit_share(j);
     for (unsigned i = 0; i < group; i++) {
-        share[i] = grit_share(first + i + 1u);
+        share[i] = get_grit_share(first + i + 1u);
         gap_ft[i] = first + i <= last ? p->gap_ft[first + i] : 0.0f;
         most = share[i] > most ? share[i] : most;
     }
@@ -279,12 +281,12 @@ static float next_joint_share(const struct mr_predictor *p, unsigned j)
 
 /* Resistance that must be overcome before a group counts as closed: of four joints, that of the
  * strongest; of two joints, that of the first one, which gives the best score. */
-static float closing_share(const struct mr_predictor *p, unsigned j)
+static float get_closing_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group;
     float most = 0.0f;
     for (unsigned i = 1; i <= (group == 4u ? 4u : 1u); i++) {
-        float share = grit_share((j - 1u) * group + i);
+        float share = get_grit_share((j - 1u) * group + i);
         most = share > most ? share : most;
     }
     return most;
@@ -295,9 +297,9 @@ static void set_grits(struct mr_predictor *p)
     struct mr_chain *chain = &p->chain;
     float mean_lb = p->config.grit_lb * p->scale;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
-        chain->grit_lb[j] = mean_lb * next_joint_share(p, j);
+        chain->grit_lb[j] = mean_lb * find_next_joint_share(p, j);
         if (chain->group > 1u)
-            p->closing_lb[j] = mean_lb * closing_share(p, j);
+            p->closing_lb[j] = mean_lb * get_closing_share(p, j);
     }
 }
 
@@ -314,19 +316,19 @@ static void update_grits(struct mr_predictor *p)
     for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
         if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
             continue;
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * next_joint_share(p, j);
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * find_next_joint_share(p, j);
         followed++;
     }
     p->visits += GRIT_UPDATE_VISITS * followed;
     p->interval_updates += GRIT_UPDATE_VISITS * followed / MR_PREDICTOR_VISITS_PER_UPDATE;
 }
 
-static unsigned level_group(enum mr_predictor_level level)
+static unsigned get_level_group(enum mr_predictor_level level)
 {
     return level == MR_PREDICTOR_TWO ? 2u : level == MR_PREDICTOR_FOUR ? 4u : 1u;
 }
 
-static unsigned mat_at_station(const struct mr_predictor *p, float station_ft)
+static unsigned find_mat_at_station(const struct mr_predictor *p, float station_ft)
 {
     if (!(station_ft >= 0.0f && station_ft < 1e6f))
         return 0;
@@ -340,7 +342,7 @@ static enum mr_status start_chain(struct mr_predictor *p)
 {
     const struct mr_chain_params params = p->config.chain;
     /* NULL: set_grits sets the resistances afterwards */
-    enum mr_status status = mr_chain_start(&p->chain, &params, level_group(p->level), p->gap_ft,
+    enum mr_status status = mr_chain_start(&p->chain, &params, get_level_group(p->level), p->gap_ft,
                                            NULL);
     p->pending_s = 0.0f;
     if (status == MR_OK)
@@ -349,7 +351,7 @@ static enum mr_status start_chain(struct mr_predictor *p)
 }
 
 /* Displacement that the model predicts at a transducer, inches since arming. */
-static float model_displacement_in(const struct mr_predictor *p, unsigned i, unsigned mat)
+static float get_model_displacement_in(const struct mr_predictor *p, unsigned i, unsigned mat)
 {
     return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
@@ -365,7 +367,7 @@ static void begin_scan(struct mr_predictor *p)
     float wheel_ft = p->wheel_ft > 0.0f ? p->wheel_ft : 0.0f;
     struct mr_zonescan_range order = {.from_joint = (uint16_t)(chain->count + 2u),
                                       .position = 1,
-                                      .push_lb = thrust_lb(p),
+                                      .push_lb = compute_thrust_lb(p),
                                       .grit_lb = chain->group > 1u ? p->closing_lb
                                                                    : chain->grit_lb};
     if (wheel_ft < end_ft) {
@@ -426,9 +428,9 @@ static void continue_scan(struct mr_predictor *p)
 static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        unsigned mat = mat_at_station(p, p->config.station_ft[i]);
+        unsigned mat = find_mat_at_station(p, p->config.station_ft[i]);
         if (mat)
-            p->base_in[i] = model_displacement_in(p, i, mat);
+            p->base_in[i] = get_model_displacement_in(p, i, mat);
     }
     set_gaps_from_chain(p);
     p->level = level;
@@ -499,7 +501,7 @@ void mr_predictor_save(const struct mr_predictor *p, struct mr_predictor_state *
     state->mats = p->config.chain.mats;
     state->landings = (uint16_t)(p->landings < UINT16_MAX ? p->landings : UINT16_MAX);
     state->scale = p->scale;
-    for (unsigned j = 0; j < joint_count(p); j++)
+    for (unsigned j = 0; j < get_joint_count(p); j++)
         state->gap_hmil[j] = (uint16_t)(p->gap_ft[j] * HMIL_PER_FT + 0.5f);
 }
 
@@ -509,13 +511,13 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
     if (state->mats != p->config.chain.mats ||
         !(state->scale >= SCALE_MIN && state->scale <= SCALE_MAX))
         return MR_MALFORMED;
-    for (unsigned j = 0; j < joint_count(p); j++) {
+    for (unsigned j = 0; j < get_joint_count(p); j++) {
         if (state->gap_hmil[j] > most_hmil)
             return MR_MALFORMED;
     }
     p->landings = state->landings;
     p->scale = state->scale;
-    for (unsigned j = 0; j < joint_count(p); j++)
+    for (unsigned j = 0; j < get_joint_count(p); j++)
         p->gap_ft[j] = (float)state->gap_hmil[j] / HMIL_PER_FT;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
@@ -573,10 +575,11 @@ static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, flo
 }
 
 /* Returns the spring force of one transducer and adds its evidence on the resistance. */
-static float spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat, float reading_in)
+static float compute_spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat,
+                                     float reading_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
-    float off_in = reading_in - model_displacement_in(p, i, mat);
+    float off_in = reading_in - get_model_displacement_in(p, i, mat);
     if (is_doubted(p, i, reading_in, off_in)) {
         p->last_in[i] = MR_NAN;
         return 0.0f;
@@ -603,7 +606,7 @@ static float spring_force_lb(struct mr_predictor *p, unsigned i, unsigned mat, f
 static void apply_springs(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        unsigned mat = mat_at_station(p, p->config.station_ft[i]);
+        unsigned mat = find_mat_at_station(p, p->config.station_ft[i]);
         float reading_in = input->displacement_in[i];
         if (!mat)
             continue;
@@ -617,7 +620,8 @@ static void apply_springs(struct mr_predictor *p, const struct mr_predictor_inpu
             p->doubt[i] = MR_PREDICTOR_MISSING;
         else if (p->doubt[i] == MR_PREDICTOR_MISSING && !missing)
             p->doubt[i] = MR_PREDICTOR_TRUSTED;
-        mr_chain_set_force(&p->chain, mat, missing ? 0.0f : spring_force_lb(p, i, mat, reading_in));
+        mr_chain_set_force(&p->chain, mat,
+                           missing ? 0.0f : compute_spring_force_lb(p, i, mat, reading_in));
     }
 }
 
@@ -627,7 +631,7 @@ static void apply_springs(struct mr_predictor *p, const struct mr_predictor_inpu
 static void push_joints_closed(struct mr_predictor *p, unsigned n)
 {
     struct mr_chain *chain = &p->chain;
-    float press_lb = thrust_lb(p), shift_ft = 0.0f;
+    float press_lb = compute_thrust_lb(p), shift_ft = 0.0f;
     unsigned last = n;
     for (unsigned j = n + 1u; j <= chain->count; j++) {
         press_lb -= chain->friction_lb;
@@ -639,7 +643,7 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
     for (unsigned j = last; j > n; j--) {
         /* from the far end towards the wheel: each mat moves by the sum of the gaps that close
          * beyond it */
-        float left_lb = thrust_lb(p) - (float)(j - n) * chain->friction_lb;
+        float left_lb = compute_thrust_lb(p) - (float)(j - n) * chain->friction_lb;
         /* mat j is already at its new position */
         float open_ft = chain->gap_ft[j] + chain->u_ft[j] - shift_ft - chain->u_ft[j - 1u];
         if (left_lb > chain->grit_lb[j] && open_ft > 0.0f)
@@ -661,9 +665,9 @@ static void push_joints_closed(struct mr_predictor *p, unsigned n)
 
 static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *input)
 {
-    float push_lb = input->is_on_runway && input->speed_ft_s > 0.0f ? thrust_lb(p) : 0.0f;
+    float push_lb = input->is_on_runway && input->speed_ft_s > 0.0f ? compute_thrust_lb(p) : 0.0f;
     if (p->level == MR_PREDICTOR_PLOUGH) {
-        unsigned mat = mat_at_station(p, input->wheel_ft);
+        unsigned mat = find_mat_at_station(p, input->wheel_ft);
         if (mat && push_lb > 0.0f && mat != p->ploughed_mat)
             push_joints_closed(p, mat);
         p->ploughed_mat = mat;
@@ -672,10 +676,10 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
     float step_s = p->chain.step_s, at_ft = input->wheel_ft;
     for (p->pending_s += BLOCK_S; p->pending_s > 0.999f * step_s; p->pending_s -= step_s) {
         at_ft += input->speed_ft_s * step_s;
-        mr_chain_step(&p->chain,
-                      push_lb > 0.0f ? mat_at_station(p, at_ft - 0.5f * input->speed_ft_s * step_s)
-                                     : 0,
-                      push_lb);
+        mr_chain_step(
+            &p->chain,
+            push_lb > 0.0f ? find_mat_at_station(p, at_ft - 0.5f * input->speed_ft_s * step_s) : 0,
+            push_lb);
     }
     if (!mr_chain_end_block(&p->chain))
         fall_back(p);
@@ -686,7 +690,7 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
 }
 
 /* Cost of the next better level relative to this one: twice the mats times twice the steps. */
-static uint32_t next_level_cost(const struct mr_predictor *p)
+static uint32_t compute_next_level_cost(const struct mr_predictor *p)
 {
     return p->level == MR_PREDICTOR_PLOUGH ? 1u : 4u;
 }
@@ -713,7 +717,7 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
     }
     if (!is_interval_end)
         return;
-    bool fits = (p->interval_updates - p->interval_search) * next_level_cost(p) +
+    bool fits = (p->interval_updates - p->interval_search) * compute_next_level_cost(p) +
                     p->interval_search <
                 budget;
     p->intervals_within_budget = fits ? p->intervals_within_budget + 1u : 0;
@@ -797,7 +801,7 @@ void mr_predictor_end_landing(struct mr_predictor *p)
 /* --- result --- */
 
 /* Station of the wheel at a position of the search, never behind the present wheel. */
-static float position_ft(const struct mr_predictor *p, unsigned place, float group_ft)
+static float get_position_ft(const struct mr_predictor *p, unsigned place, float group_ft)
 {
     float at_ft = (float)(place - 1u) * group_ft;
     return at_ft > p->wheel_ft ? at_ft : p->wheel_ft;
@@ -811,15 +815,15 @@ static void fill_zone(const struct mr_predictor *p, struct mr_predictor_zone *zo
     unsigned group = p->found_group, coming = found->future_groups, place = found->future_position;
     float group_ft = p->config.chain.mat_length_ft * (float)group;
     zone->compression_lb = p->level == MR_PREDICTOR_PLOUGH && p->speed_ft_s > 0.0f
-                             ? thrust_lb(p)
+                             ? compute_thrust_lb(p)
                              : found->compression_lb;
     if (p->speed_ft_s > 0.0f) {
         float ahead_ft = p->config.chain.mat_length_ft * (float)p->chain.group;
         zone->future_mats = coming * group;
-        zone->future_ft = coming ? position_ft(p, place, group_ft) : MR_NAN;
+        zone->future_ft = coming ? get_position_ft(p, place, group_ft) : MR_NAN;
         if (p->scan.found.future_groups * p->chain.group > zone->future_mats) {
             zone->future_mats = p->scan.found.future_groups * p->chain.group;
-            zone->future_ft = position_ft(p, p->scan.found.future_position, ahead_ft);
+            zone->future_ft = get_position_ft(p, p->scan.found.future_position, ahead_ft);
         }
     }
     unsigned first = found->first_joint, end = found->first_joint + found->groups;

@@ -41,7 +41,7 @@ void mr_risk_plan_clear(struct mr_risk_plan *plan)
         (void)mr_risk_item_set(plan, i, MR_NAN);
 }
 
-static float *item_address(struct mr_risk_plan *plan, unsigned item)
+static float *get_item_address(struct mr_risk_plan *plan, unsigned item)
 {
     float *const list[] = {plan->row_ft_s2, plan->row_log_odds, plan->row_ft, plan->knot_s,
                            plan->knot_ft_s2};
@@ -61,13 +61,13 @@ static float *item_address(struct mr_risk_plan *plan, unsigned item)
 float mr_risk_item(const struct mr_risk_plan *plan, unsigned item)
 {
     struct mr_risk_plan copy = *plan;
-    const float *at = item_address(&copy, item);
+    const float *at = get_item_address(&copy, item);
     return at ? *at : MR_NAN;
 }
 
 bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value)
 {
-    float *at = item_address(plan, item);
+    float *at = get_item_address(plan, item);
     if (!at)
         return false;
     *at = __builtin_isnan(value) ? MR_NAN : value;
@@ -86,7 +86,7 @@ uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan)
     return crc;
 }
 
-static unsigned row_count(const struct mr_risk_plan *plan)
+static unsigned count_rows(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
     while (n < MR_RISK_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
@@ -94,7 +94,7 @@ static unsigned row_count(const struct mr_risk_plan *plan)
     return n;
 }
 
-static unsigned knot_count(const struct mr_risk_plan *plan)
+static unsigned count_knots(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
     while (n < MR_RISK_KNOTS && !__builtin_isnan(plan->knot_s[n]))
@@ -104,7 +104,7 @@ static unsigned knot_count(const struct mr_risk_plan *plan)
 
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 {
-    unsigned knots = knot_count(plan), rows = row_count(plan);
+    unsigned knots = count_knots(plan), rows = count_rows(plan);
     if (!is_between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
         return MR_USAGE;
     for (unsigned i = 0; i < knots; i++) {
@@ -140,9 +140,9 @@ static float interpolate(const float *x, const float *y, unsigned count, float a
     return y[count - 1u];
 }
 
-static float plan_ft_s2(const struct mr_risk_state *risk, float since_s)
+static float get_plan_ft_s2(const struct mr_risk_state *risk, float since_s)
 {
-    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, knot_count(&risk->plan), since_s);
+    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, count_knots(&risk->plan), since_s);
 }
 
 static bool is_following_plan(const struct mr_risk_state *risk)
@@ -157,7 +157,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
     float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
     for (unsigned i = 0; i < TIME_STEPS && v_ft_s > 0.0f; i++) {
-        float a_ft_s2 = plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->plan_ratio;
+        float a_ft_s2 = get_plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->plan_ratio;
         a_ft_s2 = a_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2 : a_ft_s2;
         if (a_ft_s2 > HARDER_RATIO * risk->hardest_ft_s2) {
             risk->hardest_ft_s2 = a_ft_s2;
@@ -169,7 +169,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         at_s += STEP_S;
     }
     if (v_ft_s > 0.0f) { /* after TIME_STEPS the last deceleration continues */
-        float last_ft_s2 = plan_ft_s2(risk, at_s) * risk->plan_ratio;
+        float last_ft_s2 = get_plan_ft_s2(risk, at_s) * risk->plan_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
                                                                      : last_ft_s2);
@@ -259,7 +259,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
     risk->has_plan = true;
     look_ahead_by_plan(risk, plan->speed_ft_s);
     risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
-    bool has_chart = row_count(plan) > 0;
+    bool has_chart = count_rows(plan) > 0;
     risk->has_chart = has_chart && plan->landings == (float)p->landings;
     risk->is_chart_old = has_chart && !risk->has_chart;
 }
@@ -267,7 +267,7 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
 /* Compares the measured speed loss with the planned one. */
 static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
-    risk->planned_loss_ft_s += BLOCK_S * plan_ft_s2(risk, risk->since_s);
+    risk->planned_loss_ft_s += BLOCK_S * get_plan_ft_s2(risk, risk->since_s);
     bool off = risk->touchdown_ft_s > (1.0f + SPEED_TOLERANCE) * risk->plan.speed_ft_s ||
                risk->touchdown_ft_s < (1.0f - SPEED_TOLERANCE) * risk->plan.speed_ft_s;
     if (risk->planned_loss_ft_s > COMPARED_LOSS_FT_S && speed_ft_s > 0.0f) {
@@ -315,20 +315,20 @@ float mr_risk_logistic(float x)
     return 1.0f / (1.0f + e);
 }
 
-static float zone_ratio(unsigned mats)
+static float compute_zone_ratio(unsigned mats)
 {
     float x = (float)mats / ZONE_MATS;
     return x < ZONE_RATIO_MAX ? x : ZONE_RATIO_MAX;
 }
 
 /* How far a zone exceeds EXCESS_START_MATS, 0..1. */
-static float excess_share(unsigned mats)
+static float compute_excess_share(unsigned mats)
 {
     float x = ((float)mats - EXCESS_START_MATS) / EXCESS_RANGE_MATS;
     return x < 0.0f ? 0.0f : x > 1.0f ? 1.0f : x;
 }
 
-static float zone_share(unsigned mats)
+static float compute_zone_share(unsigned mats)
 {
     float x = (float)mats / ZONE_MATS;
     return x < 1.0f ? x : 1.0f;
@@ -336,7 +336,8 @@ static float zone_share(unsigned mats)
 
 /* Mean opening, inches, of the joints from the wheel to its stop; segments with unknown gaps do not
  * count. */
-static float mean_opening_in(const struct mr_risk_state *risk, float wheel_ft, const float *left_in)
+static float compute_mean_opening_in(const struct mr_risk_state *risk, float wheel_ft,
+                                     const float *left_in)
 {
     float sum_in = 0.0f;
     unsigned joints = 0;
@@ -428,23 +429,25 @@ static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
         look_ahead_at_present_braking(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_CONSTANT] = 1.0f;
-    x[MR_RISK_FUTURE] = zone_share(zone->future_mats);
-    x[MR_RISK_KINEMATIC] = blind ? 0.0f : zone_ratio(closed.mats);
-    x[MR_RISK_EXCESS] = excess_share(zone->future_mats);
+    x[MR_RISK_FUTURE] = compute_zone_share(zone->future_mats);
+    x[MR_RISK_KINEMATIC] = blind ? 0.0f : compute_zone_ratio(closed.mats);
+    x[MR_RISK_EXCESS] = compute_excess_share(zone->future_mats);
     x[MR_RISK_BRAKING] = (risk->hardest_ft_s2 < 20.0f ? risk->hardest_ft_s2 : 20.0f) / 6.0f;
-    float still = 1.0f - (planned ? excess_share(risk->planned_mats) : x[MR_RISK_EXCESS]);
+    float still = 1.0f - (planned ? compute_excess_share(risk->planned_mats) : x[MR_RISK_EXCESS]);
     x[MR_RISK_DISTANCE] =
         still * (risk->stopping_distance_ft < 150.0f ? risk->stopping_distance_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
     x[MR_RISK_LANDINGS] = ((float)p->landings < LANDINGS_MAX ? (float)p->landings : LANDINGS_MAX) /
                           3.0f;
-    x[MR_RISK_OPEN] = mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
-    x[MR_RISK_PLANNED] =
-        planned ? 0.5f * (zone_share(risk->planned_mats) + excess_share(risk->planned_mats)) : 0.0f;
+    x[MR_RISK_OPEN] = compute_mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
+    x[MR_RISK_PLANNED] = planned ? 0.5f * (compute_zone_share(risk->planned_mats) +
+                                           compute_excess_share(risk->planned_mats))
+                                 : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
         x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
-                                       row_count(&risk->plan), risk->mean_ft_s2 * risk->plan_ratio);
+                                       count_rows(&risk->plan),
+                                       risk->mean_ft_s2 * risk->plan_ratio);
     }
     report->weight_set = (charted   ? MR_RISK_BY_CHART
                           : planned ? MR_RISK_BY_PLAN

@@ -52,28 +52,28 @@ uint32_t mr_runway_crc(const struct mr_predictor_state *state)
     return crc;
 }
 
-static unsigned joint_count(const struct mr_predictor_state *state)
+static unsigned get_joint_count(const struct mr_predictor_state *state)
 {
     return (state->mats < MR_CHAIN_MATS ? state->mats : MR_CHAIN_MATS) + 1u;
 }
 
 unsigned mr_runway_messages(const struct mr_predictor_state *state)
 {
-    return (joint_count(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
+    return (get_joint_count(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
 }
 
-static uint16_t gap_hmil_at(const struct mr_predictor_state *state, unsigned j)
+static uint16_t get_gap_hmil(const struct mr_predictor_state *state, unsigned j)
 {
-    return j < joint_count(state) ? state->gap_hmil[j] : 0;
+    return j < get_joint_count(state) ? state->gap_hmil[j] : 0;
 }
 
 struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n)
 {
     unsigned j = n * MR_RUNWAY_PER_MESSAGE;
     return (struct mr_runway_joints){.index = (uint16_t)(j + 1u),
-                                     .gap_1 = gap_hmil_at(state, j),
-                                     .gap_2 = gap_hmil_at(state, j + 1u),
-                                     .gap_3 = gap_hmil_at(state, j + 2u)};
+                                     .gap_1 = get_gap_hmil(state, j),
+                                     .gap_2 = get_gap_hmil(state, j + 1u),
+                                     .gap_3 = get_gap_hmil(state, j + 2u)};
 }
 
 static void set_gap_hmil(struct mr_predictor_state *state, unsigned j, uint16_t gap_hmil)
@@ -94,8 +94,8 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
 
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index)
 {
-    return (int32_t)((uint32_t)gap_hmil_at(state, 2u * index) |
-                     (uint32_t)gap_hmil_at(state, 2u * index + 1u) << 16);
+    return (int32_t)((uint32_t)get_gap_hmil(state, 2u * index) |
+                     (uint32_t)get_gap_hmil(state, 2u * index + 1u) << 16);
 }
 
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument)
@@ -138,14 +138,14 @@ float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
 }
 
 /* Converts a count, which is transferred as a real, back to an integer. */
-static uint32_t count_from_real(float value)
+static uint32_t convert_count(float value)
 {
     return value >= 0.0f && value < 1e9f ? (uint32_t)value : 0;
 }
 
 /* clang-format off */
 #define COPY_FIELD(field, value) \
-    (__typeof__(field))_Generic((field), float: (value), default: count_from_real(value))
+    (__typeof__(field))_Generic((field), float: (value), default: convert_count(value))
 /* clang-format on */
 
 void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value)

@@ -38,13 +38,13 @@ static bool is_steady(const struct levels *levels)
 }
 
 /* Number of blocks in the history. */
-static uint32_t history_length(const struct mr_staircase *staircase)
+static uint32_t get_history_length(const struct mr_staircase *staircase)
 {
     return staircase->count < MR_STAIRCASE_HISTORY_BLOCKS ? staircase->count
                                                           : MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
-static uint32_t history_index(const struct mr_staircase *staircase, uint32_t age)
+static uint32_t get_history_index(const struct mr_staircase *staircase, uint32_t age)
 {
     return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY_BLOCKS;
 }
@@ -53,8 +53,8 @@ bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tic
 {
     struct levels before = {0};
     for (uint32_t age = 0;
-         age < history_length(staircase) && before.count < MR_STAIRCASE_SIDE_BLOCKS; age++) {
-        uint32_t at = history_index(staircase, age);
+         age < get_history_length(staircase) && before.count < MR_STAIRCASE_SIDE_BLOCKS; age++) {
+        uint32_t at = get_history_index(staircase, age);
         if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
             add_level(&before, staircase->code[at]);
     }
@@ -69,15 +69,15 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
 {
     struct levels after = {0};
     uint32_t count = 0;
-    while (count < history_length(staircase) &&
-           (int32_t)(staircase->tick[history_index(staircase, count)] - edge_tick) >=
+    while (count < get_history_length(staircase) &&
+           (int32_t)(staircase->tick[get_history_index(staircase, count)] - edge_tick) >=
                (int32_t)MR_STAIRCASE_SETTLE_TICKS)
         count++;
     if (count < MR_STAIRCASE_SIDE_BLOCKS)
         return MR_TOO_FEW;
     /* the earliest blocks after the edge, MR_STAIRCASE_SIDE_BLOCKS of them */
     for (uint32_t age = count - MR_STAIRCASE_SIDE_BLOCKS; age < count; age++)
-        add_level(&after, staircase->code[history_index(staircase, age)]);
+        add_level(&after, staircase->code[get_history_index(staircase, age)]);
     if (!is_steady(&after))
         return MR_NUMERICS;
     *codes = after.sum / (float)after.count;

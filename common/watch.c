@@ -113,7 +113,7 @@ static bool is_too_fast(struct mr_watch_channel *channel, const struct mr_channe
 /* ---- stuck ---- */
 
 /* Returns the nearest valid channel on one side, starting with channel `next`. */
-static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
+static uint8_t find_nearest_valid(const struct mr_watch *watch, uint8_t next, bool upfield)
 {
     while (next != MR_WATCH_NO_CHANNEL &&
            (watch->channel[next].new_validity != MR_VALID || watch->channel[next].is_stuck))
@@ -121,7 +121,7 @@ static uint8_t nearest_valid(const struct mr_watch *watch, uint8_t next, bool up
     return next;
 }
 
-static float channel_reading(const struct mr_watch *watch, uint8_t c)
+static float get_channel_reading(const struct mr_watch *watch, uint8_t c)
 {
     return c == MR_WATCH_NO_CHANNEL ? MR_NAN : watch->channel[c].last_reading;
 }
@@ -131,28 +131,28 @@ static void set_anchor(struct mr_watch *watch, struct mr_watch_channel *channel,
 {
     channel->anchor = value;
     channel->anchor_block = index;
-    channel->anchor_up_channel = nearest_valid(watch, channel->upfield, true);
-    channel->anchor_down_channel = nearest_valid(watch, channel->downfield, false);
-    channel->anchor_up = channel_reading(watch, channel->anchor_up_channel);
-    channel->anchor_down = channel_reading(watch, channel->anchor_down_channel);
+    channel->anchor_up_channel = find_nearest_valid(watch, channel->upfield, true);
+    channel->anchor_down_channel = find_nearest_valid(watch, channel->downfield, false);
+    channel->anchor_up = get_channel_reading(watch, channel->anchor_up_channel);
+    channel->anchor_down = get_channel_reading(watch, channel->anchor_down_channel);
     channel->is_stuck = false;
 }
 
 /* True if both neighbours are valid now and were valid when the anchor was set. */
 static bool is_anchored(const struct mr_watch *watch, const struct mr_watch_channel *channel)
 {
-    return !__builtin_isnan(channel_reading(watch, channel->anchor_up_channel) -
+    return !__builtin_isnan(get_channel_reading(watch, channel->anchor_up_channel) -
                             channel->anchor_up) &&
-           !__builtin_isnan(channel_reading(watch, channel->anchor_down_channel) -
+           !__builtin_isnan(get_channel_reading(watch, channel->anchor_down_channel) -
                             channel->anchor_down);
 }
 
-static bool neighbours_moved(const struct mr_watch *watch, const struct mr_watch_channel *channel,
-                             float by)
+static bool have_neighbours_moved(const struct mr_watch *watch,
+                                  const struct mr_watch_channel *channel, float by)
 {
-    return __builtin_fabsf(channel_reading(watch, channel->anchor_up_channel) -
+    return __builtin_fabsf(get_channel_reading(watch, channel->anchor_up_channel) -
                            channel->anchor_up) > by &&
-           __builtin_fabsf(channel_reading(watch, channel->anchor_down_channel) -
+           __builtin_fabsf(get_channel_reading(watch, channel->anchor_down_channel) -
                            channel->anchor_down) > by;
 }
 
@@ -166,8 +166,8 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
     bool holds = __builtin_fabsf(value - channel->anchor) <= band;
     if (!holds || (!channel->is_stuck && !is_anchored(watch, channel)))
         set_anchor(watch, channel, value, index);
-    else if (neighbours_moved(watch, channel,
-                              is_displacement(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
+    else if (have_neighbours_moved(watch, channel,
+                                   is_displacement(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
         channel->is_stuck = true;
 }
 

@@ -4,7 +4,7 @@
 
 enum { PHASE_FUTURE_START, PHASE_FUTURE_END, PHASE_PRESENT_ZONE, PHASE_SUMS, PHASE_COMPLETE };
 
-static float closed_ft(const struct mr_chain *chain)
+static float get_closed_ft(const struct mr_chain *chain)
 {
     return MR_ZONE_CLOSED_FT * (float)chain->group;
 }
@@ -14,7 +14,8 @@ static inline bool is_closing(const struct mr_zonescan *scan, const struct mr_ch
                               unsigned j)
 {
     float press_lb = scan->range.push_lb - (float)(j - scan->range.position) * chain->friction_lb;
-    return press_lb > scan->range.grit_lb[j] || !(mr_chain_opening_ft(chain, j) > closed_ft(chain));
+    return press_lb > scan->range.grit_lb[j] ||
+           !(mr_chain_opening_ft(chain, j) > get_closed_ft(chain));
 }
 
 static void begin_position(struct mr_zonescan *scan)
@@ -118,7 +119,7 @@ static void scan_present(struct mr_zonescan *scan, const struct mr_chain *chain,
     unsigned j = scan->joint, beyond = chain->count + 2u, first = scan->start_joint,
              last_open = scan->last_open_joint, best = scan->found.groups;
     unsigned stop = beyond < j + (until - scan->visits) ? beyond : j + (until - scan->visits);
-    float most_lb = scan->found.compression_lb, limit_ft = closed_ft(chain);
+    float most_lb = scan->found.compression_lb, limit_ft = get_closed_ft(chain);
     scan->visits += stop > j ? stop - j : 1u;
     for (; j < stop; j++) {
         float press_lb = mr_chain_compression_lb(chain, j);
@@ -155,7 +156,8 @@ static void sum_openings(struct mr_zonescan *scan, const struct mr_chain *chain,
     for (; j < beyond && scan->visits < until; j++, scan->visits++) {
         float opening_ft = mr_chain_opening_ft(chain, j);
         found->open_ft += opening_ft > 0.0f ? opening_ft : 0.0f;
-        found->closed_joints = (uint16_t)(found->closed_joints + !(opening_ft > closed_ft(chain)));
+        found->closed_joints =
+            (uint16_t)(found->closed_joints + !(opening_ft > get_closed_ft(chain)));
     }
     scan->joint = (uint16_t)j;
     if (j == beyond)

@@ -512,8 +512,8 @@ static void handle_input(struct app *app)
 
 /* Mean of the last `count` rows of a history of 4 rows; NaN if one is missing. `row` is the
  * newest. */
-static void mean_of_last(const float *history, unsigned width, unsigned row, unsigned count,
-                         float *mean)
+static void compute_mean_of_last(const float *history, unsigned width, unsigned row, unsigned count,
+                                 float *mean)
 {
     for (unsigned c = 0; c < width; c++) {
         float sum = 0.0f;
@@ -584,14 +584,14 @@ static void process_block(struct app *app, const struct mr_block *block)
     if (app->fitted & MR_BITS_TRANSDUCERS &&
         (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
-        mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS,
-                     mean_in);
+        compute_mean_of_last(app->displacement_in[0], MR_TRANSDUCERS, row, APP_DISPLACEMENT_BLOCKS,
+                             mean_in);
         landinglink_send_displacements(&app->telemetry, mean_in, app->fitted, block->index);
     }
     if (app->fitted & MR_BITS_GAGES &&
         (recording ? DUE(TENSIONS, block->index) : DUE(TENSIONS_IDLE, block->index))) {
         float mean_lb[MR_GAGES];
-        mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
+        compute_mean_of_last(app->tension_lb[0], MR_GAGES, row, APP_TENSION_BLOCKS, mean_lb);
         landinglink_send_tensions(&app->telemetry, mean_lb, app->fitted >> MR_TRANSDUCERS,
                                   block->index);
         bandwatch_on_tensions(&app->bandwatch, &app->telemetry, &app->landing, mean_lb, block);

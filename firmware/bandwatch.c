@@ -22,8 +22,8 @@ static void report_findings(const struct mr_bands *bands, struct telemetry *tele
     }
 }
 
-static float wheel_ft(struct bandwatch *watch, const struct landing *landing,
-                      const struct mr_block *block)
+static float get_wheel_ft(struct bandwatch *watch, const struct landing *landing,
+                          const struct mr_block *block)
 {
     if (!watch->is_wheel_known || block->index - watch->wheel_block >= BANDWATCH_WHEEL_BLOCKS) {
         watch->wheel = landing_wheel_at(landing, block->tick);
@@ -58,7 +58,7 @@ void bandwatch_on_tensions(struct bandwatch *watch, struct telemetry *telemetry,
     if (!recording || !watch->bands.is_active)
         return;
     bool quiet = landing_is_quiet(landing, block->index);
-    float station_ft = quiet ? MR_NAN : wheel_ft(watch, landing, block);
+    float station_ft = quiet ? MR_NAN : get_wheel_ft(watch, landing, block);
     if (mr_bands_update(&watch->bands, tension_lb, quiet, station_ft, block->index))
         report_findings(&watch->bands, telemetry);
 }

@@ -50,7 +50,7 @@ enum job {
     JOB_READ,
 };
 
-static uint32_t address_of(unsigned sector, unsigned page)
+static uint32_t get_address(unsigned sector, unsigned page)
 {
     return sector * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
@@ -111,7 +111,7 @@ static void begin_job(struct blackbox *box, enum job job, unsigned sector, unsig
 static void begin_read(struct blackbox *box, enum job job, unsigned sector, unsigned page)
 {
     begin_job(box, job, sector, page);
-    nor_begin_read(address_of(sector, page), box->buffer, NOR_PAGE_BYTES);
+    nor_begin_read(get_address(sector, page), box->buffer, NOR_PAGE_BYTES);
 }
 
 /* Frees a record: marks its sectors as dirty. */
@@ -339,7 +339,7 @@ static void scan_next_sector(struct blackbox *box)
     box->scan_sector++;
 }
 
-static unsigned record_index_of(struct blackbox *box, uint16_t record)
+static unsigned find_record_index(struct blackbox *box, uint16_t record)
 {
     int place = find_record(box, record);
     if (place >= 0)
@@ -354,7 +354,7 @@ static unsigned record_index_of(struct blackbox *box, uint16_t record)
 
 static void register_page(struct blackbox *box, const struct mr_boxpage_header *header)
 {
-    unsigned place = record_index_of(box, header->record);
+    unsigned place = find_record_index(box, header->record);
     if (place == BLACKBOX_RECORDS_MAX) {
         set_sector(box, box->job_sector, SECTOR_FOREIGN);
         return;
@@ -465,7 +465,7 @@ static bool begin_scan(struct blackbox *box)
 {
     if (box->scan_sector < NOR_SECTORS) {
         begin_job(box, JOB_SCAN_HEAD, box->scan_sector, 0);
-        nor_begin_read(address_of(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER_BYTES);
+        nor_begin_read(get_address(box->scan_sector, 0), box->buffer, MR_BOXPAGE_HEADER_BYTES);
         return true;
     }
     while (box->scan_place < BLACKBOX_RECORDS_MAX && !box->records[box->scan_place].is_used)
@@ -485,7 +485,7 @@ static bool begin_read_out(struct blackbox *box)
     if (box->has_read_all)
         return false;
     begin_job(box, JOB_READ, box->read_sector, box->read_cursor);
-    nor_begin_read(address_of(box->read_sector, box->read_cursor), box->read_buffer,
+    nor_begin_read(get_address(box->read_sector, box->read_cursor), box->read_buffer,
                    NOR_PAGE_BYTES);
     return true;
 }
@@ -622,7 +622,7 @@ static bool begin_program(struct blackbox *box)
     }
     mr_boxpage_seal(page, record->next_seq, record->record);
     begin_job(box, JOB_PROGRAM, box->write_sector, box->write_page);
-    nor_begin_program(address_of(box->write_sector, box->write_page), page);
+    nor_begin_program(get_address(box->write_sector, box->write_page), page);
     return true;
 }
 
@@ -683,7 +683,7 @@ static void begin_erase(struct blackbox *box, unsigned sector)
 {
     begin_job(box, JOB_ERASE, sector, 0);
     box->erase_begun_ms = box->now_ms;
-    nor_begin_erase(address_of(sector, 0));
+    nor_begin_erase(get_address(sector, 0));
 }
 
 /* Checks an erased sector page by page. */
@@ -726,7 +726,7 @@ static void program_mark(struct blackbox *box)
     memset(box->buffer, 0xff, NOR_PAGE_BYTES);
     box->buffer[MR_BOXPAGE_KIND] = kind;
     begin_job(box, JOB_MARK, box->job_sector, 0);
-    nor_begin_program(address_of(box->job_sector, 0), box->buffer);
+    nor_begin_program(get_address(box->job_sector, 0), box->buffer);
 }
 
 static void check_mark(struct blackbox *box)

@@ -69,7 +69,7 @@ static bool is_calibrated(const struct calibrate *calibrate, unsigned channel)
 /* ---- means of a phase ---- */
 
 /* Code to which common/channels.h applies the zero: not yet corrected by the reference. */
-static float channel_code(const struct mr_block *block, unsigned channel)
+static float get_channel_code(const struct mr_block *block, unsigned channel)
 {
     float sum = channel < MR_TRANSDUCERS
                   ? (float)block->forward_sum[channel] - (float)block->reversed_sum[channel]
@@ -90,7 +90,7 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
             continue;
         }
         float value = calibrate->command == MR_COMMAND_SHUNT ? reading.value
-                                                             : channel_code(block, c) * ratio;
+                                                             : get_channel_code(block, c) * ratio;
         if (calibrate->count == 0)
             *mean = (struct calibrate_mean){.origin = value};
         value -= mean->origin;
@@ -101,12 +101,12 @@ static void add_block(struct calibrate *calibrate, const struct mr_block *block)
     calibrate->count++;
 }
 
-static float mean_value(const struct calibrate_mean *mean)
+static float get_mean(const struct calibrate_mean *mean)
 {
     return mean->origin + mean->sum / (float)CALIBRATE_BLOCKS;
 }
 
-static float standard_deviation(const struct calibrate_mean *mean)
+static float compute_standard_deviation(const struct calibrate_mean *mean)
 {
     float n = (float)CALIBRATE_BLOCKS;
     float variance = (mean->square_sum - mean->sum * mean->sum / n) / (n - 1.0f);
@@ -114,10 +114,10 @@ static float standard_deviation(const struct calibrate_mean *mean)
 }
 
 /* Returns the larger of the standard deviation and the difference between the two halves. */
-static float mean_spread(const struct calibrate_mean *mean)
+static float compute_mean_spread(const struct calibrate_mean *mean)
 {
     float apart = __builtin_fabsf(mean->sum - 2.0f * mean->first_half_sum) / (float)HALF_BLOCKS,
-          deviation = standard_deviation(mean);
+          deviation = compute_standard_deviation(mean);
     return apart > deviation ? apart : deviation;
 }
 
@@ -131,9 +131,9 @@ static enum verdict check_zero(const struct calibrate *calibrate, unsigned c)
     bool tension = channel->kind == MR_KIND_TENSION;
     if (calibrate->invalid_channels >> c & 1u)
         return VERDICT_NOT_VALID;
-    if (!(mean_spread(mean) * unit <= (tension ? MOVEMENT_MAX_LB : MOVEMENT_MAX_IN)))
+    if (!(compute_mean_spread(mean) * unit <= (tension ? MOVEMENT_MAX_LB : MOVEMENT_MAX_IN)))
         return VERDICT_MOVES;
-    return tension && __builtin_fabsf(mean_value(mean) - zero_get_configured(c)) * unit >
+    return tension && __builtin_fabsf(get_mean(mean) - zero_get_configured(c)) * unit >
                           ZERO_OFFSET_MAX_LB
              ? VERDICT_WRONG
              : VERDICT_GOOD;
@@ -151,14 +151,14 @@ static void end_zero(struct calibrate *calibrate, struct telemetry *telemetry,
         struct mr_zero_result result = {
             .index = (uint8_t)c,
             .verdict = (uint8_t)verdict,
-            .spread_codes = valid ? mean_spread(&calibrate->mean[c]) : MR_NAN,
-            .zero_code = valid ? mean_value(&calibrate->mean[c]) : MR_NAN};
+            .spread_codes = valid ? compute_mean_spread(&calibrate->mean[c]) : MR_NAN,
+            .zero_code = valid ? get_mean(&calibrate->mean[c]) : MR_NAN};
         TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, zero_result, ZERO_RESULT, &result);
         good &= verdict == VERDICT_GOOD;
     }
     for (unsigned c = 0; good && c < MR_CHANNELS; c++) {
         if (is_calibrated(calibrate, c))
-            zero_set_measured(c, mean_value(&calibrate->mean[c]));
+            zero_set_measured(c, get_mean(&calibrate->mean[c]));
     }
     send_answer(telemetry, calibrate, good ? MR_OK : MR_LIMIT, block);
     if (good)
@@ -191,16 +191,16 @@ static void end_phase(struct calibrate *calibrate)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
         const struct calibrate_mean *mean = &calibrate->mean[MR_TRANSDUCERS + g];
-        float lb = mean_value(mean);
+        float lb = get_mean(mean);
         if (!has_shunt(g))
             continue;
-        if (mean_spread(mean) > MOVEMENT_MAX_LB)
+        if (compute_mean_spread(mean) > MOVEMENT_MAX_LB)
             calibrate->moved_gages |= 1u << g;
         if (calibrate->phase == PHASE_SHUNTED) {
             calibrate->on_lb[g] = lb;
         } else if (calibrate->phase == PHASE_REST) {
             calibrate->rest_lb[g] = lb;
-            calibrate->noise_lb[g] = standard_deviation(mean);
+            calibrate->noise_lb[g] = compute_standard_deviation(mean);
         } else {
             if (__builtin_fabsf(lb - calibrate->rest_lb[g]) > MOVEMENT_MAX_LB)
                 calibrate->moved_gages |= 1u << g;

@@ -44,7 +44,7 @@ static bool is_outage(enum mr_can_state state)
     return state == MR_CAN_UNPLUGGED || state == MR_CAN_STUCK || state == MR_CAN_OFF;
 }
 
-static uint16_t *current_drops(struct canwatch *watch)
+static uint16_t *get_current_drops(struct canwatch *watch)
 {
     return watch->state == MR_CAN_OFF ? &watch->drop_count.bus_off : &watch->drop_count.timeout;
 }
@@ -98,7 +98,7 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch)
     bool passed = watch->errors.sent_count != watch->sent_count;
     watch->sent_count = watch->errors.sent_count;
     watch->stalled_ticks = passed || !watch->errors.is_pending ? 0 : watch->stalled_ticks + 1;
-    add_saturating(current_drops(watch), watch->errors.removed_count - watch->removed_count);
+    add_saturating(get_current_drops(watch), watch->errors.removed_count - watch->removed_count);
     watch->removed_count = watch->errors.removed_count;
     leave_bus_off(watch);
     leave_outage(watch, passed, &news);
@@ -121,7 +121,7 @@ bool canwatch_is_accepting(struct canwatch *watch)
     if (watch->is_silent)
         add_saturating(&watch->drop_count.silent, 1);
     else if (watch->phase != CANWATCH_UP)
-        add_saturating(current_drops(watch), 1);
+        add_saturating(get_current_drops(watch), 1);
     return !watch->is_silent && watch->phase == CANWATCH_UP;
 }
 

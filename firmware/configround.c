@@ -17,7 +17,7 @@
 #define FIRST_PARAMETER       (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
 #define ITEMS                 (FIRST_PARAMETER + MR_PREDICT_ITEMS)
 
-static unsigned calibration_items(const struct mr_channel_config *channel)
+static unsigned count_calibration_items(const struct mr_channel_config *channel)
 {
     unsigned points = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
     if (channel->kind == MR_KIND_REFERENCE)
@@ -70,7 +70,7 @@ static bool is_not_fitted(unsigned item)
 }
 
 /* Returns the next item after `item` that has content; 0 after the last one. */
-static unsigned next_item(unsigned item)
+static unsigned find_next_item(unsigned item)
 {
     for (item++; item < ITEMS; item++) {
         unsigned part = item - FIRST_CALIBRATION;
@@ -78,7 +78,7 @@ static unsigned next_item(unsigned item)
             return item;
         if (item < FIRST_PARAMETER &&
             2 * (part % PARTS_PER_CALIBRATION) <
-                calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
+                count_calibration_items(&config.channel[part / PARTS_PER_CALIBRATION]))
             return item;
     }
     return 0;
@@ -98,8 +98,8 @@ static void send_channel(struct telemetry *telemetry, unsigned sinks, unsigned i
 static void send_calibration(struct telemetry *telemetry, unsigned sinks, unsigned part)
 {
     unsigned i = part / PARTS_PER_CALIBRATION, first = 2 * (part % PARTS_PER_CALIBRATION);
-    for (unsigned item = first; item < first + 2 && item < calibration_items(&config.channel[i]);
-         item++)
+    for (unsigned item = first;
+         item < first + 2 && item < count_calibration_items(&config.channel[i]); item++)
         TELEMETRY_SEND(telemetry, sinks, calibration, CALIBRATION, .index = (uint8_t)i,
                        .item = (uint8_t)item, .value = mr_channel_item(&config.channel[i], item));
 }
@@ -149,9 +149,9 @@ void configround_on_block(struct telemetry *telemetry, const float *slack_in, ui
     if (bursting ? !telemetry_can_burst(telemetry) : !DUE(ITEM, index))
         return;
     for (unsigned n = 0; !bursting && n < ITEMS && is_not_fitted(item); n++)
-        item = next_item(item);
+        item = find_next_item(item);
     send_item(telemetry, TO_LINKS, item, slack_in);
-    telemetry->round.item = next_item(item);
+    telemetry->round.item = find_next_item(item);
     telemetry->round.is_bursting = bursting && telemetry->round.item != 0;
 }
 
@@ -167,6 +167,7 @@ void configround_store(struct telemetry *telemetry, const struct landing *landin
         if (!__builtin_isnan(slack_in[segment]))
             send_item(telemetry, TO_CONFIGURATION, FIRST_SEGMENT + segment, slack_in);
     }
-    for (unsigned item = next_item(FIRST_CALIBRATION - 1); item != 0; item = next_item(item))
+    for (unsigned item = find_next_item(FIRST_CALIBRATION - 1); item != 0;
+         item = find_next_item(item))
         send_item(telemetry, TO_CONFIGURATION, item, slack_in);
 }

@@ -9,15 +9,15 @@
 
 #define BOTH_COPIES 3u /* detail of the fault: both copies */
 
-static uint32_t word_at(const uint8_t *image, unsigned word)
+static uint32_t get_word(const uint8_t *image, unsigned word)
 {
     const uint8_t *p = image + 4u * word;
     return mr_get_u32(&p);
 }
 
-static uint32_t copy_revision(unsigned copy)
+static uint32_t get_copy_revision(unsigned copy)
 {
-    return word_at(flash_copy(copy), 4);
+    return get_word(flash_copy(copy), 4);
 }
 
 /* Checks a copy. An intact one may still be refused: another firmware version may have other
@@ -58,21 +58,21 @@ static bool use_copy(struct configstore *store, unsigned copy)
         return false;
     }
     store->source = copy ? CONFIGSTORE_COPY_B : CONFIGSTORE_COPY_A;
-    store->crc = word_at(flash_copy(copy), MR_CONFIG_WORDS - 1);
+    store->crc = get_word(flash_copy(copy), MR_CONFIG_WORDS - 1);
     return true;
 }
 
 /* Highest revision of intact copies that were refused. The next change must have a higher one:
  * otherwise it would count as older than such a copy if another firmware version accepts the copy
  * again. */
-static uint32_t refused_revision(const struct configstore *store)
+static uint32_t find_refused_revision(const struct configstore *store)
 {
     uint32_t highest = 0;
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++) {
         bool whole = store->copy[copy] == (uint8_t)-MR_LIMIT ||
                      store->copy[copy] == (uint8_t)-MR_VERSION;
-        if (whole && copy_revision(copy) > highest)
-            highest = copy_revision(copy);
+        if (whole && get_copy_revision(copy) > highest)
+            highest = get_copy_revision(copy);
     }
     return highest;
 }
@@ -89,13 +89,13 @@ void configstore_start(struct configstore *store)
     for (unsigned copy = 0; copy < FLASH_COPIES; copy++)
         store->copy[copy] = check_copy(copy);
     bool both = store->copy[0] == MR_OK && store->copy[1] == MR_OK;
-    unsigned first = both ? copy_revision(1) > copy_revision(0) : store->copy[0] != MR_OK;
+    unsigned first = both ? get_copy_revision(1) > get_copy_revision(0) : store->copy[0] != MR_OK;
     for (unsigned i = 0; i < FLASH_COPIES && store->source == CONFIGSTORE_BUILT_IN; i++) {
         if (store->copy[(first + i) % FLASH_COPIES] == MR_OK)
             use_copy(store, (first + i) % FLASH_COPIES);
     }
     if (store->source == CONFIGSTORE_BUILT_IN) {
-        config.site[0].revision = refused_revision(store);
+        config.site[0].revision = find_refused_revision(store);
         store->crc = mr_config_encode(&config, store->image);
     }
     unsigned damaged = (is_damaged(store->copy[0]) ? 1u : 0u) |
@@ -177,7 +177,7 @@ static bool write_copy(const struct configstore *store, unsigned copy)
     bool written = flash_erase(copy);
     for (unsigned i = 1; written && i <= MR_CONFIG_WORDS; i++) {
         unsigned word = i % MR_CONFIG_WORDS;
-        written = flash_program(copy, 4u * word, word_at(store->image, word));
+        written = flash_program(copy, 4u * word, get_word(store->image, word));
     }
     flash_end();
     return written && memcmp(flash_copy(copy), store->image, MR_CONFIG_IMAGE_BYTES) == 0;
@@ -191,7 +191,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
     if (!store->staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
     enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE_BYTES);
-    if (status == MR_OK && word_at(store->image, MR_CONFIG_WORDS - 1) != crc)
+    if (status == MR_OK && get_word(store->image, MR_CONFIG_WORDS - 1) != crc)
         status = MR_CRC;
     if (status != MR_OK)
         return status;
@@ -239,7 +239,7 @@ void configstore_on_block(struct configstore *store, struct telemetry *telemetry
         TELEMETRY_SEND(telemetry, store->is_read_by_serial ? TO_SERIAL : TO_CAN, config_image,
                        CONFIG_IMAGE, .offset = (uint16_t)store->next_read_word,
                        .words = MR_CONFIG_WORDS,
-                       .value = word_at(store->image, store->next_read_word));
+                       .value = get_word(store->image, store->next_read_word));
         store->is_reading = ++store->next_read_word < MR_CONFIG_WORDS;
     }
 }

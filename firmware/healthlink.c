@@ -76,7 +76,7 @@ static bool has_transducers(void)
 }
 
 /* Tests that apply to this board and its configuration. */
-static uint16_t applicable_tests(const struct selftest *test)
+static uint16_t find_applicable_tests(const struct selftest *test)
 {
     unsigned tests = 1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH |
                      1u << MR_SELF_TEST_REFERENCE | 1u << MR_SELF_TEST_LAMP_ON |
@@ -86,22 +86,22 @@ static uint16_t applicable_tests(const struct selftest *test)
     return (uint16_t)(tests | test->done_tests);
 }
 
-static void selftest_end(struct selftest *test, struct telemetry *telemetry)
+static void end_self_test(struct selftest *test, struct telemetry *telemetry)
 {
     test->is_running = false;
     TELEMETRY_SEND(telemetry, TO_LINKS, self_test, SELF_TEST, .done = test->done_tests,
                    .failed = test->failed_tests, .tag = test->tag);
 }
 
-static void selftest_tick(struct selftest *test, struct telemetry *telemetry)
+static void tick_self_test(struct selftest *test, struct telemetry *telemetry)
 {
     if (!test->is_running)
         return;
     test->ticks++;
     check_lamp(test);
     check_memories(test);
-    if (test->done_tests == applicable_tests(test) || test->ticks >= SELFTEST_LIMIT_TICKS)
-        selftest_end(test, telemetry);
+    if (test->done_tests == find_applicable_tests(test) || test->ticks >= SELFTEST_LIMIT_TICKS)
+        end_self_test(test, telemetry);
 }
 
 void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
@@ -153,7 +153,7 @@ void healthlink_schedule_restart(struct healthlink *link)
 void healthlink_arm(struct healthlink *link, struct telemetry *telemetry)
 {
     if (link->test.is_running)
-        selftest_end(&link->test, telemetry);
+        end_self_test(&link->test, telemetry);
 }
 
 static void send_alarm(struct telemetry *telemetry, unsigned sinks)
@@ -232,7 +232,7 @@ static void supervise_can(struct telemetry *telemetry)
 void healthlink_tick(struct healthlink *link, struct telemetry *telemetry, bool idle)
 {
     supervise_can(telemetry);
-    selftest_tick(&link->test, telemetry);
+    tick_self_test(&link->test, telemetry);
     if (idle && !link->test.is_running && DUE(TESTS, ++link->ticks))
         board_check_memory();
     tasks_done(MR_TASK_UPKEEP);

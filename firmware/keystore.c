@@ -30,7 +30,7 @@ enum step {
 #define STARTS_MAX    ((NOR_PAGES_PER_SECTOR - 1u) * BITS_PER_PAGE)
 #define FAULT_DETAIL  7u /* detail of MR_FAULT_NOR_FAILED */
 
-static uint32_t address_of(unsigned copy, unsigned page)
+static uint32_t get_address(unsigned copy, unsigned page)
 {
     return (KEY_FIRST_SECTOR + copy) * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
@@ -134,19 +134,19 @@ static void count_starts(struct keystore *store)
 }
 
 /* Byte with the bit of this start. */
-static uint8_t *start_byte(struct keystore *store)
+static uint8_t *get_start_byte(struct keystore *store)
 {
     return &store->buffer[store->start_count % BITS_PER_PAGE / BITS_PER_BYTE];
 }
 
-static uint8_t start_mask(const struct keystore *store)
+static uint8_t get_start_mask(const struct keystore *store)
 {
     return (uint8_t)(1u << store->start_count % BITS_PER_BYTE);
 }
 
 static void check_mark(struct keystore *store)
 {
-    bool marked = !(*start_byte(store) & start_mask(store));
+    bool marked = !(*get_start_byte(store) & get_start_mask(store));
     store->step = STEP_MARK;
     if (marked)
         store->start_count++;
@@ -246,7 +246,7 @@ bool keystore_poll(struct keystore *store)
 bool keystore_begin(struct keystore *store)
 {
     bool of_starts = store->step >= STEP_COUNT && store->step <= STEP_CHECK;
-    uint32_t address = address_of(store->at, of_starts ? store->page : 0);
+    uint32_t address = get_address(store->at, of_starts ? store->page : 0);
     if (store->step == STEP_NONE)
         return false;
     /* At start, the chip may still be busy with an operation that a reset interrupted. */
@@ -260,7 +260,7 @@ bool keystore_begin(struct keystore *store)
         nor_begin_erase(address);
     } else if (store->step == STEP_MARK) {
         memset(store->buffer, 0xff, sizeof store->buffer);
-        *start_byte(store) = (uint8_t)(0xffu ^ start_mask(store));
+        *get_start_byte(store) = (uint8_t)(0xffu ^ get_start_mask(store));
         nor_begin_program(address, store->buffer);
     } else if (store->step == STEP_PROGRAM) {
         write_record(store);

@@ -61,8 +61,8 @@ static void report_pushback(struct telemetry *telemetry, const struct landing *l
 
 /* Standard error with the error of the clock, which affects a quantity once (speed) or twice
  * (deceleration). The internal oscillator may be 1 % off. */
-static float error_with_clock(const struct telemetry *telemetry, const struct mr_estimate *estimate,
-                              double times)
+static float add_clock_error(const struct telemetry *telemetry, const struct mr_estimate *estimate,
+                             double times)
 {
     double error = estimate->error;
     if (telemetry->identity.clock_source != MR_CLOCK_CRYSTAL) {
@@ -82,8 +82,8 @@ void landinglink_send_motion(struct telemetry *telemetry, const struct mr_motion
     TELEMETRY_SEND(
         telemetry, TO_RECORD, motion_error, MOTION_ERROR,
         .position_ft = (float)motion->position_ft.error,
-        .speed_ft_s = error_with_clock(telemetry, &motion->speed_ft_s, 1.0),
-        .deceleration_ft_s2 = error_with_clock(telemetry, &motion->deceleration_ft_s2, 2.0),
+        .speed_ft_s = add_clock_error(telemetry, &motion->speed_ft_s, 1.0),
+        .deceleration_ft_s2 = add_clock_error(telemetry, &motion->deceleration_ft_s2, 2.0),
         .block16 = (uint16_t)index);
 }
 
@@ -92,10 +92,10 @@ void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates
     TELEMETRY_SEND(
         telemetry, TO_RECORD, touchdown, TOUCHDOWN,
         .speed_ft_s = (float)summary->touchdown_speed_ft_s.value,
-        .speed_error_ft_s = error_with_clock(telemetry, &summary->touchdown_speed_ft_s, 1.0),
+        .speed_error_ft_s = add_clock_error(telemetry, &summary->touchdown_speed_ft_s, 1.0),
         .deceleration_ft_s2 = (float)summary->mean_deceleration_ft_s2.value,
-        .deceleration_error_ft_s2 = error_with_clock(telemetry, &summary->mean_deceleration_ft_s2,
-                                                     2.0));
+        .deceleration_error_ft_s2 = add_clock_error(telemetry, &summary->mean_deceleration_ft_s2,
+                                                    2.0));
     TELEMETRY_SEND(
         telemetry, TO_RECORD, stop, STOP, .station_ft = (float)summary->stop_station_ft.value,
         .station_error_ft = (float)summary->stop_station_ft.error,

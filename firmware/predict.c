@@ -64,7 +64,7 @@ static void report_zone(const struct predict *p, struct telemetry *telemetry, ui
     TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
 }
 
-static uint32_t doubt_bits(const struct mr_predictor *predictor)
+static uint32_t get_doubt_bits(const struct mr_predictor *predictor)
 {
     uint32_t doubts = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -94,7 +94,7 @@ static void predict_and_report(struct predict *p, struct telemetry *telemetry,
                    landing_can_warn(landing, index);
     bool changed = warning != p->is_warning || p->zone.verdict != was.verdict ||
                    p->zone.level != was.level;
-    uint32_t doubts = doubt_bits(&p->predictor);
+    uint32_t doubts = get_doubt_bits(&p->predictor);
     p->is_warning = warning;
     board_set_warning(warning);
     if (changed || DUE(ZONES, index))
@@ -143,7 +143,7 @@ static void begin_report(struct predict *p, struct telemetry *telemetry)
 }
 
 /* Returns item n of the report: chart and plan, then the lamp limit. */
-static float risk_item(const struct predict *p, unsigned n)
+static float get_risk_item(const struct predict *p, unsigned n)
 {
     return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
 }
@@ -152,7 +152,7 @@ static float risk_item(const struct predict *p, unsigned n)
 static bool report_risk_item(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                              unsigned n)
 {
-    float value = risk_item(p, n);
+    float value = get_risk_item(p, n);
     if (n >= 2 && __builtin_isnan(value))
         return false;
     TELEMETRY_SEND(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n,

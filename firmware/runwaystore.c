@@ -12,12 +12,12 @@ enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STE
 
 _Static_assert(COPY_PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
 
-static uint32_t address_of(unsigned copy, unsigned page)
+static uint32_t get_address(unsigned copy, unsigned page)
 {
     return (RUNWAY_FIRST_SECTOR + copy) * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
 
-static unsigned page_length(unsigned page)
+static unsigned get_page_length(unsigned page)
 {
     unsigned left = MR_RUNWAY_IMAGE_BYTES - page * NOR_PAGE_BYTES;
     return left < NOR_PAGE_BYTES ? left : NOR_PAGE_BYTES;
@@ -46,7 +46,7 @@ static bool is_damaged(uint8_t copy)
 }
 
 /* The newest whole copy; RUNWAY_COPIES if there is none. */
-static unsigned newest_copy(const struct runwaystore *store)
+static unsigned find_newest_copy(const struct runwaystore *store)
 {
     bool a = store->copy[0] == MR_OK, b = store->copy[1] == MR_OK;
     if (a && b)
@@ -70,7 +70,7 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
     store->tries = 0;
     if (++store->step_copy < RUNWAY_COPIES)
         return;
-    store->step_copy = newest_copy(store);
+    store->step_copy = find_newest_copy(store);
     store->step = STEP_READ_AGAIN;
     if (store->step_copy < RUNWAY_COPIES)
         return;
@@ -126,7 +126,7 @@ static void end_writing(struct runwaystore *store, struct predict *predict, bool
 static void handle_page(struct runwaystore *store, struct predict *predict, const float *slack_in)
 {
     uint8_t *of_image = store->image + store->page * NOR_PAGE_BYTES;
-    unsigned length = page_length(store->page);
+    unsigned length = get_page_length(store->page);
     if (store->step == STEP_VERIFY && memcmp(of_image, store->buffer, length) != 0) {
         end_writing(store, predict, false);
         return;
@@ -163,7 +163,7 @@ bool runwaystore_poll(struct runwaystore *store, struct predict *predict, const 
 /* Begins to write the present runway into the older copy. */
 static void begin_writing(struct runwaystore *store, struct predict *predict)
 {
-    unsigned last = newest_copy(store);
+    unsigned last = find_newest_copy(store);
     uint32_t sequence = last < RUNWAY_COPIES ? store->sequence[last] + 1u : 1u;
     store->step_copy = last == 0 ? 1 : 0;
     store->sequence[store->step_copy] = sequence;
@@ -177,17 +177,17 @@ static void begin_writing(struct runwaystore *store, struct predict *predict)
 
 static void begin_operation(struct runwaystore *store)
 {
-    uint32_t address = address_of(store->step_copy, store->page);
+    uint32_t address = get_address(store->step_copy, store->page);
     store->is_in_progress = true;
     if (store->step == STEP_ERASE) {
         nor_begin_erase(address);
     } else if (store->step == STEP_PROGRAM) {
         memset(store->buffer, 0xff, sizeof store->buffer);
         memcpy(store->buffer, store->image + store->page * NOR_PAGE_BYTES,
-               page_length(store->page));
+               get_page_length(store->page));
         nor_begin_program(address, store->buffer);
     } else {
-        nor_begin_read(address, store->buffer, page_length(store->page));
+        nor_begin_read(address, store->buffer, get_page_length(store->page));
     }
 }
 

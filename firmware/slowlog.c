@@ -20,7 +20,7 @@ static bool is_at_or_after(uint32_t index, uint32_t when)
 }
 
 /* The first block after this one in which a row is due. */
-static uint32_t next_row_block(uint32_t index)
+static uint32_t find_next_row_block(uint32_t index)
 {
     return index + 1u + BLOCKS_UNTIL(SLOW_ROW, index + 1u);
 }
@@ -55,7 +55,7 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
     if (log->unsent_gages)
         send_tensions(log, telemetry);
     if (!log->is_begun)
-        log->due_block = next_row_block(index);
+        log->due_block = find_next_row_block(index);
     log->is_begun = true;
     if (!is_at_or_after(index, log->due_block - SLOWLOG_MEAN_BLOCKS))
         return;
@@ -75,5 +75,5 @@ void slowlog_on_block(struct slowlog *log, struct telemetry *telemetry, uint32_t
         return;
     make_row(log, telemetry, index, temperature_c);
     slowlog_reset(log);
-    log->due_block = next_row_block(index);
+    log->due_block = find_next_row_block(index);
 }

@@ -468,7 +468,7 @@ static enum mr_status check_board(const struct arguments *a)
 /* ---- paths: refuse outputs that would overwrite a file in use ---- */
 
 /* The path of a link or file; NULL if it has none. */
-static const char *link_path(const char *text)
+static const char *get_link_path(const char *text)
 {
     if (!text || strcmp(text, "none") == 0)
         return NULL;
@@ -501,9 +501,9 @@ static enum mr_status check_paths(const struct arguments *a)
         {"--rig", a->rig},
         {"--replay", a->replay},
         {"--faults", a->faults},
-        {"--can", link_path(a->can)},
-        {"--serial", link_path(a->serial)},
-        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? link_path(a->gdb) : NULL},
+        {"--can", get_link_path(a->can)},
+        {"--serial", get_link_path(a->serial)},
+        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? get_link_path(a->gdb) : NULL},
         {"--vcd", a->vcd},
         {"--profile", a->profile},
         {"--margins", a->margins},
@@ -632,7 +632,7 @@ static enum mr_status run_with_debugger(struct session *session, uint64_t t_ps)
     return status;
 }
 
-static enum mr_status session_play(struct session *session, double duration_s)
+static enum mr_status play_session(struct session *session, double duration_s)
 {
     bool real = session->is_real_time;
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
@@ -666,7 +666,7 @@ static enum mr_status session_play(struct session *session, double duration_s)
 }
 
 /* Prints a one-line summary of the run on stderr. */
-static void session_summarise(const struct session *session, double took_s)
+static void summarise_session(const struct session *session, double took_s)
 {
     const struct hil_counters *c = hil_board_counters(session->board);
     double virtual_s = (double)hil_board_now_ps(session->board) * 1e-12;
@@ -702,7 +702,7 @@ static enum mr_status accept_hosts(struct session *session, char *error, size_t 
 }
 
 /* Opens the links and waits for their hosts. MR_CLOSED: stopped while waiting. */
-static enum mr_status session_open(struct session *session)
+static enum mr_status open_session(struct session *session)
 {
     const struct arguments *a = session->a;
     char error[512];
@@ -728,7 +728,7 @@ static enum mr_status session_open(struct session *session)
     return status;
 }
 
-static void session_close(struct session *session, enum mr_status status)
+static void close_session(struct session *session, enum mr_status status)
 {
     hil_gdb_close(&session->gdb, mr_status_exit_code(status));
     hil_link_close(&session->can);
@@ -755,7 +755,7 @@ static void print_rules(const struct session *session)
                     session->a->margins ? "" : "; --margins FILE lists them");
 }
 
-static double run_duration_s(const struct session *session)
+static double get_run_duration_s(const struct session *session)
 {
     const struct arguments *a = session->a;
     double length_s = a->for_s > 0 ? a->for_s
@@ -897,21 +897,21 @@ static enum mr_status run_session(struct session *session)
         return status;
     session->is_real_time = a->speed != 0;
     session->stall_ms = (int)(a->stall_s * 1e3);
-    double duration_s = run_duration_s(session);
+    double duration_s = get_run_duration_s(session);
     start_wall_limit(a, duration_s);
-    status = session_open(session);
+    status = open_session(session);
     if (status != MR_OK)
         return stop_request == 1 ? MR_OK : status;
     status = open_records(session, a);
     if (status != MR_OK)
         return status;
     double began_s = hil_wall_s();
-    status = session_play(session, duration_s);
+    status = play_session(session, duration_s);
     double took_s = hil_wall_s() - began_s;
     enum mr_status closed = close_records(session, a);
     hil_faults_report_pending(&session->board->faults);
     print_rules(session);
-    session_summarise(session, took_s);
+    summarise_session(session, took_s);
     if (status == MR_OK)
         status = closed;
     enum mr_status saved = save_memories(session->board, a, status);
@@ -987,6 +987,6 @@ int main(int argc, char **argv)
     if (status != MR_OK)
         return mr_status_exit_code(status);
     status = run_session(&session);
-    session_close(&session, status);
+    close_session(&session, status);
     return mr_status_exit_code(status);
 }

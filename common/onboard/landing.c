@@ -218,7 +218,7 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
 }
 
 /* Returns the number of blocks after the last gate until the gear counts as at rest. */
-static uint32_t blocks_to_rest(const struct landing *landing)
+static uint32_t compute_blocks_to_rest(const struct landing *landing)
 {
     double deceleration_ft_s2 = landing->motion.deceleration_ft_s2.value;
     if (landing->is_motion_known && deceleration_ft_s2 > 0.5) {
@@ -273,7 +273,7 @@ struct landing_block_changes landing_on_block(struct landing *landing,
         mr_switches_reset(&landing->switches);
     }
     if (landing->state == MR_LANDING_LANDING) {
-        if (index - landing->last_gate_block >= blocks_to_rest(landing))
+        if (index - landing->last_gate_block >= compute_blocks_to_rest(landing))
             change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_STOP, index);
         else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
             change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_LIMIT, index);

@@ -79,8 +79,8 @@ static uint16_t clip_u16(uint32_t value)
 }
 
 /* Percentage of the zone that is not between the first and the last trusted transducer. */
-static uint8_t inferred_percent(const struct mr_predictor *predictor,
-                                const struct mr_predictor_zone *zone)
+static uint8_t compute_inferred_percent(const struct mr_predictor *predictor,
+                                        const struct mr_predictor_zone *zone)
 {
     float low_ft = MR_NAN, high_ft = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -107,11 +107,12 @@ void predict_fill_report(const struct mr_predictor *predictor, const struct mr_p
                                   .start_ft = zone->start_ft,
                                   .end_ft = zone->end_ft,
                                   .block16 = block16};
-    said->lead = (struct mr_zone_lead){.lead_s = zone->lead_s,
-                                       .wheel_ft = predictor->wheel_ft,
-                                       .warning = warning,
-                                       .inferred_percent = inferred_percent(predictor, zone),
-                                       .block16 = block16};
+    said->lead =
+        (struct mr_zone_lead){.lead_s = zone->lead_s,
+                              .wheel_ft = predictor->wheel_ft,
+                              .warning = warning,
+                              .inferred_percent = compute_inferred_percent(predictor, zone),
+                              .block16 = block16};
     said->error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
                                          .end_ft = zone->end_error_ft,
                                          .mean_gap_in = zone->mean_gap_in,

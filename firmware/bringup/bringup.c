@@ -30,12 +30,12 @@ extern uint32_t stack_bottom[];
 #define OPTCR_NRST_STOP  (1u << 6)
 #define OPTCR_NRST_STDBY (1u << 7)
 
-static const char *image_word(uint8_t state)
+static const char *get_image_word(uint8_t state)
 {
     return state == MR_IMAGE_GOOD ? "good" : state == MR_IMAGE_NONE ? "none" : "damaged";
 }
 
-static void hex_digits(char *out, uint32_t value)
+static void append_hex_digits(char *out, uint32_t value)
 {
     for (unsigned i = 0; i < 8; i++)
         out[i] = "0123456789ABCDEF"[value >> (28u - 4u * i) & 15u];
@@ -47,11 +47,11 @@ static void print_identity(void)
     char digits[25] = "";
     board_identify(&identity);
     for (unsigned i = 0; i < 3; i++)
-        hex_digits(digits + 8u * i, identity.uid[i]);
+        append_hex_digits(digits + 8u * i, identity.uid[i]);
     print_word("uid", digits, "id");
     print_word("board", mr_board_by_number(identity.board)->name, "name");
     print_hex("image_crc", identity.image_crc, "crc");
-    print_word("image", image_word(identity.image_state), "state");
+    print_word("image", get_image_word(identity.image_state), "state");
 }
 
 static void print_chip(void)
@@ -119,7 +119,7 @@ static void print_crystal(void)
     print_number("internal", (int32_t)(INTERNAL_KHZ * CRYSTAL_KHZ / khz), "kHz");
 }
 
-static uint32_t systick_since(uint32_t value)
+static uint32_t get_systick_since(uint32_t value)
 {
     uint32_t now = SYST_CVR;
     return value >= now ? value - now : value + SYST_RVR + 1u - now;
@@ -130,7 +130,7 @@ static void print_rates(void)
     uint32_t mask = irq_mask();
     uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_now();
     pace_wait(SPAN_US);
-    uint32_t ticks = TIM2->CNT - tick, systicks = systick_since(systick),
+    uint32_t ticks = TIM2->CNT - tick, systicks = get_systick_since(systick),
              cycles = pace_cycles(begun);
     irq_restore(mask);
     if (ticks == 0) {
@@ -284,7 +284,7 @@ static bool measure_noise(void)
     return noise_sums.count > BLOCK_COUNT / 2u;
 }
 
-static uint32_t integer_root(uint64_t of)
+static uint32_t compute_integer_root(uint64_t of)
 {
     uint64_t r = 0;
     for (uint64_t bit = 1ull << 31; bit; bit >>= 1) {
@@ -295,13 +295,13 @@ static uint32_t integer_root(uint64_t of)
 }
 
 /* Noise of one conversion in thousandths of a code, from sums of `codes` codes. */
-static int32_t noise_milli(unsigned sum, unsigned codes)
+static int32_t compute_noise_milli(unsigned sum, unsigned codes)
 {
-    return (int32_t)integer_root(noise_sums.squares[sum] * 1000000u /
-                                 (2u * codes * noise_sums.count));
+    return (int32_t)compute_integer_root(noise_sums.squares[sum] * 1000000u /
+                                         (2u * codes * noise_sums.count));
 }
 
-static int32_t level_milli(unsigned sum, unsigned codes)
+static int32_t compute_level_milli(unsigned sum, unsigned codes)
 {
     return (int32_t)((uint64_t)noise_sums.sums[sum] * 1000u / (codes * noise_sums.count));
 }
@@ -313,9 +313,9 @@ static void print_channel(const char *what, unsigned channel, const char *signal
     unsigned sum = transducer ? channel : channel + MR_TRANSDUCERS;
     unsigned codes = transducer ? MR_SCANS_PER_BLOCK / 2u : MR_SCANS_PER_BLOCK;
     if (level)
-        print_milli_named(what, signal, level_milli(sum, codes), "codes");
+        print_milli_named(what, signal, compute_level_milli(sum, codes), "codes");
     else
-        print_milli_named(what, signal, noise_milli(sum, codes), "codes");
+        print_milli_named(what, signal, compute_noise_milli(sum, codes), "codes");
 }
 
 static void print_channels(const char *what, bool level)
@@ -327,7 +327,7 @@ static void print_channels(const char *what, bool level)
 
 /* The converters' supply from the 2.500 V reference. 0 if the result exceeds the chip's limit:
  * there is no reference then. */
-static uint32_t supply_mv(void)
+static uint32_t compute_supply_mv(void)
 {
     uint32_t sum = noise_sums.sums[2u * MR_TRANSDUCERS + MR_ADC1_REFERENCE];
     uint32_t codes = MR_SCANS_PER_BLOCK * noise_sums.count;
@@ -339,7 +339,7 @@ static uint32_t supply_mv(void)
  * relative to the converters' supply, its wires to the board's. */
 static void print_supply(void)
 {
-    uint32_t mv = supply_mv();
+    uint32_t mv = compute_supply_mv();
     if (mv == 0) {
         print_none("supply", "V");
         print_none("supply_error", "ratio");
@@ -373,8 +373,8 @@ static void print_noise(void)
 #define BRAKING_FT_S2          8.0f /* deceleration, ft/s2 */
 #define START_FT               3.0f /* on the runway from the first round on */
 
-static void predictor_input(const struct mr_predictor_config *started, uint32_t round,
-                            struct mr_predictor_input *input)
+static void make_predictor_input(const struct mr_predictor_config *started, uint32_t round,
+                                 struct mr_predictor_input *input)
 {
     *input =
         (struct mr_predictor_input){.wheel_ft = START_FT + SPEED_FT_S * 1e-3f * (float)round,
@@ -403,7 +403,7 @@ static void print_cost(void)
     }
     mr_predictor_arm(&predictor);
     for (uint32_t round = 0; round < COST_ROUNDS; round++) {
-        predictor_input(&started, round, &input);
+        make_predictor_input(&started, round, &input);
         watchdog_feed();
         uint32_t mask = irq_mask(), begun = pace_now();
         mr_predictor_on_block(&predictor, &input);
@@ -711,7 +711,7 @@ static void set_brown_out_level(uint32_t level)
 
 static void set_brown_out(void)
 {
-    uint32_t mv = measure_noise() ? supply_mv() : 0;
+    uint32_t mv = measure_noise() ? compute_supply_mv() : 0;
     if (mv)
         print_milli("supply", (int32_t)mv, "V");
     else
@@ -741,7 +741,7 @@ static void set_brown_out(void)
 
 static uint32_t starved_cycles __attribute__((section(".noinit")));
 
-static uint8_t reset_cause(void)
+static uint8_t get_reset_cause(void)
 {
     struct board_identity identity;
     board_identify(&identity);
@@ -757,9 +757,9 @@ static void overflow_stack(void)
     }
 }
 
-static const char *overflow_result_word(const struct board_restart *restart)
+static const char *get_overflow_result(const struct board_restart *restart)
 {
-    if (!(reset_cause() & CAUSE_SOFTWARE) || !restart->crash || restart->crash_age != 0)
+    if (!(get_reset_cause() & CAUSE_SOFTWARE) || !restart->crash || restart->crash_age != 0)
         return "no_fault";
     return mr_crash_kind_text(restart->crash[MR_CRASH_KIND])[0] == 'b' ? "bus_fault"
                                                                        : "other_fault";
@@ -770,7 +770,7 @@ static void print_overflow(void)
     struct board_restart restart;
     board_get_restart(&restart);
     const uint32_t *crash = restart.crash;
-    print_word("stack_overflow", overflow_result_word(&restart), "caught_by");
+    print_word("stack_overflow", get_overflow_result(&restart), "caught_by");
     if (!crash || restart.crash_age != 0) {
         print_none("stack_status", "cfsr");
         print_none("stack_address", "address");
@@ -798,7 +798,7 @@ static void starve_watchdog(void)
 static void print_watchdog(void)
 {
     uint32_t us = starved_cycles / PACE_MHZ;
-    if (!(reset_cause() & CAUSE_WATCHDOG) || us == 0) {
+    if (!(get_reset_cause() & CAUSE_WATCHDOG) || us == 0) {
         print_none("watchdog", "ms");
         print_none("low_speed", "kHz");
         return;

@@ -80,7 +80,7 @@ void board_can_set_base(uint16_t to)
     CAN1->MCR = CAN_MCR_TXFP;
 }
 
-static uint32_t data_word(const uint8_t *bytes)
+static uint32_t get_data_word(const uint8_t *bytes)
 {
     return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
            (uint32_t)bytes[3] << 24;
@@ -88,7 +88,7 @@ static uint32_t data_word(const uint8_t *bytes)
 
 /* Mailboxes that may be filled. A mailbox whose end the interrupt has not handled is excluded: a
  * new request would clear RQCP and lose the frame's time. RM0090 32.9.3 */
-static uint32_t free_mailboxes(void)
+static uint32_t find_free_mailboxes(void)
 {
     uint32_t tsr = CAN1->TSR, empty = tsr >> 26 & 7u;
     for (unsigned mailbox = 0; mailbox < 3; mailbox++) {
@@ -102,16 +102,16 @@ static uint32_t free_mailboxes(void)
 static void fill_mailboxes(void)
 {
     while (queue_filled(&tx_queue)) {
-        uint32_t empty = free_mailboxes();
+        uint32_t empty = find_free_mailboxes();
         if (!empty)
             return;
         unsigned mailbox = (unsigned)__builtin_ctz(empty);
         const struct board_can_frame *frame = &tx_ring[tx_queue.removed % TX_QUEUE_FRAMES];
         CAN1->tx[mailbox].TDTR = frame->length;
-        CAN1->tx[mailbox].TDLR = data_word(frame->data);
-        CAN1->tx[mailbox].TDHR = data_word(frame->data + 4);
+        CAN1->tx[mailbox].TDLR = get_data_word(frame->data);
+        CAN1->tx[mailbox].TDHR = get_data_word(frame->data + 4);
         if (frame->id & SYNC_MARK) {
-            sync_block = data_word(frame->data);
+            sync_block = get_data_word(frame->data);
             sync_mailbox = mailbox;
             sync_left = false;
         }

@@ -25,7 +25,7 @@ static unsigned edge_taken, pulse_taken[BOARD_PULSES];
 static const uint8_t pulse_stream[BOARD_PULSES] = {
     [BOARD_FRAMES] = 6, [BOARD_BRAKE] = 1, [BOARD_WHEEL] = 7};
 
-static uint32_t pulse_channel(enum board_pulses input)
+static uint32_t get_pulse_channel(enum board_pulses input)
 {
     return 1u + input;
 }
@@ -86,7 +86,7 @@ void capture_drop_old(void)
 {
     drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edge_taken, DETAIL_TOO_OLD);
     for (unsigned i = 0; i < BOARD_PULSES; i++) {
-        if (TIM2->DIER & TIM_DIER_CC1DE << pulse_channel((enum board_pulses)i))
+        if (TIM2->DIER & TIM_DIER_CC1DE << get_pulse_channel((enum board_pulses)i))
             drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES, &pulse_taken[i],
                               DETAIL_PULSES);
     }
@@ -104,7 +104,7 @@ size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
 
 void board_pulses_enable(enum board_pulses input, bool on)
 {
-    uint32_t channel = pulse_channel(input), shift = channel % 2 * 8;
+    uint32_t channel = get_pulse_channel(input), shift = channel % 2 * 8;
     volatile uint32_t *mode = channel < 2 ? &TIM2->CCMR1 : &TIM2->CCMR2;
     TIM2->DIER &= ~(TIM_DIER_CC1DE << channel);
     TIM2->CCER &= ~(TIM_CCER_CC1E << 4 * channel);
@@ -123,7 +123,7 @@ void board_pulses_enable(enum board_pulses input, bool on)
 size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *ticks,
                         size_t capacity)
 {
-    uint32_t overrun = TIM_SR_CC1OF << pulse_channel(input);
+    uint32_t overrun = TIM_SR_CC1OF << get_pulse_channel(input);
     if (TIM2->SR & overrun) {
         TIM2->SR = ~overrun;
         health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_PULSES);

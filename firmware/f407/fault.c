@@ -38,19 +38,20 @@ static struct board_restart last_restart;
 /* r4 to r11 at the fault, stored by processor_fault. */
 static uint32_t fault_registers[8] __attribute__((section(".noinit"), used));
 
-static uint32_t words_crc(const void *words, size_t bytes)
+static uint32_t compute_words_crc(const void *words, size_t bytes)
 {
     return mr_crc32(0, words, bytes);
 }
 
 static void seal_crash(void)
 {
-    crash_record.crc = words_crc(&crash_record, offsetof(__typeof__(crash_record), crc));
+    crash_record.crc = compute_words_crc(&crash_record, offsetof(__typeof__(crash_record), crc));
 }
 
 static void seal_restarts(void)
 {
-    restart_record.crc = words_crc(&restart_record, offsetof(__typeof__(restart_record), crc));
+    restart_record.crc = compute_words_crc(&restart_record,
+                                           offsetof(__typeof__(restart_record), crc));
 }
 
 static void reset_chip(void)
@@ -83,7 +84,7 @@ __attribute__((naked)) void processor_fault(void)
                    ".ltorg");
 }
 
-static uint32_t crash_kind(uint32_t exception, uint32_t cfsr)
+static uint32_t get_crash_kind(uint32_t exception, uint32_t cfsr)
 {
     if (RCC->CIR & RCC_CIR_CSSF) /* the clock security system also raises an NMI */
         return MR_CRASH_CRYSTAL;
@@ -114,7 +115,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     word[MR_CRASH_MMFAR] = SCB_MMFAR;
     word[MR_CRASH_BFAR] = SCB_BFAR;
     word[MR_CRASH_EXCEPTION] = exception & IPSR_MASK;
-    word[MR_CRASH_KIND] = crash_kind(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
+    word[MR_CRASH_KIND] = get_crash_kind(exception & IPSR_MASK, word[MR_CRASH_CFSR]);
     word[MR_CRASH_BLOCK] = health_block();
     word[MR_CRASH_TASK] = tasks_current();
     word[MR_CRASH_IMAGE] = restart_record.image_crc;
@@ -136,14 +137,15 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
 }
 
 /* BOR_LEV: 3 is off, 2 is level 1, 0 is level 3. RM0090 3.9.10 */
-static uint8_t brown_out_level(void)
+static uint8_t get_brown_out_level(void)
 {
     return (uint8_t)(3u - (FLASH_OPTCR >> 2 & 3u));
 }
 
 static void restore_crash(void)
 {
-    if (crash_record.crc != words_crc(&crash_record, offsetof(__typeof__(crash_record), crc))) {
+    if (crash_record.crc !=
+        compute_words_crc(&crash_record, offsetof(__typeof__(crash_record), crc))) {
         memset(&crash_record, 0, sizeof crash_record);
         return;
     }
@@ -158,10 +160,11 @@ static void restore_crash(void)
 bool fault_read_record(uint8_t cause)
 {
     bool by_watchdog = (cause & 8u) != 0;
-    if (restart_record.crc != words_crc(&restart_record, offsetof(__typeof__(restart_record), crc)))
+    if (restart_record.crc !=
+        compute_words_crc(&restart_record, offsetof(__typeof__(restart_record), crc)))
         memset(&restart_record, 0, sizeof restart_record);
     restore_crash();
-    last_restart.brown_out = brown_out_level();
+    last_restart.brown_out = get_brown_out_level();
     if (by_watchdog) {
         last_restart.late_task = restart_record.late_task ? restart_record.late_task
                                                           : (uint8_t)tasks_current();

@@ -56,7 +56,7 @@ static void set_pin(enum pin_signal signal)
 }
 
 /* Bits of AHB1ENR for the ports that the board uses. */
-static uint32_t port_clock_bits(void)
+static uint32_t get_port_clock_bits(void)
 {
     return 0u
 #define PIN(port, pin, SIGNAL) | 1u << (#port[0] - 'A')
@@ -66,7 +66,7 @@ static uint32_t port_clock_bits(void)
 
 void pins_configure(void)
 {
-    RCC->AHB1ENR |= port_clock_bits() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
+    RCC->AHB1ENR |= get_port_clock_bits() | RCC_AHB1ENR_DMA1 | RCC_AHB1ENR_DMA2;
     RCC->APB1ENR |= RCC_APB1ENR_TIM2 | RCC_APB1ENR_TIM4 | RCC_APB1ENR_SPI2 | RCC_APB1ENR_CAN1;
     RCC->APB2ENR |= SERIAL_CLOCK | RCC_APB2ENR_ADC1 | RCC_APB2ENR_ADC3;
     (void)RCC->APB2ENR;

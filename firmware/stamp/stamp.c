@@ -23,7 +23,7 @@ static int fail(const char *what, const char *where)
 
 /* The `length` bytes of the file that are loaded at `address`; NULL if no segment contains them
  * all. */
-static uint8_t *segment_bytes(uint32_t address, size_t length)
+static uint8_t *find_segment_bytes(uint32_t address, size_t length)
 {
     Elf32_Ehdr head;
     memcpy(&head, file, sizeof head);
@@ -38,12 +38,12 @@ static uint8_t *segment_bytes(uint32_t address, size_t length)
 }
 
 /* CRC over consecutive segments; gaps between them count as erased flash. */
-static uint32_t program_crc(uint32_t start, uint32_t end)
+static uint32_t compute_program_crc(uint32_t start, uint32_t end)
 {
     uint32_t crc = 0;
     for (uint32_t at = start; at < end; at++) {
         static const uint8_t erased = 0xff;
-        const uint8_t *byte = segment_bytes(at, 1);
+        const uint8_t *byte = find_segment_bytes(at, 1);
         crc = mr_crc32(crc, byte ? byte : &erased, 1);
     }
     return crc;
@@ -85,13 +85,13 @@ int main(int argc, char **argv)
         return fail("not two words", "usage: stamp ELF COMMIT");
     if (!read_file(argv[1]))
         return fail("cannot read the image", argv[1]);
-    uint8_t *head = segment_bytes(MR_FLASH, MR_IMAGE_HEAD_BYTES);
+    uint8_t *head = find_segment_bytes(MR_FLASH, MR_IMAGE_HEAD_BYTES);
     enum mr_status status = head ? mr_image_get(&image, head) : MR_UNKNOWN;
     if (status != MR_OK && status != MR_CRC)
         return fail("no header to complete", argv[1]);
     if (!mr_board_by_number(image.board))
         return fail("no such board", argv[1]);
-    image.program_crc = program_crc(image.program_start, image.program_end);
+    image.program_crc = compute_program_crc(image.program_start, image.program_end);
     if (!parse_commit(&image, argv[2]))
         return fail("not a commit", argv[2]);
     mr_image_put(&image, head);

@@ -309,7 +309,7 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
 
 /* Powers the board on with the present content of its memories. Fails if the firmware cannot
  * start. */
-static enum mr_status restart(struct hil_board *board)
+static enum mr_status restart_board(struct hil_board *board)
 {
     hil_cpu_discard_code(&board->core);
     board->core.stopped = false;
@@ -349,7 +349,7 @@ static enum mr_status check_board_type(struct hil_board *board, const char *path
 }
 
 /* Name of the function at an address. The image's symbols are read at the first use. */
-static const char *function_name_at(void *context, uint32_t pc)
+static const char *find_function_name(void *context, uint32_t pc)
 {
     struct hil_board *board = context;
     char error[256];
@@ -364,7 +364,7 @@ static void set_symbol_file(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
     snprintf(board->elf, sizeof board->elf, "%s", elf);
-    board->mcu.rules.function = function_name_at;
+    board->mcu.rules.function = find_function_name;
     board->mcu.rules.context = board;
 }
 
@@ -377,7 +377,7 @@ enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
     if (status != MR_OK)
         return status;
     set_symbol_file(board, path);
-    return restart(board);
+    return restart_board(board);
 }
 
 void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
@@ -611,7 +611,7 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
         status = check_board_type(board, path);
     }
     if (status == MR_OK)
-        status = restart(board);
+        status = restart_board(board);
     free(bytes);
     return status;
 }

@@ -14,7 +14,7 @@
 #define TYPICAL_PS        (26u * HIL_MS_PS)
 #define MAXIMUM_PS        (35u * HIL_MS_PS)
 
-static uint64_t conversion_ps(struct hil_tmp112_device *dev)
+static uint64_t draw_conversion_ps(struct hil_tmp112_device *dev)
 {
     switch (dev->options->cell_times) {
     case HIL_TIMES_TYPICAL: return TYPICAL_PS;
@@ -32,7 +32,7 @@ void hil_tmp112_power_on(struct hil_tmp112_device *dev)
                                 .limit = {{0x4b, 0x00}, {0x50, 0x00}},
                                 .is_dead = chip->is_dead,
                                 .hold.is_sda_stuck = chip->hold.is_sda_stuck};
-    chip->conversion_ps = conversion_ps(dev);
+    chip->conversion_ps = draw_conversion_ps(dev);
 }
 
 /* Returns the result of the conversion that ended at `t_ps`, in 0.0625 C. */
@@ -76,7 +76,7 @@ static void configure(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
     bool single = was_shut_down && (byte & CONFIG_OS) && (byte & CONFIG_SD);
     if (single || (was_shut_down && !(byte & CONFIG_SD))) {
         chip->begun_ps = hil_now_ps(dev->core);
-        chip->conversion_ps = conversion_ps(dev);
+        chip->conversion_ps = draw_conversion_ps(dev);
         chip->is_converting = single;
         chip->is_done = false;
     }
@@ -109,7 +109,7 @@ static bool receive_byte(void *device, uint8_t byte)
     return true;
 }
 
-static uint8_t next_byte(void *device)
+static uint8_t send_next_byte(void *device)
 {
     struct hil_tmp112_device *dev = device;
     struct hil_tmp112 *chip = dev->state;
@@ -145,7 +145,7 @@ struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
         .context = dev,
         .address = receive_address,
         .write = receive_byte,
-        .read = next_byte,
+        .read = send_next_byte,
         .stop = end_transfer,
         .is_driving = is_driving_bus,
         .hold = &dev->state->hold,

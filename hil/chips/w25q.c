@@ -274,7 +274,7 @@ static void begin_command(void *device, uint64_t at)
 }
 
 /* Returns the rule for the pause that must follow a command; HIL_RULES: none. */
-static enum hil_rule pause_rule(uint8_t command)
+static enum hil_rule get_pause_rule(uint8_t command)
 {
     return command == COMMAND_RELEASE    ? HIL_RULE_RELEASE
          : command == COMMAND_POWER_DOWN ? HIL_RULE_POWER_DOWN
@@ -290,7 +290,7 @@ static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_ti
     const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
     const struct hil_moment power = {.ps = past->power_ps};
     bool reads = past->previous_command == COMMAND_READ && command == COMMAND_READ;
-    enum hil_rule rest = pause_rule(past->pause_command);
+    enum hil_rule rest = get_pause_rule(past->pause_command);
     if (!past->previous_command)
         hil_rules_check_interval(rules, HIL_RULE_POWER_TO_SELECT, power, select->fell);
     else

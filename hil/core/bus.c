@@ -46,7 +46,7 @@ static bool is_core_modelled(struct hil_core *core, uint32_t offset, bool write,
                       value);
 }
 
-static uint32_t addressed_bytes(uint32_t value, uint32_t address, unsigned size)
+static uint32_t get_addressed_bytes(uint32_t value, uint32_t address, unsigned size)
 {
     value >>= 8u * (address & 3u);
     return size == 1 ? value & 0xffu : size == 2 ? value & 0xffffu : value;
@@ -66,7 +66,7 @@ static bool is_clock_on(struct hil_core *core, const struct hil_peripheral *p)
 uint32_t hil_bus_read_mask(const struct hil_core *core)
 {
     const struct hil_access *access = &core->bus.access;
-    return addressed_bytes(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
+    return get_addressed_bytes(UINT32_MAX, 0, access->size) << (8u * (access->address & 3u));
 }
 
 uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
@@ -78,8 +78,8 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
             return hil_bus_refuse_register(core);
         if (!is_clock_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
             return 0;
-        return addressed_bytes(p->read(p->device, p->unit, (address - p->base) & ~3u), address,
-                               size);
+        return get_addressed_bytes(p->read(p->device, p->unit, (address - p->base) & ~3u), address,
+                                   size);
     }
     if ((address & ~0xfffu) == 0xe000e000u && !is_core_modelled(core, address & 0xffcu, false, 0))
         return 0;
@@ -87,7 +87,7 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
         return hil_scb_read(core, address, size);
     if (address - 0x1fff0000u < 0x00010000u)
         return core->bus.system_memory.read
-                 ? addressed_bytes(
+                 ? get_addressed_bytes(
                        core->bus.system_memory.read(core->bus.system_memory.device, address),
                        address, size)
                  : hil_bus_refuse_register(core);

@@ -129,7 +129,7 @@ void hil_clock_set_hclk(struct hil_clock *clock, uint32_t hclk_hz)
 
 /* ---- events ---- */
 
-static void target_event(void *device, uint64_t at)
+static void stop_at_target(void *device, uint64_t at)
 {
     struct hil_core *core = device;
     (void)at;
@@ -148,7 +148,7 @@ void hil_core_create(struct hil_core *core)
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++)
         events->at_cycle[i] = events->at_ps[i] = HIL_NEVER;
     events->next_cycle = HIL_NEVER;
-    hil_event_connect(core, HIL_EVENT_TARGET, target_event, core);
+    hil_event_connect(core, HIL_EVENT_TARGET, stop_at_target, core);
     memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
 }
 

@@ -186,7 +186,7 @@ enum {
 #define OPCODE_SEV      0xbf40u
 #define MAX_BLOCK_BYTES 4096u /* Unicorn's blocks do not cross a page */
 
-static uint16_t halfword(const uint8_t *p)
+static uint16_t read_halfword(const uint8_t *p)
 {
     return (uint16_t)(p[0] | p[1] << 8);
 }
@@ -228,11 +228,11 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     const uint8_t *code = hil_memory_at(core, address, size, false);
     unsigned count = 0;
     for (uint32_t i = 0; code && i + 2 <= size; count++) {
-        uint16_t first = halfword(code + i);
+        uint16_t first = read_halfword(code + i);
         bool wide = is_32_bit(first);
         if (first == OPCODE_SEV)
             info.flags |= HIL_BLOCK_SEV;
-        if (wide && i + 4 <= size && is_fp(first, halfword(code + i + 2)))
+        if (wide && i + 4 <= size && is_fp(first, read_halfword(code + i + 2)))
             info.flags |= HIL_BLOCK_FP;
         if (is_division(first))
             info.flags |= HIL_BLOCK_DIVISION;
@@ -244,8 +244,8 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     return info;
 }
 
-static const struct hil_block_info *block_info(struct hil_core *core, uint32_t address,
-                                               uint32_t size)
+static const struct hil_block_info *get_block_info(struct hil_core *core, uint32_t address,
+                                                   uint32_t size)
 {
     struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
     if (info->address != address || info->size != size)
@@ -254,7 +254,7 @@ static const struct hil_block_info *block_info(struct hil_core *core, uint32_t a
 }
 
 /* Returns the time from now_cycle to the end of the block, in 1/HIL_CYCLE_PARTS cycles. */
-static uint64_t block_end_parts(const struct hil_core *core)
+static uint64_t get_block_end_parts(const struct hil_core *core)
 {
     const struct hil_cpu *cpu = &core->state.cpu;
     return (uint64_t)cpu->block_instructions * core->cycle_parts + cpu->cycle_rest;
@@ -263,7 +263,7 @@ static uint64_t block_end_parts(const struct hil_core *core)
 static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
-    uint64_t parts = block_end_parts(core);
+    uint64_t parts = get_block_end_parts(core);
     if (core->observers.profiler && state->cpu.block_instructions)
         core->observers.profiler->count_instructions(
             core->observers.profiler_context, state->cpu.block_address, state->cpu.block_size,
@@ -321,7 +321,7 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
         uc_emu_stop(uc);
         return;
     }
-    const struct hil_block_info *info = block_info(core, (uint32_t)address, size);
+    const struct hil_block_info *info = get_block_info(core, (uint32_t)address, size);
     if (info->flags & HIL_BLOCK_SEV)
         state->cpu.has_event = true;
     state->cpu.block_address = (uint32_t)address;
@@ -341,7 +341,7 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
     struct hil_core *core = user;
     struct hil_core_state *state = &core->state;
     const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
-    uint64_t parts = block_end_parts(core);
+    uint64_t parts = get_block_end_parts(core);
     uint64_t now_cycle = state->clock.now_cycle + parts / HIL_CYCLE_PARTS;
     bool plain = info->flags == 0 ||
                  (!(info->flags & HIL_BLOCK_SEV) && !can_fault(core, info->flags));
@@ -443,7 +443,7 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
 }
 
 /* ITSTATE is bits 26:25 and 15:10 (ARMv7-M B1.4.2). */
-static uint32_t itstate_of(uint32_t xpsr)
+static uint32_t get_itstate(uint32_t xpsr)
 {
     return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
 }
@@ -481,7 +481,7 @@ static void handle_invalid(struct hil_core *core)
     uint32_t pc = read_pc(core) & ~1u;
     const uint8_t *before = hil_memory_at(core, pc - 2, 2, false);
     bool past = pc == core->state.cpu.block_address + core->state.cpu.block_size;
-    uint16_t opcode = before && past ? halfword(before) : 0;
+    uint16_t opcode = before && past ? read_halfword(before) : 0;
     if (opcode == OPCODE_WFE || opcode == OPCODE_YIELD) {
         count_block(core);
         core->state.cpu.is_asleep |= opcode == OPCODE_WFE && !core->state.cpu.has_event;
@@ -489,9 +489,10 @@ static void handle_invalid(struct hil_core *core)
         return;
     }
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
-    uint16_t first = code ? halfword(code) : 0;
+    uint16_t first = code ? read_halfword(code) : 0;
     /* An absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M A5.3.18). */
-    bool coprocessor = (first & 0xec00u) == 0xec00u && code && !is_fp(first, halfword(code + 2));
+    bool coprocessor = (first & 0xec00u) == 0xec00u && code &&
+                       !is_fp(first, read_halfword(code + 2));
     bool thumb = (hil_cpu_register(core, XPSR) & XPSR_T) != 0;
     raise_fault(core,
                 !thumb        ? HIL_CFSR_INVSTATE
@@ -576,10 +577,10 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
     }
 }
 
-static uint32_t instruction_bytes(const struct hil_core *core, uint32_t pc, uint16_t *opcode)
+static uint32_t get_instruction_bytes(const struct hil_core *core, uint32_t pc, uint16_t *opcode)
 {
     const uint8_t *code = hil_memory_at(core, pc, 2, false);
-    *opcode = code ? halfword(code) : 0;
+    *opcode = code ? read_halfword(code) : 0;
     return *opcode >= 0xe800u ? 4 : 2;
 }
 
@@ -597,13 +598,13 @@ static uint32_t find_fault(const struct hil_core *core, uint32_t pc)
 {
     uint32_t xpsr = hil_cpu_register(core, XPSR);
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
-    uint32_t itstate = itstate_of(xpsr);
+    uint32_t itstate = get_itstate(xpsr);
     if (!code || (itstate && !hil_is_condition_met(xpsr, itstate >> 4)))
         return 0;
-    if (is_fp_off(core) && is_fp(halfword(code), halfword(code + 2)))
+    if (is_fp_off(core) && is_fp(read_halfword(code), read_halfword(code + 2)))
         return HIL_CFSR_NOCP;
-    if (is_division(halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
-        !hil_cpu_register(core, halfword(code + 2) & 15u))
+    if (is_division(read_halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
+        !hil_cpu_register(core, read_halfword(code + 2) & 15u))
         return HIL_CFSR_DIVBYZERO;
     return core->check_alignment && hil_is_transfer_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
 }
@@ -619,7 +620,7 @@ static void run_by_instruction(struct hil_core *core)
     for (;;) {
         uint16_t opcode;
         uint32_t pc = read_pc(core) & ~1u;
-        uint32_t next = pc + instruction_bytes(core, pc, &opcode);
+        uint32_t next = pc + get_instruction_bytes(core, pc, &opcode);
         bool last = next >= cpu->block_address + cpu->block_size;
         if (observers->debugger &&
             observers->debugger->must_stop_before(observers->debugger_context, pc)) {

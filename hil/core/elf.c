@@ -55,7 +55,7 @@ static enum mr_status read_header(struct image *image)
 /* Bytes to skip at the start of a segment. A linker that aligns segments to pages may put the
  * file's headers ahead of the first section. The chip's memory contains neither them nor anything
  * below its first address. */
-static uint32_t header_bytes(const struct image *image, const Elf32_Phdr *s)
+static uint32_t count_header_bytes(const struct image *image, const Elf32_Phdr *s)
 {
     static const uint32_t memories[] = {HIL_FLASH_BASE, HIL_SRAM_BASE, HIL_CCM_BASE};
     const Elf32_Ehdr *h = image->header;
@@ -85,7 +85,7 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if ((uint64_t)s.p_offset + s.p_filesz > image->size)
             return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)",
                           i, (unsigned long long)s.p_offset + s.p_filesz, image->size);
-        uint32_t skipped = header_bytes(image, &s);
+        uint32_t skipped = count_header_bytes(image, &s);
         headers |= skipped && s.p_paddr == HIL_FLASH_BASE;
         s.p_offset += skipped;
         s.p_paddr += skipped;
@@ -123,7 +123,7 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
 }
 
 /* String n of a string table; "" if it does not end inside the file. */
-static const char *string_at(const struct image *image, uint64_t table, uint32_t n)
+static const char *get_string(const struct image *image, uint64_t table, uint32_t n)
 {
     uint64_t at = table + n;
     return at < image->size && memchr(image->bytes + at, 0, image->size - at)
@@ -137,7 +137,7 @@ static bool find_symbol(const struct image *image, const Elf32_Shdr *table, uint
     for (uint32_t i = 0; i + sizeof(Elf32_Sym) <= table->sh_size; i += sizeof(Elf32_Sym)) {
         Elf32_Sym s;
         memcpy(&s, image->bytes + table->sh_offset + i, sizeof s);
-        if (s.st_shndx == SHN_UNDEF || strcmp(string_at(image, names, s.st_name), name) != 0)
+        if (s.st_shndx == SHN_UNDEF || strcmp(get_string(image, names, s.st_name), name) != 0)
             continue;
         *address = s.st_value & (ELF32_ST_TYPE(s.st_info) == STT_FUNC ? ~1u : ~0u);
         return true;

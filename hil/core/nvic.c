@@ -37,7 +37,7 @@ void hil_nvic_reset(struct hil_nvic *nvic)
     set_bit(nvic->enabled, HIL_EXC_SYSTICK, true);
 }
 
-static int priority_group(const struct hil_nvic *nvic, int priority)
+static int get_priority_group(const struct hil_nvic *nvic, int priority)
 {
     /* Bits PRIGROUP..0 of the priority byte are the subpriority. */
     return priority < 0 ? priority : priority & ~((2 << nvic->prigroup) - 1) & 0xff;
@@ -60,25 +60,25 @@ void hil_nvic_update(struct hil_core *core)
         }
         for (uint32_t set = nvic->active[w]; set; set &= set - 1) {
             unsigned i = 32u * w + (unsigned)__builtin_ctz(set);
-            int group = priority_group(nvic, nvic->priority[i]);
+            int group = get_priority_group(nvic, nvic->priority[i]);
             if (group < active_group)
                 active_group = group;
         }
     }
     if (nvic->next_exception)
-        nvic->next_group = (int16_t)priority_group(nvic, best_priority);
+        nvic->next_group = (int16_t)get_priority_group(nvic, best_priority);
     nvic->active_group = (int16_t)active_group;
     if (nvic->next_exception && nvic->next_group < nvic->active_group)
         hil_core_request_check(core);
 }
 
-static void nvic_pend(struct hil_core *core, unsigned exception)
+static void pend_exception(struct hil_core *core, unsigned exception)
 {
     set_bit(core->state.nvic.pending, exception, true);
     hil_nvic_update(core);
 }
 
-static void nvic_unpend(struct hil_core *core, unsigned exception)
+static void unpend_exception(struct hil_core *core, unsigned exception)
 {
     set_bit(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
@@ -97,7 +97,7 @@ void hil_nvic_set_line(struct hil_core *core, unsigned exception, bool level)
         return;
     set_bit(nvic->line, exception, level);
     if (level)
-        nvic_pend(core, exception);
+        pend_exception(core, exception);
 }
 
 static void activate(struct hil_core *core, unsigned exception)
@@ -164,23 +164,23 @@ static void set_priorities(struct hil_core *core, unsigned exception, unsigned c
 }
 
 /* Returns the set to which the register at `offset` belongs (ISER, ICER, ISPR, ICPR or IABR). */
-static uint32_t *register_set(struct hil_nvic *nvic, uint32_t offset)
+static uint32_t *get_register_set(struct hil_nvic *nvic, uint32_t offset)
 {
     return offset < ISPR ? nvic->enabled : offset < IABR ? nvic->pending : nvic->active;
 }
 
 /* Reads registers 0x100..0x4FF of the system control space (ISER, ICER, ISPR, ICPR, IABR, IPR).
  * False: no such register. */
-static bool nvic_read(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
+static bool read_nvic(struct hil_core *core, uint32_t offset, unsigned size, uint32_t *value)
 {
     if (offset >= IPR)
         *value = read_priorities(&core->state.nvic, 16u + offset - IPR, size);
     else
-        *value = read_window(register_set(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
+        *value = read_window(get_register_set(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
     return offset >= IPR ? offset + size <= IPR_END : size == 4 && offset % 4u == 0;
 }
 
-static bool nvic_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
+static bool write_nvic(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     if (offset >= IPR && offset + size <= IPR_END) {
@@ -190,7 +190,7 @@ static bool nvic_write(struct hil_core *core, uint32_t offset, unsigned size, ui
     if (size != 4 || offset % 4u)
         return false;
     unsigned n = (offset & 0x7fu) / 4u;
-    write_window(register_set(nvic, offset), n, value, !(offset & 0x80u));
+    write_window(get_register_set(nvic, offset), n, value, !(offset & 0x80u));
     /* an interrupt line that is still high becomes pending again at once */
     for (unsigned i = 0; offset >= ICPR && i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         unsigned exception = 16u + 32u * n + i;
@@ -237,7 +237,7 @@ static bool is_pending_higher(struct hil_core *core, bool use_primask)
     if (!nvic->next_exception || nvic->next_group >= nvic->active_group)
         return false;
     read_masks(core, &primask, &basepri, &faultmask);
-    if (basepri && nvic->next_group >= priority_group(nvic, (int)basepri))
+    if (basepri && nvic->next_group >= get_priority_group(nvic, (int)basepri))
         return false;
     if (use_primask && (primask & 1u) && nvic->next_group >= 0)
         return false;
@@ -356,8 +356,8 @@ static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, ui
     core->state.counters.faults++;
     core->state.counters.last_fault_pc = pc;
     if ((nvic->enabled[0] >> HIL_EXC_BUS_FAULT & 1u) &&
-        priority_group(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
-            priority_group(nvic, nvic->priority[exception]))
+        get_priority_group(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
+            get_priority_group(nvic, nvic->priority[exception]))
         return HIL_EXC_BUS_FAULT;
     core->state.scb.hfsr |= HFSR_FORCED;
     return HIL_EXC_HARD_FAULT;
@@ -405,15 +405,15 @@ static unsigned escalate_exception(struct hil_core *core, unsigned exception, ui
     uint32_t primask, basepri, faultmask;
     read_masks(core, &primask, &basepri, &faultmask);
     int running = nvic->active_group;
-    if (basepri && priority_group(nvic, (int)basepri) < running)
-        running = priority_group(nvic, (int)basepri);
+    if (basepri && get_priority_group(nvic, (int)basepri) < running)
+        running = get_priority_group(nvic, (int)basepri);
     if ((primask & 1u) && running > 0)
         running = 0;
     if ((faultmask & 1u) && running > -1)
         running = -1;
     bool enabled = (nvic->enabled[0] >> exception & 1u) != 0;
     if (exception != HIL_EXC_HARD_FAULT &&
-        (!enabled || priority_group(nvic, nvic->priority[exception]) >= running)) {
+        (!enabled || get_priority_group(nvic, nvic->priority[exception]) >= running)) {
         core->state.scb.hfsr |= HFSR_FORCED;
         exception = HIL_EXC_HARD_FAULT;
     }
@@ -434,7 +434,7 @@ static void enter_or_escalate(struct hil_core *core, unsigned exception, uint32_
         hil_exception_enter(core, exception, pc);
 }
 
-static unsigned fault_exception(uint32_t cfsr)
+static unsigned get_fault_exception(uint32_t cfsr)
 {
     return (cfsr & 0xffu)   ? HIL_EXC_MEM_MANAGE
          : (cfsr & 0xff00u) ? HIL_EXC_BUS_FAULT
@@ -454,7 +454,7 @@ static void record_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint
 }
 
 /* Enters the next handler directly: the frame stays on the stack. */
-static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_return)
+static void enter_by_tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     core->state.counters.tail_chains++;
     core->state.clock.now_cycle += TAIL_CYCLES;
@@ -467,9 +467,9 @@ static void tail_chain(struct hil_core *core, unsigned exception, uint32_t exc_r
 static void refuse_return(struct hil_core *core, uint32_t cfsr, uint32_t exc_return)
 {
     record_fault(core, cfsr, exc_return, 0);
-    unsigned exception = escalate_exception(core, fault_exception(cfsr), exc_return);
+    unsigned exception = escalate_exception(core, get_fault_exception(cfsr), exc_return);
     if (exception)
-        tail_chain(core, exception, exc_return);
+        enter_by_tail_chain(core, exception, exc_return);
 }
 
 /* Restores the frame that `exc_return` selects. False: a fault is taken instead. */
@@ -548,7 +548,7 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
     }
     unsigned next = hil_exception_next(core);
     if (next) {
-        tail_chain(core, next, exc_return);
+        enter_by_tail_chain(core, next, exc_return);
         return;
     }
     core->state.clock.now_cycle += RETURN_CYCLES;
@@ -562,7 +562,7 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
 void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     record_fault(core, cfsr, pc, address);
-    enter_or_escalate(core, fault_exception(cfsr), pc);
+    enter_or_escalate(core, get_fault_exception(cfsr), pc);
 }
 
 void hil_exception_svc(struct hil_core *core, uint32_t pc)
@@ -585,19 +585,19 @@ void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 #define SYST_CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
 #define SYST_COUNTFLAG (1u << 16)
 
-static uint32_t counter_divider(const struct hil_systick *s)
+static uint32_t get_counter_divider(const struct hil_systick *s)
 {
     return (s->ctrl & SYST_CLKSOURCE) ? 1 : 8;
 }
 
-static uint32_t counter_value(const struct hil_core *core)
+static uint32_t get_counter_value(const struct hil_core *core)
 {
     const struct hil_systick *s = &core->state.systick;
     if (!(s->ctrl & SYST_ENABLE) || s->zero_cycle == HIL_NEVER)
         return s->value;
     uint64_t now = hil_now_cycle(core);
     uint64_t left = s->zero_cycle > now
-                      ? (s->zero_cycle - now + counter_divider(s) - 1) / counter_divider(s)
+                      ? (s->zero_cycle - now + get_counter_divider(s) - 1) / get_counter_divider(s)
                       : 0;
     return (uint32_t)left;
 }
@@ -608,7 +608,7 @@ static void schedule_zero(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
     uint64_t ticks = value ? value : s->load ? (uint64_t)s->load + 1u : 0;
-    s->zero_cycle = ticks ? hil_now_cycle(core) + ticks * counter_divider(s) : HIL_NEVER;
+    s->zero_cycle = ticks ? hil_now_cycle(core) + ticks * get_counter_divider(s) : HIL_NEVER;
     s->value = value;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
@@ -619,9 +619,9 @@ static void on_zero(void *device, uint64_t at)
     struct hil_systick *s = &core->state.systick;
     s->ctrl |= SYST_COUNTFLAG;
     if (s->ctrl & SYST_TICKINT)
-        nvic_pend(core, HIL_EXC_SYSTICK);
+        pend_exception(core, HIL_EXC_SYSTICK);
     s->value = 0;
-    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * counter_divider(s) : HIL_NEVER;
+    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * get_counter_divider(s) : HIL_NEVER;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
 
@@ -636,7 +636,7 @@ void hil_systick_reset(struct hil_core *core)
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, HIL_NEVER);
 }
 
-static uint32_t systick_read(struct hil_core *core, uint32_t offset)
+static uint32_t read_systick(struct hil_core *core, uint32_t offset)
 {
     struct hil_systick *s = &core->state.systick;
     uint32_t value;
@@ -646,15 +646,15 @@ static uint32_t systick_read(struct hil_core *core, uint32_t offset)
         s->ctrl &= ~SYST_COUNTFLAG;
         return value;
     case 0x14: return s->load;
-    case 0x18: return counter_value(core);
+    case 0x18: return get_counter_value(core);
     default: /* CALIB: TENMS 18750, SKEW set */ return 0x4000493e;
     }
 }
 
-static void systick_write(struct hil_core *core, uint32_t offset, uint32_t value)
+static void write_systick(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
-    uint32_t count = counter_value(core);
+    uint32_t count = get_counter_value(core);
     switch (offset) {
     case 0x10:
         s->ctrl = (s->ctrl & SYST_COUNTFLAG) |
@@ -723,18 +723,18 @@ static uint32_t read_icsr(const struct hil_core *core)
     return value | (nvic->pending[0] >> HIL_EXC_NMI & 1u) << 31;
 }
 
-static void icsr_write(struct hil_core *core, uint32_t value)
+static void write_icsr(struct hil_core *core, uint32_t value)
 {
     if (value >> 31 & 1u)
-        nvic_pend(core, HIL_EXC_NMI);
+        pend_exception(core, HIL_EXC_NMI);
     if (value >> 28 & 1u)
-        nvic_pend(core, HIL_EXC_PENDSV);
+        pend_exception(core, HIL_EXC_PENDSV);
     else if (value >> 27 & 1u)
-        nvic_unpend(core, HIL_EXC_PENDSV);
+        unpend_exception(core, HIL_EXC_PENDSV);
     if (value >> 26 & 1u)
-        nvic_pend(core, HIL_EXC_SYSTICK);
+        pend_exception(core, HIL_EXC_SYSTICK);
     else if (value >> 25 & 1u)
-        nvic_unpend(core, HIL_EXC_SYSTICK);
+        unpend_exception(core, HIL_EXC_SYSTICK);
 }
 
 static uint32_t read_shcsr(const struct hil_nvic *nvic)
@@ -746,7 +746,7 @@ static uint32_t read_shcsr(const struct hil_nvic *nvic)
            (pending >> 11 & 1u) << 15 | (enabled >> 4 & 7u) << 16;
 }
 
-static void aircr_write(struct hil_core *core, uint32_t value)
+static void write_aircr(struct hil_core *core, uint32_t value)
 {
     if (value >> 16 != AIRCR_KEY)
         return;
@@ -762,14 +762,14 @@ static uint32_t read_cyccnt(const struct hil_core *core)
     return scb->dwt_offset + ((scb->dwt_ctrl & DWT_CYCCNTENA) ? (uint32_t)hil_now_cycle(core) : 0);
 }
 
-static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
+static uint32_t read_scs(struct hil_core *core, uint32_t offset, unsigned size)
 {
     struct hil_scb *scb = &core->state.scb;
     uint32_t value = 0;
     if (offset >= 0x10u && offset < 0x20u && size == 4)
-        return systick_read(core, offset);
+        return read_systick(core, offset);
     if (offset >= 0x100u && offset < 0x500u)
-        return nvic_read(core, offset, size, &value) ? value : hil_bus_refuse_register(core);
+        return read_nvic(core, offset, size, &value) ? value : hil_bus_refuse_register(core);
     if (offset >= SHPR && offset + size <= SHCSR)
         /* SHPR: exceptions 4 to 15 */
         return read_priorities(&core->state.nvic, 4u + offset - SHPR, size);
@@ -788,12 +788,12 @@ static uint32_t scs_read(struct hil_core *core, uint32_t offset, unsigned size)
     }
 }
 
-static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
+static void write_system(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     switch (offset) {
-    case ICSR: icsr_write(core, value); break;
-    case AIRCR: aircr_write(core, value); break;
+    case ICSR: write_icsr(core, value); break;
+    case AIRCR: write_aircr(core, value); break;
     case SHCSR:
         core->state.nvic.enabled[0] = (core->state.nvic.enabled[0] & ~0x70u) | (value >> 16 & 7u)
                                                                                    << 4;
@@ -803,24 +803,24 @@ static void system_write(struct hil_core *core, uint32_t offset, uint32_t value)
     case HFSR: /* flags are cleared by writing 1 */ scb->word[(offset - SCB) / 4u] &= ~value; break;
     case STIR:
         if ((value & 0x1ffu) < HIL_INTERRUPTS)
-            nvic_pend(core, 16u + (value & 0x1ffu));
+            pend_exception(core, 16u + (value & 0x1ffu));
         break;
     case FPCCR: scb->fpccr = value & 0xc0000000u; break;
     default: scb->word[(offset - SCB) / 4u] = value; break;
     }
 }
 
-static void scs_write(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
+static void write_scs(struct hil_core *core, uint32_t offset, unsigned size, uint32_t value)
 {
     bool known = true;
     if (offset >= 0x10u && offset < 0x20u && size == 4)
-        systick_write(core, offset, value);
+        write_systick(core, offset, value);
     else if (offset >= 0x100u && offset < 0x500u)
-        known = nvic_write(core, offset, size, value);
+        known = write_nvic(core, offset, size, value);
     else if (offset >= SHPR && offset + size <= SHCSR)
         set_priorities(core, 4u + offset - SHPR, size, value);
     else if (size == 4 && offset % 4u == 0)
-        system_write(core, offset, value);
+        write_system(core, offset, value);
     else
         known = false;
     if (!known)
@@ -831,7 +831,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
 {
     struct hil_scb *scb = &core->state.scb;
     if ((address & ~0xfffu) == SCS_BASE)
-        return scs_read(core, address & 0xfffu, size);
+        return read_scs(core, address & 0xfffu, size);
     if (size == 4 && address == DWT_CTRL)
         return scb->dwt_ctrl;
     if (size == 4 && address == DWT_CYCCNT)
@@ -841,7 +841,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size)
     return hil_bus_refuse_register(core);
 }
 
-static void dwt_write(struct hil_core *core, uint32_t value)
+static void write_dwt(struct hil_core *core, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     if (!(scb->demcr & DEMCR_TRCENA))
@@ -858,9 +858,9 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
 {
     struct hil_scb *scb = &core->state.scb;
     if ((address & ~0xfffu) == SCS_BASE)
-        scs_write(core, address & 0xfffu, size, value);
+        write_scs(core, address & 0xfffu, size, value);
     else if (size == 4 && address == DWT_CTRL)
-        dwt_write(core, value);
+        write_dwt(core, value);
     else if (size == 4 && address == DWT_CYCCNT)
         scb->dwt_offset = (scb->dwt_ctrl & DWT_CYCCNTENA) ? value - (uint32_t)hil_now_cycle(core)
                                                           : value;

@@ -19,12 +19,12 @@
 #define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR
 
 /* The attached debugger, or NULL. */
-static struct hil_debug *debugger_of(const struct hil_board *board)
+static struct hil_debug *get_debugger(const struct hil_board *board)
 {
     return board->core.observers.debugger_context;
 }
 
-static unsigned active_exceptions(const struct hil_board *board)
+static unsigned count_active_exceptions(const struct hil_board *board)
 {
     unsigned active = 0;
     for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++)
@@ -34,7 +34,7 @@ static unsigned active_exceptions(const struct hil_board *board)
 
 void hil_debug_detach(struct hil_board *board)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     for (unsigned i = 0; d && i < HIL_WATCHPOINTS; i++) {
         if (d->watch[i].size)
             hil_debug_set_watchpoint(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size,
@@ -46,20 +46,20 @@ void hil_debug_detach(struct hil_board *board)
 
 void hil_debug_hold(struct hil_board *board, enum hil_hold why)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     d->hold = why;
     d->is_stepping = false;
 }
 
 bool hil_debug_is_holding(const struct hil_board *board)
 {
-    const struct hil_debug *d = debugger_of(board);
+    const struct hil_debug *d = get_debugger(board);
     return d && d->hold != HIL_HOLD_NONE;
 }
 
 static void release_hold(struct hil_board *board)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
     if (d->hold == HIL_HOLD_BKPT) /* skip the firmware's own BKPT */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
@@ -72,16 +72,16 @@ static void release_hold(struct hil_board *board)
 void hil_debug_run(struct hil_board *board)
 {
     release_hold(board);
-    debugger_of(board)->is_stepping = false;
+    get_debugger(board)->is_stepping = false;
 }
 
 void hil_debug_step(struct hil_board *board)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     release_hold(board);
     d->is_stepping = true;
     d->has_stepped = false;
-    d->step_depth = active_exceptions(board);
+    d->step_depth = count_active_exceptions(board);
 }
 
 void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
@@ -115,7 +115,7 @@ void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
 
 enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t address, bool set)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     unsigned i = 0;
     address &= ~1u;
     while (i < d->breakpoints && d->breakpoint[i] != address)
@@ -134,7 +134,7 @@ static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int siz
                       void *user)
 {
     struct hil_board *board = user;
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     bool write = type == UC_MEM_WRITE;
     (void)uc;
     (void)value;
@@ -172,8 +172,8 @@ static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kin
 enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch kind,
                                         uint32_t address, uint32_t size, bool set)
 {
-    struct hil_watchpoint *there = find_watch(debugger_of(board), kind, address, size);
-    struct hil_watchpoint *place = find_watch(debugger_of(board), kind, 0, 0);
+    struct hil_watchpoint *there = find_watch(get_debugger(board), kind, address, size);
+    struct hil_watchpoint *place = find_watch(get_debugger(board), kind, 0, 0);
     if (!size || (set && !there && !place))
         return MR_FULL;
     if (set == (there != NULL))
@@ -210,8 +210,8 @@ static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint3
 /* True if the running code is part of the step; handlers of interrupts during a step are not. */
 static bool is_step_at_code(const struct hil_board *board)
 {
-    const struct hil_debug *d = debugger_of(board);
-    return active_exceptions(board) <= d->step_depth ||
+    const struct hil_debug *d = get_debugger(board);
+    return count_active_exceptions(board) <= d->step_depth ||
            (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
 }
 
@@ -223,7 +223,7 @@ static bool must_step_block(const void *context, uint32_t address, uint32_t size
 
 static bool is_step_done(struct hil_board *board)
 {
-    struct hil_debug *d = debugger_of(board);
+    struct hil_debug *d = get_debugger(board);
     if (!d->is_stepping || !is_step_at_code(board))
         return false;
     if (!d->has_stepped) {
@@ -283,7 +283,7 @@ void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
     board->core.observers.debugger = &debugger_calls;
 }
 
-static int unicorn_register(unsigned number)
+static int get_unicorn_register(unsigned number)
 {
     static const int special[] = {UC_ARM_REG_SP,      UC_ARM_REG_LR,      UC_ARM_REG_PC,
                                   UC_ARM_REG_XPSR,    UC_ARM_REG_MSP,     UC_ARM_REG_PSP,
@@ -299,7 +299,7 @@ static int unicorn_register(unsigned number)
 uint64_t hil_debug_read_register(const struct hil_board *board, unsigned number)
 {
     uint64_t value = 0;
-    uc_reg_read(board->core.uc, unicorn_register(number), &value);
+    uc_reg_read(board->core.uc, get_unicorn_register(number), &value);
     return number == HIL_REG_PC ? value & ~1ull : value;
 }
 
@@ -319,7 +319,7 @@ void hil_debug_write_register(struct hil_board *board, unsigned number, uint64_t
         uc_reg_write(board->core.uc, UC_ARM_REG_APSR_NZCVQG, &flags);
         return;
     }
-    uc_reg_write(board->core.uc, unicorn_register(number), &value);
+    uc_reg_write(board->core.uc, get_unicorn_register(number), &value);
 }
 
 /* State that reading a peripheral register for the debugger must not change. */
@@ -335,7 +335,7 @@ static bool is_bus_address(uint32_t address)
            (address >= 0xe0000000u && address < 0xe0100000u) || address - 0x1fff0000u < 0x10000u;
 }
 
-static unsigned access_size(uint32_t address, size_t n)
+static unsigned get_access_size(uint32_t address, size_t n)
 {
     return !(address & 3u) && n >= 4 ? 4 : !(address & 1u) && n >= 2 ? 2 : 1;
 }
@@ -357,7 +357,7 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
     }
     for (size_t i = 0; i < n && !core->stopped;) {
         uint32_t value = 0;
-        unsigned size = access_size(address + (uint32_t)i, n - i);
+        unsigned size = get_access_size(address + (uint32_t)i, n - i);
         memcpy(&value, bytes + i, size);
         if (write)
             hil_bus_write(core, address + (uint32_t)i, size, value);

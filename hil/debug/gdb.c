@@ -51,7 +51,7 @@ static const char target_xml[] =
 
 /* --- packets: `$text#sum`, acknowledged by `+` (GDB manual, E.1) --- */
 
-static int hex_digit(char c)
+static int parse_hex_digit(char c)
 {
     return c >= '0' && c <= '9' ? c - '0'
          : c >= 'a' && c <= 'f' ? c - 'a' + 10
@@ -61,17 +61,17 @@ static int hex_digit(char c)
 
 /* Converts hex text to at most `room` bytes and returns their number. The reverse, to_hex, returns
  * the position of the terminating 0. */
-static size_t from_hex(const char *text, uint8_t *bytes, size_t room)
+static size_t parse_hex(const char *text, uint8_t *bytes, size_t room)
 {
     size_t n = 0;
-    while (n < room && hex_digit(text[0]) >= 0 && hex_digit(text[1]) >= 0) {
-        bytes[n++] = (uint8_t)(hex_digit(text[0]) << 4 | hex_digit(text[1]));
+    while (n < room && parse_hex_digit(text[0]) >= 0 && parse_hex_digit(text[1]) >= 0) {
+        bytes[n++] = (uint8_t)(parse_hex_digit(text[0]) << 4 | parse_hex_digit(text[1]));
         text += 2;
     }
     return n;
 }
 
-static char *to_hex(char *text, const void *bytes, size_t n)
+static char *format_hex(char *text, const void *bytes, size_t n)
 {
     static const char digits[] = "0123456789abcdef";
     const uint8_t *p = bytes;
@@ -129,7 +129,7 @@ static void put_console(struct hil_gdb_line *line, const char *text)
 {
     char packet[2 * HIL_GDB_PACKET] = "O";
     size_t n = strlen(text);
-    to_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
+    format_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
     put_packet(line, packet);
 }
 
@@ -186,8 +186,8 @@ static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
         }
     }
     packet[n] = '\0';
-    bool good = hex_digit(hash[1]) >= 0 && hex_digit(hash[2]) >= 0 &&
-                sum == (hex_digit(hash[1]) << 4 | hex_digit(hash[2]));
+    bool good = parse_hex_digit(hash[1]) >= 0 && parse_hex_digit(hash[2]) >= 0 &&
+                sum == (parse_hex_digit(hash[1]) << 4 | parse_hex_digit(hash[2]));
     drop_line(line, (size_t)(hash - line->in) + 3);
     if (line->is_acknowledging)
         send_all(line, good ? "+" : "-", 1);
@@ -209,7 +209,7 @@ static bool read_two_numbers(const char *text, uint32_t *a, uint32_t *b, const c
 
 /* --- registers and memory --- */
 
-static size_t register_bytes(unsigned number)
+static size_t get_register_bytes(unsigned number)
 {
     return number >= HIL_REG_D0 && number < HIL_REG_FPSCR ? 8 : 4;
 }
@@ -217,14 +217,14 @@ static size_t register_bytes(unsigned number)
 static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text)
 {
     uint64_t value = hil_debug_read_register(gdb->board, number);
-    return to_hex(text, &value, register_bytes(number));
+    return format_hex(text, &value, get_register_bytes(number));
 }
 
 static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
 {
     uint64_t value = 0;
-    if (number >= HIL_REG_COUNT ||
-        from_hex(text, (uint8_t *)&value, register_bytes(number)) != register_bytes(number))
+    if (number >= HIL_REG_COUNT || parse_hex(text, (uint8_t *)&value, get_register_bytes(number)) !=
+                                       get_register_bytes(number))
         return false;
     hil_debug_write_register(gdb->board, number, value);
     return true;
@@ -239,7 +239,7 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
         return;
     }
     if (hil_debug_read(gdb->board, address, bytes, n) == MR_OK)
-        to_hex(answer, bytes, n);
+        format_hex(answer, bytes, n);
     else
         strcpy(answer, "E0e"); /* EFAULT */
 }
@@ -251,7 +251,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
     strcpy(answer, "E01");
     if (!read_two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
         return;
-    if (from_hex(text + 1, bytes, n) != n)
+    if (parse_hex(text + 1, bytes, n) != n)
         return;
     bool done = n == 0 || hil_debug_write(gdb->board, address, bytes, n) == MR_OK;
     strcpy(answer, done ? "OK" : "E0e");
@@ -312,7 +312,7 @@ static void print_time(const struct hil_board *board, char *text, size_t size)
 static void run_monitor_command(struct hil_gdb *gdb, const char *hex, char *answer)
 {
     char command[128] = "", text[256];
-    from_hex(hex, (uint8_t *)command, sizeof command - 1);
+    parse_hex(hex, (uint8_t *)command, sizeof command - 1);
     bool reset = strcmp(command, "reset") == 0;
     if (reset)
         hil_board_reset(gdb->board);
@@ -325,7 +325,7 @@ static void run_monitor_command(struct hil_gdb *gdb, const char *hex, char *answ
         snprintf(text, sizeof text,
                  "time   virtual time, cycles, instructions\n"
                  "reset  reset the chip; then `maintenance flush register-cache`\n");
-    to_hex(answer, text, strlen(text));
+    format_hex(answer, text, strlen(text));
 }
 
 /* --- packets --- */

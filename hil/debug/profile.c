@@ -29,7 +29,7 @@ bool hil_profile_is_slow_instruction(uint16_t a, uint16_t b)
     return (coprocessor == 10 || coprocessor == 11) && !(b & 0x10u) && (divide || root);
 }
 
-static uint16_t halfword(const uint8_t *p)
+static uint16_t read_halfword(const uint8_t *p)
 {
     return (uint16_t)(p[0] | p[1] << 8);
 }
@@ -40,14 +40,15 @@ static uint16_t count_slow_instructions(const struct hil_core *core, uint32_t ad
     const uint8_t *code = hil_memory_at(core, address, size, false);
     unsigned slow = 0;
     for (uint32_t i = 0; code && i + 4 <= size;) {
-        bool wide = halfword(code + i) >= 0xe800u;
-        slow += wide && hil_profile_is_slow_instruction(halfword(code + i), halfword(code + i + 2));
+        bool wide = read_halfword(code + i) >= 0xe800u;
+        slow += wide && hil_profile_is_slow_instruction(read_halfword(code + i),
+                                                        read_halfword(code + i + 2));
         i += wide ? 4 : 2;
     }
     return (uint16_t)slow;
 }
 
-static uint32_t address_of(uint32_t halfword)
+static uint32_t get_address(uint32_t halfword)
 {
     return 2u * halfword < HIL_FLASH_SIZE ? HIL_FLASH_BASE + 2u * halfword
                                           : HIL_SRAM_BASE + 2u * halfword - HIL_FLASH_SIZE;
@@ -99,7 +100,7 @@ static int compare_instructions(const void *a, const void *b)
                                   : !x->symbol - !y->symbol;
 }
 
-static double percent(uint64_t part, uint64_t whole)
+static double compute_percent(uint64_t part, uint64_t whole)
 {
     return whole ? 100.0 * (double)part / (double)whole : 0.0;
 }
@@ -113,14 +114,14 @@ static size_t sum_by_function(const struct hil_profile *profile, const struct mr
         const struct profile_block *block = &profile->block[i];
         if (!block->run_count)
             continue;
-        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, address_of(i));
+        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, get_address(i));
         size_t k = 0;
         while (k < count && rows[k].symbol != symbol)
             k++;
         count += k == count;
         rows[k].symbol = symbol;
         rows[k].instructions += block->instructions;
-        rows[k].entries += symbol && symbol->address == address_of(i) ? block->run_count : 0;
+        rows[k].entries += symbol && symbol->address == get_address(i) ? block->run_count : 0;
     }
     qsort(rows, count, sizeof *rows, compare_instructions);
     return count;
@@ -135,21 +136,22 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
     size_t count = sum_by_function(profile, symbols, rows);
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;
-    fprintf(
-        file,
-        "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
-        "its cycles\n"
-        "%15llu  %6.2f  floating point divide, root\n"
-        "%15llu  %6.2f  in the boot ROM\n\n"
-        "by function (entries: calls, and returns to its first instruction)\n"
-        "   instructions       %%       entries  function\n",
-        (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
-        percent(hil_board_counters(board)->asleep_cycles, hil_now_cycle(&board->core)),
-        (unsigned long long)profile->slow_instructions, percent(profile->slow_instructions, total),
-        (unsigned long long)profile->rom_instructions, percent(profile->rom_instructions, total));
+    fprintf(file,
+            "matrig-board profile: %llu instructions in %.6f s of virtual time, asleep %.2f %% of "
+            "its cycles\n"
+            "%15llu  %6.2f  floating point divide, root\n"
+            "%15llu  %6.2f  in the boot ROM\n\n"
+            "by function (entries: calls, and returns to its first instruction)\n"
+            "   instructions       %%       entries  function\n",
+            (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
+            compute_percent(hil_board_counters(board)->asleep_cycles, hil_now_cycle(&board->core)),
+            (unsigned long long)profile->slow_instructions,
+            compute_percent(profile->slow_instructions, total),
+            (unsigned long long)profile->rom_instructions,
+            compute_percent(profile->rom_instructions, total));
     for (size_t i = 0; i < count; i++)
         fprintf(file, "%15llu  %6.2f  %12llu  %s\n", (unsigned long long)rows[i].instructions,
-                percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,
+                compute_percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,
                 rows[i].symbol ? rows[i].symbol->name : "(no function)");
     free(rows);
     free(profile);

@@ -142,7 +142,7 @@ static void set_value(struct hil_vcd *vcd, unsigned lane, uint32_t value, uint64
     put_value(vcd, lane);
 }
 
-static void fixed_values(const struct hil_board *board, uint32_t value[FIXED_LANES])
+static void read_fixed_values(const struct hil_board *board, uint32_t value[FIXED_LANES])
 {
     const struct hil_core_state *state = &board->core.state;
 #define LANE_VALUE(scope, name, bits, now) value[LANE_##name] = now;
@@ -155,7 +155,7 @@ static void write_changes(void *context, uint64_t at)
     const struct hil_board *board = vcd->board;
     uint32_t value[FIXED_LANES];
     uint64_t t_ns = hil_clock_ps(&board->core.state.clock, at) / HIL_NS_PS;
-    fixed_values(board, value);
+    read_fixed_values(board, value);
     for (unsigned i = 0; i < FIXED_LANES; i++)
         set_value(vcd, i, value[i], t_ns);
     for (unsigned i = 0; i < vcd->exceptions; i++)

@@ -55,7 +55,7 @@ static bool open_and_close(int fd)
 
 /* Opens a pseudo-terminal in raw mode at `baud`, with a symbolic link to it at `path`. Replaces an
  * old link. */
-static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *error, size_t size)
+static enum mr_status open_pty(const char *path, uint32_t baud, int *fd, char *error, size_t size)
 {
     static const char left[] = "/dev/pts/";
     struct stat st;
@@ -85,14 +85,14 @@ static enum mr_status pty_open(const char *path, uint32_t baud, int *fd, char *e
 }
 
 /* True if a host has the pseudo-terminal open. */
-static bool pty_in_use(int fd)
+static bool is_pty_in_use(int fd)
 {
     struct pollfd look = {.fd = fd};
     return poll(&look, 1, 0) >= 0 && !(look.revents & POLLHUP);
 }
 
 /* Rate set by the host, bits/s; 0 if it cannot be read. */
-static uint32_t pty_baud(int fd)
+static uint32_t get_pty_baud(int fd)
 {
     struct termios2 t;
     return ioctl(fd, TCGETS2, &t) == 0 ? t.c_ospeed : 0;
@@ -100,7 +100,7 @@ static uint32_t pty_baud(int fd)
 
 /* ---- links ---- */
 
-static const char *link_noun(const struct hil_link *link)
+static const char *get_link_noun(const struct hil_link *link)
 {
     return link->kind == HIL_LINK_CAN ? "--can" : "--serial";
 }
@@ -160,13 +160,13 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strncmp(text, "unix:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_UNIX;
         link->path = text + 5;
-        return hil_socket_listen(link_noun(link), link->path, &link->listener, error, size);
+        return hil_socket_listen(get_link_noun(link), link->path, &link->listener, error, size);
     }
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
         link->type = HIL_LINK_PTY;
         link->path = text + 4;
         link->is_hung_up = true;
-        return pty_open(link->path, PTY_BAUD, &link->fd, error, size);
+        return open_pty(link->path, PTY_BAUD, &link->fd, error, size);
     }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
         link->type = HIL_LINK_FILE;
@@ -180,13 +180,13 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
         link->fd = open(link->path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
         if (link->fd >= 0)
             return MR_OK;
-        snprintf(error, size, "%s: cannot write %s: %s; give a different file", link_noun(link),
+        snprintf(error, size, "%s: cannot write %s: %s; give a different file", get_link_noun(link),
                  link->path, strerror(errno));
         return MR_IO;
     }
     snprintf(error, size,
              "%s: `%s` is not a link of the emulated board; give unix:PATH, file:PATH%s or none",
-             link_noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
+             get_link_noun(link), text, kind == HIL_LINK_SERIAL ? ", pty:PATH" : "");
     return MR_USAGE;
 }
 
@@ -194,7 +194,7 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
 static bool is_host_connected(struct hil_link *link)
 {
     if (link->type == HIL_LINK_PTY) {
-        bool there = pty_in_use(link->fd);
+        bool there = is_pty_in_use(link->fd);
         if (!there)
             poll(NULL, 0, PTY_POLL_MS);
         return there;
@@ -220,7 +220,7 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
     }
     snprintf(error, size,
              "%s: no host connected to %s within %d s; start matrig log on this link, or give none",
-             link_noun(link), link->path, timeout_ms / 1000);
+             get_link_noun(link), link->path, timeout_ms / 1000);
     return *stop ? MR_CLOSED : MR_TIMEOUT;
 }
 
@@ -317,11 +317,11 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
         if (link->type == HIL_LINK_FILE) {
             snprintf(error, size,
                      "%s: cannot write %s: %s; free disk space or give a different file",
-                     link_noun(link), link->path, strerror(errno));
+                     get_link_noun(link), link->path, strerror(errno));
             return MR_IO;
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
-            (link->type == HIL_LINK_PTY && !pty_in_use(link->fd))) {
+            (link->type == HIL_LINK_PTY && !is_pty_in_use(link->fd))) {
             close_host(link);
             return MR_OK;
         }
@@ -333,7 +333,7 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             snprintf(error, size,
                      "%s: the host has not read from %s for %.4g s; check that it is running, or "
                      "wait longer with --stall S",
-                     link_noun(link), link->path, stall_ms * 1e-3);
+                     get_link_noun(link), link->path, stall_ms * 1e-3);
             return MR_TIMEOUT;
         }
         struct pollfd wait = {.fd = link->fd, .events = POLLOUT};
@@ -364,8 +364,8 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
     size_t room = hil_usart_free_space(&board->mcu.usart);
-    uint32_t baud = pty_baud(link->fd);
-    link->is_hung_up = !pty_in_use(link->fd);
+    uint32_t baud = get_pty_baud(link->fd);
+    link->is_hung_up = !is_pty_in_use(link->fd);
     if (link->is_hung_up) {
         close_host(link);
         return;

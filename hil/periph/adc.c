@@ -80,7 +80,7 @@ static unsigned count_ones(uint64_t z)
 /* Noise of two LSB rms, cheap and identical on all computers: the number of ones among 64 random
  * bits (binomial, sigma 4) in half LSB, plus a uniform half LSB to fill the gaps. Variance 4 +
  * 1/48; tails beyond four sigma are slightly thinner than Gaussian. */
-static double noise_lsb(struct hil_adc *a)
+static double draw_noise_lsb(struct hil_adc *a)
 {
     uint64_t z = mr_splitmix64(&a->rng_state);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
@@ -100,7 +100,7 @@ static double convert_with_errors(struct hil_adc_device *dev, unsigned unit, uns
     double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
     a->held_v = sampled_v;
     if (dev->options->has_adc_noise)
-        code += noise_lsb(a) * (source < 0 ? 1.0 : errors->noise[source]);
+        code += draw_noise_lsb(a) * (source < 0 ? 1.0 : errors->noise[source]);
     return code;
 }
 
@@ -127,11 +127,11 @@ static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigne
         return round_code(convert_with_errors(dev, unit, k, volts));
     double code = volts / dev->vdda_v * 4096.0 + 0.5;
     if (dev->options->has_adc_noise)
-        code += noise_lsb(a);
+        code += draw_noise_lsb(a);
     return round_code(code);
 }
 
-static uint64_t conversion_end(const struct hil_adc *a, unsigned k)
+static uint64_t get_conversion_end(const struct hil_adc *a, unsigned k)
 {
     return a->start_cycle + (uint64_t)a->end_clock[k] * a->clock_cycles;
 }
@@ -140,7 +140,7 @@ static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     while (a->is_running && a->sampled_count < a->length) {
-        uint64_t instant = conversion_end(a, a->sampled_count) -
+        uint64_t instant = get_conversion_end(a, a->sampled_count) -
                            (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
             break;
@@ -151,7 +151,7 @@ static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 
 /* Returns the request for the DMA stream that is set up for this converter. Each converter can use
  * two streams (RM0090 table 43). */
-static struct hil_dma_request dma_request(const struct hil_adc_device *dev, unsigned unit)
+static struct hil_dma_request get_dma_request(const struct hil_adc_device *dev, unsigned unit)
 {
     static const uint8_t streams[2][2] = {{0, 4}, {0, 1}};
     unsigned channel = unit == HIL_ADC1 ? 0 : 2;
@@ -176,7 +176,7 @@ static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned en
 {
     struct hil_adc *a = &dev->state[unit];
     while (a->is_running && a->delivered_count < ended) {
-        struct hil_dma_request request = dma_request(dev, unit);
+        struct hil_dma_request request = get_dma_request(dev, unit);
         bool wants_dma = (a->cr2 & CR2_DMA) && !a->has_dma_ended;
         if (a->is_dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
             stop_on_overrun(dev, unit);
@@ -206,7 +206,7 @@ static void advance(struct hil_adc_device *dev, unsigned unit, uint64_t at)
     struct hil_adc *a = &dev->state[unit];
     sample_until(dev, unit, at);
     unsigned ended = a->delivered_count;
-    while (a->is_running && ended < a->length && conversion_end(a, ended) <= at)
+    while (a->is_running && ended < a->length && get_conversion_end(a, ended) <= at)
         ended++;
     if (ended > a->delivered_count)
         deliver_codes(dev, unit, ended);
@@ -222,14 +222,14 @@ static void schedule(struct hil_adc_device *dev, unsigned unit)
     struct hil_adc *a = &dev->state[unit];
     uint64_t next = HIL_NEVER;
     if (a->is_running) {
-        struct hil_dma_request request = dma_request(dev, unit);
+        struct hil_dma_request request = get_dma_request(dev, unit);
         uint32_t room = (a->cr2 & CR2_DMA) && !a->has_dma_ended
                           ? hil_dma_items_until_flag(dev->dma, &request)
                           : 0;
         uint32_t left = (uint32_t)a->length - a->delivered_count;
         /* without DMA every conversion may matter (EOCS, overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
-        next = conversion_end(a, a->delivered_count + n - 1);
+        next = get_conversion_end(a, a->delivered_count + n - 1);
     }
     hil_event_set_cycle(dev->core, slot_of[unit], next);
 }
@@ -259,7 +259,7 @@ void hil_adc3_event(void *device, uint64_t at)
     handle_event(device, HIL_ADC3, at);
 }
 
-static unsigned sequence_channel(const struct hil_adc *a, unsigned k)
+static unsigned get_sequence_channel(const struct hil_adc *a, unsigned k)
 {
     /* SQ1..6 in SQR3, 7..12 in SQR2, 13..16 in SQR1; five bits each. */
     return a->sqr[2u - k / 6u] >> (5u * (k % 6u)) & 31u;
@@ -287,7 +287,7 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
     uint32_t clocks = 0;
     a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
     for (unsigned k = 0; k < a->length; k++) {
-        unsigned channel = sequence_channel(a, k);
+        unsigned channel = get_sequence_channel(a, k);
         if (channel > 15) {
             hil_core_stop(dev->core, MR_UNMODELLED, "conversion of internal channel %u of ADC%u",
                           channel, unit == HIL_ADC1 ? 1 : 3);
@@ -404,7 +404,7 @@ uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset)
     return a->word[(offset & 0xffu) / 4u];
 }
 
-static void cr2_write(struct hil_adc_device *dev, unsigned unit, uint32_t value)
+static void write_cr2(struct hil_adc_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t before = a->cr2;
@@ -445,7 +445,7 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
             a->is_dr_full = false;
         a->sr &= value;
         break;
-    case CR2: cr2_write(dev, unit, value); break;
+    case CR2: write_cr2(dev, unit, value); break;
     default: a->word[(offset & 0xffu) / 4u] = value; break;
     }
     update_irq(dev);

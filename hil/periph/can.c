@@ -50,14 +50,14 @@
 #define LEAVE_BITS        2u /* the manual gives no duration; HAL and libopencm3 wait, too */
 #define RECOVERY_BITS     (128u * 11u)
 
-static uint64_t bit_cycles(const struct hil_can_device *dev)
+static uint64_t get_bit_cycles(const struct hil_can_device *dev)
 {
     uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
     return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
 }
 
-static uint32_t esr_value(const struct hil_can *c)
+static uint32_t get_esr(const struct hil_can *c)
 {
     uint32_t tec = c->bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
     bool warning = c->tec >= 96 || c->rec >= 96, passive = c->tec > 127 || c->rec > 127;
@@ -71,7 +71,7 @@ static bool is_mailbox_empty(const struct hil_can *c, unsigned m)
     return !(c->mailbox[m].tir & TIR_TXRQ);
 }
 
-static void mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
+static void get_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
 {
     *frame = (struct hil_can_frame){
         .extended = (m->tir & 4u) != 0,
@@ -89,12 +89,12 @@ static bool is_before(const struct hil_can *c, unsigned a, unsigned b)
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].request_number < c->mailbox[b].request_number;
     struct hil_can_frame fa, fb;
-    mailbox_frame(&c->mailbox[a], &fa);
-    mailbox_frame(&c->mailbox[b], &fb);
+    get_mailbox_frame(&c->mailbox[a], &fa);
+    get_mailbox_frame(&c->mailbox[b], &fb);
     return hil_can_arbitration(&fa) < hil_can_arbitration(&fb);
 }
 
-static int next_mailbox(const struct hil_can *c)
+static int find_next_mailbox(const struct hil_can *c)
 {
     int best = -1;
     for (unsigned m = 0; m < 3; m++) {
@@ -104,7 +104,7 @@ static int next_mailbox(const struct hil_can *c)
     return best;
 }
 
-static uint32_t tsr_value(const struct hil_can *c)
+static uint32_t get_tsr(const struct hil_can *c)
 {
     uint32_t value = c->tsr;
     unsigned empty = 0, code = 3, last = 0;
@@ -144,10 +144,10 @@ static void drop_other_frame(struct hil_can *c)
 
 /* Returns the state of the bus as the board's transmitter sees it: a wrong bit rate, or pins not
  * switched to CAN, destroys every frame. */
-static enum hil_can_bus effective_bus(const struct hil_can_device *dev)
+static enum hil_can_bus get_effective_bus(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
-    double rate = (double)dev->core->state.clock.hclk_hz / (double)bit_cycles(dev);
+    double rate = (double)dev->core->state.clock.hclk_hz / (double)get_bit_cycles(dev);
     double ratio = rate / HIL_CAN_HOST_RATE;
     if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
@@ -162,7 +162,7 @@ static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, ui
                         uint64_t bits)
 {
     dev->state->phase = phase;
-    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * bit_cycles(dev));
+    hil_event_set_cycle(dev->core, HIL_EVENT_CAN, from + bits * get_bit_cycles(dev));
 }
 
 /* True if the other node has a frame to send. Applies faults of the line to the frame first. */
@@ -194,15 +194,15 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
     if (c->phase != HIL_CAN_IDLE || !is_on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = effective_bus(dev);
-    int mine = silent && !loopback ? -1 : next_mailbox(c);
+    enum hil_can_bus bus = get_effective_bus(dev);
+    int mine = silent && !loopback ? -1 : find_next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
     bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
                  is_other_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
-        mailbox_frame(&c->mailbox[mine], &frame);
+        get_mailbox_frame(&c->mailbox[mine], &frame);
     if (other &&
         (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
         if (mine >= 0) { /* the board's mailbox lost arbitration */
@@ -289,7 +289,7 @@ static void end_mailbox(struct hil_can_device *dev, unsigned m, uint32_t flags)
 /* --- acceptance filters (32.7.4): banks of 32 bits, mask or list --- */
 
 /* The identifier register of a frame, in the format of mailboxes and filters. */
-static uint32_t identifier_word(const struct hil_can_frame *f)
+static uint32_t make_identifier_word(const struct hil_can_frame *f)
 {
     return (f->extended ? f->id << 3 | 4u : f->id << 21) | (uint32_t)f->remote << 1;
 }
@@ -299,7 +299,7 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
 {
     unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
     unsigned banks = can->fmr >> 8 & 0x3fu;
-    uint32_t word = identifier_word(frame);
+    uint32_t word = make_identifier_word(frame);
     bool found = false;
     if (can->fmr & FMR_FINIT) /* reception is off while filters are written */
         return false;
@@ -329,7 +329,7 @@ static void receive_frame(struct hil_can_device *dev, const struct hil_can_frame
         return;
     }
     struct hil_can_received r = {
-        .rir = identifier_word(frame),
+        .rir = make_identifier_word(frame),
         .rdtr = frame->length | match << 8,
     };
     for (unsigned i = 0; i < frame->length; i++)
@@ -399,12 +399,12 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = effective_bus(dev);
+    enum hil_can_bus bus = get_effective_bus(dev);
     if (!loopback && (bus != HIL_CAN_CONNECTED || c->is_spoiled)) {
         fail_transmission(dev, m, bus, at);
         return;
     }
-    mailbox_frame(&c->mailbox[m], &frame);
+    get_mailbox_frame(&c->mailbox[m], &frame);
     c->esr = 0;
     if (c->tec)
         c->tec--;
@@ -550,12 +550,12 @@ static bool is_mailbox(uint32_t offset)
     return offset >= MAILBOXES && offset < FIFOS;
 }
 
-static uint32_t *mailbox_register(struct hil_can *c, uint32_t offset)
+static uint32_t *get_mailbox_register(struct hil_can *c, uint32_t offset)
 {
     return &c->mailbox[(offset - MAILBOXES) / 16u].word[offset / 4u % 4u];
 }
 
-static uint32_t *filter_register(struct hil_can *c, uint32_t offset)
+static uint32_t *get_filter_register(struct hil_can *c, uint32_t offset)
 {
     return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u]
                           : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
@@ -568,19 +568,19 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     bool in_frame = c->phase == HIL_CAN_FRAME;
     (void)unit;
     if (is_mailbox(offset))
-        return *mailbox_register(c, offset);
+        return *get_mailbox_register(c, offset);
     if (offset >= FMR)
-        return *filter_register(c, offset);
+        return *get_filter_register(c, offset);
     if (offset >= FIFOS)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
     case MSR: /* RX and SAMP show the pin, recessive between frames */
         return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != HIL_CAN_OTHER_NODE) << 8 |
                (uint32_t)(in_frame && c->sender == HIL_CAN_OTHER_NODE) << 9;
-    case TSR: return tsr_value(c);
+    case TSR: return get_tsr(c);
     case RF0R:
     case RF1R: return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
-    case ESR: return esr_value(c);
+    case ESR: return get_esr(c);
     default: return c->word[offset / 4u];
     }
 }
@@ -594,7 +594,7 @@ static void check_flags(struct hil_can_device *dev, uint32_t status)
                        "the value read is written back: this clears all flags that are set");
 }
 
-static void tsr_write(struct hil_can_device *dev, uint32_t value)
+static void write_tsr(struct hil_can_device *dev, uint32_t value)
 {
     struct hil_can *c = dev->state;
     check_flags(dev, value & TSR_STATUS);
@@ -623,7 +623,7 @@ static void release_fifo(struct hil_can *c, unsigned f, uint32_t value)
     }
 }
 
-static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+static void write_mailbox(struct hil_can_device *dev, uint32_t offset, uint32_t value)
 {
     struct hil_can *c = dev->state;
     unsigned m = (offset - MAILBOXES) / 16u;
@@ -631,7 +631,7 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
         hil_trace(dev->core, "CAN mailbox %u is pending: write ignored", m);
         return;
     }
-    *mailbox_register(c, offset) = value;
+    *get_mailbox_register(c, offset) = value;
     if (offset % 16u == 0 && (value & TIR_TXRQ)) {
         c->mailbox[m].request_number = c->request_count++;
         dev->core->state.counters.can_mailboxes_refilled += c->tsr >> (8u * m) & 1u;
@@ -640,7 +640,7 @@ static void mailbox_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
     }
 }
 
-static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+static void write_filter(struct hil_can_device *dev, uint32_t offset, uint32_t value)
 {
     struct hil_can *c = dev->state;
     bool initialising = (c->fmr & 1u) != 0;
@@ -652,10 +652,10 @@ static void filter_write(struct hil_can_device *dev, uint32_t offset, uint32_t v
         hil_bus_refuse(dev->core, "the bank of an active filter: the chip ignores the write");
     if (offset == FA1R && (value & ~c->fs1r))
         hil_bus_refuse(dev->core, "a filter of 16 bits");
-    *filter_register(c, offset) = value;
+    *get_filter_register(c, offset) = value;
 }
 
-static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+static void write_control(struct hil_can_device *dev, uint32_t offset, uint32_t value)
 {
     struct hil_can *c = dev->state;
     switch (offset) {
@@ -664,7 +664,7 @@ static void control_write(struct hil_can_device *dev, uint32_t offset, uint32_t 
         update_mode(dev, hil_now_cycle(dev->core));
         break;
     case MSR: /* ERRI, WKUI, SLAKI are never set */ break;
-    case TSR: tsr_write(dev, value); break;
+    case TSR: write_tsr(dev, value); break;
     case RF0R:
     case RF1R:
         check_flags(dev, value & RFR_FMP);
@@ -688,10 +688,10 @@ void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         return;
     }
     if (is_mailbox(offset))
-        mailbox_write(dev, offset, value);
+        write_mailbox(dev, offset, value);
     else if (offset >= FMR)
-        filter_write(dev, offset, value);
+        write_filter(dev, offset, value);
     else
-        control_write(dev, offset, value);
+        write_control(dev, offset, value);
     update_irq(dev);
 }

@@ -21,15 +21,15 @@
 #define FLAG_TC      32u
 #define FLAG_ALL     0x3du
 
-static unsigned flag_shift(unsigned stream)
+static unsigned get_flag_shift(unsigned stream)
 {
     static const uint8_t shift[4] = {0, 6, 16, 22};
     return shift[stream & 3u];
 }
 
-static uint32_t stream_flags(const struct hil_dma *dma, unsigned stream)
+static uint32_t get_stream_flags(const struct hil_dma *dma, unsigned stream)
 {
-    return dma->isr[stream / 4u] >> flag_shift(stream) & FLAG_ALL;
+    return dma->isr[stream / 4u] >> get_flag_shift(stream) & FLAG_ALL;
 }
 
 static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned stream)
@@ -40,12 +40,12 @@ static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned strea
     uint32_t cr = dma->stream[stream].cr;
     uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TE : 0) | (cr & 8u ? FLAG_HT : 0);
     enabled |= (cr & 16u ? FLAG_TC : 0) | (dma->stream[stream].fcr & 0x80u ? 1u : 0);
-    hil_irq_set_line(dev->core, irq[unit][stream], (stream_flags(dma, stream) & enabled) != 0);
+    hil_irq_set_line(dev->core, irq[unit][stream], (get_stream_flags(dma, stream) & enabled) != 0);
 }
 
 static void raise_flag(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t flag)
 {
-    dev->state[unit].isr[stream / 4u] |= flag << flag_shift(stream);
+    dev->state[unit].isr[stream / 4u] |= flag << get_flag_shift(stream);
     update_irq(dev, unit, stream);
 }
 
@@ -66,7 +66,7 @@ static uint8_t *find_memory(struct hil_dma_device *dev, uint32_t address, uint32
     return hil_memory_at(dev->core, address, n, write);
 }
 
-static uint32_t item_bytes(const struct hil_dma_stream *s)
+static uint32_t get_item_bytes(const struct hil_dma_stream *s)
 {
     return 1u << (s->cr >> 11 & 3u);
 }
@@ -117,10 +117,11 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
 }
 
 /* Address on this computer of the next n items, or NULL after a transfer error. */
-static uint8_t *next_items(struct hil_dma_device *dev, const struct hil_dma_request *r, uint32_t n)
+static uint8_t *find_next_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
+                                uint32_t n)
 {
     struct hil_dma_stream *s = find_stream(dev, r);
-    uint32_t bytes = item_bytes(s);
+    uint32_t bytes = get_item_bytes(s);
     uint32_t done = (s->cr & CR_MINC) ? s->reload_count - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
     uint32_t address = (s->m0ar & ~(bytes - 1u)) + done * bytes;
@@ -134,8 +135,8 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
                          const uint16_t *values, uint32_t n)
 {
     const struct hil_dma_stream *s = find_stream(dev, r);
-    uint32_t bytes = item_bytes(s);
-    uint8_t *memory = next_items(dev, r, n);
+    uint32_t bytes = get_item_bytes(s);
+    uint8_t *memory = find_next_items(dev, r, n);
     if (!memory)
         return;
     /* true for nearly all transfers */
@@ -155,8 +156,8 @@ bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request
                         uint8_t *values, uint32_t n)
 {
     const struct hil_dma_stream *s = find_stream(dev, r);
-    uint32_t bytes = item_bytes(s);
-    const uint8_t *memory = next_items(dev, r, n);
+    uint32_t bytes = get_item_bytes(s);
+    const uint8_t *memory = find_next_items(dev, r, n);
     if (!memory)
         return false;
     for (uint32_t i = 0; i < n; i++)
@@ -172,11 +173,11 @@ void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned s
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
     if (!hil_dma_items_until_flag(dev, &r))
         return; /* without service the flag stays set and the next capture is an overrun */
-    uint32_t value = hil_bus_read(dev->core, s->par, item_bytes(s));
-    uint8_t *memory = next_items(dev, &r, 1);
+    uint32_t value = hil_bus_read(dev->core, s->par, get_item_bytes(s));
+    uint8_t *memory = find_next_items(dev, &r, 1);
     if (!memory)
         return;
-    for (uint32_t b = 0; b < item_bytes(s); b++)
+    for (uint32_t b = 0; b < get_item_bytes(s); b++)
         memory[b] = (uint8_t)(value >> (8u * b));
     count_transfer(dev, controller, stream, 1);
 }
@@ -238,10 +239,10 @@ static void enable_stream(struct hil_dma_device *dev, unsigned unit, unsigned st
 {
     struct hil_dma *dma = &dev->state[unit];
     struct hil_dma_stream *s = &dma->stream[stream];
-    if (stream_flags(dma, stream) ||
+    if (get_stream_flags(dma, stream) ||
         s->ndtr == 0) { /* as on hardware, the stream does not start (10.3.17) */
         hil_trace(dev->core, "DMA%u stream %u not enabled: flags 0x%x, NDTR %u", unit + 1, stream,
-                  (unsigned)stream_flags(dma, stream), (unsigned)s->ndtr);
+                  (unsigned)get_stream_flags(dma, stream), (unsigned)s->ndtr);
         return;
     }
     s->cr |= CR_EN;
@@ -249,7 +250,7 @@ static void enable_stream(struct hil_dma_device *dev, unsigned unit, unsigned st
     notify_enabled(dev, unit);
 }
 
-static void cr_write(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t value)
+static void write_cr(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t value)
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     bool was_on = (s->cr & CR_EN) != 0;
@@ -282,7 +283,7 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     uint32_t at = (offset - STREAMS) % STREAM_BYTES;
     struct hil_dma_stream *s = &dma->stream[stream];
     if (at == CR)
-        cr_write(dev, unit, stream, value);
+        write_cr(dev, unit, stream, value);
     else if (at == FCR)
         s->fcr = (s->fcr & 0x38u) | (value & 0x83u);
     else if (s->cr & CR_EN)

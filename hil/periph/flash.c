@@ -86,7 +86,7 @@ uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32
 
 /* 64 independent bits, each 1 with probability permille / 1000. From the lowest of ten binary
  * digits of the probability upwards, a digit 1 is an OR with a random word, a digit 0 an AND. */
-static uint64_t biased_bits(unsigned permille, uint64_t *random)
+static uint64_t draw_biased_bits(unsigned permille, uint64_t *random)
 {
     unsigned p = permille * 1024u / 1000u;
     uint64_t bits = 0;
@@ -103,13 +103,13 @@ void hil_cells_interrupt(uint8_t *cells, const uint8_t *wanted, size_t n, unsign
     uint64_t changes = 0;
     for (size_t i = 0; i < n; i++) {
         if (i % 8u == 0)
-            changes = permille >= 1000 ? UINT64_MAX : biased_bits(permille, random);
+            changes = permille >= 1000 ? UINT64_MAX : draw_biased_bits(permille, random);
         uint8_t mask = (uint8_t)(changes >> (8u * (i % 8u)));
         cells[i] = (uint8_t)((cells[i] & ~mask) | ((wanted ? wanted[i] : 0xffu) & mask));
     }
 }
 
-static unsigned protection_level(uint32_t options)
+static unsigned get_protection_level(uint32_t options)
 {
     uint8_t rdp = (uint8_t)(options >> 8);
     return rdp == 0xaa ? 0 : rdp == 0xcc ? 2 : 1;
@@ -183,7 +183,7 @@ static void change_cells(struct hil_flash_device *dev, unsigned permille)
         break;
     case HIL_FLASH_OPTIONS:
         /* regression to level 0 erases everything */
-        if (protection_level(flash->options) == 1 && protection_level(flash->value) == 0)
+        if (get_protection_level(flash->options) == 1 && get_protection_level(flash->value) == 0)
             hil_cells_interrupt(dev->core->memory->flash, NULL, HIL_FLASH_SIZE, permille,
                                 &flash->random);
         flash->options = permille >= 1000 ? flash->value : OPTIONS_ERASED;
@@ -239,7 +239,7 @@ static void wait_for_end(struct hil_flash_device *dev)
     hil_flash_event(dev, end);
 }
 
-static unsigned sector_at(uint32_t offset)
+static unsigned find_sector(uint32_t offset)
 {
     unsigned sector = 0;
     while (sector_starts[sector + 1] <= offset)
@@ -252,7 +252,7 @@ void hil_flash_load(void *device, uint32_t address)
     struct hil_flash_device *dev = device;
     struct hil_instruction place = {.pc = dev->core->state.cpu.block_address};
     wait_for_end(dev);
-    unsigned sector = sector_at(address % HIL_FLASH_SIZE);
+    unsigned sector = find_sector(address % HIL_FLASH_SIZE);
     if (!(dev->core->state.bank.stale_sectors >> sector & 1u))
         return;
     (void)hil_translator_find_instruction(&dev->core->engine.translator, address, &place);
@@ -286,7 +286,7 @@ void hil_flash_create(struct hil_flash_device *dev)
 
 static bool is_booting_rom(const struct hil_flash_device *dev)
 {
-    return dev->options->boot0 && protection_level(dev->state->options) != 2;
+    return dev->options->boot0 && get_protection_level(dev->state->options) != 2;
 }
 
 void hil_flash_reset(struct hil_flash_device *dev)
@@ -361,7 +361,7 @@ static void erase_cells(struct hil_flash_device *dev)
                                   : &erase_128k_time);
 }
 
-static void cr_write(struct hil_flash_device *dev, uint32_t value)
+static void write_cr(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_flash *flash = dev->state;
     wait_for_end(dev); /* a write while BSY is set stalls the bus */
@@ -377,7 +377,7 @@ static void cr_write(struct hil_flash_device *dev, uint32_t value)
     update_irq(dev);
 }
 
-static void optcr_write(struct hil_flash_device *dev, uint32_t value)
+static void write_optcr(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_flash *flash = dev->state;
     wait_for_end(dev);
@@ -390,7 +390,7 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         flash->option_key_step = STEP_LOCKED;
     if (!(value & OPTCR_STRT))
         return;
-    if (protection_level(flash->options) == 2) { /* permanent (3.7.3) */
+    if (get_protection_level(flash->options) == 2) { /* permanent (3.7.3) */
         refuse(dev, SR_WRPERR, "option change at protection level 2", 0x1fffc000u);
         return;
     }
@@ -398,7 +398,7 @@ static void optcr_write(struct hil_flash_device *dev, uint32_t value)
         hil_bus_refuse(dev->core, "write protection and hardware watchdog by option bytes");
         return;
     }
-    bool regression = protection_level(flash->options) == 1 && protection_level(value) == 0;
+    bool regression = get_protection_level(flash->options) == 1 && get_protection_level(value) == 0;
     flash->value = value & OPTCR_BITS;
     flash->optcr |= OPTCR_STRT;
     /* The data sheet gives no time for option bytes; the time of a 16 KiB sector is used. */
@@ -422,7 +422,7 @@ static bool check_key(struct hil_flash_device *dev, uint8_t *step, uint32_t valu
     return false;
 }
 
-static void acr_write(struct hil_flash_device *dev, uint32_t value)
+static void write_acr(struct hil_flash_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->rcc->state;
     if ((value & ACR_DCRST) && ((rcc->flash_acr | value) & ACR_DCEN))
@@ -453,7 +453,7 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
     struct hil_flash *flash = dev->state;
     (void)unit;
     switch (offset) {
-    case ACR: acr_write(dev, value); break;
+    case ACR: write_acr(dev, value); break;
     case KEYR:
         if (check_key(dev, &flash->key_step, value, KEY1, KEY2))
             flash->cr &= ~CR_LOCK;
@@ -466,8 +466,8 @@ void hil_flash_if_write(void *device, unsigned unit, uint32_t offset, uint32_t v
         flash->sr &= ~(value & SR_CLEARABLE);
         update_irq(dev);
         break;
-    case CR: cr_write(dev, value); break;
-    default: optcr_write(dev, value); break;
+    case CR: write_cr(dev, value); break;
+    default: write_optcr(dev, value); break;
     }
 }
 

@@ -51,8 +51,8 @@ int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigne
 }
 
 /* The peripheral that the pin's alternate function selects, or NULL. */
-static const struct hil_pin *pin_user(const struct hil_gpio_device *dev, unsigned port,
-                                      unsigned pin)
+static const struct hil_pin *find_pin_user(const struct hil_gpio_device *dev, unsigned port,
+                                           unsigned pin)
 {
     const struct hil_pin *user = dev->alternate[port][pin];
     return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
@@ -70,7 +70,7 @@ static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigne
         if (!high || !(p->otyper >> pin & 1u))
             return high;
     } else if (mode == HIL_PIN_ALTERNATE) {
-        const struct hil_pin *user = pin_user(dev, port, pin);
+        const struct hil_pin *user = find_pin_user(dev, port, pin);
         bool drives = false;
         bool level = user && user->level && user->level(user->context, user->channel, &drives);
         if (drives)
@@ -131,7 +131,7 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     p->outside_levels = (uint16_t)(level ? p->outside_levels | bit : p->outside_levels & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
     /* Without the alternate function the peripheral sees no edges. */
-    const struct hil_pin *user = after != before ? pin_user(dev, port, pin) : NULL;
+    const struct hil_pin *user = after != before ? find_pin_user(dev, port, pin) : NULL;
     if (user && user->edge)
         user->edge(user->context, user->channel, after, at);
 }

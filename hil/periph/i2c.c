@@ -43,7 +43,7 @@ static bool is_waiting(const struct hil_i2c *i2c, uint32_t bit)
     return (i2c->cr1 & bit) != 0;
 }
 
-static uint64_t period_cycles(const struct hil_i2c_device *dev)
+static uint64_t get_period_cycles(const struct hil_i2c_device *dev)
 {
     const struct hil_i2c *i2c = dev->state;
     uint32_t clocks = !(i2c->ccr & CCR_FS) ? 2u : i2c->ccr & CCR_DUTY ? 25u : 3u; /* 27.6.8 */
@@ -67,7 +67,7 @@ static void set_phase(struct hil_i2c_device *dev, enum hil_i2c_phase phase, uint
     struct hil_i2c *i2c = dev->state;
     i2c->phase = phase;
     i2c->begin_cycle = at;
-    i2c->end_cycle = periods ? at + periods * period_cycles(dev) : HIL_NEVER;
+    i2c->end_cycle = periods ? at + periods * get_period_cycles(dev) : HIL_NEVER;
     if (periods == BYTE_PERIODS) { /* the slave may hold the clock low */
         double stretch_s = (double)dev->slave.hold->stretch_ps * 1e-12;
         i2c->end_cycle += (uint64_t)(stretch_s * (double)dev->core->state.clock.hclk_hz);
@@ -97,14 +97,14 @@ static bool has_lost_arbitration(struct hil_i2c_device *dev, uint8_t byte)
     return true;
 }
 
-static double clock_hz(const struct hil_i2c_device *dev)
+static double get_clock_hz(const struct hil_i2c_device *dev)
 {
-    return (double)dev->core->state.clock.hclk_hz / (double)period_cycles(dev);
+    return (double)dev->core->state.clock.hclk_hz / (double)get_period_cycles(dev);
 }
 
 static void check_start(struct hil_i2c_device *dev, bool repeated)
 {
-    double hz = clock_hz(dev);
+    double hz = get_clock_hz(dev);
     bool standard = !(dev->state->ccr & CCR_FS);
     hil_rules_check_time(dev->rules, HIL_RULE_SCL_PERIOD, 1e9 / hz, 0.0, 0);
     if (repeated && standard && hz >= RESTART_HZ_LEAST && hz <= RESTART_HZ_MOST)
@@ -275,7 +275,7 @@ void hil_i2c_on_lines_changed(void *device, uint64_t at)
     if (is_connected(dev)) {
         /* SCL is high in the second half of the period */
         if (condition && in_byte &&
-            (at - i2c->begin_cycle) % period_cycles(dev) >= period_cycles(dev) / 2)
+            (at - i2c->begin_cycle) % get_period_cycles(dev) >= get_period_cycles(dev) / 2)
             i2c->sr1 |= SR1_BERR;
         if (!scl || !sda)
             i2c->is_busy = true;
@@ -293,7 +293,7 @@ static void abandon_transfer(struct hil_i2c_device *dev)
 {
     struct hil_i2c *i2c = dev->state;
     if (i2c->phase == HIL_I2C_RECEIVING && dev->slave.is_driving(dev->slave.context)) {
-        uint64_t bit = (hil_now_cycle(dev->core) - i2c->begin_cycle) / period_cycles(dev);
+        uint64_t bit = (hil_now_cycle(dev->core) - i2c->begin_cycle) / get_period_cycles(dev);
         uint8_t byte = dev->slave.read(dev->slave.context);
         if (bit < 8 && !(byte >> (7u - bit) & 1u))
             dev->slave.hold->hung_clocks = 9u - (unsigned)bit;
@@ -368,7 +368,7 @@ static const char *check_settings(const struct hil_i2c_device *dev)
     return (i2c->ccr & 0xfffu) < least ? "PE is set, but CCR is below its minimum" : NULL;
 }
 
-static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
+static void write_cr1(struct hil_i2c_device *dev, uint32_t value)
 {
     struct hil_i2c *i2c = dev->state;
     if (value & CR1_SWRST) {
@@ -393,7 +393,7 @@ static void cr1_write(struct hil_i2c_device *dev, uint32_t value)
     handle_request(dev, hil_now_cycle(dev->core));
 }
 
-static void dr_write(struct hil_i2c_device *dev, uint32_t value)
+static void write_dr(struct hil_i2c_device *dev, uint32_t value)
 {
     struct hil_i2c *i2c = dev->state;
     uint64_t now = hil_now_cycle(dev->core);
@@ -422,8 +422,8 @@ void hil_i2c_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (is_waiting(i2c, CR1_SWRST) && offset != CR1)
         return; /* the peripheral is held in reset */
     switch (offset) {
-    case CR1: cr1_write(dev, value); break;
-    case DR: dr_write(dev, value); break;
+    case CR1: write_cr1(dev, value); break;
+    case DR: write_dr(dev, value); break;
     case SR1: /* error flags are cleared by writing 0 */ i2c->sr1 &= value | ~SR1_ERRORS; break;
     default:
         if ((offset == CCR || offset == TRISE) && is_waiting(i2c, CR1_PE))

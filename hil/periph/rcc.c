@@ -83,7 +83,7 @@ uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bu
     return divider == 1 ? 1 : divider / 2;
 }
 
-static uint32_t hpre_divider(uint32_t hpre)
+static uint32_t get_hpre_divider(uint32_t hpre)
 {
     static const uint16_t by[8] = {2, 4, 8, 16, 64, 128, 256, 512};
     return (hpre & 8u) ? by[hpre & 7u] : 1u;
@@ -100,7 +100,7 @@ static void halt_run(struct hil_rcc_device *dev, const char *what)
 
 /* Output of the PLL for a source frequency; stops the run if it is outside the data sheet's
  * limits. */
-static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
+static uint32_t compute_pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
 {
     uint32_t cfg = dev->state->pllcfgr;
     uint32_t m = cfg & 0x3fu, n = cfg >> 6 & 0x1ffu, p = 2u * ((cfg >> 16 & 3u) + 1u);
@@ -118,7 +118,7 @@ static uint32_t pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
 
 /* Frequency of HCLK from CR, PLLCFGR and CFGR.SWS: true, or nominal (without the error of the
  * HSI). */
-static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
+static uint32_t compute_hclk_hz(struct hil_rcc_device *dev, bool nominal)
 {
     struct hil_rcc *rcc = dev->state;
     int64_t error = nominal ? 0 : (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000;
@@ -127,23 +127,23 @@ static uint32_t hclk_hz(struct hil_rcc_device *dev, bool nominal)
     switch (rcc->cfgr >> 2 & 3u) {
     case SOURCE_HSE: hz = dev->options->hse_hz; break;
     case SOURCE_PLL:
-        hz = pll_hz(dev, (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? dev->options->hse_hz : hsi);
+        hz = compute_pll_hz(dev, (rcc->pllcfgr & PLLCFGR_SRC_HSE) ? dev->options->hse_hz : hsi);
         break;
     default: break;
     }
-    return hz / hpre_divider(rcc->cfgr >> 4 & 15u);
+    return hz / get_hpre_divider(rcc->cfgr >> 4 & 15u);
 }
 
 static void check_clocks(struct hil_rcc_device *dev)
 {
-    uint32_t nominal = hclk_hz(dev, true);
+    uint32_t nominal = compute_hclk_hz(dev, true);
     if (nominal > hil_power_limit_hz(dev->state))
         halt_run(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
     if (nominal / hil_rcc_divider(dev, HIL_RCC_APB1) > 42000000u)
         halt_run(dev, "PCLK1 above 42 MHz");
     if (nominal / hil_rcc_divider(dev, HIL_RCC_APB2) > 84000000u)
         halt_run(dev, "PCLK2 above 84 MHz");
-    hil_hclk_set(dev->core, hclk_hz(dev, false));
+    hil_hclk_set(dev->core, compute_hclk_hz(dev, false));
 }
 
 void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
@@ -253,7 +253,7 @@ static void start_lsi(struct hil_rcc_device *dev)
         hil_event_set_ps(dev->core, HIL_EVENT_LSI, hil_now_ps(dev->core) + LSI_START_PS);
 }
 
-static void cr_write(struct hil_rcc_device *dev, uint32_t value)
+static void write_cr(struct hil_rcc_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
@@ -288,7 +288,7 @@ static void cr_write(struct hil_rcc_device *dev, uint32_t value)
     }
 }
 
-static void cir_write(struct hil_rcc_device *dev, uint32_t value)
+static void write_cir(struct hil_rcc_device *dev, uint32_t value)
 {
     dev->state->cir &= ~(value >> 16 & CIR_CSSF);
     hil_nvic_set_line(dev->core, HIL_EXC_NMI, (dev->state->cir & CIR_CSSF) != 0);
@@ -358,13 +358,13 @@ static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32
 static void check_wait_states(struct hil_rcc_device *dev, uint32_t before_hz)
 {
     struct hil_rcc *rcc = dev->state;
-    if (hclk_hz(dev, true) <= before_hz || !hil_rules_are_checked(dev->rules))
+    if (compute_hclk_hz(dev, true) <= before_hz || !hil_rules_are_checked(dev->rules))
         return;
     if (rcc->is_latency_unread)
         hil_rules_record_violation(dev->rules, HIL_RULE_WAIT_STATES,
                                    hil_access_moment(dev->core).pc,
                                    "from %u to %u Hz, but FLASH_ACR was written and not read back",
-                                   (unsigned)before_hz, (unsigned)hclk_hz(dev, true));
+                                   (unsigned)before_hz, (unsigned)compute_hclk_hz(dev, true));
     else
         hil_rules_record_pass(dev->rules, HIL_RULE_WAIT_STATES);
 }
@@ -390,7 +390,7 @@ static void reset_lines(struct hil_rcc_device *dev, enum hil_rcc_bus bus, uint32
     }
 }
 
-static void csr_write(struct hil_rcc_device *dev, uint32_t value)
+static void write_csr(struct hil_rcc_device *dev, uint32_t value)
 {
     struct hil_rcc *rcc = dev->state;
     if (value & CSR_RMVF)
@@ -407,10 +407,10 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_rcc_device *dev = device;
     struct hil_rcc *rcc = dev->state;
-    uint32_t before_hz = offset == CFGR ? hclk_hz(dev, true) : 0;
+    uint32_t before_hz = offset == CFGR ? compute_hclk_hz(dev, true) : 0;
     (void)unit;
     switch (offset) {
-    case CR: cr_write(dev, value); break;
+    case CR: write_cr(dev, value); break;
     case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
         switch_source(dev);
@@ -422,13 +422,13 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         record_new_clock(dev, offset, value & ~rcc->word[offset / 4u]);
         rcc->word[offset / 4u] = value;
         break;
-    case CIR: cir_write(dev, value); break;
+    case CIR: write_cir(dev, value); break;
     case AHB1RSTR: /* a reset of a peripheral ends at once */
         reset_lines(dev, HIL_RCC_AHB1, value);
         break;
     case APB1RSTR: reset_lines(dev, HIL_RCC_APB1, value); break;
     case APB2RSTR: reset_lines(dev, HIL_RCC_APB2, value); break;
-    case CSR: csr_write(dev, value); break;
+    case CSR: write_csr(dev, value); break;
     default:
         if (offset == PLLCFGR && (rcc->cr & CR_PLLON))
             hil_bus_refuse(dev->core, "PLLCFGR while the PLL is on: the chip ignores the write");
@@ -492,7 +492,7 @@ void hil_iwdg_reset(struct hil_iwdg_device *dev)
     hil_event_set_ps(dev->core, HIL_EVENT_IWDG, HIL_NEVER);
 }
 
-static uint64_t lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycles)
+static uint64_t get_lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycles)
 {
     return lsi_cycles * HIL_SECOND_PS / dev->options->lsi_hz;
 }
@@ -502,7 +502,7 @@ static void reload_counter(struct hil_iwdg_device *dev)
     struct hil_iwdg *w = dev->state;
     /* Divider 4 * 2^PR, at most 256; the counter resets the chip when it passes 0. */
     uint64_t divider = 4u << (w->pr > 6 ? 6 : w->pr);
-    uint64_t timeout_ps = lsi_ps(dev, divider * (w->rlr + 1u));
+    uint64_t timeout_ps = get_lsi_ps(dev, divider * (w->rlr + 1u));
     if (w->is_running)
         hil_event_set_ps(dev->core, HIL_EVENT_IWDG, hil_now_ps(dev->core) + timeout_ps);
 }
@@ -528,7 +528,7 @@ static bool can_change(struct hil_iwdg_device *dev, bool updating)
     return dev->state->is_unlocked && !updating;
 }
 
-static void key_write(struct hil_iwdg_device *dev, uint32_t key)
+static void write_key(struct hil_iwdg_device *dev, uint32_t key)
 {
     struct hil_iwdg *w = dev->state;
     w->is_unlocked = key == KEY_UNLOCK;
@@ -553,13 +553,13 @@ void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
     if (offset == IWDG_KR) {
-        key_write(dev, value & 0xffffu);
+        write_key(dev, value & 0xffffu);
         return;
     }
     uint64_t *until_ps = &w->until_ps[(offset - IWDG_PR) / 4u];
     if (can_change(dev, now < *until_ps)) {
         w->word[offset / 4u] = value;
-        *until_ps = now + lsi_ps(dev, UPDATE_LSI_CYCLES);
+        *until_ps = now + get_lsi_ps(dev, UPDATE_LSI_CYCLES);
     }
 }
 

@@ -47,14 +47,14 @@ bool hil_rules_are_checked(const struct hil_rules_device *dev)
     return dev->options->rules != HIL_RULES_OFF;
 }
 
-static unsigned pin_speed(const struct hil_rules_device *dev, unsigned port, unsigned pin)
+static unsigned get_pin_speed(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
     return dev->gpio->state->port[port].ospeedr >> (2u * pin) & 3u;
 }
 
 double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin)
 {
-    return 1e3 / speed_limits[pin_speed(dev, port, pin)].max_mhz;
+    return 1e3 / speed_limits[get_pin_speed(dev, port, pin)].max_mhz;
 }
 
 /* Prints the function and address of the instruction that broke a rule. */
@@ -204,7 +204,7 @@ void hil_rules_on_store(void *device, unsigned port)
         dev->state->unlocated_edges += !at.ps;
         at.slew_ns = high && is_open_drain(dev, port, pin_table[i].pin)
                        ? PULLED_NS
-                       : speed_limits[pin_speed(dev, port, pin_table[i].pin)].slew_ns;
+                       : speed_limits[get_pin_speed(dev, port, pin_table[i].pin)].slew_ns;
         track_edge(dev, (enum hil_rules_pin)i, high, at);
     }
 }

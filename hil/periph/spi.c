@@ -31,7 +31,7 @@
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
 static const struct hil_dma_request send_request = {0, 4, 0, DATA_REGISTER, true};
 
-static uint64_t byte_cycles(const struct hil_spi_device *dev)
+static uint64_t get_byte_cycles(const struct hil_spi_device *dev)
 {
     unsigned br = dev->state->cr1 >> 3 & 7u;
     return 8u * (uint64_t)(2u << br) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
@@ -39,7 +39,7 @@ static uint64_t byte_cycles(const struct hil_spi_device *dev)
 
 double hil_spi_period_ns(const struct hil_spi_device *dev)
 {
-    return (double)byte_cycles(dev) / 8.0 * 1e9 / (double)dev->core->state.clock.hclk_hz;
+    return (double)get_byte_cycles(dev) / 8.0 * 1e9 / (double)dev->core->state.clock.hclk_hz;
 }
 
 static bool is_on(const struct hil_spi *spi)
@@ -47,7 +47,7 @@ static bool is_on(const struct hil_spi *spi)
     return (spi->cr1 & (CR1_SPE | CR1_MSTR)) == (CR1_SPE | CR1_MSTR);
 }
 
-static uint32_t status_flags(const struct hil_spi *spi)
+static uint32_t get_status_flags(const struct hil_spi *spi)
 {
     return spi->sr | (spi->is_buffer_full ? 0 : SR_TXE) |
            (spi->is_buffer_full || spi->is_shifting ? SR_BSY : 0);
@@ -79,7 +79,7 @@ static void shift_byte(struct hil_spi_device *dev, uint64_t at)
     spi->shifted_byte = spi->held_byte;
     spi->is_buffer_full = false;
     spi->is_shifting = true;
-    spi->shift_end_cycle = at + byte_cycles(dev);
+    spi->shift_end_cycle = at + get_byte_cycles(dev);
 }
 
 static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
@@ -113,7 +113,7 @@ static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 
 /* Returns the time of the first rise of SCK: in the middle of a bit, in modes 0 and 3, which the
  * chip requires. */
-static struct hil_moment first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
+static struct hil_moment get_first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
 {
     begin.ps += (uint64_t)(hil_spi_period_ns(dev) / 2.0 * 1e3);
     return begin;
@@ -131,7 +131,7 @@ static void check_begin(struct hil_spi_device *dev)
         return;
     spi->has_clocked = true;
     hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-                             first_rise(dev, begin));
+                             get_first_rise(dev, begin));
     hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
                          hil_rules_min_period_ns(dev->rules, PORT_B, 13), begin.pc);
 }
@@ -145,8 +145,8 @@ static void check_select(struct hil_spi_device *dev)
     if (spi->is_shifting)
         hil_rules_check_interval(
             dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-            first_rise(dev,
-                       hil_moment_at_cycle(dev->core, spi->shift_end_cycle - byte_cycles(dev))));
+            get_first_rise(
+                dev, hil_moment_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev))));
 }
 
 /* Checks the rise of the select line. At the last clock of a byte the chip has all its bits. If the
@@ -156,7 +156,7 @@ static void check_deselect(struct hil_spi_device *dev)
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     struct hil_moment last = hil_moment_at_cycle(dev->core,
-                                                 spi->shift_end_cycle - byte_cycles(dev) / 16u);
+                                                 spi->shift_end_cycle - get_byte_cycles(dev) / 16u);
     if (spi->has_clocked && (!spi->is_shifting || select->rose.ps >= last.ps))
         hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
@@ -177,7 +177,7 @@ static void schedule(struct hil_spi_device *dev)
                 n = in < n ? in : n;
             }
         }
-        next = spi->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * byte_cycles(dev);
+        next = spi->shift_end_cycle + (uint64_t)(n > 1 ? n - 1 : 0) * get_byte_cycles(dev);
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_SPI, next);
 }
@@ -218,7 +218,7 @@ void hil_spi_on_pins_changed(void *device, uint64_t at)
     if (selected == spi->is_selected)
         return;
     hil_spi_advance(dev, at);
-    bool in_byte = spi->is_shifting && at > spi->shift_end_cycle - byte_cycles(dev);
+    bool in_byte = spi->is_shifting && at > spi->shift_end_cycle - get_byte_cycles(dev);
     spi->is_selected = selected;
     if (selected) {
         check_select(dev);
@@ -244,7 +244,7 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     struct hil_spi *spi = dev->state;
     (void)unit;
     hil_spi_advance(dev, hil_now_cycle(dev->core));
-    uint32_t value = offset == SR ? status_flags(spi) : spi->word[offset / 4u];
+    uint32_t value = offset == SR ? get_status_flags(spi) : spi->word[offset / 4u];
     if (offset == SR) {
         if (spi->dr_was_read)
             spi->sr &= ~SR_OVR;
@@ -258,7 +258,7 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     return value;
 }
 
-static void cr1_write(struct hil_spi_device *dev, uint32_t value)
+static void write_cr1(struct hil_spi_device *dev, uint32_t value)
 {
     struct hil_spi *spi = dev->state;
     if ((spi->is_shifting || spi->is_buffer_full) && ((value ^ spi->cr1) & CR1_FIXED))
@@ -283,7 +283,7 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     hil_spi_advance(dev, now);
     bool shifting = spi->is_shifting;
     switch (offset) {
-    case CR1: cr1_write(dev, value); break;
+    case CR1: write_cr1(dev, value); break;
     case SR: /* read-only here; CRCERR is never set */ break;
     case DR: /* as on hardware, replaces a byte not yet sent */
         spi->held_byte = (uint8_t)value;

@@ -38,31 +38,31 @@ static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS] = {
     {0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
 
-static uint32_t counter_mask(unsigned unit)
+static uint32_t get_counter_mask(unsigned unit)
 {
     return unit == HIL_TIM2 ? 0xffffffffu : 0xffffu;
 }
 
-static uint64_t tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
+static uint64_t get_tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
     return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_now + 1ull);
 }
 
-static uint32_t count_at(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
+static uint32_t get_count(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
 {
     if (!(t->cr1 & CR1_CEN) || at <= t->base_cycle)
         return t->base_count;
-    return t->base_count + (uint32_t)((at - t->base_cycle) / tick_cycles(dev, t));
+    return t->base_count + (uint32_t)((at - t->base_cycle) / get_tick_cycles(dev, t));
 }
 
-static uint32_t channel_mode(const struct hil_tim *t, unsigned channel)
+static uint32_t get_channel_mode(const struct hil_tim *t, unsigned channel)
 {
     return t->ccmr[channel / 2u] >> (8u * (channel % 2u)) & 0xffu;
 }
 
 static bool is_output(const struct hil_tim *t, unsigned channel)
 {
-    return (channel_mode(t, channel) & 3u) == 0;
+    return (get_channel_mode(t, channel) & 3u) == 0;
 }
 
 static bool is_enabled(const struct hil_tim *t, unsigned channel)
@@ -70,7 +70,7 @@ static bool is_enabled(const struct hil_tim *t, unsigned channel)
     return (t->ccer >> (4u * channel) & 1u) != 0;
 }
 
-static bool output_level(const struct hil_tim *t, unsigned channel)
+static bool get_output_level(const struct hil_tim *t, unsigned channel)
 {
     bool inverted = (t->ccer >> (4u * channel + 1u) & 1u) != 0;
     return is_output(t, channel) && is_enabled(t, channel) &&
@@ -82,7 +82,7 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives)
     const struct hil_tim_device *dev = device;
     const struct hil_tim *t = &dev->state[HIL_TIM4];
     *drives = is_output(t, channel) && is_enabled(t, channel);
-    return output_level(t, channel);
+    return get_output_level(t, channel);
 }
 
 static void update_irq(struct hil_tim_device *dev, unsigned unit)
@@ -99,9 +99,9 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++)
         next = t->capture_cycle[i] < next ? t->capture_cycle[i] : next;
     if (t->cr1 & CR1_CEN) {
-        uint64_t tick = tick_cycles(dev, t);
-        uint32_t count = count_at(dev, t, at);
-        uint64_t wrap = count > t->arr_now ? (uint64_t)counter_mask(unit) + 1u
+        uint64_t tick = get_tick_cycles(dev, t);
+        uint32_t count = get_count(dev, t, at);
+        uint64_t wrap = count > t->arr_now ? (uint64_t)get_counter_mask(unit) + 1u
                                            : (uint64_t)t->arr_now + 1u;
         uint64_t ticks = wrap - t->base_count;
         for (unsigned i = 0; i < 4; i++) {
@@ -117,10 +117,11 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 
 /* Reference level of a channel at the present count. `match`: the count equals CCR, on which some
  * modes act. */
-static bool next_reference(const struct hil_tim *t, unsigned channel, uint32_t count, bool match)
+static bool get_next_reference(const struct hil_tim *t, unsigned channel, uint32_t count,
+                               bool match)
 {
     bool now = t->reference_level[channel];
-    switch (channel_mode(t, channel) >> 4 & 7u) {
+    switch (get_channel_mode(t, channel) >> 4 & 7u) {
     case 1: return match ? true : now;
     case 2: return match ? false : now;
     case 3: return match ? !now : now;
@@ -145,12 +146,12 @@ struct levels {
     bool level[4];
 };
 
-static struct levels output_levels(const struct hil_tim *t)
+static struct levels get_output_levels(const struct hil_tim *t)
 {
     struct levels levels;
 #pragma GCC unroll 4
     for (unsigned i = 0; i < 4; i++)
-        levels.level[i] = output_level(t, i);
+        levels.level[i] = get_output_level(t, i);
     return levels;
 }
 
@@ -158,7 +159,7 @@ static struct levels output_levels(const struct hil_tim *t)
 static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
                            uint64_t at)
 {
-    struct levels after = output_levels(&dev->state[unit]);
+    struct levels after = get_output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 &&
         (after.level[0] != before.level[0] || after.level[1] != before.level[1]))
         hil_gpio_notify_timer(dev->gpio, at);
@@ -171,10 +172,10 @@ static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct lev
 static void refresh_references(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_tim *t = &dev->state[unit];
-    uint32_t count = count_at(dev, t, at);
+    uint32_t count = get_count(dev, t, at);
     for (unsigned i = 0; i < 4; i++) {
         if (is_output(t, i))
-            t->reference_level[i] = next_reference(t, i, count, false);
+            t->reference_level[i] = get_next_reference(t, i, count, false);
     }
 }
 
@@ -224,12 +225,12 @@ static void capture_edge(struct hil_tim_device *dev, struct hil_tim *t, unsigned
 {
     /* streams of DMA1, request channel 3 (RM0090 table 42) */
     static const uint8_t stream[HIL_CAPTURE_CHANNELS] = {5, 6, 1, 7};
-    unsigned every = 1u << (channel_mode(t, channel) >> 2 & 3u);
+    unsigned every = 1u << (get_channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
     if (++t->capture_skipped[channel] < every)
         return;
     t->capture_skipped[channel] = 0;
-    t->ccr[channel] = t->ccr_now[channel] = count_at(dev, t, at);
+    t->ccr[channel] = t->ccr_now[channel] = get_count(dev, t, at);
     if (t->sr & SR_CC1IF << channel)
         t->sr |= SR_CC1OF << channel;
     t->sr |= SR_CC1IF << channel;
@@ -249,12 +250,12 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
             capture_edge(dev, t, i, at);
     }
     if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* otherwise the counter stands still */
-        struct levels before = output_levels(t);
-        uint64_t tick = tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
+        struct levels before = get_output_levels(t);
+        uint64_t tick = get_tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
         if (on_tick && ticks &&
-            (count == (uint64_t)t->arr_now + 1u || count > counter_mask(unit))) {
+            (count == (uint64_t)t->arr_now + 1u || count > get_counter_mask(unit))) {
             update_event(dev, unit, at, false);
             count = 0;
         }
@@ -264,7 +265,7 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
             bool match = t->ccr_now[i] == count;
             if (match)
                 t->sr |= 2u << i;
-            t->reference_level[i] = next_reference(t, i, (uint32_t)count, match);
+            t->reference_level[i] = get_next_reference(t, i, (uint32_t)count, match);
         }
         notify_outputs(dev, unit, before, at);
     }
@@ -278,7 +279,7 @@ void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t unti
     uint64_t now = hil_now_cycle(dev->core);
     if (!(t->cr1 & CR1_CEN))
         return;
-    t->base_count = count_at(dev, t, now);
+    t->base_count = get_count(dev, t, now);
     t->base_cycle = until_cycle;
     schedule(dev, unit, now);
 }
@@ -293,18 +294,18 @@ void hil_tim4_event(void *device, uint64_t at)
 }
 
 /* Delay of a channel's input filter in timer clocks (CCMR1.ICxF, CR1.CKD). */
-static uint32_t filter_clocks(const struct hil_tim *t, unsigned channel)
+static uint32_t get_filter_clocks(const struct hil_tim *t, unsigned channel)
 {
     static const uint16_t of_dts[16] = {0,  2,  4,  8,  12,  16,  24,  32,
                                         48, 64, 80, 96, 128, 160, 192, 256};
-    uint32_t f = channel_mode(t, channel) >> 4;
+    uint32_t f = get_channel_mode(t, channel) >> 4;
     uint32_t dts = 1u << (t->cr1 >> 8 & 3u);
     return f < 4 ? of_dts[f] : of_dts[f] * dts;
 }
 
 uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned channel)
 {
-    return (uint64_t)filter_clocks(&dev->state[HIL_TIM2], channel) *
+    return (uint64_t)get_filter_clocks(&dev->state[HIL_TIM2], channel) *
            hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1);
 }
 
@@ -316,7 +317,7 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
         *cycle = HIL_NEVER; /* the pulse is shorter than the filter and has no effect */
-    if ((channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
+    if ((get_channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
             *cycle = at + hil_tim2_capture_delay(dev, channel);
@@ -330,9 +331,9 @@ void hil_tim_reset(void *device, unsigned unit)
 {
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
-    struct levels before = output_levels(t);
+    struct levels before = get_output_levels(t);
     *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER}};
-    t->arr = t->arr_now = counter_mask(unit);
+    t->arr = t->arr_now = get_counter_mask(unit);
     hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
     update_irq(dev, unit);
     notify_outputs(dev, unit, before, hil_now_cycle(dev->core));
@@ -343,7 +344,7 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
     if (offset == CNT)
-        return count_at(dev, t, hil_now_cycle(dev->core));
+        return get_count(dev, t, hil_now_cycle(dev->core));
     unsigned channel = (offset - CCR1) / 4u;
     if (offset >= CCR1 && !is_output(t, channel)) {
         t->sr &= ~(2u << channel);
@@ -352,11 +353,11 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
     return t->word[offset / 4u];
 }
 
-static void cr1_write(struct hil_tim_device *dev, unsigned unit, uint32_t value)
+static void write_cr1(struct hil_tim_device *dev, unsigned unit, uint32_t value)
 {
     struct hil_tim *t = &dev->state[unit];
     uint64_t now = hil_now_cycle(dev->core);
-    uint32_t count = count_at(dev, t, now);
+    uint32_t count = get_count(dev, t, now);
     bool was_on = (t->cr1 & CR1_CEN) != 0;
     t->cr1 = value;
     if (was_on && !(value & CR1_CEN)) {
@@ -373,21 +374,21 @@ static void check_channels(struct hil_tim_device *dev, unsigned unit)
 {
     const struct hil_tim *t = &dev->state[unit];
     for (unsigned i = 0; i < 4; i++) {
-        uint32_t select = channel_mode(t, i) & 3u;
+        uint32_t select = get_channel_mode(t, i) & 3u;
         if (select && !(unit == HIL_TIM2 && select == 1))
             hil_bus_refuse(dev->core, "input capture other than TIM2's from their own pins");
-        if (!select && (channel_mode(t, i) & 0x84u))
+        if (!select && (get_channel_mode(t, i) & 0x84u))
             hil_bus_refuse(dev->core, "fast or cleared output compare");
     }
 }
 
-static void ccr_write(struct hil_tim_device *dev, unsigned unit, unsigned channel, uint32_t value)
+static void write_ccr(struct hil_tim_device *dev, unsigned unit, unsigned channel, uint32_t value)
 {
     struct hil_tim *t = &dev->state[unit];
     if (!is_output(t, channel))
         return; /* read-only in capture mode */
-    t->ccr[channel] = value & counter_mask(unit);
-    if (!(channel_mode(t, channel) & 8u))
+    t->ccr[channel] = value & get_counter_mask(unit);
+    if (!(get_channel_mode(t, channel) & 8u))
         t->ccr_now[channel] = t->ccr[channel];
     refresh_references(dev, unit, hil_now_cycle(dev->core));
 }
@@ -415,27 +416,27 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
     uint64_t now = hil_now_cycle(dev->core);
-    struct levels before = output_levels(t);
+    struct levels before = get_output_levels(t);
     switch (offset) {
-    case CR1: cr1_write(dev, unit, value); break;
+    case CR1: write_cr1(dev, unit, value); break;
     case SR: /* flags are cleared by writing 0 */ t->sr &= value; break;
     case EGR:
         if (value & 1u)
             update_event(dev, unit, now, true);
         break;
     case CNT:
-        t->base_count = value & counter_mask(unit);
+        t->base_count = value & get_counter_mask(unit);
         t->base_cycle = now;
         break;
     case PSC: /* always preloaded */ t->psc = value & 0xffffu; break;
     case ARR:
-        t->arr = value & counter_mask(unit);
+        t->arr = value & get_counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))
             t->arr_now = t->arr;
         break;
     default:
         if (offset >= CCR1) {
-            ccr_write(dev, unit, (offset - CCR1) / 4u, value);
+            write_ccr(dev, unit, (offset - CCR1) / 4u, value);
             break;
         }
         t->word[offset / 4u] = value;
@@ -472,7 +473,7 @@ void hil_tim11_reset(void *device, unsigned unit)
 }
 
 /* Time between two captures; HIL_NEVER without a crystal signal. */
-static uint64_t period_ps(const struct hil_tim11_device *dev)
+static uint64_t get_period_ps(const struct hil_tim11_device *dev)
 {
     const struct hil_tim11 *t = dev->state;
     const struct hil_rcc *rcc = dev->rcc->state;
@@ -482,7 +483,7 @@ static uint64_t period_ps(const struct hil_tim11_device *dev)
     return HIL_SECOND_PS * divider * (1u << (t->ccmr1 >> 2 & 3u)) / dev->options->hse_hz;
 }
 
-static uint32_t tim11_count_at(const struct hil_tim11_device *dev, uint64_t at_ps)
+static uint32_t get_tim11_count(const struct hil_tim11_device *dev, uint64_t at_ps)
 {
     const struct hil_tim11 *t = dev->state;
     uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB2);
@@ -496,7 +497,7 @@ static uint32_t tim11_count_at(const struct hil_tim11_device *dev, uint64_t at_p
 static void advance(struct hil_tim11_device *dev)
 {
     struct hil_tim11 *t = dev->state;
-    uint64_t period = period_ps(dev), now = hil_now_ps(dev->core);
+    uint64_t period = get_period_ps(dev), now = hil_now_ps(dev->core);
     if (t->began_ps == HIL_NEVER || period == HIL_NEVER)
         return;
     uint64_t captures = (now - t->began_ps) / period;
@@ -506,7 +507,7 @@ static void advance(struct hil_tim11_device *dev)
         t->sr |= SR11_CC1OF;
     t->sr |= SR11_CC1IF;
     t->captures = captures;
-    t->ccr1 = tim11_count_at(dev, t->began_ps + captures * period);
+    t->ccr1 = get_tim11_count(dev, t->began_ps + captures * period);
 }
 
 uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset)
@@ -516,7 +517,7 @@ uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset)
     advance(dev);
     if (offset == CCR1)
         dev->state->sr &= ~SR11_CC1IF;
-    return offset == CNT ? tim11_count_at(dev, hil_now_ps(dev->core))
+    return offset == CNT ? get_tim11_count(dev, hil_now_ps(dev->core))
                          : dev->state->word[offset / 4u];
 }
 

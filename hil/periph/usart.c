@@ -42,20 +42,20 @@ static const struct unit_numbers {
     uint8_t receive_stream; /* stream of DMA2 that receives; stream 2 is the other possible one */
 } usart1 = {0x40011004u, HIL_IRQ_USART1, 4, 5}, usart6 = {0x40011404u, HIL_IRQ_USART6, 5, 1};
 
-static const struct unit_numbers *unit_numbers(const struct hil_usart_device *dev)
+static const struct unit_numbers *get_unit_numbers(const struct hil_usart_device *dev)
 {
     return dev->options->type->usart == 6 ? &usart6 : &usart1;
 }
 
-static struct hil_dma_request send_request(const struct hil_usart_device *dev)
+static struct hil_dma_request get_send_request(const struct hil_usart_device *dev)
 {
-    const struct unit_numbers *own = unit_numbers(dev);
+    const struct unit_numbers *own = get_unit_numbers(dev);
     return (struct hil_dma_request){1, 7, own->request, own->data_register, true};
 }
 
-static struct hil_dma_request receive_request(const struct hil_usart_device *dev)
+static struct hil_dma_request get_receive_request(const struct hil_usart_device *dev)
 {
-    const struct unit_numbers *own = unit_numbers(dev);
+    const struct unit_numbers *own = get_unit_numbers(dev);
     uint32_t cr = dev->dma->state[1].stream[own->receive_stream].cr;
     unsigned stream = (cr & 1u) && (cr >> 25 & 7u) == own->request ? own->receive_stream : 2;
     return (struct hil_dma_request){1, stream, own->request, own->data_register, false};
@@ -68,32 +68,32 @@ static bool is_connected(const struct hil_usart_device *dev, struct hil_pin_plac
 }
 
 /* HCLK cycles of one bit; 0 if no rate is set. */
-static uint64_t bit_cycles(const struct hil_usart_device *dev)
+static uint64_t get_bit_cycles(const struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
     uint32_t clocks = (u->cr1 & CR1_OVER8) ? (u->brr >> 4) * 8u + (u->brr & 7u) : u->brr;
     return (uint64_t)clocks * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
 }
 
-static enum hil_parity parity_of(const struct hil_usart *u)
+static enum hil_parity get_parity(const struct hil_usart *u)
 {
     return !(u->cr1 & CR1_PCE) ? HIL_PARITY_NONE
          : (u->cr1 & CR1_PS)   ? HIL_PARITY_ODD
                                : HIL_PARITY_EVEN;
 }
 
-static enum hil_parity host_parity(const struct hil_usart_device *dev)
+static enum hil_parity get_host_parity(const struct hil_usart_device *dev)
 {
-    return dev->options->host_parity_follows ? parity_of(dev->state) : dev->options->host_parity;
+    return dev->options->host_parity_follows ? get_parity(dev->state) : dev->options->host_parity;
 }
 
-static unsigned frame_length_bits(enum hil_parity parity)
+static unsigned get_frame_length_bits(enum hil_parity parity)
 {
     return parity == HIL_PARITY_NONE ? 10u : 11u;
 }
 
 /* Bits of a byte's frame in line order, first in bit 0: start, data, parity, stop. */
-static uint32_t frame_levels(uint8_t byte, enum hil_parity parity)
+static uint32_t get_frame_levels(uint8_t byte, enum hil_parity parity)
 {
     uint32_t bits = (uint32_t)byte << 1;
     bool odd_ones = (__builtin_popcount(byte) & 1) != 0;
@@ -102,9 +102,9 @@ static uint32_t frame_levels(uint8_t byte, enum hil_parity parity)
     return bits | (uint32_t)(odd_ones != (parity == HIL_PARITY_ODD)) << 9 | 1u << 10;
 }
 
-static uint64_t frame_bits(const struct hil_usart_device *dev)
+static uint64_t get_frame_bits(const struct hil_usart_device *dev)
 {
-    return frame_length_bits(parity_of(dev->state));
+    return get_frame_length_bits(get_parity(dev->state));
 }
 
 /* True if the other end uses the programmed settings: the parity, and a rate within 2 %. (A
@@ -112,12 +112,12 @@ static uint64_t frame_bits(const struct hil_usart_device *dev)
  * divider.) */
 static bool is_line_matching(const struct hil_usart_device *dev)
 {
-    uint64_t bit = bit_cycles(dev);
+    uint64_t bit = get_bit_cycles(dev);
     if (!bit)
         return false;
     double rate = (double)dev->core->state.clock.hclk_hz / (double)bit;
     double ratio = rate / dev->options->host_baud;
-    return ratio > 0.98 && ratio < 1.02 && host_parity(dev) == parity_of(dev->state);
+    return ratio > 0.98 && ratio < 1.02 && get_host_parity(dev) == get_parity(dev->state);
 }
 
 static bool is_sending(const struct hil_usart *u)
@@ -125,7 +125,7 @@ static bool is_sending(const struct hil_usart *u)
     return (u->cr1 & (CR1_UE | CR1_TE)) == (CR1_UE | CR1_TE) && u->brr;
 }
 
-static uint32_t status_flags(const struct hil_usart *u)
+static uint32_t get_status_flags(const struct hil_usart *u)
 {
     return u->sr | (u->is_dr_full ? 0 : SR_TXE);
 }
@@ -133,13 +133,13 @@ static uint32_t status_flags(const struct hil_usart *u)
 static void update_irq(struct hil_usart_device *dev)
 {
     const struct hil_usart *u = dev->state;
-    uint32_t sr = status_flags(u);
+    uint32_t sr = get_status_flags(u);
     /* TXEIE, TCIE, RXNEIE, IDLEIE have the bit positions of their flags. */
     uint32_t line = sr & u->cr1 & (SR_TXE | SR_TC | SR_RXNE | SR_IDLE);
     line |= (u->cr1 & SR_RXNE) ? sr & SR_ORE : 0;
     line |= (u->cr1 & CR1_PEIE) ? sr & SR_PE : 0;
     line |= (u->cr3 & CR3_EIE) && (u->cr3 & CR3_DMAR) ? sr & (SR_ORE | SR_FE | SR_NF) : 0;
-    hil_irq_set_line(dev->core, unit_numbers(dev)->irq, (u->cr1 & CR1_UE) && line != 0);
+    hil_irq_set_line(dev->core, get_unit_numbers(dev)->irq, (u->cr1 & CR1_UE) && line != 0);
 }
 
 static void drop_bytes(struct hil_usart_device *dev, uint64_t at)
@@ -165,7 +165,7 @@ static void drop_bytes(struct hil_usart_device *dev, uint64_t at)
 static void fill_dr(struct hil_usart_device *dev)
 {
     struct hil_usart *u = dev->state;
-    struct hil_dma_request request = send_request(dev);
+    struct hil_dma_request request = get_send_request(dev);
     if (!u->is_dr_full && (u->cr3 & CR3_DMAT) && hil_dma_items_until_flag(dev->dma, &request))
         u->is_dr_full = hil_dma_read_items(dev->dma, &request, &u->held_byte, 1);
 }
@@ -179,7 +179,7 @@ static void shift_byte(struct hil_usart_device *dev, uint64_t at)
     u->shifted_byte = u->held_byte;
     u->is_dr_full = false;
     u->is_shifting = true;
-    u->shift_end_cycle = at + frame_bits(dev) * bit_cycles(dev);
+    u->shift_end_cycle = at + get_frame_bits(dev) * get_bit_cycles(dev);
 }
 
 static void begin_byte(struct hil_usart_device *dev, uint64_t at)
@@ -197,7 +197,7 @@ static void schedule(struct hil_usart_device *dev)
     uint64_t next = HIL_NEVER;
     if (u->is_shifting) {
         uint32_t n = 0;
-        struct hil_dma_request request = send_request(dev);
+        struct hil_dma_request request = get_send_request(dev);
         if (u->is_dr_full && (u->cr3 & CR3_DMAT))
             n = hil_dma_items_until_flag(dev->dma, &request);
         if (n > HIL_USART_GROUP)
@@ -205,7 +205,7 @@ static void schedule(struct hil_usart_device *dev)
         /* The n-th item from now reaches DR when the present byte and n - 1 more bytes have been
          * sent. */
         next = u->shift_end_cycle +
-               (uint64_t)(n > 1 ? n - 1 : 0) * frame_bits(dev) * bit_cycles(dev);
+               (uint64_t)(n > 1 ? n - 1 : 0) * get_frame_bits(dev) * get_bit_cycles(dev);
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_USART_TX, next);
 }
@@ -243,9 +243,9 @@ void hil_usart_on_dma_enabled(void *device)
     schedule(dev);
 }
 
-static uint64_t host_frame_ps(const struct hil_usart_device *dev)
+static uint64_t get_host_frame_ps(const struct hil_usart_device *dev)
 {
-    return frame_length_bits(host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
+    return get_frame_length_bits(get_host_parity(dev)) * HIL_SECOND_PS / dev->options->host_baud;
 }
 
 static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t errors)
@@ -258,7 +258,7 @@ static void receive_frame(struct hil_usart_device *dev, uint16_t value, uint32_t
     u->dr = value;
     u->sr |= SR_RXNE | errors;
     dev->core->state.counters.serial_bytes_in++;
-    struct hil_dma_request request = receive_request(dev);
+    struct hil_dma_request request = get_receive_request(dev);
     if ((u->cr3 & CR3_DMAR) && hil_dma_items_until_flag(dev->dma, &request)) {
         u->sr &= ~SR_RXNE;
         hil_dma_write_items(dev->dma, &request, &value, 1);
@@ -276,9 +276,9 @@ static void receive_byte(struct hil_usart_device *dev, uint8_t byte, uint32_t er
         receive_frame(dev, GARBLED_BYTE, errors | SR_FE);
         return;
     }
-    uint32_t parity_bit = parity_of(u) == HIL_PARITY_NONE
+    uint32_t parity_bit = get_parity(u) == HIL_PARITY_NONE
                             ? 0
-                            : frame_levels(byte, parity_of(u)) >> 1 & 0x100u;
+                            : get_frame_levels(byte, get_parity(u)) >> 1 & 0x100u;
     receive_frame(dev, (uint16_t)(parity_bit | byte), errors);
 }
 
@@ -288,13 +288,13 @@ bool hil_usart_line_in(const void *device, unsigned channel, bool *drives)
     const struct hil_usart *u = dev->state;
     uint64_t end_ps = dev->core->state.events.at_ps[HIL_EVENT_USART_RX],
              now_ps = hil_now_ps(dev->core);
-    uint64_t frame_ps = host_frame_ps(dev);
+    uint64_t frame_ps = get_host_frame_ps(dev);
     (void)channel;
     *drives = true;
     if (!u->queue_count || end_ps == HIL_NEVER || now_ps >= end_ps || now_ps + frame_ps < end_ps)
         return true;
     uint64_t bit = (now_ps + frame_ps - end_ps) * dev->options->host_baud / HIL_SECOND_PS;
-    return (frame_levels(u->queue[u->queue_head], host_parity(dev)) >> bit & 1u) != 0;
+    return (get_frame_levels(u->queue[u->queue_head], get_host_parity(dev)) >> bit & 1u) != 0;
 }
 
 /* Receives a byte at the end of the line, after the faults of the line were applied. */
@@ -333,10 +333,10 @@ void hil_usart_rx_event(void *device, uint64_t at)
             u->queue_head = (u->queue_head + 1u) % HIL_USART_QUEUE;
             u->queue_count--;
         }
-        if (now_ps >= u->listens_since_ps + host_frame_ps(dev))
+        if (now_ps >= u->listens_since_ps + get_host_frame_ps(dev))
             receive_from_line(dev, byte);
         u->is_idle_next = u->queue_count == 0;
-        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + host_frame_ps(dev));
+        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, now_ps + get_host_frame_ps(dev));
     } else if (u->is_idle_next) {
         u->is_idle_next = false;
         if ((u->cr1 & (CR1_UE | CR1_RE)) == (CR1_UE | CR1_RE))
@@ -357,7 +357,8 @@ enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *byt
     dev->core->state.counters.serial_in_dropped += n - taken;
     if (quiet && taken) {
         u->is_idle_next = false;
-        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX, hil_now_ps(dev->core) + host_frame_ps(dev));
+        hil_event_set_ps(dev->core, HIL_EVENT_USART_RX,
+                         hil_now_ps(dev->core) + get_host_frame_ps(dev));
     }
     return taken == n ? MR_OK : MR_FULL;
 }
@@ -388,7 +389,7 @@ uint32_t hil_usart_read(void *device, unsigned unit, uint32_t offset)
     hil_usart_advance(dev, hil_now_cycle(dev->core));
     if (offset == SR) {
         u->sr_was_read = true;
-        return status_flags(u);
+        return get_status_flags(u);
     }
     if (offset == DR) {
         u->sr &= ~SR_RXNE;

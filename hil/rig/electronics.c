@@ -47,7 +47,7 @@ static double draw_normal(uint64_t *random, double sd)
     return sd * sqrt(-2.0 * log(u)) * cos(TWO_PI * v);
 }
 
-static uint64_t us_to_ps(double us)
+static uint64_t convert_us_to_ps(double us)
 {
     return (uint64_t)(us * (double)HIL_US_PS);
 }
@@ -147,17 +147,17 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f,
 {
     double width_us = f->one_shot_least_us +
                       mr_splitmix64_uniform(random) * (f->one_shot_most_us - f->one_shot_least_us);
-    e->pulse_ps = us_to_ps(width_us);
-    e->lamp_sense_ps = us_to_ps(fmax(f->lamp_sense_us, f->lamp_clear_us));
+    e->pulse_ps = convert_us_to_ps(width_us);
+    e->lamp_sense_ps = convert_us_to_ps(fmax(f->lamp_sense_us, f->lamp_clear_us));
     double threshold_a = f->lamp_sense_threshold_a +
                          draw_normal(random, f->lamp_sense_threshold_sd_a);
     e->is_lamp_detected = fmin(f->lamp_cold_a, f->lamp_hot_a) > threshold_a;
     /* between half the maximum and the maximum, because relays differ */
     e->relay_operate_ps =
-        us_to_ps(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+        convert_us_to_ps(1e3 * f->relay_operate_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
     e->relay_release_ps =
-        us_to_ps(1e3 * f->relay_release_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
-    e->relay_bounce_ps = us_to_ps(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
+        convert_us_to_ps(1e3 * f->relay_release_ms * (0.5 + 0.5 * mr_splitmix64_uniform(random)));
+    e->relay_bounce_ps = convert_us_to_ps(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
 }
 
 static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,

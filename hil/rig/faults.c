@@ -55,7 +55,7 @@ static const char *const line_names[HIL_LINES] = {"CAN out", "CAN in", "serial o
 static const char *const kind_names[HIL_LINE_FAULTS] = {
     "dropped", "repeated", "corrupted", "delayed", "with a bad stop bit", "with noise"};
 
-static uint32_t random_below(void *device, uint32_t bound)
+static uint32_t draw_below(void *device, uint32_t bound)
 {
     struct hil_lines_device *dev = device;
     return (uint32_t)((mr_splitmix64(&dev->state->random) >> 32) * bound >> 32);
@@ -80,7 +80,7 @@ static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fau
     if (!effect->units_left)
         return false;
     if (effect->probability < 1.0 &&
-        (double)random_below(dev, 1u << 30) >= effect->probability * 0x1p30)
+        (double)draw_below(dev, 1u << 30) >= effect->probability * 0x1p30)
         return false;
     if (effect->units_left != HIL_FAULT_ALL)
         effect->units_left--;
@@ -176,7 +176,7 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
             schedule_held_bytes(dev);
         }
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_CORRUPT, "byte", bytes[i]))
-            bytes[i] = (uint8_t)(bytes[i] ^ 1u << random_below(dev, 8));
+            bytes[i] = (uint8_t)(bytes[i] ^ 1u << draw_below(dev, 8));
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_REPEAT, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i + 1 - from);
             from = i;
@@ -209,21 +209,21 @@ static void on_late(void *device, uint64_t at)
     schedule_held_bytes(dev);
 }
 
-static void lines_seed(struct hil_lines_device *dev, uint64_t seed)
+static void seed_lines(struct hil_lines_device *dev, uint64_t seed)
 {
     dev->state->random = seed ^ 0xfa0175eedull;
 }
 
 void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
 {
-    lines_seed(dev, seed);
+    seed_lines(dev, seed);
     dev->state->bytes_due_ps = HIL_NEVER;
     hil_event_connect(dev->core, HIL_EVENT_LATE, on_late, dev);
 }
 
 struct hil_wire hil_lines_wire(struct hil_lines_device *dev)
 {
-    return (struct hil_wire){dev, apply_line_fault, delay_ps, random_below, can_out, serial_out};
+    return (struct hil_wire){dev, apply_line_fault, delay_ps, draw_below, can_out, serial_out};
 }
 
 /* ---- the supply ---- */
@@ -244,7 +244,7 @@ void hil_supply_cut(struct hil_supply_device *dev)
     hil_core_request_check(core);
 }
 
-static void supply_off(struct hil_supply_device *dev, uint64_t duration_ps)
+static void remove_supply(struct hil_supply_device *dev, uint64_t duration_ps)
 {
     hil_supply_cut(dev);
     dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
@@ -252,7 +252,7 @@ static void supply_off(struct hil_supply_device *dev, uint64_t duration_ps)
 
 /* Supply voltage at which the chip resets: DS8626, embedded reset and power control block, typical,
  * falling. */
-static double brown_out_volts(const struct hil_supply_device *dev)
+static double get_brown_out_volts(const struct hil_supply_device *dev)
 {
     static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* by OPTCR.BOR_LEV; 3: off */
     return level[dev->flash->state->options >> 2 & 3u];
@@ -266,8 +266,8 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
                             : volts >= 2.1 ? 22e6
                                            : 20e6;
     if (volts < POWER_DOWN_V) {
-        supply_off(dev, duration_ps);
-    } else if (volts < brown_out_volts(dev)) {
+        remove_supply(dev, duration_ps);
+    } else if (volts < get_brown_out_volts(dev)) {
         hil_core_request_reset(dev->core, CSR_BROWN_OUT);
         dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
     } else if (volts < 1.8 || dev->core->state.clock.hclk_hz >
@@ -276,7 +276,7 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
                       "a supply of %.2f V is too low for HCLK %u Hz with %u wait states, and the "
                       "option bytes reset the chip only below %.2f V",
                       volts, (unsigned)dev->core->state.clock.hclk_hz,
-                      (unsigned)(dev->rcc->state->flash_acr & 7u), brown_out_volts(dev));
+                      (unsigned)(dev->rcc->state->flash_acr & 7u), get_brown_out_volts(dev));
     }
 }
 
@@ -320,7 +320,7 @@ static void schedule(struct hil_faults_device *dev)
 
 /* Time when the gear passes a station, interpolated between two switches that open. HIL_NEVER if
  * the station is not between two. */
-static uint64_t station_ps(const struct hil_run *run, double station_ft)
+static uint64_t find_station_ps(const struct hil_run *run, double station_ft)
 {
     int before = -1;
     for (int i = 0; i < (int)HIL_RUN_SWITCHES; i++) {
@@ -419,7 +419,7 @@ static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f
 {
     fault_report(dev->core, dev->options->log, f->file_line, "%s", f->text);
     switch (f->action) {
-    case HIL_FAULT_POWER_CUT: supply_off(dev->supply, f->duration_ps); break;
+    case HIL_FAULT_POWER_CUT: remove_supply(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
     case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->choice); break;
     case HIL_FAULT_FLIP: flip_bit(dev, f); break;
@@ -497,7 +497,8 @@ enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fa
         if (due_ps < hil_now_ps(dev->core))
             return refuse(dev, fault, MR_USAGE, "that time has already passed");
     } else if (fault->trigger == HIL_AT_STATION) {
-        uint64_t t_ps = dev->rig->run ? station_ps(dev->rig->run, fault->station_ft) : HIL_NEVER;
+        uint64_t t_ps = dev->rig->run ? find_station_ps(dev->rig->run, fault->station_ft)
+                                      : HIL_NEVER;
         if (t_ps == HIL_NEVER)
             return refuse(
                 dev, fault, MR_UNKNOWN,
@@ -519,7 +520,7 @@ enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
                                   const struct hil_fault_script *script)
 {
     enum mr_status status = MR_OK;
-    lines_seed(dev->lines, script->seed);
+    seed_lines(dev->lines, script->seed);
     for (size_t i = 0; i < script->count && status == MR_OK; i++)
         status = hil_faults_add(dev, &script->fault[i]);
     return status;
@@ -635,12 +636,12 @@ struct reader {
 };
 
 /* Word i, or "end of line". The latter contains spaces, so it equals no word. */
-static const char *word_at(const struct reader *r, unsigned i)
+static const char *get_word(const struct reader *r, unsigned i)
 {
     return i < r->words ? r->word[i] : "end of line";
 }
 
-static const struct slot *slot_by_name(const char *name, size_t length)
+static const struct slot *find_slot(const char *name, size_t length)
 {
     for (size_t i = 0; i < sizeof slots / sizeof slots[0]; i++) {
         if (strlen(slots[i].name) == length && strncmp(slots[i].name, name, length) == 0)
@@ -678,7 +679,7 @@ static bool match_address(struct reader *r, const char *word, uint32_t *address)
 
 static bool match_number(struct reader *r, const struct slot *slot, struct hil_fault *f)
 {
-    const char *text = word_at(r, r->next), *end;
+    const char *text = get_word(r, r->next), *end;
     char *at = (char *)f + slot->at;
     if (slot->kind == ADDRESS)
         return match_address(r, text, (uint32_t *)(void *)at);
@@ -725,13 +726,13 @@ static bool match_pattern(struct reader *r, const char *pattern, struct hil_faul
     for (char *want = strtok_r(copy, " ]", &save); want; want = strtok_r(NULL, " ]", &save)) {
         if (*want == '[') { /* optional, together with its number */
             char *number = strtok_r(NULL, " ]", &save);
-            if (strcmp(word_at(r, r->next), want + 1) != 0)
+            if (strcmp(get_word(r, r->next), want + 1) != 0)
                 continue;
             want = number;
             r->next++;
         }
-        const struct slot *slot = slot_by_name(want, strlen(want));
-        if (slot ? match_number(r, slot, f) : match_word(want, word_at(r, r->next), &f->choice)) {
+        const struct slot *slot = find_slot(want, strlen(want));
+        if (slot ? match_number(r, slot, f) : match_word(want, get_word(r, r->next), &f->choice)) {
             r->next++;
             continue;
         }
@@ -749,7 +750,7 @@ static void put_pattern(char *out, size_t size, const char *pattern)
     used += (size_t)snprintf(out + used, size - used, "%s", used ? ", or " : "");
     while (*pattern && used + 1 < size) {
         size_t n = strcspn(pattern, " ]");
-        const struct slot *slot = slot_by_name(pattern, n);
+        const struct slot *slot = find_slot(pattern, n);
         used += (size_t)snprintf(out + used, size - used, "%.*s", (int)n, pattern);
         if (slot && slot->kind != ADDRESS && used < size)
             used += (size_t)snprintf(out + used, size - used, "(%.4g to %.4g)", slot->low,
@@ -766,14 +767,14 @@ static void put_pattern(char *out, size_t size, const char *pattern)
 static enum mr_status refuse_action(const struct reader *r)
 {
     char known[600] = "";
-    const char *first = word_at(r, r->next);
+    const char *first = get_word(r, r->next);
     for (size_t i = 0; i < ACTIONS; i++) {
         size_t n = strcspn(actions[i].pattern, " ");
         if (strlen(first) == n && strncmp(actions[i].pattern, first, n) == 0)
             put_pattern(known, sizeof known, actions[i].pattern);
     }
     if (known[0])
-        return refuse_text(r, MR_MALFORMED, "`%s` does not fit: %s", word_at(r, r->wrong), known);
+        return refuse_text(r, MR_MALFORMED, "`%s` does not fit: %s", get_word(r, r->wrong), known);
     for (size_t i = 0; i < ACTIONS; i++) {
         size_t n = strcspn(actions[i].pattern, " "), used = strlen(known);
         if (i == 0 || strncmp(actions[i - 1].pattern, actions[i].pattern, n + 1) != 0)
@@ -793,14 +794,14 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         return refuse_text(r, MR_MALFORMED,
                            "`%s`: begin the line with at S, station FT, frame N, flash N or nor N, "
                            "optionally followed by + DELAY_US",
-                           word_at(r, r->wrong));
+                           get_word(r, r->wrong));
     unsigned first = r->next;
     for (size_t i = 0; i < ACTIONS && !r->no_symbol; i++) {
         *fault = actions[i].fault;
         if (!match_pattern(r, actions[i].pattern, fault))
             continue;
         if (r->next < r->words)
-            return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", word_at(r, r->next));
+            return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", get_word(r, r->next));
         fault->trigger = (enum hil_trigger)trigger;
         fault->t_ps = when.t_ps;
         fault->n = when.n;
@@ -825,10 +826,11 @@ static enum mr_status read_words(struct reader *r, struct hil_fault_script *scri
         return script->count == HIL_FAULTS_MAX
                  ? refuse_text(r, MR_FULL, "more than %u faults; leave some out", HIL_FAULTS_MAX)
                  : read_fault(r, &script->fault[script->count++]);
-    script->seed = strtoull(word_at(r, 1), &end, 10);
+    script->seed = strtoull(get_word(r, 1), &end, 10);
     return r->words == 2 && isdigit((unsigned char)*r->word[1]) && !*end
              ? MR_OK
-             : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`", word_at(r, 1));
+             : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`",
+                           get_word(r, 1));
 }
 
 static void split_words(struct reader *r, char *line)

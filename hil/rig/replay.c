@@ -24,25 +24,25 @@
 /* time to the first scan after power on, and time to send the last data */
 #define MARGIN_S          1.0
 
-static uint64_t tick_cycles(const struct hil_replay_device *dev)
+static uint64_t get_tick_cycles(const struct hil_replay_device *dev)
 {
     return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) *
            (dev->tim->state[HIL_TIM2].psc_now + 1u);
 }
 
-static uint64_t cycle_at_tick(const struct hil_replay_device *dev, uint64_t tick)
+static uint64_t get_cycle_at_tick(const struct hil_replay_device *dev, uint64_t tick)
 {
-    return dev->state->zero_cycle + tick * tick_cycles(dev);
+    return dev->state->zero_cycle + tick * get_tick_cycles(dev);
 }
 
-static uint64_t command_tick(const struct hil_replay *replay, size_t i)
+static uint64_t get_command_tick(const struct hil_replay *replay, size_t i)
 {
     return replay->origin_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK +
            COMMAND_TICKS;
 }
 
 /* Cycle of the next change of PA15; HIL_NEVER if there is none. */
-static uint64_t pin_cycle(const struct hil_replay_device *dev)
+static uint64_t get_pin_cycle(const struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
     const struct hil_replay_state *state = dev->state;
@@ -51,31 +51,32 @@ static uint64_t pin_cycle(const struct hil_replay_device *dev)
         if (state->next_edge < replay->edge_count &&
             (tick + replay->edge_tick[state->next_edge]) / 2u < low)
             low = (tick + replay->edge_tick[state->next_edge]) / 2u;
-        return cycle_at_tick(dev, low);
+        return get_cycle_at_tick(dev, low);
     }
     if (state->next_edge == replay->edge_count)
         return HIL_NEVER;
-    return cycle_at_tick(dev, replay->edge_tick[state->next_edge]);
+    return get_cycle_at_tick(dev, replay->edge_tick[state->next_edge]);
 }
 
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
-static uint64_t train_cycle(const struct hil_replay_device *dev, unsigned i)
+static uint64_t get_train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
     uint64_t tick = hil_train_next(&dev->replay->train[i], &dev->state->train[i],
                                    TRAIN_PULSE_TICKS);
-    return tick == HIL_RUN_NEVER ? HIL_NEVER : cycle_at_tick(dev, tick);
+    return tick == HIL_RUN_NEVER ? HIL_NEVER : get_cycle_at_tick(dev, tick);
 }
 
 static void schedule(struct hil_replay_device *dev)
 {
     const struct hil_replay_state *state = dev->state;
-    uint64_t next = pin_cycle(dev);
+    uint64_t next = get_pin_cycle(dev);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
-        uint64_t train = train_cycle(dev, i);
+        uint64_t train = get_train_cycle(dev, i);
         next = train < next ? train : next;
     }
     if (state->next_command < dev->replay->command_count) {
-        uint64_t command = cycle_at_tick(dev, command_tick(dev->replay, state->next_command));
+        uint64_t command = get_cycle_at_tick(dev,
+                                             get_command_tick(dev->replay, state->next_command));
         next = command < next ? command : next;
     }
     hil_event_set_cycle(dev->core, HIL_EVENT_REPLAY, next);
@@ -98,7 +99,7 @@ static void begin_replay(struct hil_replay_device *dev)
     struct hil_replay_state *state = dev->state;
     *state = (struct hil_replay_state){
         .is_started = true,
-        .zero_cycle = tim2->base_cycle - tim2->base_count * tick_cycles(dev),
+        .zero_cycle = tim2->base_cycle - tim2->base_count * get_tick_cycles(dev),
         .reset_count = dev->core->state.counters.resets,
     };
     apply_command(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
@@ -148,19 +149,19 @@ static void on_event(void *device, uint64_t at)
     if (!dev->replay || !state->is_started ||
         state->reset_count != dev->core->state.counters.resets)
         return; /* after a reset the record starts again with the first scan */
-    if (pin_cycle(dev) <= at)
+    if (get_pin_cycle(dev) <= at)
         move_pin(dev, at);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
-        if (train_cycle(dev, i) <= at)
+        if (get_train_cycle(dev, i) <= at)
             move_train(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
-        cycle_at_tick(dev, command_tick(dev->replay, state->next_command)) <= at)
+        get_cycle_at_tick(dev, get_command_tick(dev->replay, state->next_command)) <= at)
         apply_block(dev);
     schedule(dev);
 }
 
-static const struct mr_block *block_at(const struct hil_replay *replay, uint64_t index)
+static const struct mr_block *find_block(const struct hil_replay *replay, uint64_t index)
 {
     const struct mr_block *first = &replay->blocks[0];
     if (index <= first->index)
@@ -192,9 +193,9 @@ static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t 
         return 0;
     if (!state->is_started || state->reset_count != dev->core->state.counters.resets)
         begin_replay(dev);
-    uint64_t tick = (at - state->zero_cycle) / tick_cycles(dev);
+    uint64_t tick = (at - state->zero_cycle) / get_tick_cycles(dev);
     uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
-    const struct mr_block *block = block_at(replay, since / MR_TICKS_PER_BLOCK);
+    const struct mr_block *block = find_block(replay, since / MR_TICKS_PER_BLOCK);
     if (block != dev->codes_block) {
         hil_codes_from_block(block, &dev->codes,
                              &unused); /* cannot fail: checked when the file was read */
@@ -360,7 +361,7 @@ static const struct range low_codes = {0, MR_CODE_LOW};
 static const struct range middle_codes = {MR_CODE_LOW + 1u, MR_CODE_HIGH - 1u};
 static const struct range high_codes = {MR_CODE_HIGH, CODE_MAX};
 
-static struct range code_range(unsigned i, unsigned low, unsigned high)
+static struct range get_code_range(unsigned i, unsigned low, unsigned high)
 {
     return i < low ? low_codes : i < low + high ? high_codes : middle_codes;
 }
@@ -372,8 +373,8 @@ static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned hig
     if (low + high > count)
         return false;
     for (unsigned i = 0; i < count; i++) {
-        least += code_range(i, low, high).min;
-        most += code_range(i, low, high).max;
+        least += get_code_range(i, low, high).min;
+        most += get_code_range(i, low, high).max;
     }
     return sum >= least && sum <= most;
 }
@@ -384,13 +385,13 @@ static void spread_sum(unsigned sum, unsigned count, unsigned low, unsigned high
 {
     unsigned rest = sum;
     for (unsigned i = 0; i < count; i++) {
-        codes[i] = code_range(i, low, high).min;
+        codes[i] = get_code_range(i, low, high).min;
         rest -= codes[i];
     }
     while (rest) {
         for (unsigned i = 0; i < count && rest; i++) {
             unsigned share = (rest + (count - i) - 1u) / (count - i);
-            unsigned room = (unsigned)(code_range(i, low, high).max - codes[i]);
+            unsigned room = (unsigned)(get_code_range(i, low, high).max - codes[i]);
             unsigned more = share < room ? share : room;
             codes[i] = (uint16_t)(codes[i] + more);
             rest -= more;

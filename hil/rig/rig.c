@@ -26,7 +26,7 @@
 #define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
 
 /* Time of the next change of the input with train i. */
-static uint64_t train_ps(const struct hil_rig_device *dev, unsigned i)
+static uint64_t get_train_ps(const struct hil_rig_device *dev, unsigned i)
 {
     return hil_train_next(&dev->run->train[i], &dev->state->train[i], HIL_TRAIN_PULSE_PS);
 }
@@ -47,8 +47,8 @@ static void schedule(struct hil_rig_device *dev)
     if (rig->shunt_next_ps < next)
         next = rig->shunt_next_ps;
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
-        if (train_ps(dev, i) < next)
-            next = train_ps(dev, i);
+        if (get_train_ps(dev, i) < next)
+            next = get_train_ps(dev, i);
     }
     hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
@@ -71,7 +71,7 @@ void hil_rig_start(struct hil_rig_device *dev)
 }
 
 /* Share of a contact in the staircase voltage, 0 to 1. */
-static double contact_level(const struct hil_contact *contact, double t_s, double tau_s)
+static double compute_contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
     double taus = (t_s - (double)contact->since_ps * 1e-12) / tau_s;
     double target = contact->is_open;
@@ -87,7 +87,9 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     struct hil_contact *contact = &rig->contact[i];
     hil_adc_advance(dev->adc, at); /* earlier samples must use the old state */
     double tau_s = dev->electronics->staircase_tau_s;
-    contact->level = contact->has_moved ? contact_level(contact, (double)t_ps * 1e-12, tau_s) : 0.0;
+    contact->level = contact->has_moved
+                       ? compute_contact_level(contact, (double)t_ps * 1e-12, tau_s)
+                       : 0.0;
     contact->has_moved = true;
     contact->is_open = open;
     contact->since_ps = t_ps;
@@ -150,7 +152,7 @@ static void on_event(void *device, uint64_t at)
     while (rig->shunt_next_ps <= now_ps)
         move_relay(dev, at);
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
-        if (train_ps(dev, i) <= now_ps)
+        if (get_train_ps(dev, i) <= now_ps)
             move_train(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
@@ -170,7 +172,7 @@ static void on_event(void *device, uint64_t at)
     schedule(dev);
 }
 
-static bool pin_level(const struct hil_rig_device *dev, struct hil_pin_place place)
+static bool get_pin_level(const struct hil_rig_device *dev, struct hil_pin_place place)
 {
     return hil_gpio_level(dev->gpio, place.port, place.pin);
 }
@@ -179,7 +181,7 @@ bool hil_rig_has_lamp_current(const struct hil_rig_device *dev)
 {
     enum hil_lamp lamp = (enum hil_lamp)dev->state->lamp;
     return lamp == HIL_LAMP_SHORTED ||
-           (lamp == HIL_LAMP_GOOD && !pin_level(dev, dev->type->warning));
+           (lamp == HIL_LAMP_GOOD && !get_pin_level(dev, dev->type->warning));
 }
 
 void hil_rig_skip_switch(struct hil_rig_device *dev, unsigned position)
@@ -198,7 +200,7 @@ void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32
 
 /* Remaining part of a step after `taus` time constants. Cached, because every scan uses the same
  * few times. */
-static double remaining_share(struct hil_rig_device *dev, uint64_t cycles, double taus)
+static double compute_remaining_share(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
     struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
     if (known->remaining_share <= 0.0 || known->taus != taus)
@@ -207,7 +209,7 @@ static double remaining_share(struct hil_rig_device *dev, uint64_t cycles, doubl
 }
 
 /* Amplitude of the excitation at the transducers, -1 to 1. */
-static double excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
+static double compute_excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
     double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz /
@@ -215,7 +217,7 @@ static double excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
     if (at < rig->since_cycle || taus > SETTLED_TAUS)
         return rig->excitation;
     return rig->excitation + (rig->from_amplitude - rig->excitation) *
-                                 remaining_share(dev, at - rig->since_cycle, taus);
+                                 compute_remaining_share(dev, at - rig->since_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
@@ -239,7 +241,7 @@ void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, ui
         return;
     hil_adc_advance(dev->adc, at); /* earlier samples must use the old polarity */
     hil_rig_count_excitation(dev, at);
-    rig->from_amplitude = excitation_amplitude(dev, at);
+    rig->from_amplitude = compute_excitation_amplitude(dev, at);
     rig->excitation = wanted;
     rig->since_cycle = at;
     rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
@@ -272,7 +274,7 @@ void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, d
 }
 
 /* Temperature above the one at which the electronics were adjusted, in K. */
-static double temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
+static double get_temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
     if (e->temperature_rise_k_per_s == 0.0)
@@ -281,8 +283,8 @@ static double temperature_rise_k(const struct hil_rig_device *dev, uint64_t at)
     return e->temperature_rise_k + e->temperature_rise_k_per_s * t_s;
 }
 
-static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double tension_lb,
-                         double warmer)
+static double compute_gage_volts(const struct hil_rig_device *dev, unsigned gage, double tension_lb,
+                                 double warmer)
 {
     const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
@@ -294,14 +296,15 @@ static double gage_volts(const struct hil_rig_device *dev, unsigned gage, double
 
 /* VDDA supplies the staircase, so its voltage is proportional to VDDA and its steps are constant in
  * codes. */
-static double staircase_volts(const struct hil_rig_device *dev, double t_s)
+static double compute_staircase_volts(const struct hil_rig_device *dev, double t_s)
 {
     const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
     double codes = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
         if (rig->contact[i].has_moved)
-            codes += e->step_codes[i] * contact_level(&rig->contact[i], t_s, e->staircase_tau_s);
+            codes += e->step_codes[i] *
+                     compute_contact_level(&rig->contact[i], t_s, e->staircase_tau_s);
     }
     return (HIL_STAIRCASE_ZERO_V * e->staircase_zero_ratio + codes * HIL_NOMINAL_VDDA_V / 4096.0) *
            (e->vdda_v / HIL_NOMINAL_VDDA_V);
@@ -309,7 +312,7 @@ static double staircase_volts(const struct hil_rig_device *dev, double t_s)
 
 /* Returns the reference voltage as a fraction of its nominal value. `warmer`: temperature rise,
  * K. */
-static double reference_ratio(const struct hil_rig_device *dev, double warmer)
+static double get_reference_ratio(const struct hil_rig_device *dev, double warmer)
 {
     return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);
 }
@@ -326,10 +329,10 @@ static bool is_gage(unsigned channel)
 }
 
 /* Input of a channel's sensor in inches or pounds; for the staircase in volts. */
-static double sensor_input(const struct hil_rig_device *dev, unsigned channel, double t_s)
+static double get_sensor_input(const struct hil_rig_device *dev, unsigned channel, double t_s)
 {
     if (channel == CHANNEL_STAIRCASE)
-        return staircase_volts(dev, t_s);
+        return compute_staircase_volts(dev, t_s);
     if (channel == CHANNEL_REFERENCE || !dev->run)
         return 0.0;
     return hil_run_truth(dev->run, channel,
@@ -338,18 +341,18 @@ static double sensor_input(const struct hil_rig_device *dev, unsigned channel, d
 
 /* Without a run nothing moves, so the time of the conversion is not computed: it would cost more
  * than all the rest. */
-static double sensor_input_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
+static double get_sensor_input_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
     double t_s = dev->run ? (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12 : 0.0;
-    return sensor_input(dev, channel, t_s);
+    return get_sensor_input(dev, channel, t_s);
 }
 
 void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
 {
     hil_adc_advance(dev->adc, hil_now_cycle(dev->core));
     dev->state->channel_fault[channel] = (uint8_t)fault;
-    dev->state->stuck_value[channel] = sensor_input(dev, channel,
-                                                    (double)hil_now_ps(dev->core) * 1e-12);
+    dev->state->stuck_value[channel] = get_sensor_input(dev, channel,
+                                                        (double)hil_now_ps(dev->core) * 1e-12);
 }
 
 /* True if an on-board sensor chip is selected and drives this channel's pin. */
@@ -359,7 +362,7 @@ static bool is_held_by_sensor(const struct hil_rig_device *dev, unsigned channel
     return type->sensor_select.port != HIL_NO_PORT &&
            hil_same_pin(type->sensor_out, type->channel[channel].port,
                         type->channel[channel].pin) &&
-           !pin_level(dev, type->sensor_select);
+           !get_pin_level(dev, type->sensor_select);
 }
 
 double hil_rig_channel_volts(void *device, int channel, uint64_t at)
@@ -371,20 +374,20 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
     if (fault > HIL_CHANNEL_STUCK)
         return fault == HIL_CHANNEL_HIGH ? dev->electronics->vdda_v : 0.0;
     double value = fault == HIL_CHANNEL_STUCK ? dev->state->stuck_value[channel]
-                                              : sensor_input_at(dev, (unsigned)channel, at);
+                                              : get_sensor_input_at(dev, (unsigned)channel, at);
     if (channel == (int)CHANNEL_STAIRCASE)
         return value;
     const struct hil_electronics *e = dev->electronics;
-    double warmer = temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read_share;
+    double warmer = get_temperature_rise_k(dev, at), volts = REFERENCE_V * e->reference_read_share;
     if (channel < (int)HIL_RUN_TRANSDUCERS)
         volts = TRANSDUCER_MID_V + e->transducer_mid_v[channel] +
-                excitation_amplitude(dev, at) *
+                compute_excitation_amplitude(dev, at) *
                     (TRANSDUCER_ZERO_V +
                      TRANSDUCER_V_PER_IN * (value + e->transducer_zero_in[channel])) *
                     (e->transducer_gain[channel] + e->transducer_gain_per_k * warmer);
     else if (is_gage((unsigned)channel))
-        volts = gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
-    return volts * reference_ratio(dev, warmer);
+        volts = compute_gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
+    return volts * get_reference_ratio(dev, warmer);
 }
 
 /* --- connections --- */
@@ -399,7 +402,7 @@ static void update_excitation(void *device, uint64_t at)
 static void update_shunts(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    switch_shunts(dev, pin_level(dev, dev->type->shunts), at);
+    switch_shunts(dev, get_pin_level(dev, dev->type->shunts), at);
 }
 
 static void update_lamp(void *device, uint64_t at)
@@ -421,7 +424,7 @@ void hil_rig_set_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
 }
 
 /* Low while the lamp draws more than the threshold of its amplifier, after a delay. */
-static bool lamp_sense(const void *device, unsigned channel, bool *drives)
+static bool get_lamp_sense(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_rig_device *dev = device;
     const struct hil_electronics *e = dev->electronics;
@@ -435,7 +438,7 @@ static bool lamp_sense(const void *device, unsigned channel, bool *drives)
 }
 
 /* Source resistance of a channel at the converter. */
-static double source_ohm(const void *device, int channel)
+static double get_source_ohm(const void *device, int channel)
 {
     const struct hil_rig_device *dev = device;
     return dev->electronics->adc.source_ohm[channel];
@@ -446,7 +449,7 @@ void hil_rig_create(struct hil_rig_device *dev)
     struct hil_gpio_device *gpio = dev->gpio;
     dev->state->pulse_end_ps = HIL_NEVER;
     dev->state->shunt_next_ps = HIL_NEVER;
-    dev->lamp = (struct hil_pin){.context = dev, .function = -1, .level = lamp_sense};
+    dev->lamp = (struct hil_pin){.context = dev, .function = -1, .level = get_lamp_sense};
     gpio->outside_pins[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
     gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
     hil_gpio_add_listener(gpio, update_excitation, dev);
@@ -455,7 +458,7 @@ void hil_rig_create(struct hil_rig_device *dev)
     dev->adc->outside = (struct hil_analogue){.context = dev,
                                               .source = hil_rig_channel,
                                               .volts = hil_rig_channel_volts,
-                                              .source_ohm = source_ohm};
+                                              .source_ohm = get_source_ohm};
     hil_event_connect(dev->core, HIL_EVENT_RIG, on_event, dev);
 }
 
@@ -478,7 +481,7 @@ enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_dev
     return hil_can_inject(can, &frame);
 }
 
-static void script_schedule(struct hil_script_device *dev)
+static void schedule_script(struct hil_script_device *dev)
 {
     const struct hil_script *script = dev->state;
     bool more = dev->rig->run && script->next < dev->rig->run->command_count;
@@ -489,7 +492,7 @@ static void script_schedule(struct hil_script_device *dev)
 void hil_script_start(struct hil_script_device *dev)
 {
     *dev->state = (struct hil_script){0};
-    script_schedule(dev);
+    schedule_script(dev);
 }
 
 static void apply_command(struct hil_script_device *dev, const struct hil_run_command *command)
@@ -510,7 +513,7 @@ static void on_command(void *device, uint64_t at)
     while (dev->rig->run && script->next < dev->rig->run->command_count &&
            dev->rig->run->commands[script->next].t_ps <= now_ps)
         apply_command(dev, &dev->rig->run->commands[script->next++]);
-    script_schedule(dev);
+    schedule_script(dev);
 }
 
 void hil_script_create(struct hil_script_device *dev)
@@ -537,7 +540,7 @@ static void plan_frame(struct hil_camera_device *dev)
     camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
 }
 
-static void camera_schedule(struct hil_camera_device *dev)
+static void schedule_camera(struct hil_camera_device *dev)
 {
     const struct hil_camera *camera = dev->state;
     uint64_t next = camera->is_running ? camera->frame_ps : HIL_NEVER;
@@ -562,7 +565,7 @@ static void update_trigger(void *device, uint64_t at)
                                   .random_state = dev->options->seed};
     hil_trace(dev->core, "the camera starts");
     plan_frame(dev);
-    camera_schedule(dev);
+    schedule_camera(dev);
 }
 
 static void on_camera(void *device, uint64_t at)
@@ -586,7 +589,7 @@ static void on_camera(void *device, uint64_t at)
         camera->next_frame++;
         plan_frame(dev);
     }
-    camera_schedule(dev);
+    schedule_camera(dev);
 }
 
 void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
