@@ -302,7 +302,7 @@
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
       say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
-      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? state.outcome + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
+      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? state.outcome.split(': ', 2).join(': ') + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
@@ -483,6 +483,7 @@
     const text = JSON.stringify({ ...told, source: null, board: null, of: null, configured: 0 });
     const changed = !configuration || text !== configuration.text;
     configuration = told;
+    for (const u of Object.values(told.units)) u.text = u.text.replace('/s2', '/s²');
     configuration.text = text;
     const s = told.source;
     say('source', s.db + '  ·  ' + [s.can && 'CAN ' + s.can, s.serial && 'serial ' + s.serial].filter((t) => t).join('  ·  '));
