@@ -791,8 +791,8 @@ static void write_health(const struct report *report, const struct report_landin
 const struct report_part report_parts[] = {
     {"Speed and deceleration", write_speed},
     {"Displacement against distance from the front wheel", write_wheel},
-    {"Movement of the mat", write_movement},
     {"Zone map", write_zone_map},
+    {"Movement of the mat", write_movement},
     {"Predictions", write_predictions},
     {"Band tensions", write_tensions},
     {"Tension change along the bands", write_tension_extremes},
