@@ -259,7 +259,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     scene->path = NULL;
     scene->path_count = 0;
     if (model->is_ensemble)
-        scene->model = SIM_CHAIN;
+        scene->model = SIM_MODEL_CHAIN;
     enum mr_status status = compare_prepare_scene(measured, &none, scene, error);
     double share = c->weight_lb / c->axles * COMPARE_STRIPS / COMPARE_AIRCRAFT_LB;
     for (size_t i = 0; model->is_ensemble && i < scene->path_count; i++)
@@ -332,12 +332,12 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
     double *gap_ft = model->gap_ft + seed * model->joints;
     /* A second pass for the first seed gives the numerical error, which is far below the spread of
      * the seeds. All seeds use the same solver, so the error applies to all. */
-    bool chain = s->scene.model == SIM_CHAIN;
+    bool chain = s->scene.model == SIM_MODEL_CHAIN;
     struct sim_options options = {.solver = chain ? "staggered" : NULL,
                                   .sample_dt_s = COMPARE_SAMPLE_S,
                                   .station_ft = station_ft,
                                   .station_count = columns,
-                                  .single = seed > 0};
+                                  .is_single_pass = seed > 0};
     struct progress progress;
     struct sim_result result = {0};
     options.may_continue = sim_progress;

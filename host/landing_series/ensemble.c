@@ -324,7 +324,7 @@ static void set_scene(const struct runway *r, const struct sim_scene *made, enum
     scene->t_dwell_s = r->series->dwell_s;
     sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints);
     sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints);
-    if (model == SIM_CONSISTENT)
+    if (model == SIM_MODEL_CONSISTENT)
         sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints);
     sim_scene_set_path(scene, rows, count);
 }
@@ -345,13 +345,13 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
                                  struct sim_result *result, struct error *error)
 {
     const struct landing_series *c = r->series;
-    bool chain = model == SIM_CHAIN;
+    bool chain = model == SIM_MODEL_CHAIN;
     const struct sim_options options = {
         .dt_s = first ? first->check_step_s[!chain]
               : chain ? c->chain_dt_s
                       : c->planar_dt_s,
-        .single = true,
-        .overrun_ft = model == SIM_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
+        .is_single_pass = true,
+        .overrun_ft = model == SIM_MODEL_CONSISTENT ? c->buckle_in / IN_PER_FT : 0.0,
     };
     struct sim_scene scene = {0};
     *result = (struct sim_result){0};
@@ -431,8 +431,8 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
     out->sag_deg = result->sag_deg;
     out->is_unhinged = result->sag_deg > r->series->unhinge_deg;
     out->is_buckled = out->is_unhinged || out->rise_in >= r->series->buckle_in;
-    out->overrun_count = result->overruns;
-    for (int i = 0; i < result->overruns; i++)
+    out->overrun_count = result->overrun_count;
+    for (int i = 0; i < result->overrun_count; i++)
         out->overrun_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->is_buckled)
         out->buckle_ft = out->overrun_count > 0 ? out->overrun_ft[0]
@@ -568,13 +568,13 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     const struct sim_scene *scene = &landing->scene;
     struct sim_result chain = {0}, planar = {0};
     if (c->engine != SERIES_PLANAR &&
-        run_engine(r, landing, SIM_CHAIN, path, first, out, &chain, error) == MR_OK)
+        run_engine(r, landing, SIM_MODEL_CHAIN, path, first, out, &chain, error) == MR_OK)
         out->lift_ratio = find_lift_ratio(r, scene, chain.push_lb);
     bool asked = c->engine == SERIES_PLANAR ||
                  (c->engine == SERIES_AUTO &&
                   (out->lift_ratio > c->skip_share || is_tipping(scene)));
     if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
-        run_engine(r, landing, SIM_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
+        run_engine(r, landing, SIM_MODEL_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
         out->is_from_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->wave_count > 0);
     }

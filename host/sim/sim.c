@@ -20,7 +20,7 @@ static enum mr_status check_options(const struct sim_scene *scene,
 {
     double runway_ft = scene->mats * scene->length_ft,
            run_s = sim_scene_end_s(scene) - sim_scene_start_s(scene);
-    bool chain = scene->model == SIM_CHAIN;
+    bool chain = scene->model == SIM_MODEL_CHAIN;
     if (chain && options->solver && strcmp(options->solver, "staggered") != 0 &&
         strcmp(options->solver, "event") != 0 && strcmp(options->solver, "auto") != 0)
         return error_set(error, MR_USAGE,
@@ -63,7 +63,8 @@ static void format_reason(const struct sim_result *result, const struct sim_scen
     bool underflow = result->status == SIM_STEP_UNDERFLOW;
     if (result->status == SIM_FOLDED)
         snprintf(why, size, "turned beyond 85 degrees; reduce the thrust, or give a smaller tend");
-    else if (!given && underflow && scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+    else if (!given && underflow && scene->friction_law == SIM_FRICTION_SIGN &&
+             scene->friction > 0.0)
         snprintf(why, size,
                  "friction law sign chatters around rest; give friction stick, its exact form");
     else if (!given && underflow)
@@ -102,7 +103,7 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
                   "reached; the result up to this time is given; give a longer limit, an earlier "
                   "tend or a looser rtol",
                   name, nine, result->t_s, nine, result->t_end_s,
-                  deadline->asked_options->time_limit_s);
+                  deadline->requested_options->time_limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
                   "interrupted: %s: at %.*g of %.*g s; the result up to this time is given", name,
@@ -155,14 +156,14 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (sim_scene_check(scene, where, error) != MR_OK ||
         check_options(scene, options, error) != MR_OK)
         return error->status;
-    if (scene->model == SIM_CHAIN && scene->friction_law != SIM_NONE &&
-        scene->friction_normal == SIM_SOIL)
+    if (scene->model == SIM_MODEL_CHAIN && scene->friction_law != SIM_FRICTION_NONE &&
+        scene->friction_normal == SIM_NORMAL_SOIL)
         return error_set(error, MR_USAGE,
                          "no soil in model chain: %s: friction_normal is soil; give weight", where);
     struct sim_scene counted;
     sim_scene_shift_times(&counted, scene);
     result->start_s = sim_scene_start_s(scene);
-    if (scene->model == SIM_CHAIN)
+    if (scene->model == SIM_MODEL_CHAIN)
         chain_run(&counted, &deadline.options, result, error);
     else
         planar_run(&counted, &deadline.options, result, error);
@@ -181,7 +182,7 @@ bool sim_progress(void *progress, int pass, double part)
 
 #define DIGITS 9
 
-static json_t *numbers_json(const double *values, size_t count)
+static json_t *numbers_to_json(const double *values, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
@@ -189,7 +190,7 @@ static json_t *numbers_json(const double *values, size_t count)
     return list;
 }
 
-static json_t *flagged_json(const double *flags, const double *names, size_t count)
+static json_t *flagged_to_json(const double *flags, const double *names, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++) {
@@ -208,13 +209,14 @@ static void add_group(struct answer *answer, int group, const struct mods_state 
         const char *name;
         json_t *list;
     } lists[] = {
-        {"T0", numbers_json(s->band_lb + segment, count + 1)},
-        {"least_lb", numbers_json(s->band_min_lb + segment, count + 1)},
-        {"most_lb", numbers_json(s->band_max_lb + segment, count + 1)},
-        {"mats", numbers_json(s->band_mat + connection, count)},
-        {"load_lb", numbers_json(s->band_load_lb + connection, count)},
-        {"slipped", numbers_json(s->band_slip_ft + connection, count)},
-        {"pulled", flagged_json(s->band_pulled_out + connection, s->band_mat + connection, count)},
+        {"T0", numbers_to_json(s->band_lb + segment, count + 1)},
+        {"least_lb", numbers_to_json(s->band_min_lb + segment, count + 1)},
+        {"most_lb", numbers_to_json(s->band_max_lb + segment, count + 1)},
+        {"mats", numbers_to_json(s->band_mat + connection, count)},
+        {"load_lb", numbers_to_json(s->band_load_lb + connection, count)},
+        {"slipped", numbers_to_json(s->band_slip_ft + connection, count)},
+        {"pulled",
+         flagged_to_json(s->band_pulled_out + connection, s->band_mat + connection, count)},
     };
     for (size_t i = 0; i < sizeof lists / sizeof lists[0]; i++) {
         char name[24];
@@ -261,7 +263,7 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
     double sum = 0.0;
     for (size_t i = 0; i < s->cleats; i++)
         sum += s->cleat_left[i];
-    answer_json_value(answer, "cleat_left", numbers_json(s->cleat_left, s->cleats));
+    answer_json_value(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleats));
     answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
     answer_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
                   s->cleat_left[worst], s->cleat_mat[worst]);
@@ -278,9 +280,9 @@ static void add_restraints(struct answer *answer, const struct mods_state *s)
         if (count == 0)
             continue;
         snprintf(name, sizeof name, "%s_zero", kind);
-        answer_json_value(answer, name, numbers_json(s->restraint_zero_ft + first, count));
+        answer_json_value(answer, name, numbers_to_json(s->restraint_zero_ft + first, count));
         snprintf(name, sizeof name, "%s_load_lb", kind);
-        answer_json_value(answer, name, numbers_json(load_lb, count));
+        answer_json_value(answer, name, numbers_to_json(load_lb, count));
         snprintf(name, sizeof name, "largest %s load", kind);
         answer_value(answer, NULL, name, UNIT_TENSION, load_lb[most], -4);
         answer_remark(answer, ", at %s %.0f", k == SIM_ABSORBERS ? "joint" : "mat", at[most]);
@@ -314,7 +316,7 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
-        answer_json_value(answer, "torn", flagged_json(s->torn, NULL, s->joints + 1));
+        answer_json_value(answer, "torn", flagged_to_json(s->torn, NULL, s->joints + 1));
     if (may_tear || torn > 0)
         answer_count(answer, NULL, "joints torn", (int64_t)torn);
     answer_close(answer);
@@ -332,7 +334,7 @@ int sim_shown_mat(const struct sim_scene *scene, size_t i)
     return scene->u_mats.count > 0 ? (int)scene->u_mats.values[i] : (int)i + 1;
 }
 
-static json_t *outputs_json(const struct sim_scene *scene, const struct sim_result *result)
+static json_t *outputs_to_json(const struct sim_scene *scene, const struct sim_result *result)
 {
     json_t *outputs = json_array();
     int twelve = sim_time_digits(result->start_s, 12);
@@ -348,7 +350,7 @@ static json_t *outputs_json(const struct sim_scene *scene, const struct sim_resu
         json_array_append_new(outputs, json_pack("{s:o,s:o,s:o,s:i}", "t_s",
                                                  cli_json_number(output->t_s, twelve), "u_ft", u,
                                                  "lift_ft", cli_json_number(output->lift_ft, 12),
-                                                 "lift_node", output->lift_node));
+                                                 "lift_node", output->highest_node));
     }
     return outputs;
 }
@@ -359,7 +361,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
                         const struct sim_result *result)
 {
     int every = scene->u_mats.count == 0 ? (scene->mats + ROWS_MAX - 1) / ROWS_MAX : 1;
-    answer_json_value(answer, "outputs", outputs_json(scene, result));
+    answer_json_value(answer, "outputs", outputs_to_json(scene, result));
     for (size_t k = 0; k < result->output_count; k++) {
         char label[40];
         snprintf(label, sizeof label, "movement at %.*g s", sim_time_digits(result->start_s, 6),
@@ -395,7 +397,7 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     bool interrupted = result->status == SIM_INTERRUPTED,
          unsure = result->status == SIM_UNPREDICTABLE,
          seen = result->status == SIM_OK || interrupted || unsure;
-    bool lifts = scene->model != SIM_CHAIN;
+    bool lifts = scene->model != SIM_MODEL_CHAIN;
     answer_value(answer, NULL, "largest movement", UNIT_MOVEMENT, result->peak_u_ft, 4);
     answer_remark(answer, ", of mat %d", result->peak_mat);
     answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
@@ -475,7 +477,7 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
     answer_value(answer, "run_ms", "computed in", UNIT_NUMBER, result->run_ms, 1)->suffix = " ms";
     answer_count(answer, "rhs", NULL, (int64_t)result->evaluations);
     answer_count(answer, "steps", "steps", (int64_t)result->steps);
-    answer_count(answer, "rejected", NULL, (int64_t)result->rejected);
+    answer_count(answer, "rejected", NULL, (int64_t)result->other_steps);
     answer_count(answer, "events", NULL, (int64_t)result->events);
     add_extremes(answer, scene, result);
     add_mods(answer, scene, result->mods);

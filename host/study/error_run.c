@@ -45,7 +45,8 @@ static void add_run(struct answer *answer, const struct error_study *study,
     answer_count(answer, "rhs", "rhs", (int64_t)run->evaluations);
     answer_value(answer, "run_ms", "ms", UNIT_NUMBER, run->ms, 2);
     add_error(answer, "err_u", "error of|u, ft", run, run->u_ft, study->disagreement_u_ft);
-    add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft, study->agreement_lift_ft);
+    add_error(answer, "err_lift", "error of|lift, ft", run, run->lift_ft,
+              study->disagreement_lift_ft);
     answer_words(answer, "status", NULL, "%s", sim_status_name(run->status));
     answer_words(answer, NULL, "status", run->is_unstable ? "%s, beyond the limit" : "%s",
                  sim_status_name(run->status));
@@ -72,53 +73,53 @@ static void add_runs(struct answer *answer, const struct error_study *study)
             "beyond the limit: the step exceeds the stability limit, and `matrig sim` refuses it");
 }
 
-static json_t *slope_json(const struct error_slope *slope)
+static json_t *slope_to_json(const struct error_slope *slope)
 {
-    if (slope->points == 0)
+    if (slope->point_count == 0)
         return json_null();
     return json_pack("{s:o,s:o,s:o,s:o,s:i}", "slope", cli_json_number(slope->slope, 4), "scatter",
                      cli_json_number(slope->scatter, 3), "from", cli_json_number(slope->from, 6),
-                     "to", cli_json_number(slope->to, 6), "points", slope->points);
+                     "to", cli_json_number(slope->to, 6), "points", slope->point_count);
 }
 
-static void slope_text(const char *what, const struct error_slope *slope,
-                       const struct error_order *order, char *text, size_t size)
+static void format_slope(const char *what, const struct error_slope *slope,
+                         const struct error_order *order, char *text, size_t size)
 {
-    if (slope->points == 0)
+    if (slope->point_count == 0)
         snprintf(text, size, "%s: too few errors to fit, or too similar run times", what);
     else if (slope->scatter > ERROR_SCATTER_MAX)
         snprintf(text, size, "%s: no power law (%d runs, scatter %.2f decades)", what,
-                 slope->points, slope->scatter);
+                 slope->point_count, slope->scatter);
     else
         snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
-                 slope->slope, slope->points, order->of_step ? "dt" : "rtol", slope->from,
+                 slope->slope, slope->point_count, order->is_of_step ? "dt" : "rtol", slope->from,
                  slope->to, slope->scatter);
 }
 
-static void add_orders(struct answer *answer, const struct error_study *study)
+static void add_slopes(struct answer *answer, const struct error_study *study)
 {
     answer_list(answer, "order", "observed orders p");
     for (size_t i = 0; i < study->order_count; i++) {
         const struct error_order *order = &study->orders[i];
-        const char *law = order->of_step ? "error ~ dt^p" : "error ~ rtol^p";
+        const char *law = order->is_of_step ? "error ~ dt^p" : "error ~ rtol^p";
         char u[120], lift[120];
-        slope_text("u", &order->u, order, u, sizeof u);
+        format_slope("u", &order->u, order, u, sizeof u);
         if (study->has_lift)
-            slope_text("lift", &order->lift, order, lift, sizeof lift);
+            format_slope("lift", &order->lift, order, lift, sizeof lift);
         answer_open(answer, NULL, "");
         answer_words(answer, NULL, order->solver, "%s, %s", law, u);
         if (study->has_lift)
             answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
         answer_words(answer, "solver", NULL, "%s", order->solver);
-        answer_words(answer, "against", NULL, "%s", order->of_step ? "dt" : "rtol");
-        answer_json_value(answer, "u", slope_json(&order->u));
-        answer_json_value(answer, "lift", slope_json(&order->lift));
+        answer_words(answer, "against", NULL, "%s", order->is_of_step ? "dt" : "rtol");
+        answer_json_value(answer, "u", slope_to_json(&order->u));
+        answer_json_value(answer, "lift", slope_to_json(&order->lift));
         answer_close(answer);
     }
     answer_close(answer);
 }
 
-static void add_least_ms(struct answer *answer, const struct error_study *study)
+static void add_cheapest_runs(struct answer *answer, const struct error_study *study)
 {
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
@@ -157,7 +158,7 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     answer_sentence(answer, "method", "%s", study->method);
     answer_open(answer, "agreement", "");
     answer_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
-    answer_value(answer, "lift", "of lift", UNIT_STATION, study->agreement_lift_ft, -2);
+    answer_value(answer, "lift", "of lift", UNIT_STATION, study->disagreement_lift_ft, -2);
     answer_close(answer);
     answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
         12;
@@ -166,8 +167,8 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     answer_close(answer);
     answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
-    add_orders(answer, study);
-    add_least_ms(answer, study);
+    add_slopes(answer, study);
+    add_cheapest_runs(answer, study);
     answer_list(answer, "notes", "notes");
     for (size_t i = 0; study->notes[i][0]; i++)
         answer_sentence(answer, NULL, "%s", study->notes[i]);
@@ -207,9 +208,9 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
                                                 .count = count});
 }
 
-static void plot_panel_of(struct plot *plot, const struct error_study *study, bool lift)
+static void plot_error_panel(struct plot *plot, const struct error_study *study, bool lift)
 {
-    const double floor_ft = lift ? study->agreement_lift_ft : study->disagreement_u_ft;
+    const double floor_ft = lift ? study->disagreement_lift_ft : study->disagreement_u_ft;
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
     plot_begin_panel(
@@ -233,8 +234,8 @@ static enum mr_status write_plot(const char *path, const char *name,
 {
     struct plot *plot = plot_new(name, study->has_lift ? 960 : 640, 480, study->has_lift ? 2 : 1);
     if (study->has_lift)
-        plot_panel_of(plot, study, true);
-    plot_panel_of(plot, study, false);
+        plot_error_panel(plot, study, true);
+    plot_error_panel(plot, study, false);
     return plot_write(plot, path, error);
 }
 

@@ -50,10 +50,10 @@ static int find_key(const char *option, const char *name, size_t length)
 static void set_fitted(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
-        list->parameter[k].fitted = false;
+        list->parameter[k].is_fitted = false;
     while (text) {
         size_t length = strcspn(text, ",");
-        list->parameter[find_key("--fit", text, length)].fitted = true;
+        list->parameter[find_key("--fit", text, length)].is_fitted = true;
         text = text[length] == ',' ? text + length + 1 : NULL;
     }
 }
@@ -185,7 +185,7 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
         answer_words(answer, NULL, run,
                      "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
                      "(%zu from gage points), %zu after%s",
-                     landing->channels, landing->windows, before, landing->gages, after,
+                     landing->channels, landing->windows, before, landing->gage_segments, after,
                      landing->is_consecutive ? "; initial gaps are those after the previous landing"
                                              : "");
         json_array_append_new(runs, json_integer(landing->run));
@@ -302,9 +302,9 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
 {
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
-    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated);
+    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated_draws);
     answer_remark(answer, " data sets in %u rounds%s", fit->rounds,
-                  fit->failed ? "; some data sets failed" : "");
+                  fit->failed_draws ? "; some data sets failed" : "");
     answer_count(answer, "rounds", NULL, fit->rounds);
     answer_flag(answer, "stopped", NULL, fit->not_converged);
     answer_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
@@ -317,7 +317,7 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
     return answer;
 }
 
-static json_t *path_json(const struct fit_landing *landing, double share)
+static json_t *path_to_json(const struct fit_landing *landing, double share)
 {
     json_t *path = json_array();
     for (size_t i = 0; i < landing->scene.path_count; i++) {
@@ -329,7 +329,7 @@ static json_t *path_json(const struct fit_landing *landing, double share)
     return path;
 }
 
-static json_t *list_json(const struct sim_list *list)
+static json_t *list_to_json(const struct sim_list *list)
 {
     json_t *values = json_array();
     for (size_t i = 0; i < list->count; i++)
@@ -381,11 +381,11 @@ static void set_scene(json_t *scene, const struct fit_landings *list, const doub
              (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
              NEAREST_DRAWS);
     json_object_set_new(scene, "_fit", json_string(note));
-    json_object_set_new(scene, "gap0", list_json(&joints->gap0_ft));
-    json_object_set_new(scene, "grit", list_json(&joints->grit_lb));
+    json_object_set_new(scene, "gap0", list_to_json(&joints->gap0_ft));
+    json_object_set_new(scene, "grit", list_to_json(&joints->grit_lb));
     json_object_set_new(scene, "f", cli_json_number(value[FIT_FRICTION], 6));
     json_object_set_new(scene, "KL", cli_json_number(value[FIT_STIFFNESS], 6));
-    json_object_set_new(scene, "path", path_json(&list->landing[0], share));
+    json_object_set_new(scene, "path", path_to_json(&list->landing[0], share));
 }
 
 /* Writes a scene with the fitted values, and with the path and thrust of the first landing. The
@@ -413,7 +413,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     return error->status;
 }
 
-static double station_of(const struct fit_landing *landing, const struct fit_window *window)
+static double window_station_ft(const struct fit_landing *landing, const struct fit_window *window)
 {
     return window->channel != SIZE_MAX
              ? landing->channel[window->channel].station_ft
@@ -438,10 +438,10 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
         for (int sums = 0; sums < 2; sums++) {
             size_t count = 0;
             for (size_t w = 0; w < landing->windows; w++) {
-                size_t s = landing->first + w;
+                size_t s = landing->first_statistic + w;
                 if ((landing->window[w].channel == SIZE_MAX) != sums)
                     continue;
-                station_ft[count] = station_of(landing, &landing->window[w]);
+                station_ft[count] = window_station_ft(landing, &landing->window[w]);
                 residual[count++] = (list->measured[s] - answer->expected[s]) / answer->scatter[s];
             }
             snprintf(key, sizeof key, "RUN %lld, %s", (long long)landing->run,

@@ -59,7 +59,7 @@ static void write_line(json_t *line, json_t *all, FILE *out)
     json_decref(line);
 }
 
-static int finish_lines(json_t *all)
+static int print_all_lines(json_t *all)
 {
     return all ? cli_print_json(json_pack("{s:o}", "cases", all), 0) : 0;
 }
@@ -78,7 +78,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
         failed += strcmp(json_string_value(json_object_get(line, "status")), "ok") != 0;
         write_line(line, all, output.file);
     }
-    int code = finish_lines(all);
+    int code = print_all_lines(all);
     output_end(&output, fatal);
     if (!r->output)
         return code;
@@ -96,7 +96,7 @@ static int list_cases(const struct sweep *sweep, const struct cli *cli)
         write_line(
             json_pack("{s:I,s:o}", "case", (json_int_t)i + 1, "values", sweep_values(sweep, i)),
             all, stdout);
-    return finish_lines(all);
+    return print_all_lines(all);
 }
 
 static int show_table(const struct sweep_request *r, const struct sweep *sweep,

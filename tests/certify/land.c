@@ -139,7 +139,7 @@ static bool land(const char *name, const char *keys, const struct braked *braked
                                         .sample_dt_s = 1e-3 * SCORE_ROW_MS,
                                         .station_ft = stations_ft,
                                         .station_count = SCORE_STATIONS,
-                                        .single = true};
+                                        .is_single_pass = true};
     bool good = parse(&scene, keys, &error);
     sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS);
     sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS);

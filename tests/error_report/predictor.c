@@ -162,7 +162,7 @@ static enum mr_status run_chain(const struct runway *runway, const struct gear *
     for (unsigned i = 0; i < STATIONS; i++)
         stations_ft[i] = 10.0 * i * MAT_FT;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = MATS;
     scene.length_ft = MAT_FT;
     scene.weight_lb = MAT_LB;
@@ -175,7 +175,7 @@ static enum mr_status run_chain(const struct runway *runway, const struct gear *
     scene.t_dwell_s = AFTER_STOP_S;
     const struct sim_options options = {.dt_s = dt_s,
                                         .rtol = single ? 0.0 : 0.5,
-                                        .single = single,
+                                        .is_single_pass = single,
                                         .sample_dt_s = NODE_S,
                                         .station_ft = stations_ft,
                                         .station_count = STATIONS};

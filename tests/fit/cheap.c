@@ -60,7 +60,7 @@ static void set_scene(struct sim_scene *scene, const double value[FIT_KEYS], dou
                       double *grit_lb, struct cheap_random *random)
 {
     sim_scene_defaults(scene);
-    scene->model = SIM_CHAIN;
+    scene->model = SIM_MODEL_CHAIN;
     scene->mats = MATS;
     scene->length_ft = LENGTH_FT;
     scene->weight_lb = WEIGHT_LB;

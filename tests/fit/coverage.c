@@ -59,7 +59,7 @@ int main(int argc, char **argv)
             fitted++;
             checked += misfit.is_checked;
             cannot += misfit.is_rejected;
-            simulated += (double)answer.simulated;
+            simulated += (double)answer.simulated_draws;
             for (int k = 0; k < FIT_KEYS; k++) {
                 double miss = answer.z[k] - z[k];
                 tally[k].held += answer.low[k] <= z[k] && z[k] <= answer.high[k];

@@ -120,7 +120,7 @@ static void set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
     double scale = (double)truth->mats / WHOLE_MATS; /* of lengths; decelerations stay */
     size_t joints = (size_t)truth->mats + 1;
     sim_scene_defaults(scene);
-    scene->model = SIM_CHAIN;
+    scene->model = SIM_MODEL_CHAIN;
     scene->mats = truth->mats;
     scene->length_ft = LENGTH_FT;
     scene->weight_lb = 0.466;
@@ -153,7 +153,7 @@ static bool land(struct truth *truth, struct sim_scene *scene,
     struct sim_options options = {.sample_dt_s = SAMPLE_S,
                                   .station_ft = station_ft,
                                   .station_count = MR_TRANSDUCERS,
-                                  .single = true};
+                                  .is_single_pass = true};
     struct sim_result result;
     double told_lb[PATH_ROWS];
     double error_of = 1.0 + THRUST_ERROR * cheap_normal(&truth->random);
@@ -208,8 +208,8 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
                                         .value_in = value_in + c * samples,
                                         .count = samples,
                                         .noise_in = NOISE_IN,
-                                        .baseline_in = BASELINE_IN,
-                                        .gain = GAIN};
+                                        .baseline_error_in = BASELINE_IN,
+                                        .gain_error = GAIN};
     if (good && number == 0) {
         struct fit_parameter prior[FIT_KEYS];
         set_priors(prior);

@@ -9,10 +9,10 @@ static inline struct sim_scene beads(void)
 {
     struct sim_scene scene;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 7;
     scene.left = scene.right = SIM_FIXED;
-    scene.thrust = SIM_LINEAR;
+    scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 0.541296;
     scene.inertia_slug_ft2 = 108.333;
     scene.kv_lb_ft = 258222.0;
@@ -20,7 +20,7 @@ static inline struct sim_scene beads(void)
     scene.kl_lb_ft = 4.26391e8;
     scene.cl_lb_s_ft = 0.555537;
     scene.slack_ft = 0.005;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = 40.5972;
     scene.s0_ft = 2.0;
     scene.v0_ft_s = 2.0;

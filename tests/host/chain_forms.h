@@ -29,7 +29,7 @@ struct form {
 /* One free mat on dry ground, the wheel standing on it without thrust. */
 static inline void form_mat(struct sim_scene *scene)
 {
-    scene->model = SIM_CHAIN;
+    scene->model = SIM_MODEL_CHAIN;
     scene->mats = 1;
     scene->g_ft_s2 = FORM_G;
     scene->weight_lb = FORM_W;
@@ -38,7 +38,7 @@ static inline void form_mat(struct sim_scene *scene)
     scene->force_lb = scene->vac_ft_s = scene->v0_ft_s = 0.0;
     scene->s0_ft = 1.0;
     scene->friction = FORM_F;
-    scene->friction_law = SIM_STICK;
+    scene->friction_law = SIM_FRICTION_STICK;
 }
 
 /* a: its first speed. It slides v0^2/(2 f g) and rests. */
@@ -105,7 +105,7 @@ static inline double form_tied_at(const struct form *form, double t_s)
 static inline void form_box(const struct form *form, struct sim_scene *scene)
 {
     scene->left = scene->right = SIM_FIXED;
-    scene->friction_law = SIM_NONE;
+    scene->friction_law = SIM_FRICTION_NONE;
     scene->slack_ft = 1.0;
     scene->kl_lb_ft = form->a;
     scene->v0_ft_s = form->b;
@@ -136,7 +136,7 @@ static inline double form_box_at(const struct form *form, double t_s)
 static inline void form_grit(const struct form *form, struct sim_scene *scene)
 {
     scene->right = SIM_FIXED;
-    scene->friction_law = SIM_NONE;
+    scene->friction_law = SIM_FRICTION_NONE;
     scene->slack_ft = 1.0;
     scene->v0_ft_s = form->a;
     scene->kl_lb_ft = form->b;
@@ -199,7 +199,7 @@ static inline double form_spring_back_at(const struct form *form, double t_s)
 static inline void form_swing(const struct form *form, struct sim_scene *scene)
 {
     scene->mats = 2;
-    scene->friction_law = SIM_NONE;
+    scene->friction_law = SIM_FRICTION_NONE;
     scene->v0_ft_s = form->a;
     scene->v0_mat = 1;
     scene->kl_lb_ft = form->b;

@@ -16,7 +16,7 @@ static inline struct sim_scene apart(int mats)
     struct sim_scene scene;
     const double gap = 5.0;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = mats;
     scene.length_ft = 1.0;
     scene.weight_lb = G;
@@ -24,7 +24,7 @@ static inline struct sim_scene apart(int mats)
     scene.kl_lb_ft = 1e3;
     scene.slack_ft = 10.0;
     scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.mods.band[0].count = 1.0;
     scene.mods.band[0].area_ft2 = 1.0;
     scene.mods.band[0].e_lb_ft2 = 1000.0;
@@ -51,7 +51,7 @@ static inline struct sim_scene runway(void)
         {0, 2, 0}, {0.05, 3.4, 25}, {0.5, 13.5, 25}, {0.8, 17.5, 25}, {0.8, 17.5, 0}};
     double gaps[121], grits[121];
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = 120;
     model_mat_chain(&scene);
     scene.left = scene.right = SIM_FIXED;

@@ -91,7 +91,7 @@ static inline bool case_truth(const struct mr_predictor *p, const struct braking
     for (unsigned i = 0; i < CASE_STATIONS; i++)
         stations_ft[i] = fmin(10.0 * i + 5.0, end_ft - 0.1);
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = chain->mats;
     scene.length_ft = CASE_MAT_FT;
     scene.weight_lb = CASE_MAT_LB;

@@ -80,12 +80,12 @@ TEST(references_agree_and_errors_fall)
 {
     const double bump[] = {0.0099, 0.0200, 0.0099};
     static const char *const solvers[] = {"event", "implicit", "cvode", "rkgs", "hamming"};
-    struct sim_scene scene = plain(SIM_REPORT, 8);
-    scene.friction_law = SIM_TANH;
+    struct sim_scene scene = plain(SIM_MODEL_REPORT, 8);
+    scene.friction_law = SIM_FRICTION_TANH;
     scene.t_end_s = 0.01;
     sim_scene_set_list(&scene.bump_ft, bump, 3);
     run(&scene);
-    assert_true(study.disagreement_u_ft < 1e-10 && study.agreement_lift_ft < 1e-10);
+    assert_true(study.disagreement_u_ft < 1e-10 && study.disagreement_lift_ft < 1e-10);
     assert_true(study.max_lift_ft > 0.02);
     assert_non_null(strstr(study.method, "event"));
     assert_non_null(strstr(study.method, "implicit"));
@@ -126,12 +126,12 @@ TEST(references_agree_and_errors_fall)
 #define OSCILLATOR_V0 1.5
 static struct sim_scene oscillator(double cl)
 {
-    struct sim_scene scene = plain(SIM_REPORT, 1);
+    struct sim_scene scene = plain(SIM_MODEL_REPORT, 1);
     scene.left = SIM_FIXED;
     scene.right = SIM_FIXED;
     scene.kl_lb_ft = OSCILLATOR_KL;
     scene.cl_lb_s_ft = cl;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = 0.0;
     scene.vac_ft_s = 0.0;
     scene.s0_ft = 1.0;
@@ -175,15 +175,15 @@ TEST(an_error_is_the_true_error)
 /* Classical Runge-Kutta is of order 4 where nothing switches. */
 TEST(smooth_scenes_show_the_order)
 {
-    struct sim_scene scene = plain(SIM_REPORT, 10);
-    scene.friction_law = SIM_NONE;
+    struct sim_scene scene = plain(SIM_MODEL_REPORT, 10);
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.shear_lb = 0.0;
     scene.vac_ft_s = 0.0;
     scene.s0_ft = 1.0;
     scene.t_end_s = 0.02;
     run(&scene);
     const struct error_slope *rk4 = slope_of("rk4", false);
-    assert_true(rk4->points >= 6 && rk4->scatter < 0.1);
+    assert_true(rk4->point_count >= 6 && rk4->scatter < 0.1);
     assert_near(rk4->slope, 4.0, 0.3);
 
     sim_scene_free(&scene);
@@ -192,8 +192,8 @@ TEST(smooth_scenes_show_the_order)
 TEST(without_a_reference_there_is_no_table)
 {
     const double bump[] = {0.0099, 0.0200, 0.0099}, high = 0.3;
-    struct sim_scene scene = plain(SIM_REPORT, 8);
-    scene.friction_law = SIM_SIGN;
+    struct sim_scene scene = plain(SIM_MODEL_REPORT, 8);
+    scene.friction_law = SIM_FRICTION_SIGN;
     scene.t_end_s = 0.003;
     sim_scene_set_list(&scene.bump_ft, bump, 3);
     assert_int_equal(error_study_run(&study, &scene, NULL, NULL, &error), MR_NUMERICS);
@@ -202,10 +202,10 @@ TEST(without_a_reference_there_is_no_table)
     sim_scene_free(&scene);
 
     /* Undamped mats that bounce for a second and a half: rounding decides. */
-    scene = plain(SIM_CONSISTENT, 6);
+    scene = plain(SIM_MODEL_CONSISTENT, 6);
     scene.kv_lb_ft = 1e6;
     scene.cv_lb_s_ft = scene.cl_lb_s_ft = scene.ct_lb_ft_s_rad = 0.0;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = scene.v0_ft_s = scene.vac_ft_s = 0.0;
     scene.s0_ft = 1.0;
     scene.bump_first = 4;
@@ -221,7 +221,7 @@ TEST(without_a_reference_there_is_no_table)
 TEST(slopes_and_cheapest_of_a_known_study)
 {
     study = (struct error_study){.has_lift = true,
-                                 .agreement_lift_ft = 1e-9,
+                                 .disagreement_lift_ft = 1e-9,
                                  .disagreement_u_ft = 1e-9,
                                  .peak_u_ft = 10,
                                  .max_lift_ft = 10,
@@ -237,7 +237,7 @@ TEST(slopes_and_cheapest_of_a_known_study)
     }
     error_study_fit_slopes(&study);
     assert_near(slope_of("rk4", true)->slope, 1.5, 1e-9);
-    assert_int_equal(slope_of("rk4", true)->points, 8);
+    assert_int_equal(slope_of("rk4", true)->point_count, 8);
     assert_near(slope_of("rk4", true)->scatter, 0.0, 1e-9);
 
     /* errors 3e-3, 1.06e-3, 3.75e-4, 1.33e-4 ...; a luck at step 1 must not count */
@@ -250,14 +250,14 @@ TEST(slopes_and_cheapest_of_a_known_study)
     assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1e-3), &study.runs[3]);
     assert_ptr_equal(error_study_find_cheapest(&study, NULL, 1.1e-3), &study.runs[2]);
     assert_null(error_study_find_cheapest(&study, "event", 1e-3));
-    study.agreement_lift_ft = 1e-3;
+    study.disagreement_lift_ft = 1e-3;
     assert_null(error_study_find_cheapest(&study, NULL, 1.1e-3)); /* the reference cannot tell */
 
     /* a failed run has no error and does not count */
-    study.agreement_lift_ft = 1e-9;
+    study.disagreement_lift_ft = 1e-9;
     study.runs[2].status = SIM_UNSTABLE;
     assert_true(isnan(error_study_attributed_ft(&study, 2)));
     assert_true(isnan(error_study_attributed_ft(&study, 3)));
     error_study_fit_slopes(&study);
-    assert_int_equal(slope_of("rk4", true)->points, 7);
+    assert_int_equal(slope_of("rk4", true)->point_count, 7);
 }

@@ -131,7 +131,7 @@ TEST(slopes_are_those_of_the_misfit)
     struct linear curved = plain;
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved};
     struct fit_options options = {.draws = 200, .threads = 1, .seed = 3};
-    struct ensemble_place place = {
+    struct ensemble_region place = {
         .parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
     struct ensemble ensemble;
     struct surface surface;
@@ -183,7 +183,7 @@ TEST(surface_slopes_are_those_of_means)
     struct surface surface;
     struct error error = {0};
     struct fit_options options = {.draws = DRAWS, .seed = 9};
-    struct ensemble_place place = {.parameters = FIT_KEYS};
+    struct ensemble_region place = {.parameters = FIT_KEYS};
     double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS],
            one[STATISTICS];
     const double step = 0.6;
@@ -263,7 +263,7 @@ static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, 
     struct fit_options options = {.draws = 200, .seed = 11};
     assert_true(cheap_landing(truth, seed, false, list, &error));
     for (int k = 0; k < FIT_KEYS; k++) {
-        list->parameter[k].fitted = of >> k & 1u;
+        list->parameter[k].is_fitted = of >> k & 1u;
         list->parameter[k].spread *= widen;
     }
     struct fit_model model = fit_landings_model(list);
@@ -499,14 +499,14 @@ TEST(the_newest_between_two_landings)
     survey(store, 2500, 42, 0.05, 0.004);
 
     assert_int_equal(fit_load_survey(store, first, false, first, &found, &failure), MR_OK);
-    assert_int_equal(found.gages, 42);
+    assert_int_equal(found.gage_segments, 42);
     assert_near(found.sum_in[0], 0.26, 1e-9);
     assert_near(found.sum_in[41], 0.26, 1e-9);
     /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
     assert_near(found.error_in, 0.01, 1e-9);
 
     assert_int_equal(fit_load_survey(store, first, true, second, &found, &failure), MR_OK);
-    assert_int_equal(found.gages, 10);
+    assert_int_equal(found.gage_segments, 10);
     assert_int_equal(found.segments, 42);
     assert_near(found.sum_in[9], 0.16, 1e-9);
     assert_near(found.sum_in[10], 0.18, 1e-6); /* not read: the board's */
@@ -518,7 +518,7 @@ TEST(the_newest_between_two_landings)
         assert_near(before.sum_in[s], found.sum_in[s], 0.0);
 
     assert_int_equal(fit_load_survey(store, second, true, STORE_NONE, &found, &failure), MR_OK);
-    assert_int_equal(found.gages, 42);
+    assert_int_equal(found.gage_segments, 42);
     assert_near(found.sum_in[20], 0.06, 1e-9);
     store_close(store);
 }
@@ -636,7 +636,7 @@ TEST(gaps_in_stretches)
         double z[FIT_KEYS];
         assert_true(runway_campaign(&wanted, 21, z, &rows.list, &error));
         for (int k = 0; k < FIT_KEYS; k++)
-            rows.list.parameter[k].fitted = k == FIT_GRIT;
+            rows.list.parameter[k].is_fitted = k == FIT_GRIT;
         struct fit_model model = fit_landings_model(&rows.list);
         fit_run(&model, rows.list.measured, &options, &rows.answer, &error);
         assert_no_error(&error);

@@ -86,7 +86,7 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         stations_ft[i] = 40.0 + 10.0 * i;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = MATS;
     scene.length_ft = MAT_FT;
     scene.weight_lb = MAT_LB;

@@ -59,9 +59,9 @@ static double rise_in(double spot_ft, double thrust_lb)
     double ground[10] = {0.0}, closed = 0.0;
     const struct sim_path_row rows[] = {
         {0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
-    const struct sim_options options = {.single = true};
+    const struct sim_options options = {.is_single_pass = true};
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 9;
     scene.length_ft = 2.0 / 7.0;
     scene.weight_lb = 0.466;
@@ -72,8 +72,8 @@ static double rise_in(double spot_ft, double thrust_lb)
     scene.ct_lb_ft_s_rad = 0.0;
     scene.kl_lb_ft = 2.9e6;
     scene.cl_lb_s_ft = 20.0;
-    scene.profile = SIM_FULL;
-    scene.friction_law = SIM_NONE;
+    scene.profile = SIM_PROFILE_FULL;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.v0_ft_s = 0.0;
     ground[5] = spot_ft;
     error = (struct error){0};
@@ -145,9 +145,9 @@ TEST(test_gaps_carry_over)
         gap[j] = 0.02 / 12.0;
     for (int landing = 0; landing < 2; landing++) {
         struct sim_scene scene = series.landings[0].scene;
-        const struct sim_options options = {.single = true};
+        const struct sim_options options = {.is_single_pass = true};
         struct sim_result result;
-        scene.model = SIM_CHAIN;
+        scene.model = SIM_MODEL_CHAIN;
         scene.t_dwell_s = 0.3;
         sim_scene_set_list(&scene.gap0_ft, gap, 121);
         sim_scene_set_list(&scene.grit_lb, &closing, 1);

@@ -63,7 +63,7 @@ TEST(other_solvers_refuse)
     assert_int_equal(attempt(&s, NULL, 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "a list of KV"));
     sim_result_free(&result);
-    s.model = SIM_CONSISTENT;
+    s.model = SIM_MODEL_CONSISTENT;
     assert_int_equal(attempt(&s, "event", 0.0, 0.0, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "staggered"));
     sim_result_free(&result);
@@ -93,7 +93,7 @@ TEST(two_unequal_mats_have_their_modes)
         "\"friction\": \"none\", \"I\": 0.08, \"KV\": 1e3, \"CV\": 0, \"tend\": 3}");
     const double at_s[] = {0.5, 1.0, 2.0, 3.0};
     sim_scene_set_list(&s.t_out_s, at_s, 4);
-    for (int model = SIM_CONSISTENT; model <= SIM_CHAIN; model++) {
+    for (int model = SIM_MODEL_CONSISTENT; model <= SIM_MODEL_CHAIN; model++) {
         s.model = (enum sim_model)model;
         struct sim_result result = run(&s, (struct sim_options){.solver = "staggered"});
         for (int k = 0; k < 4; k++) {
@@ -170,7 +170,7 @@ TEST(a_weight_on_an_end_slides)
     struct sim_scene s = text_scene(
         "{\"N\": 1, \"W\": 40, \"left\": \"weight\", \"left_weight\": 60, \"right\": \"free\", "
         "\"f\": 0.4, \"F\": 100, \"Vac\": 0, \"s0\": 1, \"v0\": 0, \"tend\": 0.2}");
-    for (int model = SIM_CONSISTENT; model <= SIM_CHAIN; model++) {
+    for (int model = SIM_MODEL_CONSISTENT; model <= SIM_MODEL_CHAIN; model++) {
         s.model = (enum sim_model)model;
         s.force_lb = 100.0;
         struct sim_result result = run(&s, (struct sim_options){.solver = "staggered"});
@@ -195,7 +195,7 @@ TEST(an_end_springs)
         s.gap0_ft.count = 0;
         s.v0_ft_s = 1.0;
         s.t_end_s = 0.7;
-        for (int model = SIM_CONSISTENT; model <= SIM_CHAIN; model++) {
+        for (int model = SIM_MODEL_CONSISTENT; model <= SIM_MODEL_CHAIN; model++) {
             s.model = (enum sim_model)model;
             struct sim_result result =
                 run(&s, (struct sim_options){.solver = "staggered", .dt_s = 2e-5});
@@ -248,7 +248,7 @@ TEST(an_absorber_keeps_the_opening)
     s.v0_mat = 1;
     s.v0_ft_s = 1.0;
     s.t_end_s = t;
-    for (int model = SIM_CONSISTENT; model <= SIM_CHAIN; model++) {
+    for (int model = SIM_MODEL_CONSISTENT; model <= SIM_MODEL_CHAIN; model++) {
         s.model = (enum sim_model)model;
         struct sim_result result = run(&s,
                                        (struct sim_options){.solver = "staggered", .dt_s = 1e-5});
@@ -304,7 +304,7 @@ TEST(a_tie_pulls_a_mat_down)
 TEST(the_window_changes_nothing)
 {
     double weights[120], kl[121];
-    for (int model = SIM_CONSISTENT; model <= SIM_CHAIN; model++) {
+    for (int model = SIM_MODEL_CONSISTENT; model <= SIM_MODEL_CHAIN; model++) {
         struct sim_scene s = runway();
         s.model = (enum sim_model)model;
         for (int n = 0; n < 120; n++)
@@ -324,7 +324,7 @@ TEST(the_window_changes_nothing)
         struct sim_result part = run(&s, (struct sim_options){.dt_s = 2e-5}),
                           whole = run(&s, (struct sim_options){.dt_s = 2e-5, .no_prune = true});
         assert_true(part.mats_mean < 0.95 * whole.mats_mean && whole.peak_u_ft > 0.002);
-        for (int n = 1; n <= 120 && model == SIM_CHAIN; n++)
+        for (int n = 1; n <= 120 && model == SIM_MODEL_CHAIN; n++)
             assert_true(part.u_ft[n] == whole.u_ft[n]);
         for (int n = 1; n <= 120; n++)
             near(part.u_ft[n], whole.u_ft[n], 1e-9 + part.error_u_ft);

@@ -11,19 +11,19 @@ static struct sim_scene plain(int mats)
 {
     struct sim_scene scene;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = mats;
     scene.left = scene.right = SIM_FREE;
     scene.cl_lb_s_ft = 0.0;
     scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     return scene;
 }
 
 TEST(below_its_friction_a_mat_stays)
 {
     struct sim_scene scene = plain(3);
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.kl_lb_ft = 1e3;
     scene.force_lb = 80.0; /* exactly f W */
     scene.t_end_s = 0.5;
@@ -55,15 +55,15 @@ TEST(the_largest_force_is_found_within_a_step)
             double swing_s = 2.0 * acos(-1.0) / sqrt((ends + 1) * 3000.0 * G / 160.0);
             const struct sim_path_row path[] = {{(0.3 + phase / 24.0) * swing_s / 4.7, 1.0, 1080.0},
                                                 {1.0, 1.0, 1080.0}};
-            scene.friction_law = SIM_STICK;
+            scene.friction_law = SIM_FRICTION_STICK;
             scene.kl_lb_ft = 3000.0;
             scene.left = SIM_FIXED;
             scene.right = ends ? SIM_FIXED : SIM_FREE;
             scene.t_end_s = 1.2 * swing_s;
             sim_scene_set_path(&scene, path, 2);
-            struct sim_result result = run(
-                &scene,
-                (struct sim_options){.dt_s = swing_s / 4.7, .solver = "staggered", .single = true});
+            struct sim_result result = run(&scene, (struct sim_options){.dt_s = swing_s / 4.7,
+                                                                        .solver = "staggered",
+                                                                        .is_single_pass = true});
             near(result.pull_lb[1], 2000.0 / (ends + 1), 0.05 * 2000.0 / (ends + 1));
             sim_result_free(&result);
         }
@@ -99,7 +99,7 @@ TEST(an_impulse_is_all_there)
     const struct sim_path_row rows[] = {
         {0, 0.3, 0}, {0.03, 4.1, 500}, {0.1, 11.3, 0}, {0.2, 12, 0}};
     const double times[] = {0.11, 0.19};
-    for (int law = SIM_JUMP; law <= SIM_LINEAR; law++) {
+    for (int law = SIM_THRUST_JUMP; law <= SIM_THRUST_LINEAR; law++) {
         struct sim_scene scene = plain(30);
         double sum = 0.0;
         scene.thrust = (enum sim_thrust)law;
@@ -150,7 +150,7 @@ static struct sim_scene ploughed(int mats, double gap, double grit, const struct
 {
     struct sim_scene scene = plain(mats);
     model_mat_chain(&scene);
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.right = SIM_FIXED;
     sim_scene_set_list(&scene.gap0_ft, &gap, 1);
     sim_scene_set_list(&scene.grit_lb, &grit, 1);

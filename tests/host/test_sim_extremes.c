@@ -56,7 +56,7 @@ static void no_free_turn(struct sim_scene *s)
 }
 static void no_free_turn_switched(struct sim_scene *s)
 {
-    s->tad_deg = 0.0, s->tad_mode = SIM_SWITCHED;
+    s->tad_deg = 0.0, s->tad_mode = SIM_TAD_SWITCHED;
 }
 static void some_slack(struct sim_scene *s)
 {
@@ -168,10 +168,10 @@ TEST(friction_sign_is_stick_or_refused_with_advice)
 {
     for (size_t base = 0; base < 2; base++) {
         struct sim_scene scene = standard(base);
-        struct sim_options thrown = {.solver = "rk4", .dt_s = 2e-6, .single = true};
+        struct sim_options thrown = {.solver = "rk4", .dt_s = 2e-6, .is_single_pass = true};
         struct sim_result stick, sign, sampled;
         assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &stick), MR_OK);
-        scene.friction_law = SIM_SIGN;
+        scene.friction_law = SIM_FRICTION_SIGN;
         assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &sign), MR_OK);
         assert_int_equal(sim_run(&scene, &thrown, &sampled, &error), MR_OK);
         assert_memory_equal(sign.u_ft, stick.u_ft, 17 * sizeof *sign.u_ft);

@@ -36,7 +36,7 @@ static struct sim_result good(const struct sim_scene *scene, struct sim_options 
     return run(scene, options);
 }
 
-static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
+static const enum sim_model models[] = {SIM_MODEL_CHAIN, SIM_MODEL_CONSISTENT};
 
 /* F/k under a slow push: 40 lb an axle on 1000 lb/ft. */
 TEST(a_held_mat_gives_way_by_force_over_stiffness)
@@ -116,7 +116,7 @@ static double stored_lb_ft(const struct gear *gear)
 {
     double sum = 0.0;
     for (int i = 0; i < gear->loaded_count; i++) {
-        int mat = gear->loaded[i];
+        int mat = gear->loaded_mats[i];
         double k = gear->scene->element[ELEMENT_gear_ground] *
                    pow(gear->touching[mat], gear->scene->gear.axle_law);
         sum += gear->scene->gear.unloading * gear->ground_force_lb[mat] *
@@ -131,14 +131,14 @@ TEST(its_energy_never_grows)
 {
     const struct sim_path_row rows[] = {{0, 50, 0}, {1, 50, 0}};
     for (int round = 0; round < 200; round++) {
-        struct sim_scene scene = one_mat(SIM_CHAIN, rows, 2);
+        struct sim_scene scene = one_mat(SIM_MODEL_CHAIN, rows, 2);
         struct gear *gear;
         double h = pow(10.0, throw(-5, -1)), v = throw(-5, 5);
         scene.element[ELEMENT_gear_ground] = pow(10.0, throw(0, 9));
         scene.gear = (struct sim_gear){throw(0, 2), throw(0.05, 1), throw(0, 2), 0.0, {0}, {0}};
         gear = gear_make(&scene);
         gear_start(gear, h);
-        gear->loaded[0] = gear->loaded_count = 1;
+        gear->loaded_mats[0] = gear->loaded_count = 1;
         for (int i = 0; i < 400; i++) {
             double before = 0.5 * v * v + (i > 0 ? stored_lb_ft(gear) : 0.0);
             gear_press_mat(gear, 1,
@@ -191,8 +191,8 @@ static struct sim_scene rig(enum sim_model model, double foot_mats)
  * settling does not pull. */
 TEST(the_planar_engine_moves_as_the_chain)
 {
-    struct sim_scene chain = rig(SIM_CHAIN, 1.0), planar = rig(SIM_CONSISTENT, 1.0);
-    struct sim_options options = {.dt_s = 2e-5, .single = true};
+    struct sim_scene chain = rig(SIM_MODEL_CHAIN, 1.0), planar = rig(SIM_MODEL_CONSISTENT, 1.0);
+    struct sim_options options = {.dt_s = 2e-5, .is_single_pass = true};
     struct sim_result a = good(&chain, options), b = good(&planar, options);
     for (int n = 1; n <= MATS; n++)
         near(b.u_ft[n], a.u_ft[n], 1e-9);
@@ -209,12 +209,12 @@ TEST(the_window_changes_nothing)
 {
     for (size_t i = 0; i < COUNT(models); i++) {
         struct sim_scene scene = rig(models[i], 0.0);
-        struct sim_options options = {.single = true};
+        struct sim_options options = {.is_single_pass = true};
         struct sim_result few = good(&scene, options);
         options.no_prune = true;
         struct sim_result all = good(&scene, options);
         for (int n = 1; n <= MATS; n++)
-            near(few.u_ft[n], all.u_ft[n], models[i] == SIM_CHAIN ? 0.0 : 1e-9);
+            near(few.u_ft[n], all.u_ft[n], models[i] == SIM_MODEL_CHAIN ? 0.0 : 1e-9);
         sim_result_free(&few);
         sim_result_free(&all);
         sim_scene_free(&scene);
@@ -225,10 +225,10 @@ TEST(the_window_changes_nothing)
  * moved by its own ground for good; without weight it goes much farther. */
 TEST(weight_holds_what_thrust_alone_pushes)
 {
-    struct sim_scene with = rig(SIM_CHAIN, 1.0);
-    struct sim_result heavy = good(&with, (struct sim_options){.single = true});
+    struct sim_scene with = rig(SIM_MODEL_CHAIN, 1.0);
+    struct sim_result heavy = good(&with, (struct sim_options){.is_single_pass = true});
     with.element[ELEMENT_gear_ground] = 1e12; /* Coulomb's law: 14 to 16 lb an axle below 54 lb */
-    struct sim_result rigid = good(&with, (struct sim_options){.single = true});
+    struct sim_result rigid = good(&with, (struct sim_options){.is_single_pass = true});
     assert_true(rigid.peak_u_ft < 1e-6);
     assert_true(heavy.peak_u_ft > 1e-3);
     sim_result_free(&heavy);
@@ -247,7 +247,7 @@ TEST(extremes_end_or_say_why)
                                                : k == 4 ? 1e15
                                                         : 7000.0;
             scene.wheel_load_lb = k == 2 ? 0.0 : k == 3 ? 1083.0 : 108.3;
-            struct sim_result result = good(&scene, (struct sim_options){.single = true});
+            struct sim_result result = good(&scene, (struct sim_options){.is_single_pass = true});
             assert_true(isfinite(result.peak_u_ft) && result.peak_u_ft < 5.0);
             sim_result_free(&result);
             sim_scene_free(&scene);
@@ -266,7 +266,7 @@ TEST(extremes_end_or_say_why)
 TEST(who_chooses_its_steps_refuses_it)
 {
     for (int k = 0; k < 2; k++) {
-        struct sim_scene scene = rig(k ? SIM_REPORT : SIM_CONSISTENT, 0.0);
+        struct sim_scene scene = rig(k ? SIM_MODEL_REPORT : SIM_MODEL_CONSISTENT, 0.0);
         struct sim_result result;
         scene.grit_lb.count = 0;
         memset(&error, 0, sizeof error);
@@ -290,7 +290,7 @@ TEST(absent_it_is_nothing)
             scene.element[ELEMENT_gear_ground] = 0.0;
             if (k)
                 scene.gear.damping = scene.gear.unloading = scene.gear.axle_law = 0.25;
-            result[k] = good(&scene, (struct sim_options){.single = true});
+            result[k] = good(&scene, (struct sim_options){.is_single_pass = true});
             scene.gear.lines_ft.count = 4;
             sim_scene_free(&scene);
         }

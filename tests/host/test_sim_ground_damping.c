@@ -13,12 +13,12 @@ static const struct engine {
     const char *solver;
     double near;
 } engines[] = {
-    {SIM_CHAIN, "staggered", 1e-4},  {SIM_CONSISTENT, "staggered", 1e-4},
-    {SIM_REPORT, "event", 1e-6},     {SIM_REPORT, "implicit", 2e-5},
-    {SIM_REPORT, "cvode", 2e-5},     {SIM_REPORT, "rk4", 2e-5},
-    {SIM_REPORT, "rkgs", 1e-4},      {SIM_REPORT, "hamming", 1e-4},
-    {SIM_CONSISTENT, "event", 1e-6}, {SIM_CONSISTENT, "implicit", 2e-5},
-    {SIM_CONSISTENT, "cvode", 2e-5},
+    {SIM_MODEL_CHAIN, "staggered", 1e-4},  {SIM_MODEL_CONSISTENT, "staggered", 1e-4},
+    {SIM_MODEL_REPORT, "event", 1e-6},     {SIM_MODEL_REPORT, "implicit", 2e-5},
+    {SIM_MODEL_REPORT, "cvode", 2e-5},     {SIM_MODEL_REPORT, "rk4", 2e-5},
+    {SIM_MODEL_REPORT, "rkgs", 1e-4},      {SIM_MODEL_REPORT, "hamming", 1e-4},
+    {SIM_MODEL_CONSISTENT, "event", 1e-6}, {SIM_MODEL_CONSISTENT, "implicit", 2e-5},
+    {SIM_MODEL_CONSISTENT, "cvode", 2e-5},
 };
 
 /* A single mat on level ground, nothing joined to it, no dry friction; half its weight on either
@@ -120,7 +120,7 @@ TEST(a_mat_on_a_spring_has_its_frequency_and_decrement)
     assert_true(log(expected[0] / expected[4]) > 0.3); /* a decrement that shows */
     struct sim_scene chain = scene;
     chain.t_out_s = (struct sim_list){0};
-    chain.model = SIM_CHAIN;
+    chain.model = SIM_MODEL_CHAIN;
     times(&chain, at_s, 6);
     struct sim_result result = good(&chain, "staggered");
     assert_near(log(result.outputs[0].u_ft[1] / result.outputs[4].u_ft[1]), half * period_s, 1e-4);
@@ -134,13 +134,13 @@ TEST(a_mat_on_a_spring_has_its_frequency_and_decrement)
 TEST(cvode_agrees)
 {
     static const double bump[] = {0.0099, 0.0200, 0.0099};
-    for (int model = SIM_REPORT; model <= SIM_CONSISTENT; model++) {
+    for (int model = SIM_MODEL_REPORT; model <= SIM_MODEL_CONSISTENT; model++) {
         struct sim_scene scene;
         sim_scene_defaults(&scene);
         scene.model = (enum sim_model)model;
         scene.mats = 12;
         scene.mats_crossed = 2.0;
-        scene.friction_law = SIM_TANH;
+        scene.friction_law = SIM_FRICTION_TANH;
         scene.veps_ft_s = 0.05;
         sim_scene_set_list(&scene.bump_ft, bump, 3);
         struct sim_result bare = good(&scene, "event");
@@ -191,7 +191,7 @@ TEST(step_limits_hold)
     struct sim_scene scene = one_mat(1e7);
     struct sim_result result;
     double m = mass(&scene);
-    scene.model = SIM_REPORT;
+    scene.model = SIM_MODEL_REPORT;
     assert_int_equal(attempt(&scene, "rk4", 0.0, 1e-5, &result), MR_NUMERICS);
     assert_non_null(strstr(error.text, "beyond the stability limit"));
     assert_near(result.dt_limit_s / (2.785 * m / 1e7), 1.0, 0.02);
@@ -205,7 +205,7 @@ TEST(step_limits_hold)
     for (double c = 1e-2; c < 1e9; c *= 100.0) {
         struct sim_scene chain;
         sim_scene_defaults(&chain);
-        chain.model = SIM_CHAIN;
+        chain.model = SIM_MODEL_CHAIN;
         chain.mats = 40;
         chain.friction = 0.05;
         chain.cl_lb_s_ft = 2000.0;
@@ -215,7 +215,7 @@ TEST(step_limits_hold)
         sim_result_free(&result);
         chain.element[ELEMENT_ground_damping] = c;
         const struct sim_options options = {
-            .solver = "staggered", .dt_s = 0.98 * limit_s, .single = true};
+            .solver = "staggered", .dt_s = 0.98 * limit_s, .is_single_pass = true};
         memset(&error, 0, sizeof error);
         if (sim_run(&chain, &options, &result, &error) != MR_OK)
             fail_msg("c %g: %s", c, error.text);
@@ -258,7 +258,7 @@ TEST(half_steps_add_up)
  * changes, and by -c v/m. */
 TEST(a_lifted_mat_is_not_damped)
 {
-    for (int which = SIM_REPORT; which <= SIM_CONSISTENT; which++) {
+    for (int which = SIM_MODEL_REPORT; which <= SIM_MODEL_CONSISTENT; which++) {
         struct sim_scene scene;
         struct model model;
         double z[14] = {0}, bare[7], damped[7];

@@ -10,11 +10,12 @@ TEST(a_flat_landing_is_the_chains)
 {
     for (int variant = 0; variant < 3; variant++) {
         const double none = 0.0;
-        struct sim_scene flat = short_runway(SIM_CONSISTENT), chain = short_runway(SIM_CHAIN);
+        struct sim_scene flat = short_runway(SIM_MODEL_CONSISTENT),
+                         chain = short_runway(SIM_MODEL_CHAIN);
         struct sim_scene *both[2] = {&flat, &chain};
         for (int i = 0; i < 2; i++) {
             if (variant == 1)
-                both[i]->profile = SIM_FULL;
+                both[i]->profile = SIM_PROFILE_FULL;
             if (variant == 2)
                 sim_scene_set_list(&both[i]->grit_lb, &none, 1);
         }
@@ -36,7 +37,7 @@ TEST(a_flat_landing_is_the_chains)
 TEST(leaving_mats_out_changes_nothing)
 {
     for (int variant = 0; variant < 5; variant++) {
-        struct sim_scene scene = short_runway(SIM_CONSISTENT);
+        struct sim_scene scene = short_runway(SIM_MODEL_CONSISTENT);
         double heights[81];
         for (int j = 0; j <= 80; j++)
             heights[j] = 0.0036 * uneven(j + 33);
@@ -45,8 +46,8 @@ TEST(leaving_mats_out_changes_nothing)
         scene.bump_first = 1;
         if (variant == 2) {
             scene.wheel_load_lb = 3.0;
-            scene.friction_normal = SIM_SOIL;
-            scene.profile = SIM_FULL;
+            scene.friction_normal = SIM_NORMAL_SOIL;
+            scene.profile = SIM_PROFILE_FULL;
         }
         if (variant == 4)
             scene.element[ELEMENT_ground_damping] = 0.3;
@@ -85,13 +86,13 @@ static struct sim_scene scattered(uint64_t seed)
     struct sim_scene scene;
     double gaps[201] = {0}, bump[5];
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = pick(&seed, 6) == 0 ? 1 + pick(&seed, 4) : 5 + pick(&seed, 195);
-    scene.profile = pick(&seed, 3) == 0 ? SIM_FULL : SIM_LOW;
-    scene.friction_normal = pick(&seed, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
-    scene.friction_law = pick(&seed, 8) == 0 ? SIM_NONE : SIM_STICK;
+    scene.profile = pick(&seed, 3) == 0 ? SIM_PROFILE_FULL : SIM_PROFILE_LOW;
+    scene.friction_normal = pick(&seed, 3) == 0 ? SIM_NORMAL_SOIL : SIM_NORMAL_WEIGHT;
+    scene.friction_law = pick(&seed, 8) == 0 ? SIM_FRICTION_NONE : SIM_FRICTION_STICK;
     scene.wheel_load_lb = pick(&seed, 3) == 0 ? 2000.0 * draw(&seed) : 0.0;
-    scene.thrust = pick(&seed, 2) == 0 ? SIM_LINEAR : SIM_JUMP;
+    scene.thrust = pick(&seed, 2) == 0 ? SIM_THRUST_LINEAR : SIM_THRUST_JUMP;
     scene.slack_ft = pick(&seed, 3) == 0 ? 0.01 * draw(&seed) : 0.0;
     scene.tad_deg = pick(&seed, 3) == 0 ? draw(&seed) : 10.0;
     scene.left = pick(&seed, 2) == 0 ? SIM_FIXED : SIM_FREE;
@@ -171,7 +172,7 @@ TEST(a_mat_at_rest_is_left_after_its_neighbour)
     struct sim_scene scene;
     struct sim_result results[2];
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 190;
     scene.right = SIM_FREE;
     scene.force_lb = 206.442;
@@ -198,10 +199,10 @@ TEST(it_converges_to_located_switches)
     for (int variant = 0; variant < 3; variant++) {
         struct sim_scene scene;
         sim_scene_defaults(&scene);
-        scene.model = SIM_CONSISTENT;
+        scene.model = SIM_MODEL_CONSISTENT;
         scene.mats = 30;
         scene.slack_ft = variant == 1 ? 0.02 : 0.0;
-        scene.profile = variant == 2 ? SIM_FULL : SIM_LOW;
+        scene.profile = variant == 2 ? SIM_PROFILE_FULL : SIM_PROFILE_LOW;
         sim_scene_set_list(&scene.bump_ft, bump, 3);
         struct sim_result truth = run(&scene, (struct sim_options){.solver = "event"});
         double before_u = 0.0, before_lift = 0.0;
@@ -227,7 +228,7 @@ TEST(it_converges_to_located_switches)
 
 TEST(what_it_cannot_do_is_refused)
 {
-    struct sim_scene scene = short_runway(SIM_CONSISTENT);
+    struct sim_scene scene = short_runway(SIM_MODEL_CONSISTENT);
     struct sim_result result;
     memset(&error, 0, sizeof error);
     assert_int_equal(sim_run(&scene, &(struct sim_options){.dt_s = 1e-3}, &result, &error),
@@ -241,7 +242,7 @@ TEST(what_it_cannot_do_is_refused)
     assert_non_null(strstr(error.text, "grit"));
     sim_result_free(&result);
     memset(&error, 0, sizeof error);
-    scene.friction_law = SIM_TANH;
+    scene.friction_law = SIM_FRICTION_TANH;
     assert_int_equal(sim_run(&scene, &(struct sim_options){0}, &result, &error), MR_USAGE);
     assert_non_null(strstr(error.text, "tanh"));
     sim_result_free(&result);
@@ -261,7 +262,7 @@ static struct sim_scene small_scene(int bump_first, size_t bumps, double end_s)
     struct sim_scene scene;
     double times_s[END_OUTPUTS];
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = END_MATS;
     scene.bump_first = bump_first;
     scene.t_end_s = end_s;
@@ -302,16 +303,16 @@ TEST(every_end_profile_and_law)
         const char *name;
         enum sim_friction law;
         enum sim_normal normal;
-    } laws[] = {{"stick", SIM_STICK, SIM_WEIGHT},
-                {"stick on soil", SIM_STICK, SIM_SOIL},
-                {"none", SIM_NONE, SIM_WEIGHT}};
+    } laws[] = {{"stick", SIM_FRICTION_STICK, SIM_NORMAL_WEIGHT},
+                {"stick on soil", SIM_FRICTION_STICK, SIM_NORMAL_SOIL},
+                {"none", SIM_FRICTION_NONE, SIM_NORMAL_WEIGHT}};
     int wrong = 0;
     for (int i = 0; i < 4 * 2 * 3; i++) {
         char what[80];
         struct sim_scene scene = small_scene(1, 3, 0.01); /* mat 1 is tilted */
         scene.left = i & 1 ? SIM_FIXED : SIM_FREE;
         scene.right = i & 2 ? SIM_FIXED : SIM_FREE;
-        scene.profile = i & 4 ? SIM_FULL : SIM_LOW;
+        scene.profile = i & 4 ? SIM_PROFILE_FULL : SIM_PROFILE_LOW;
         scene.friction_law = laws[i / 8].law;
         scene.friction_normal = laws[i / 8].normal;
         scene.wheel_load_lb = i % 3 == 0 ? 500.0 : 0.0;
@@ -330,7 +331,7 @@ TEST(friction_of_a_foot_that_lands_hard)
     struct sim_scene scene = small_scene(1, 1, 0.02);
     scene.left = scene.right = SIM_FREE;
     scene.left_torsion = SIM_FIXED;
-    scene.friction_normal = SIM_SOIL;
+    scene.friction_normal = SIM_NORMAL_SOIL;
     scene.friction = 0.2;
     scene.weight_lb = scene.wheel_load_lb = 1480.0;
     scene.inertia_slug_ft2 = 18.5;
@@ -343,7 +344,7 @@ TEST(friction_of_a_foot_that_lands_hard)
     scene.tad_deg = 0.0;
     scene.force_lb = 11100.0;
     scene.vac_ft_s = 60.0;
-    scene.thrust = SIM_LINEAR;
+    scene.thrust = SIM_THRUST_LINEAR;
     scene.v0_ft_s = 0.0;
     assert_true(held_against("event", &scene, "soil friction"));
 }
@@ -355,7 +356,7 @@ TEST(soil_does_not_hold_a_neighbour_down)
     struct sim_scene scene = small_scene(3, 1, 0.02);
     scene.left = scene.right = SIM_FREE;
     scene.left_torsion = SIM_FIXED;
-    scene.friction_normal = SIM_SOIL;
+    scene.friction_normal = SIM_NORMAL_SOIL;
     scene.friction = 0.2;
     scene.weight_lb = scene.wheel_load_lb = 14600.0;
     scene.inertia_slug_ft2 = 3.52;
@@ -386,9 +387,9 @@ TEST(feet_that_land_within_one_step)
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 7;
-    scene.profile = SIM_FULL;
+    scene.profile = SIM_PROFILE_FULL;
     scene.left = scene.right = SIM_FIXED;
-    scene.thrust = SIM_JUMP;
+    scene.thrust = SIM_THRUST_JUMP;
     scene.weight_lb = 483.456;
     scene.inertia_slug_ft2 = 0.097998;
     scene.kv_lb_ft = 1.07855e6;
@@ -417,9 +418,9 @@ TEST(a_damper_does_not_brake_the_slack)
     sim_scene_set_list(&scene.bump_ft, bump_ft, 1);
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 13;
-    scene.profile = SIM_FULL;
+    scene.profile = SIM_PROFILE_FULL;
     scene.left = scene.right = scene.right_torsion = SIM_FIXED;
-    scene.thrust = SIM_LINEAR;
+    scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 4.97252;
     scene.inertia_slug_ft2 = 0.0621566;
     scene.kv_lb_ft = 12939.9;
@@ -447,10 +448,10 @@ TEST(a_damper_pulls_until_its_joint_opens)
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     sim_scene_set_path(&scene, rows, 3);
     scene.mats = 11;
-    scene.profile = SIM_FULL;
+    scene.profile = SIM_PROFILE_FULL;
     scene.left = scene.right = scene.left_torsion = SIM_FREE;
     scene.right_torsion = SIM_FIXED;
-    scene.thrust = SIM_LINEAR;
+    scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 6.13727;
     scene.inertia_slug_ft2 = 0.0767159;
     scene.kv_lb_ft = 136910.0;

@@ -92,13 +92,13 @@ TEST(slopes_are_those_of_the_forces)
 {
     const double veps = 1e-3, c_lb = 80.0, d = 1e-9;
     for (double v = -3e-3; v < 3e-3; v += 1.7e-4) {
-        double up = friction_force_lb(SIM_TANH, c_lb, v + d, 0, tanh((v + d) / veps));
-        double down = friction_force_lb(SIM_TANH, c_lb, v - d, 0, tanh((v - d) / veps));
-        double share = friction_share(SIM_TANH, v, 0, tanh(v / veps));
-        near(friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps), -(up - down) / (2.0 * d),
+        double up = friction_force_lb(SIM_FRICTION_TANH, c_lb, v + d, 0, tanh((v + d) / veps));
+        double down = friction_force_lb(SIM_FRICTION_TANH, c_lb, v - d, 0, tanh((v - d) / veps));
+        double share = friction_share(SIM_FRICTION_TANH, v, 0, tanh(v / veps));
+        near(friction_slope_lb_s_ft(SIM_FRICTION_TANH, c_lb, share, veps), -(up - down) / (2.0 * d),
              1e-3 * c_lb / veps);
-        assert_true(-friction_slope_lb_s_ft(SIM_TANH, c_lb, share, veps) / 5.0 <=
-                    friction_bound(SIM_TANH, c_lb, 5.0, veps).damping);
+        assert_true(-friction_slope_lb_s_ft(SIM_FRICTION_TANH, c_lb, share, veps) / 5.0 <=
+                    friction_bound(SIM_FRICTION_TANH, c_lb, 5.0, veps).damping);
     }
     near(hinge_margin_rad(hinge_side(0.3, 0.2), 0.3, 0.2), 0.1, 1e-15);
     near(hinge_margin_rad(hinge_side(-0.1, 0.2), -0.1, 0.2), 0.1, 1e-15);

@@ -44,21 +44,21 @@ static void scattered(double *z)
 /* Jacobians: residual force - M(p) accel differenced, as force = M accel at accel of that state. */
 TEST(the_linearisation_is_the_derivative)
 {
-    for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
-        for (int profile = SIM_LOW; profile <= SIM_FULL; profile++) {
+    for (int kind = SIM_MODEL_REPORT; kind <= SIM_MODEL_CONSISTENT; kind++) {
+        for (int profile = SIM_PROFILE_LOW; profile <= SIM_PROFILE_FULL; profile++) {
             struct sim_scene s = scene_of((enum sim_model)kind, N);
             s.profile = (enum sim_profile)profile;
-            s.friction_law = SIM_TANH;
+            s.friction_law = SIM_FRICTION_TANH;
             s.veps_ft_s = 0.5;
-            s.thrust = SIM_LINEAR;
+            s.thrust = SIM_THRUST_LINEAR;
             s.s0_ft = 3.5;
             s.kl_lb_ft = 3e4;
             s.kt_lb_ft_rad = 2e3;
             s.kv_lb_ft = 4e4;
             s.cv_lb_s_ft = 90.0;
-            s.element[ELEMENT_ground_damping] = profile == SIM_LOW ? 50.0 : 0.0;
-            if (kind == SIM_CONSISTENT)
-                s.friction_normal = SIM_SOIL;
+            s.element[ELEMENT_ground_damping] = profile == SIM_PROFILE_LOW ? 50.0 : 0.0;
+            if (kind == SIM_MODEL_CONSISTENT)
+                s.friction_normal = SIM_NORMAL_SOIL;
             struct model model;
             double z[2 * SIZE], accel[SIZE], mass[SIZE * MODEL_ROW], by_p[SIZE * MODEL_ROW],
                 by_v[SIZE * MODEL_ROW];
@@ -122,14 +122,14 @@ static double energy_lb_ft(const struct model *m, const double *z)
         bool ground = n == m->mats;
         struct kernel_mat mat = ground ? kernel_outside(m, n)
                                        : kernel_mat(p, v, n, 1.0 / m->length_ft);
-        bool free_end = (n == 0 && m->left_free) || (ground && m->right_free);
+        bool free_end = (n == 0 && m->is_left_free) || (ground && m->is_right_free);
         if (!free_end && !(m->slack_ft > 0.0 && m->joint[n] == 0)) {
-            double g = kernel_gap_ft(m, n, &left, &mat, m->full) -
+            double g = kernel_gap_ft(m, n, &left, &mat, m->has_full_profile) -
                        (m->joint[n] > 0 ? m->slack_ft : 0.0);
             energy += 0.5 * m->kl * g * g;
         }
         if (m->torsion[n]) {
-            double wound = hinge_effective_turn_rad(m->jumps, m->torsion[n],
+            double wound = hinge_effective_turn_rad(m->torsion_jumps, m->torsion[n],
                                                     kernel_turn_rad(&left, &mat), m->tad_rad);
             energy += 0.5 * m->kt * wound * wound;
         }
@@ -150,10 +150,10 @@ static double energy_lb_ft(const struct model *m, const double *z)
 TEST(energy_is_kept_through_every_switch)
 {
     const double bump[] = {0.05, 0.12, 0.05};
-    struct sim_scene s = scene_of(SIM_CONSISTENT, 20);
-    s.profile = SIM_FULL;
+    struct sim_scene s = scene_of(SIM_MODEL_CONSISTENT, 20);
+    s.profile = SIM_PROFILE_FULL;
     s.cl_lb_s_ft = s.ct_lb_ft_s_rad = s.cv_lb_s_ft = s.force_lb = 0.0;
-    s.friction_law = SIM_NONE;
+    s.friction_law = SIM_FRICTION_NONE;
     s.slack_ft = 0.001;
     s.tad_deg = 4.0;
     s.v0_ft_s = 6.0;
@@ -174,11 +174,11 @@ TEST(energy_is_kept_through_every_switch)
 TEST(momentum_is_kept_between_free_ends)
 {
     const double bump[] = {0.02};
-    for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
+    for (int kind = SIM_MODEL_REPORT; kind <= SIM_MODEL_CONSISTENT; kind++) {
         struct sim_scene s = scene_of((enum sim_model)kind, 12);
         s.right = SIM_FREE;
         s.force_lb = 0.0;
-        s.friction_law = SIM_NONE;
+        s.friction_law = SIM_FRICTION_NONE;
         sim_scene_set_list(&s.bump_ft, bump, 1);
         struct model model;
         double z[2 * 25], sum = 0.0;
@@ -198,7 +198,7 @@ TEST(a_pushed_mat_comes_to_exact_rest)
 {
     static const struct stepper_kind *const kinds[] = {&stepper_event, &stepper_implicit,
                                                        &stepper_cvode};
-    for (int kind = SIM_REPORT; kind <= SIM_CONSISTENT; kind++) {
+    for (int kind = SIM_MODEL_REPORT; kind <= SIM_MODEL_CONSISTENT; kind++) {
         for (int i = 0; i < 3; i++) {
             struct sim_scene s = scene_of((enum sim_model)kind, 1);
             s.right = SIM_FREE;
@@ -229,7 +229,7 @@ TEST(a_pushed_mat_comes_to_exact_rest)
 TEST(a_thrown_mat_falls_freely)
 {
     const double heights[] = {0.4, 0.4};
-    struct sim_scene s = scene_of(SIM_CONSISTENT, 1);
+    struct sim_scene s = scene_of(SIM_MODEL_CONSISTENT, 1);
     s.right = SIM_FREE;
     s.force_lb = s.v0_ft_s = 0.0;
     s.bump_first = 1;

@@ -13,7 +13,7 @@ TEST(a_slow_push_splits_as_appendix_c_says)
         struct sim_scene scene = apart(10);
         const struct sim_path_row rows[] = {
             {0, mat - 0.5, 0}, {20, mat - 0.5, pushed}, {24, mat - 0.5, pushed}};
-        scene.friction_law = SIM_STICK;
+        scene.friction_law = SIM_FRICTION_STICK;
         scene.friction = 0.01 / G; /* 0.01 lb: what may be missing */
         rivet(&scene, 10, mat, mat);
         tension(&scene, &t0, 1);
@@ -110,7 +110,7 @@ TEST(heat_slackens)
 {
     const double t0 = 80.0;
     struct sim_scene scene = apart(10);
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.friction = 10.0;
     scene.t_end_s = 0.1;
     rivet(&scene, 3, 2, 0);
@@ -138,7 +138,7 @@ TEST(pulled_rivets_let_the_band_run)
 {
     const double t0[] = {100.0, 10.0, 40.0}, mat = 3.0;
     struct sim_scene scene = apart(10);
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.friction = 10.0;
     scene.t_end_s = 0.1;
     rivet(&scene, 5, 3, 8);
@@ -160,7 +160,7 @@ TEST(the_wheel_pulls_rivets_out)
 {
     const double t0 = 100.0, slipped = 0.5;
     struct sim_scene scene = apart(10);
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.friction = 10.0;
     scene.vac_ft_s = 50.0;
     scene.t_end_s = 0.13;
@@ -322,7 +322,7 @@ TEST(a_second_implementation_agrees)
         struct sim_scene scene = apart(MATS);
         double u[MATS + 2], t[3];
         scene.weight_lb = 2.0;
-        scene.friction_law = SIM_STICK;
+        scene.friction_law = SIM_FRICTION_STICK;
         scene.friction = 0.5;
         scene.kl_lb_ft = 1e4;
         scene.cl_lb_s_ft = 5.0;
@@ -356,7 +356,7 @@ TEST(a_cleat_wears_as_it_moves)
     struct sim_scene scene = apart(3);
     const struct sim_path_row rows[] = {{0, 1.5, 20.0}, {0.4, 1.5, 20.0}};
     scene.mods.band[0].count = 0.0;
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.friction = 5.0 / G;
     scene.mods.cleat_every = 2;
     scene.mods.cleat_hold_lb = 15.0001;
@@ -504,7 +504,7 @@ TEST(what_makes_no_sense_is_refused)
     refused(&scene, "122");
     sim_scene_set_list(&scene.mods.torn, NULL, 0);
     scene.mods.band[0].count = 1.0;
-    scene.model = SIM_REPORT;
+    scene.model = SIM_MODEL_REPORT;
     sim_scene_set_list(&scene.grit_lb, NULL, 0);
     refused(&scene, "cleats and others) in model report; leave it out");
     sim_scene_free(&scene);
@@ -611,7 +611,7 @@ TEST(halves_are_the_whole)
             /* a power of two: halving rounds nothing */
             scene.mods.band[0].count = i == 0 ? 0.5 : 0.25;
             scene.mods.band[1].count = i == 0 ? 0.0 : 0.25;
-            result[i] = run(&scene, (struct sim_options){.single = true, .dt_s = 5e-5});
+            result[i] = run(&scene, (struct sim_options){.is_single_pass = true, .dt_s = 5e-5});
         }
         size_t segments = result[0].mods->segments;
         double apart = 0.0;

@@ -6,7 +6,7 @@
 static struct sim_scene planar_runway(void)
 {
     struct sim_scene scene = runway();
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.inertia_slug_ft2 = 1.19e-4;
     scene.kv_lb_ft = 1.3e4;
     scene.cv_lb_s_ft = 60.0;
@@ -51,13 +51,13 @@ TEST(a_taut_band_holds_a_vee_down)
     rivet(&scene, 6, 3, 9);
     tension(&scene, &t0, 1);
     z[2 * 5] = -h;
-    struct mods_heave heave = {.z = z,
-                               .mats = 12,
-                               .length_ft = 1.0,
-                               .first = 0,
-                               .last = 11,
-                               .down_lb = down,
-                               .moment_lb_ft = moment};
+    struct mods_heaving_part heave = {.z = z,
+                                      .mats = 12,
+                                      .length_ft = 1.0,
+                                      .first = 0,
+                                      .last = 11,
+                                      .down_lb = down,
+                                      .moment_lb_ft = moment};
     mods = mods_make(&scene);
     mods_brace_heave(mods, &heave);
     for (int j = 0; j <= 12; j++)
@@ -95,7 +95,7 @@ TEST(stiffeners_are_stiff_joints)
             for (int j = 20; j < 60; j++)
                 heights[j] = 0.003 * (j % 3);
             both[k]->bump_first = 1;
-            both[k]->profile = SIM_FULL;
+            both[k]->profile = SIM_PROFILE_FULL;
             both[k]->ct_lb_ft_s_rad = 0.0;
             sim_scene_set_list(&both[k]->bump_ft, heights, 121);
         }
@@ -196,7 +196,7 @@ TEST(a_wheel_tips_a_stiffened_block)
     const double length_ft = 2.0 / 7.0, weight_lb = 0.466, load_lb = 108.3, kv = 1.3e4;
     const double lines_ft = 0.0, stations[] = {4.0 * length_ft, 11.0 * length_ft};
     struct sim_scene scene = apart(16);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mods.band[0].count = 0.0;
     scene.length_ft = length_ft;
     scene.weight_lb = weight_lb;
@@ -218,7 +218,7 @@ TEST(a_wheel_tips_a_stiffened_block)
     scene.t_end_s = 0.5;
     struct sim_result a = run(&scene, (struct sim_options){.solver = "staggered",
                                                            .dt_s = 1e-5,
-                                                           .single = true,
+                                                           .is_single_pass = true,
                                                            .sample_dt_s = 0.25,
                                                            .station_ft = stations,
                                                            .station_count = 2});
@@ -231,7 +231,8 @@ TEST(a_wheel_tips_a_stiffened_block)
     near(a.sample_y_ft[2 * 2], -y0, 0.03 * y0);
     sim_result_free(&a);
     scene.mods.stiff_kt_lb_ft_rad = 0.0; /* hinges: nothing rises */
-    a = run(&scene, (struct sim_options){.solver = "staggered", .dt_s = 1e-5, .single = true});
+    a = run(&scene,
+            (struct sim_options){.solver = "staggered", .dt_s = 1e-5, .is_single_pass = true});
     assert_true(a.max_lift_ft == 0.0);
     sim_result_free(&a);
     sim_scene_free(&scene);
@@ -294,7 +295,8 @@ static struct sim_scene two_mats(enum sim_model model)
 static struct sim_result run_fixed(struct sim_scene *scene, double dt_s, double end_s)
 {
     scene->t_end_s = end_s;
-    return run(scene, (struct sim_options){.solver = "staggered", .dt_s = dt_s, .single = true});
+    return run(scene,
+               (struct sim_options){.solver = "staggered", .dt_s = dt_s, .is_single_pass = true});
 }
 
 /* Mat 2 leaves mat 1 at SPEED: T = KL v/w sin wt, w^2 = 2 KL/m, until it is TEAR; from then on each
@@ -310,7 +312,7 @@ static void torn_movement(double t_s, double *u1_ft, double *u2_ft)
 
 TEST(a_joint_tears_at_its_force_and_time)
 {
-    static const enum sim_model models[] = {SIM_CHAIN, SIM_CONSISTENT};
+    static const enum sim_model models[] = {SIM_MODEL_CHAIN, SIM_MODEL_CONSISTENT};
     double u1, u2, chain_u2 = 0.0;
     for (int i = 0; i < 2; i++) {
         struct sim_scene scene = two_mats(models[i]);
@@ -343,7 +345,7 @@ TEST(a_joint_tears_at_its_force_and_time)
 
 TEST(one_that_is_not_pulled_so_far_holds)
 {
-    struct sim_scene scene = two_mats(SIM_CONSISTENT);
+    struct sim_scene scene = two_mats(SIM_MODEL_CONSISTENT);
     scene.v0_ft_s = SPEED;
     scene.v0_mat = 2;
     scene.mods.tear_lb = SPEED * sqrt(KL / 2.0) * 1.001;
@@ -358,7 +360,7 @@ TEST(one_that_is_not_pulled_so_far_holds)
 TEST(a_torn_end_feels_no_more)
 {
     const double dt_s = 1e-5;
-    struct sim_scene scene = two_mats(SIM_CONSISTENT);
+    struct sim_scene scene = two_mats(SIM_MODEL_CONSISTENT);
     scene.left = SIM_FIXED;
     scene.v0_ft_s = SPEED;
     scene.v0_mat = 1;
@@ -380,11 +382,11 @@ static struct sim_scene standing(void)
     gaps[29] = gaps[31] = -0.017;
     gaps[30] = -0.034;
     ground[5] = 1e-5;
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mods.band[0].count = 0.0;
-    scene.profile = SIM_FULL;
+    scene.profile = SIM_PROFILE_FULL;
     scene.left = scene.right = SIM_FIXED;
-    scene.friction_law = SIM_STICK;
+    scene.friction_law = SIM_FRICTION_STICK;
     scene.friction = 0.5;
     scene.kl_lb_ft = 10.0 * KL;
     scene.cl_lb_s_ft = 50.0;
@@ -402,7 +404,7 @@ static struct sim_scene standing(void)
 TEST(a_wave_that_stands_stays_as_short_as_it_is)
 {
     struct sim_scene scene = standing();
-    struct sim_options options = {.solver = "staggered", .dt_s = 1e-4, .single = true};
+    struct sim_options options = {.solver = "staggered", .dt_s = 1e-4, .is_single_pass = true};
     scene.t_end_s = 6.0;
     struct sim_result a = run(&scene, options);
     options.no_prune = true;

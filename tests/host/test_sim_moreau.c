@@ -10,7 +10,7 @@ static struct sim_scene mats(int count, const double *times, size_t number)
     struct sim_scene scene;
     memset(&error, 0, sizeof error);
     sim_scene_defaults(&scene);
-    scene.model = SIM_CONSISTENT;
+    scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = count;
     scene.left = scene.right = SIM_FREE;
     scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = 0.0;
@@ -108,7 +108,7 @@ TEST(mats_with_slack_catch_each_other)
                                0.04 + (0.08 - 0.05) * 0.4};
     struct sim_scene scene = mats(5, times, 5);
     struct sim_result result;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.slack_ft = 0.01;
     scene.cl_lb_s_ft = 1e8;
     scene.v0_ft_s = 2.0;

@@ -100,11 +100,11 @@ TEST(three_solvers_agree)
         /* make test: cvode with 30 mats, once for each law and model */
         size_t count = i & 1 ? tests_take(2, 3) : 3;
         scene.mats = i & 1 ? 100 : 30;
-        scene.friction_law = i & 2 ? SIM_TANH : SIM_STICK;
+        scene.friction_law = i & 2 ? SIM_FRICTION_TANH : SIM_FRICTION_STICK;
         scene.veps_ft_s = 1e-2;
         if (i & 4) {
-            scene.model = SIM_CONSISTENT;
-            scene.profile = SIM_FULL;
+            scene.model = SIM_MODEL_CONSISTENT;
+            scene.profile = SIM_PROFILE_FULL;
         }
         sim_scene_set_list(&scene.t_out_s, times, 3);
         for (size_t s = 0; s < count; s++)
@@ -152,7 +152,7 @@ TEST(estimates_follow_the_error)
     struct sim_result fine, result;
     scene.mats = 10;
     scene.mats_crossed = 1; /* no hop within */
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.tad_deg = 90;
     fine = good(&scene, "event", 1e-12);
     double errors[3];
@@ -177,7 +177,7 @@ TEST(the_authors_solvers_answer_too)
     struct sim_scene scene = scene_with(bump_20, 3);
     struct sim_result fine, result;
     scene.mats = 30;
-    scene.friction_law = SIM_TANH;
+    scene.friction_law = SIM_FRICTION_TANH;
     scene.veps_ft_s = 1e-2;
     fine = good(&scene, "event", 1e-10);
     static const char *const names[] = {"rkgs", "hamming"};
@@ -221,9 +221,9 @@ TEST(what_does_not_fit_is_refused)
     assert_int_equal(attempt(&scene, "event", 0.0, 1e-5, &result), MR_USAGE);
     assert_int_equal(attempt(&scene, "rk4", 1e-6, 0.0, &result), MR_USAGE);
     assert_int_equal(attempt(&scene, "event", 1e-14, 0.0, &result), MR_USAGE);
-    scene.friction_normal = SIM_SOIL;
+    scene.friction_normal = SIM_NORMAL_SOIL;
     assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
-    scene.friction_normal = SIM_WEIGHT;
+    scene.friction_normal = SIM_NORMAL_WEIGHT;
     const double steep[] = {2.5};
     sim_scene_set_list(&scene.bump_ft, steep, 1);
     assert_int_equal(attempt(&scene, NULL, 0.0, 0.0, &result), MR_USAGE);
@@ -242,7 +242,7 @@ TEST(a_push_runs_at_L_sqrt_KL_over_m)
         struct sim_scene scene;
         double arrival_s[2] = {0.0, 0.0};
         sim_scene_defaults(&scene);
-        scene.model = variant % 2 ? SIM_CONSISTENT : SIM_REPORT;
+        scene.model = variant % 2 ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT;
         scene.mats = 250;
         scene.v0_ft_s = 0.0;
         scene.cl_lb_s_ft = 0.0;
@@ -287,7 +287,7 @@ TEST(a_small_zigzag_grows_at_its_rate)
         for (int j = 0; j < 5; j++)
             heights[j] = 0.1 + 1e-4 * cos(0.75 * 3.14159265358979 * j);
         sim_scene_defaults(&scene);
-        scene.model = model ? SIM_CONSISTENT : SIM_REPORT;
+        scene.model = model ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT;
         scene.mats = 4;
         scene.g_ft_s2 = 32.174e-6; /* the mass stays, the weight goes */
         scene.weight_lb = 160e-6;
@@ -295,7 +295,7 @@ TEST(a_small_zigzag_grows_at_its_rate)
         scene.force_lb = 0.0;
         scene.v0_ft_s = 0.0;
         scene.left = SIM_FIXED;
-        scene.lift_shear = SIM_NO_SHEAR;
+        scene.lift_shear = SIM_SHEAR_NONE;
         scene.bump_first = 1;
         scene.t_end_s = 0.02;
         double pressed_ft = -12000.0 / 8e6;
@@ -327,11 +327,11 @@ static void two_mats(struct sim_scene *scene)
 {
     double times_s[OUTPUTS];
     sim_scene_defaults(scene);
-    scene->model = SIM_CONSISTENT;
+    scene->model = SIM_MODEL_CONSISTENT;
     scene->mats = 2;
     scene->left = scene->right = scene->left_torsion = scene->right_torsion = SIM_FREE;
-    scene->profile = SIM_LOW;
-    scene->friction_law = SIM_NONE;
+    scene->profile = SIM_PROFILE_LOW;
+    scene->friction_law = SIM_FRICTION_NONE;
     scene->friction = 0.0;
     scene->force_lb = 0.0;
     scene->v0_mat = 1;
@@ -403,7 +403,7 @@ static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, dou
     rate[SIZE + 3] = a_ft_s2;
     struct stepper stepper = {.kind = &kind, .model = &model, .min_step_s = 1e-14, .z = z};
     double h_s = 1e-3, before_s = h_s;
-    bool cut = stepper_cut_at_reversal(&stepper, rate, &h_s);
+    bool cut = stepper_end_at_reversal(&stepper, rate, &h_s);
     assert_int_equal(cut, h_s < before_s);
     return h_s;
 }
@@ -412,24 +412,27 @@ TEST(a_step_ends_before_and_within)
 {
     for (double way = -1.0; way <= 1.0; way += 2.0) {
         /* at 0.1 ft/s, slowed by 400 ft/s^2: 0.04 ft/s is reached after 0.15 ms */
-        near(step_s(SIM_TANH, 4.0, way * 0.1, way * -400.0), 1.5e-4, 1e-15);
+        near(step_s(SIM_FRICTION_TANH, 4.0, way * 0.1, way * -400.0), 1.5e-4, 1e-15);
         /* from there to rest, and from rest to the other edge: 0.1 ms each */
-        near(step_s(SIM_TANH, 4.0, way * 0.04, way * -400.0), 1e-4, 1e-15);
-        near(step_s(SIM_TANH, 4.0, 0.0, way * -400.0), 1e-4, 1e-15);
+        near(step_s(SIM_FRICTION_TANH, 4.0, way * 0.04, way * -400.0), 1e-4, 1e-15);
+        near(step_s(SIM_FRICTION_TANH, 4.0, 0.0, way * -400.0), 1e-4, 1e-15);
         /* twice as narrow: 0.02 ft/s after 0.2 ms */
-        near(step_s(SIM_TANH, 2.0, way * 0.1, way * -400.0), 2e-4, 1e-15);
+        near(step_s(SIM_FRICTION_TANH, 2.0, way * 0.1, way * -400.0), 2e-4, 1e-15);
     }
 }
 
 TEST(other_steps_are_left_alone)
 {
-    assert_true(step_s(SIM_TANH, 4.0, 0.1, 400.0) == 1e-3);    /* it goes faster */
-    assert_true(step_s(SIM_TANH, 4.0, 0.5, -400.0) == 1e-3);   /* it slows down to 0.1 ft/s */
-    assert_true(step_s(SIM_TANH, 4.0, -0.05, -400.0) == 1e-3); /* it has turned */
-    assert_true(step_s(SIM_TANH, 4.0, 0.005, -9.0) == 1e-3);   /* less than veps: it is smooth */
-    assert_true(step_s(SIM_TANH, 4.0, 0.1, -(double)INFINITY) == 1e-3); /* the step will fail */
-    assert_true(step_s(SIM_STICK, 4.0, 0.1, -400.0) == 1e-3); /* it stops there, located */
-    assert_true(step_s(SIM_TANH, 4.0, 0.0, 0.0) == 1e-3);
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, 0.1, 400.0) == 1e-3); /* it goes faster */
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, 0.5, -400.0) ==
+                1e-3); /* it slows down to 0.1 ft/s */
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, -0.05, -400.0) == 1e-3); /* it has turned */
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, 0.005, -9.0) ==
+                1e-3); /* less than veps: it is smooth */
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, 0.1, -(double)INFINITY) ==
+                1e-3);                                                 /* the step will fail */
+    assert_true(step_s(SIM_FRICTION_STICK, 4.0, 0.1, -400.0) == 1e-3); /* it stops there, located */
+    assert_true(step_s(SIM_FRICTION_TANH, 4.0, 0.0, 0.0) == 1e-3);
 }
 
 /* Not cut, tolerances from 1e-3 to 1e-5 end 9e-6 to 6e-5 ft from the truth: the jump is within the
@@ -442,7 +445,7 @@ TEST(loose_tolerances_do_not_lie)
     sim_scene_set_list(&scene.bump_ft, bump, 3);
     scene.mats = 30;
     scene.mats_crossed = 3.0;
-    scene.friction_law = SIM_TANH;
+    scene.friction_law = SIM_FRICTION_TANH;
     scene.veps_ft_s = 1e-2;
     struct sim_result truth, result;
     struct sim_options fine = {.solver = "implicit", .rtol = 1e-11};

@@ -18,7 +18,7 @@ static struct sim_scene mat(enum sim_model model)
     scene.mats = 1;
     scene.left = scene.right = SIM_FREE;
     scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = scene.shear_lb = scene.cl_lb_s_ft = 0.0;
-    scene.lift_shear = SIM_NO_SHEAR;
+    scene.lift_shear = SIM_SHEAR_NONE;
     scene.s0_ft = 1.0;
     return scene;
 }
@@ -43,7 +43,7 @@ static struct sim_result solved(const struct sim_scene *scene, const char *solve
 TEST(a_push_after_a_long_rest_is_not_passed_over)
 {
     const double rests_s[] = {1.0, 1e4};
-    const enum sim_model models[] = {SIM_REPORT, SIM_CONSISTENT};
+    const enum sim_model models[] = {SIM_MODEL_REPORT, SIM_MODEL_CONSISTENT};
     for (size_t k = 0; k < 3; k++) {
         struct sim_scene scene = mat(models[k / 2]);
         push(&scene, 0.0, rests_s[k % 2]);
@@ -58,7 +58,7 @@ TEST(a_push_after_a_long_rest_is_not_passed_over)
 /* On soil so soft that a step of the landing engine could be 0.45 s long. */
 TEST(a_push_is_longer_than_a_step_on_any_soil)
 {
-    struct sim_scene scene = mat(SIM_CONSISTENT);
+    struct sim_scene scene = mat(SIM_MODEL_CONSISTENT);
     push(&scene, 0.0, 1e3);
     scene.kv_lb_ft = 1.0;
     scene.cv_lb_s_ft = 0.0;
@@ -77,9 +77,10 @@ TEST(an_answer_does_not_depend_on_when_the_clock_began)
     const struct {
         enum sim_model model;
         const char *solver;
-    } engines[] = {{SIM_REPORT, NULL},        {SIM_REPORT, "event"}, {SIM_REPORT, "implicit"},
-                   {SIM_REPORT, "moreau"},    {SIM_REPORT, "rkgs"},  {SIM_CONSISTENT, NULL},
-                   {SIM_CONSISTENT, "event"}, {SIM_CHAIN, NULL}};
+    } engines[] = {{SIM_MODEL_REPORT, NULL},        {SIM_MODEL_REPORT, "event"},
+                   {SIM_MODEL_REPORT, "implicit"},  {SIM_MODEL_REPORT, "moreau"},
+                   {SIM_MODEL_REPORT, "rkgs"},      {SIM_MODEL_CONSISTENT, NULL},
+                   {SIM_MODEL_CONSISTENT, "event"}, {SIM_MODEL_CHAIN, NULL}};
     const double begins_s[] = {0.0, 1000.0, EPOCH};
     for (size_t e = 0; e < sizeof engines / sizeof engines[0]; e++) {
         double first_u_ft[2] = {0.0, 0.0};
@@ -111,7 +112,7 @@ TEST(an_answer_does_not_depend_on_when_the_clock_began)
 TEST(a_run_begins_with_the_first_row_on_another_clock)
 {
     const double thrown_ft = 2.0 * 2.0 / (2.0 * BRAKE);
-    const enum sim_model models[] = {SIM_REPORT, SIM_CHAIN};
+    const enum sim_model models[] = {SIM_MODEL_REPORT, SIM_MODEL_CHAIN};
     for (size_t k = 0; k < 4; k++) {
         const double first_s = k < 2 ? 0.5 : EPOCH, push_s = k < 2 ? 0.5 : EPOCH + 0.5;
         const double times_s[] = {k < 2 ? 0.3 : EPOCH + 0.3, push_s + 1.0, 0.0};
@@ -140,7 +141,7 @@ TEST(a_late_clock_is_in_the_error)
     const char *const solvers[] = {"event", "implicit"};
     for (double at_s = 1e6; at_s < 2e10; at_s *= 10.0) {
         for (size_t s = 0; s < 2; s++) {
-            struct sim_scene scene = mat(SIM_REPORT);
+            struct sim_scene scene = mat(SIM_MODEL_REPORT);
             push(&scene, 0.0, at_s);
             struct sim_result result = solved(&scene, solvers[s]);
             near(result.outputs[0].u_ft[1], pushed_ft, result.error_u_ft);
@@ -158,7 +159,7 @@ TEST(a_thrust_at_the_limit_of_friction_moves_nothing)
     const double weights_lb[] = {160.0, 100.0, 0.466, 160.0}, frictions[] = {0.5, 0.5, 0.5, 0.25};
     const int counts[] = {1, 3, 10};
     for (size_t i = 0; i < 3 * 8 * 4; i++) {
-        struct sim_scene scene = mat(SIM_CHAIN);
+        struct sim_scene scene = mat(SIM_MODEL_CHAIN);
         scene.mats = counts[i / 32];
         scene.right = scene.mats == 10 ? SIM_FIXED : SIM_FREE;
         scene.weight_lb = weights_lb[i % 4];
@@ -174,7 +175,7 @@ TEST(a_thrust_at_the_limit_of_friction_moves_nothing)
         sim_scene_free(&scene);
     }
     /* rows of equal thrust, in the engine of landings */
-    struct sim_scene scene = mat(SIM_CONSISTENT);
+    struct sim_scene scene = mat(SIM_MODEL_CONSISTENT);
     struct sim_path_row rows[8];
     for (int i = 0; i < 8; i++)
         rows[i] = (struct sim_path_row){0.013 * i, 1.0, 80.0};
@@ -233,14 +234,14 @@ TEST(bounces_in_which_two_runs_agree_by_chance)
          25.068519465076463, true}};
     for (size_t i = 0; i < sizeof bounces / sizeof bounces[0]; i++) {
         const struct bounce *b = &bounces[i];
-        struct sim_scene scene = mat(SIM_REPORT);
+        struct sim_scene scene = mat(SIM_MODEL_REPORT);
         const double gaps_ft[] = {b->left_ft, b->right_ft};
         scene.left = scene.right = SIM_FIXED;
         scene.kl_lb_ft = b->kl_lb_ft;
         scene.slack_ft = 1.0;
         sim_scene_set_list(&scene.gap0_ft, gaps_ft, 2);
         scene.v0_ft_s = b->v0_ft_s;
-        scene.friction_law = SIM_NONE;
+        scene.friction_law = SIM_FRICTION_NONE;
         scene.t_end_s = b->t_s;
         if (b->pressed) {
             scene.q1_lb = 100.0;
@@ -256,7 +257,7 @@ TEST(bounces_in_which_two_runs_agree_by_chance)
 /* At 1e12 s implicit has no step left that the clock can show. */
 TEST(auto_says_why_it_left_a_method)
 {
-    struct sim_scene scene = mat(SIM_REPORT);
+    struct sim_scene scene = mat(SIM_MODEL_REPORT);
     bool said = false;
     push(&scene, 0.0, 1e12);
     struct sim_result result = solved(&scene, NULL);

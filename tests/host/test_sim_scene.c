@@ -39,7 +39,7 @@ TEST(defaults_are_those_of_the_model)
     struct sim_scene scene;
     struct error error;
     assert_int_equal(load("{}", &scene, &error), MR_OK);
-    assert_int_equal(scene.model, SIM_REPORT);
+    assert_int_equal(scene.model, SIM_MODEL_REPORT);
     assert_int_equal(scene.mats, 53);
     assert_true(scene.weight_lb == 160.0 && scene.kl_lb_ft == 8e6 && scene.g_ft_s2 == 32.174);
     assert_true(scene.left == SIM_FREE && scene.right == SIM_FIXED && scene.v0_ft_s == 2.0);
@@ -68,7 +68,7 @@ TEST(every_key_is_read)
     if (status != MR_OK)
         fail_msg("%s", error.text);
     assert_string_equal(s.name, "all");
-    assert_int_equal(s.model, SIM_CHAIN);
+    assert_int_equal(s.model, SIM_MODEL_CHAIN);
     const double read[] = {
         s.mats,           s.length_ft,    s.weight_lb,     s.g_ft_s2,    s.inertia_slug_ft2,
         s.kv_lb_ft,       s.cv_lb_s_ft,   s.kl_lb_ft,      s.cl_lb_s_ft, s.kt_lb_ft_rad,
@@ -80,12 +80,12 @@ TEST(every_key_is_read)
                               13, 0.14, 15, 16, 0.17, 0.18, 19, 20, 2, 21, 3,  2,  9,   1};
     for (size_t i = 0; i < sizeof read / sizeof read[0]; i++)
         assert_true(read[i] == written[i]);
-    assert_true(s.tad_mode == SIM_SWITCHED && s.profile == SIM_FULL && s.left == SIM_FIXED &&
-                s.right == SIM_FREE);
+    assert_true(s.tad_mode == SIM_TAD_SWITCHED && s.profile == SIM_PROFILE_FULL &&
+                s.left == SIM_FIXED && s.right == SIM_FREE);
     assert_true(s.left_torsion == SIM_FIXED && s.right_torsion == SIM_FIXED &&
-                s.thrust == SIM_LINEAR);
-    assert_true(s.friction_law == SIM_TANH && s.friction_normal == SIM_SOIL &&
-                s.lift_shear == SIM_BOTH);
+                s.thrust == SIM_THRUST_LINEAR);
+    assert_true(s.friction_law == SIM_FRICTION_TANH && s.friction_normal == SIM_NORMAL_SOIL &&
+                s.lift_shear == SIM_SHEAR_BOTH);
     assert_true(s.bump_ft.count == 3 && s.bump_ft.values[2] == 0.3 && s.u_mats.count == 2 &&
                 s.u_mats.values[0] == 3.0);
     assert_true(s.t_out_s.count == 2 && s.path_count == 2 && s.path[1].x_ft == 2.0 &&

@@ -16,19 +16,19 @@ static enum mr_status try(const struct sim_scene *scene, const struct sim_option
 TEST(leaving_mats_out_changes_nothing)
 {
     for (int variant = 0; variant < 7; variant++) {
-        struct sim_scene scene = short_runway(SIM_CHAIN);
+        struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
         struct sim_result pruned, whole;
         const double none = 0.0;
         if (variant == 1)
             sim_scene_set_list(&scene.grit_lb, &none, 1);
         if (variant == 2) {
-            scene.thrust = SIM_LINEAR;
+            scene.thrust = SIM_THRUST_LINEAR;
             scene.wheel_load_lb = 3.0;
         }
         if (variant == 3)
-            scene.friction_law = SIM_TANH;
+            scene.friction_law = SIM_FRICTION_TANH;
         if (variant == 4)
-            scene.friction_law = SIM_SIGN;
+            scene.friction_law = SIM_FRICTION_SIGN;
         if (variant == 6)
             scene.element[ELEMENT_ground_damping] = 0.3;
         if (variant == 5) {
@@ -42,7 +42,7 @@ TEST(leaving_mats_out_changes_nothing)
             try(&scene, &(struct sim_options){.solver = "staggered", .no_prune = true}, &whole),
             MR_OK);
         assert_true(whole.mats_mean == 80.0);
-        if (scene.friction_law == SIM_STICK) /* the other laws let mats creep for ever */
+        if (scene.friction_law == SIM_FRICTION_STICK) /* the other laws let mats creep for ever */
             assert_true(pruned.mats_mean < 60.0);
         assert_true(pruned.peak_u_ft > 0.005 && pruned.peak_u_ft == whole.peak_u_ft);
         assert_true(pruned.events == whole.events && pruned.error_u_ft == whole.error_u_ft);
@@ -63,7 +63,7 @@ static bool stop_late(void *asked, int pass, double part)
 
 TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
 {
-    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
     struct sim_result one, two, stopped;
     int asked = 0;
     scene.mods.tear_lb = 30.0; /* and a third pass */
@@ -93,7 +93,7 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
 
 TEST(a_step_beyond_the_limit_is_unstable)
 {
-    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
     struct sim_result result;
     /* undamped 2/w = sqrt(m/KL); with CL it is shorter by sqrt(1 + z^2) - z, z = 2 CL/(m w) */
     const double m = 0.466 / G, w = 2.0 * sqrt(2.9e5 / m), z = 10.0 / (m * w);
@@ -122,8 +122,8 @@ TEST(energy_from_nowhere_is_unstable)
     struct sim_scene scene;
     struct sim_result result;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
-    scene.friction_law = SIM_SIGN;
+    scene.model = SIM_MODEL_CHAIN;
+    scene.friction_law = SIM_FRICTION_SIGN;
     scene.mats = 1;
     scene.right = SIM_FREE;
     scene.force_lb = 1e-3;
@@ -146,8 +146,8 @@ TEST(a_wrong_answer_that_looks_right_is_refused)
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
-    scene.friction_law = SIM_NONE;
+    scene.model = SIM_MODEL_CHAIN;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.mats = 1;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
     scene.t_end_s = 300.0 / w;
@@ -158,7 +158,7 @@ TEST(a_wrong_answer_that_looks_right_is_refused)
     /* left to itself it finds a step that is good enough */
     assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_OK);
     assert_true(fabs(result.u_ft[1] - 2.0 / w * sin(300.0)) <= result.error_u_ft);
-    assert_true(result.error_u_ft <= 0.2 * 2.0 / w && result.rejected > result.steps / 2);
+    assert_true(result.error_u_ft <= 0.2 * 2.0 / w && result.other_steps > result.steps / 2);
     sim_result_free(&result);
 }
 
@@ -170,11 +170,11 @@ TEST(halving_the_step_quarters_the_error)
     const double exact = 0.5 * (v * t + v / w * sin(w * t));
     double last = 0.0;
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = 2;
     scene.right = SIM_FREE;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
-    scene.friction_law = SIM_NONE;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.t_end_s = t;
     for (int i = 0; i < 4; i++) {
         struct sim_options options = {.dt_s = 1e-4 / (1 << i)};
@@ -197,8 +197,8 @@ TEST(a_check_at_the_limit_is_made_again_with_half_the_step)
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
-    scene.friction_law = SIM_NONE;
+    scene.model = SIM_MODEL_CHAIN;
+    scene.friction_law = SIM_FRICTION_NONE;
     scene.mats = 1;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
     scene.t_end_s = 1500.0 / w; /* more than 1000 of the longest steps */
@@ -227,9 +227,9 @@ TEST(a_chain_of_any_length_is_complete)
         struct sim_scene scene;
         struct sim_result result;
         sim_scene_defaults(&scene);
-        scene.model = SIM_CHAIN;
+        scene.model = SIM_MODEL_CHAIN;
         scene.mats = mats;
-        scene.friction_law = SIM_NONE;
+        scene.friction_law = SIM_FRICTION_NONE;
         scene.force_lb = force;
         scene.vac_ft_s = scene.v0_ft_s = 0.0;
         scene.t_end_s = 3000 * h;
@@ -246,12 +246,12 @@ TEST(a_chain_of_any_length_is_complete)
 
 TEST(rtol_is_reached_or_refused)
 {
-    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
     struct sim_result result;
     assert_int_equal(
         try(&scene, &(struct sim_options){.solver = "staggered", .rtol = 0.01}, &result), MR_OK);
     assert_true(result.error_u_ft > 0.0 && result.error_u_ft <= 0.01 * result.peak_u_ft);
-    assert_true(result.evaluations == result.steps + result.rejected);
+    assert_true(result.evaluations == result.steps + result.other_steps);
     sim_result_free(&result);
     scene.t_dwell_s = -1.0;
     scene.t_end_s = 0.05;
@@ -329,14 +329,14 @@ TEST(another_method_agrees)
         }
         if (variant == 2)
             p.veps = 1e-5;
-        scene.model = SIM_CHAIN;
+        scene.model = SIM_MODEL_CHAIN;
         scene.mats = 5;
         scene.kl_lb_ft = p.k;
         scene.slack_ft = p.s;
         scene.force_lb = p.force;
         scene.vac_ft_s = scene.v0_ft_s = 0.0;
         scene.t_end_s = 0.03;
-        scene.friction_law = variant == 2 ? SIM_STICK : SIM_TANH;
+        scene.friction_law = variant == 2 ? SIM_FRICTION_STICK : SIM_FRICTION_TANH;
         scene.veps_ft_s = p.veps;
         sim_scene_set_list(&scene.gap0_ft, p.gap, 6);
         five_run(&p, y, 0.03, variant == 2 ? 60000 : 20000);
@@ -354,7 +354,7 @@ TEST(another_method_agrees)
 
 TEST(samples_are_the_mats_over_their_stations)
 {
-    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
     const double stations[] = {0.0, 5.0 * 2.0 / 7.0, 6.0, 80.0 * 2.0 / 7.0};
     const int mats[] = {1, 6, 22, 80};
     const double times[] = {0.8, 0.1, 0.25};
@@ -389,13 +389,13 @@ TEST(samples_are_the_mats_over_their_stations)
 
 TEST(what_is_not_built_is_refused)
 {
-    struct sim_scene scene = short_runway(SIM_CHAIN);
+    struct sim_scene scene = short_runway(SIM_MODEL_CHAIN);
     struct sim_result result;
     assert_int_equal(try(&scene, &(struct sim_options){.solver = "rk8"}, &result), MR_USAGE);
     assert_non_null(strstr(error.text, "rk8 for model chain; give event or staggered"));
-    scene.friction_normal = SIM_SOIL;
+    scene.friction_normal = SIM_NORMAL_SOIL;
     assert_int_equal(try(&scene, &(struct sim_options){0}, &result), MR_USAGE);
-    scene.friction_normal = SIM_WEIGHT;
+    scene.friction_normal = SIM_NORMAL_WEIGHT;
     assert_int_equal(try(&scene, &(struct sim_options){.dt_s = -1.0}, &result), MR_USAGE);
     assert_int_equal(try(&scene, &(struct sim_options){.dt_s = 1e-12}, &result), MR_USAGE);
     assert_int_equal(try(&scene, &(struct sim_options){.rtol = 2.0}, &result), MR_USAGE);
@@ -425,7 +425,7 @@ TEST(the_wheel_shares_its_thrust)
     assert_int_equal(sim_wheel_span(&wheel, 3.5, 3.6, touch), 1);
     assert_true(touch[0].mat == 2 && touch[0].thrust_lb == 0.0 && touch[0].load_share == 1.0);
 
-    scene.thrust = SIM_LINEAR;
+    scene.thrust = SIM_THRUST_LINEAR;
     sim_wheel_start(&wheel, &scene);
     double thrust[3] = {0.0};
     int count = sim_wheel_span(&wheel, 1.4, 1.6, touch); /* about 2.5 ft: w = 0.75 */
@@ -433,7 +433,7 @@ TEST(the_wheel_shares_its_thrust)
         thrust[touch[i].mat] += touch[i].thrust_lb;
     assert_true(fabs(thrust[1] - 0.25 * 200.0) < 1e-9 && fabs(thrust[2] - 0.75 * 200.0) < 1e-9);
 
-    scene.thrust = SIM_JUMP;
+    scene.thrust = SIM_THRUST_JUMP;
     sim_scene_set_path(&scene, NULL, 0);
     scene.force_stop_s = 0.01; /* 90 ft/s: mat 1 until 0.0222 s, off at 0.0444 s */
     sim_wheel_start(&wheel, &scene);
@@ -460,7 +460,7 @@ TEST(a_joint_that_tears_by_the_step_is_within_the_stated_error)
     struct sim_result usual, fine;
     error = (struct error){0};
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = 8;
     model_mat_chain(&scene);
     sim_scene_set_list(&scene.gap0_ft, gaps, 9);

@@ -39,11 +39,12 @@ static void same(const struct sim_result *a, const struct sim_result *b, double 
 TEST(leaving_mats_out_changes_nothing)
 {
     for (int variant = 0; variant < 12; variant++) {
-        struct sim_scene scene = long_strip(variant % 2 ? SIM_CONSISTENT : SIM_REPORT, 160);
+        struct sim_scene scene = long_strip(variant % 2 ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT,
+                                            160);
         const char *solver = "event";
         double prestress[161] = {0};
         if (variant == 2 || variant == 3) {
-            scene.friction_law = SIM_TANH;
+            scene.friction_law = SIM_FRICTION_TANH;
             scene.veps_ft_s = 1e-2;
         }
         if (variant == 4)
@@ -51,13 +52,13 @@ TEST(leaving_mats_out_changes_nothing)
         if (variant == 5) {
             /* pressed down, pushed from afar, jumping thrust replaced by a shared one */
             scene.wheel_load_lb = 2000.0;
-            scene.thrust = SIM_LINEAR;
+            scene.thrust = SIM_THRUST_LINEAR;
             scene.s0_ft = 90.0;
-            scene.friction_normal = SIM_SOIL;
+            scene.friction_normal = SIM_NORMAL_SOIL;
         }
         if (variant == 6) { /* torsion acts at any angle: mats do not stay flat by themselves */
             scene.tad_deg = 0.0;
-            scene.lift_shear = SIM_NO_SHEAR;
+            scene.lift_shear = SIM_SHEAR_NONE;
             scene.kt_lb_ft_rad = 2e4;
         }
         if (variant == 7) { /* slack, and a joint far away that starts under load */
@@ -98,7 +99,7 @@ TEST(a_load_is_felt_as_far_as_the_mass_matrix_carries_it)
     } cases[] = {
         {"event", 0.5, 2.0, 1e-13}, {"event", 0.3, 20.0, 1e-12}, {"staggered", 0.5, 2.0, 1e-13}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        struct sim_scene scene = long_strip(SIM_CONSISTENT, 160);
+        struct sim_scene scene = long_strip(SIM_MODEL_CONSISTENT, 160);
         double stations[160];
         scene.length_ft = cases[i].length_ft;
         scene.inertia_slug_ft2 = cases[i].inertia;
@@ -136,7 +137,7 @@ TEST(a_load_is_felt_as_far_as_the_mass_matrix_carries_it)
 /* A wave front needs N L / c; one that is frozen at the first window would not arrive. */
 TEST(the_window_grows_with_the_motion)
 {
-    struct sim_scene scene = long_strip(SIM_REPORT, 160);
+    struct sim_scene scene = long_strip(SIM_MODEL_REPORT, 160);
     scene.friction = 0.0;
     scene.bump_ft.count = 0;
     struct sim_result result = good(&scene, "event", false);
@@ -153,7 +154,7 @@ TEST(the_window_grows_with_the_motion)
 /* The cost of a scene is that of its motion: what is at rest beyond does not count. */
 TEST(mats_beyond_the_reach_cost_nothing)
 {
-    struct sim_scene a = long_strip(SIM_REPORT, 200), b = long_strip(SIM_REPORT, 4096);
+    struct sim_scene a = long_strip(SIM_MODEL_REPORT, 200), b = long_strip(SIM_MODEL_REPORT, 4096);
     struct sim_result few = good(&a, "event", false), many = good(&b, "event", false);
     assert_int_equal(few.mats_max, many.mats_max);
     assert_true(few.mats_max < 90);
@@ -172,7 +173,7 @@ TEST(mats_beyond_the_reach_cost_nothing)
 TEST(a_flat_strip_stays_flat)
 {
     for (int model = 0; model < 2; model++) {
-        struct sim_scene scene = long_strip(model ? SIM_CONSISTENT : SIM_REPORT, 300);
+        struct sim_scene scene = long_strip(model ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT, 300);
         scene.bump_ft.count = 0;
         scene.force_lb = 60.0; /* below f W = 80 */
         scene.v0_ft_s = 0.0;

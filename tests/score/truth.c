@@ -257,7 +257,7 @@ static void make_planar(struct sim_scene *scene, uint32_t number)
     uint64_t state = 0x640d0000u + number;
     for (int j = 0; j < SCORE_JOINTS; j++)
         heights_ft[j] = IRREGULAR_FT * score_uniform(&state);
-    scene->model = SIM_CONSISTENT;
+    scene->model = SIM_MODEL_CONSISTENT;
     scene->inertia_slug_ft2 = 1.19e-4;
     scene->kv_lb_ft = 1.3e4;
     scene->cv_lb_s_ft = 60.0;
@@ -296,7 +296,7 @@ static bool march(struct sim_scene *scene, const struct sim_options *options,
     for (unsigned tries = 0; tries < FOLD_TRIES; tries++) {
         if (sim_run(scene, options, result, error) == MR_OK)
             return true;
-        if (!options->single || result->status != SIM_FOLDED)
+        if (!options->is_single_pass || result->status != SIM_FOLDED)
             return false;
         landing->wave_s = (float)result->t_s;
         scene->t_end_s = result->t_s - FOLD_S;
@@ -340,7 +340,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
     note_braking(&gear, landing);
     roll(landing, &gear, series, rows, &count, state);
     sim_scene_defaults(&scene);
-    scene.model = SIM_CHAIN;
+    scene.model = SIM_MODEL_CHAIN;
     scene.mats = SCORE_MATS;
     scene.length_ft = SCORE_MAT_FT;
     scene.weight_lb = MAT_LB;
@@ -366,7 +366,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
                                         .sample_dt_s = 1e-3 * SCORE_ROW_MS,
                                         .station_ft = stations_ft,
                                         .station_count = SCORE_STATIONS,
-                                        .single = planar};
+                                        .is_single_pass = planar};
     sim_scene_set_list(&scene.gap0_ft, gap_ft, SCORE_JOINTS);
     sim_scene_set_list(&scene.grit_lb, grit_lb, SCORE_JOINTS);
     sim_scene_set_list(&scene.t_out_s, looks_s, landing->looks);

@@ -107,7 +107,7 @@ static void row(struct sim_scene *scene, uint64_t *state)
         scene->s0_ft = between(state, -0.1, 0.5) * scene->mats * scene->length_ft;
         scene->vac_ft_s = between(state, 0.1, 1.5) * scene->mats * scene->length_ft /
                           scene->t_end_s;
-        scene->thrust = one_in(state, 2.0) ? SIM_JUMP : SIM_LINEAR;
+        scene->thrust = one_in(state, 2.0) ? SIM_THRUST_JUMP : SIM_THRUST_LINEAR;
         double rolled_ft = scene->vac_ft_s * scene->t_end_s;
         const struct sim_path_row back[] = {
             {0.0, scene->s0_ft + rolled_ft, scene->force_lb},
@@ -170,7 +170,7 @@ static void box(struct sim_scene *scene, uint64_t *state)
     scene->cl_lb_s_ft = 0.0;
     scene->slack_ft = 1.0;
     scene->left = scene->right = SIM_FIXED;
-    scene->friction_law = SIM_NONE;
+    scene->friction_law = SIM_FRICTION_NONE;
     scene->force_lb = scene->vac_ft_s = 0.0;
     scene->v0_ft_s = between(state, 0.5, 3.0);
     scene->v0_mat = 1;
@@ -279,13 +279,13 @@ static void other(struct sim_scene *scene, uint64_t *state)
     row(scene, state);
     switch (draw_below(state, 3)) {
     case 0:
-        scene->friction_law = SIM_TANH;
+        scene->friction_law = SIM_FRICTION_TANH;
         scene->veps_ft_s = decades(state, -3.0, -1.0);
         break;
-    case 1: scene->friction_law = SIM_NONE; break;
+    case 1: scene->friction_law = SIM_FRICTION_NONE; break;
     default: break;
     }
-    if (scene->friction_law == SIM_STICK || one_in(state, 2.0))
+    if (scene->friction_law == SIM_FRICTION_STICK || one_in(state, 2.0))
         scene->element[ELEMENT_ground_damping] = scene->friction * scene->weight_lb /
                                                  scene->v0_ft_s * decades(state, -2.0, 1.0);
 }
@@ -304,7 +304,7 @@ enum chain_kind chain_draw(struct sim_scene *scene, size_t index, uint64_t seed)
     draw_uniform(&state);
     sim_scene_defaults(scene);
     snprintf(scene->name, sizeof scene->name, "chain %zu", index);
-    scene->model = SIM_CHAIN;
+    scene->model = SIM_MODEL_CHAIN;
     scene->g_ft_s2 = G;
     draws[kind](scene, &state);
     /* even times in half of the scenes, any times in the other */

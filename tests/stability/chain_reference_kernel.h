@@ -185,7 +185,7 @@ static struct times breaks_of(const struct state *s, real end_s)
         for (size_t i = 0; i < line_count(s); i++) {
             real ahead_ft = -line_behind_ft(s, i), half_ft = 0.5 * foot_ft(s);
             add_hops(&times, s, t0_s, t1_s, x0_ft, speed_ft_s, ahead_ft, end_s);
-            if (scene->thrust == SIM_LINEAR)
+            if (scene->thrust == SIM_THRUST_LINEAR)
                 add_hops(&times, s, t0_s, t1_s, x0_ft, speed_ft_s,
                          ahead_ft + 0.5 * scene->length_ft, end_s);
             if (half_ft > 0.0) {
@@ -263,7 +263,7 @@ static void press(struct state *s, real t0_s, real t1_s)
         }
         static const real all[2] = {1.0, 0.0};
         add_load(s, under, all, axles);
-        if (scene->thrust == SIM_JUMP) {
+        if (scene->thrust == SIM_THRUST_JUMP) {
             add_thrust(s, under, all, &a, axles);
             continue;
         }
@@ -711,14 +711,14 @@ static void switch_mat(struct state *s, int n, int to, real limit)
 
 static bool understood(const struct sim_scene *scene)
 {
-    return scene->model == SIM_CHAIN && scene->mats <= CHAIN_REFERENCE_MATS &&
-           !mods_are_given(scene) && scene->friction_law != SIM_SIGN;
+    return scene->model == SIM_MODEL_CHAIN && scene->mats <= CHAIN_REFERENCE_MATS &&
+           !mods_are_given(scene) && scene->friction_law != SIM_FRICTION_SIGN;
 }
 
 static void begin(struct state *s)
 {
     const struct sim_scene *scene = s->scene;
-    bool rubs = scene->friction > 0.0 && scene->friction_law != SIM_NONE;
+    bool rubs = scene->friction > 0.0 && scene->friction_law != SIM_FRICTION_NONE;
     s->mats = scene->mats;
     s->mass = scene->weight_lb / scene->g_ft_s2;
     s->kl = scene->kl_lb_ft;
@@ -732,7 +732,7 @@ static void begin(struct state *s)
     s->rho = scene->gear.unloading;
     s->zeta = scene->gear.damping;
     s->axle_law = scene->gear.axle_law;
-    s->plain = !rubs ? BARE : scene->friction_law == SIM_TANH ? SMOOTH : SLIDES;
+    s->plain = !rubs ? BARE : scene->friction_law == SIM_FRICTION_TANH ? SMOOTH : SLIDES;
     for (int j = 1; j <= s->mats + 1; j++) {
         real g = s->gap0[j] = sim_scene_joint(&scene->gap0_ft, j);
         bool grit = s->slack > 0.0 && sim_scene_joint(&scene->grit_lb, j) > 0.0;

@@ -53,7 +53,7 @@ struct shared {
 
 static bool is_lossless(const struct sim_scene *s)
 {
-    return s->cl_lb_s_ft == 0.0 && (s->friction_law == SIM_NONE || s->friction == 0.0) &&
+    return s->cl_lb_s_ft == 0.0 && (s->friction_law == SIM_FRICTION_NONE || s->friction == 0.0) &&
            s->grit_lb.count == 0 && s->element[ELEMENT_ground_damping] == 0.0 &&
            s->element[ELEMENT_gear_ground] == 0.0;
 }

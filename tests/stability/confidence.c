@@ -25,9 +25,9 @@ static const char *const group_names[CONFIDENCE_GROUPS] = {
 /* Whether a scene belongs to each group, in the order of the names. */
 static void sort(const struct sim_scene *scene, bool in[CONFIDENCE_GROUPS])
 {
-    bool full = scene->profile == SIM_FULL, none = scene->friction_law == SIM_NONE,
+    bool full = scene->profile == SIM_PROFILE_FULL, none = scene->friction_law == SIM_FRICTION_NONE,
          loaded = scene->wheel_load_lb > 0.0;
-    bool soil = scene->friction_normal == SIM_SOIL, path = scene->path_count > 0;
+    bool soil = scene->friction_normal == SIM_NORMAL_SOIL, path = scene->path_count > 0;
     int ends = 4 * full + 2 * (scene->left == SIM_FIXED) + (scene->right == SIM_FIXED);
     in[0] = true;
     for (int i = 0; i < 8; i++)

@@ -52,11 +52,13 @@ static enum sim_end end(uint64_t *state)
 enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index,
                           uint64_t seed, struct error *error)
 {
-    static const enum sim_friction laws[] = {SIM_STICK, SIM_STICK, SIM_STICK, SIM_STICK,
-                                             SIM_STICK, SIM_STICK, SIM_TANH,  SIM_TANH,
-                                             SIM_TANH,  SIM_NONE,  SIM_NONE,  SIM_SIGN};
-    static const enum sim_lift_shear shears[] = {SIM_RISING,    SIM_RISING, SIM_RISING,
-                                                 SIM_FOLLOWING, SIM_BOTH,   SIM_NO_SHEAR};
+    static const enum sim_friction laws[] = {
+        SIM_FRICTION_STICK, SIM_FRICTION_STICK, SIM_FRICTION_STICK, SIM_FRICTION_STICK,
+        SIM_FRICTION_STICK, SIM_FRICTION_STICK, SIM_FRICTION_TANH,  SIM_FRICTION_TANH,
+        SIM_FRICTION_TANH,  SIM_FRICTION_NONE,  SIM_FRICTION_NONE,  SIM_FRICTION_SIGN};
+    static const enum sim_lift_shear shears[] = {SIM_SHEAR_RISING, SIM_SHEAR_RISING,
+                                                 SIM_SHEAR_RISING, SIM_SHEAR_FOLLOWING,
+                                                 SIM_SHEAR_BOTH,   SIM_SHEAR_NONE};
     uint64_t state = seed ^ (0xd1342543de82ef95u * (index + 1));
     next(&state);
     sim_scene_defaults(scene);
@@ -74,12 +76,12 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->inertia_slug_ft2 *= pow(10.0, slab ? exponents[DRAW_W] : exponents[DRAW_I]);
     double heavier = scene->weight_lb / 160.0;
 
-    scene->model = draw_below(&state, 2) == 0 ? SIM_REPORT : SIM_CONSISTENT;
-    bool consistent = scene->model == SIM_CONSISTENT;
+    scene->model = draw_below(&state, 2) == 0 ? SIM_MODEL_REPORT : SIM_MODEL_CONSISTENT;
+    bool consistent = scene->model == SIM_MODEL_CONSISTENT;
     scene->mats = 6 + (int)draw_below(&state, 11);
-    scene->profile = draw_below(&state, 2) == 0 ? SIM_LOW : SIM_FULL;
+    scene->profile = draw_below(&state, 2) == 0 ? SIM_PROFILE_LOW : SIM_PROFILE_FULL;
     scene->tad_deg = PICK(&state, 0.0, 1.0, 10.0, 10.0);
-    scene->tad_mode = draw_below(&state, 3) == 0 ? SIM_SWITCHED : SIM_DEADBAND;
+    scene->tad_mode = draw_below(&state, 3) == 0 ? SIM_TAD_SWITCHED : SIM_TAD_DEADBAND;
     scene->slack_ft = PICK(&state, 0.0, 0.0, 0.005, 0.25 / 12.0);
     scene->left = end(&state);
     scene->right = end(&state);
@@ -91,12 +93,13 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
         scene->force_lb *= heavier;
     scene->vac_ft_s = PICK(&state, 60.0, 90.0, 140.0);
     scene->s0_ft = PICK(&state, 0.0, 2.0, 5.0);
-    scene->thrust = draw_below(&state, 2) == 0 ? SIM_JUMP : SIM_LINEAR;
+    scene->thrust = draw_below(&state, 2) == 0 ? SIM_THRUST_JUMP : SIM_THRUST_LINEAR;
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 10.0) * scene->weight_lb;
     scene->friction_law = laws[draw_below(&state, sizeof laws / sizeof laws[0])];
     scene->friction = PICK(&state, 0.2, 0.5, 0.9);
     scene->veps_ft_s = PICK(&state, 1e-3, 1e-2);
-    scene->friction_normal = consistent && draw_below(&state, 2) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->friction_normal = consistent && draw_below(&state, 2) == 0 ? SIM_NORMAL_SOIL
+                                                                      : SIM_NORMAL_WEIGHT;
     scene->shear_lb *= heavier;
     scene->lift_shear = shears[draw_below(&state, sizeof shears / sizeof shears[0])];
     scene->v0_ft_s = PICK(&state, 0.0, 2.0, 2.0);
@@ -138,9 +141,9 @@ enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW
     next(&state);
     if (draw_scene(scene, exponents, index, seed, error) != MR_OK)
         return error->status;
-    scene->model = SIM_CONSISTENT;
-    scene->friction_law = draw_below(&state, 6) == 0 ? SIM_NONE : SIM_STICK;
-    scene->friction_normal = draw_below(&state, 3) == 0 ? SIM_SOIL : SIM_WEIGHT;
+    scene->model = SIM_MODEL_CONSISTENT;
+    scene->friction_law = draw_below(&state, 6) == 0 ? SIM_FRICTION_NONE : SIM_FRICTION_STICK;
+    scene->friction_normal = draw_below(&state, 3) == 0 ? SIM_NORMAL_SOIL : SIM_NORMAL_WEIGHT;
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 0.1, 1.0, 10.0) * scene->weight_lb;
     if (draw_below(&state, 3) == 0)
         scene->bump_first = 1 + (int)draw_below(&state, (size_t)scene->mats - 2);
@@ -168,11 +171,12 @@ void draw_row(FILE *table, size_t index, const double exponents[DRAW_KEYS],
         fprintf(table, ",%.3f", exponents[k]);
     fprintf(table, ",%s,%d,%.3g,%s,%s,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%zu,%g",
             sim_model_name(s->model), s->mats, s->inertia_slug_ft2,
-            s->profile == SIM_FULL ? "full" : "low", s->left == SIM_FIXED ? "fixed" : "free",
-            s->right == SIM_FIXED ? "fixed" : "free", s->tad_deg,
-            s->tad_mode == SIM_SWITCHED ? "switched" : "deadband", s->slack_ft, s->force_lb,
-            laws[s->friction_law], s->friction_normal == SIM_SOIL ? "/soil" : "",
-            s->thrust == SIM_LINEAR ? "linear" : "jump", shears[s->lift_shear],
+            s->profile == SIM_PROFILE_FULL ? "full" : "low",
+            s->left == SIM_FIXED ? "fixed" : "free", s->right == SIM_FIXED ? "fixed" : "free",
+            s->tad_deg, s->tad_mode == SIM_TAD_SWITCHED ? "switched" : "deadband", s->slack_ft,
+            s->force_lb, laws[s->friction_law],
+            s->friction_normal == SIM_NORMAL_SOIL ? "/soil" : "",
+            s->thrust == SIM_THRUST_LINEAR ? "linear" : "jump", shears[s->lift_shear],
             s->bump_ft.count > 0 ? s->bump_ft.values[s->bump_ft.count / 2] : 0.0, s->wheel_load_lb,
             s->path_count, s->t_end_s);
 }

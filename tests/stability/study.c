@@ -65,12 +65,12 @@ static void solve(const struct sim_scene *scene, const struct task *task,
 /* The same scene in the reference's terms. */
 static void translate(const struct sim_scene *scene, struct ref_scene *to)
 {
-    static const enum ref_shear shears[] = {[SIM_RISING] = REF_RISING,
-                                            [SIM_NO_SHEAR] = REF_NONE,
-                                            [SIM_FOLLOWING] = REF_FOLLOWING,
-                                            [SIM_BOTH] = REF_BOTH};
+    static const enum ref_shear shears[] = {[SIM_SHEAR_RISING] = REF_RISING,
+                                            [SIM_SHEAR_NONE] = REF_NONE,
+                                            [SIM_SHEAR_FOLLOWING] = REF_FOLLOWING,
+                                            [SIM_SHEAR_BOTH] = REF_BOTH};
     ref_defaults(to);
-    to->model = scene->model == SIM_REPORT ? REF_REPORT : REF_CONSISTENT;
+    to->model = scene->model == SIM_MODEL_REPORT ? REF_REPORT : REF_CONSISTENT;
     to->mats = scene->mats;
     to->W = scene->weight_lb;
     to->I = scene->inertia_slug_ft2;
@@ -81,8 +81,8 @@ static void translate(const struct sim_scene *scene, struct ref_scene *to)
     to->KT = scene->kt_lb_ft_rad;
     to->CT = scene->ct_lb_ft_s_rad;
     to->TAD = scene->tad_deg * M_PI / 180.0;
-    to->switched = scene->tad_mode == SIM_SWITCHED;
-    to->full = scene->profile == SIM_FULL;
+    to->switched = scene->tad_mode == SIM_TAD_SWITCHED;
+    to->full = scene->profile == SIM_PROFILE_FULL;
     to->slack = scene->slack_ft;
     to->left_fixed = scene->left == SIM_FIXED;
     to->right_fixed = scene->right == SIM_FIXED;
@@ -91,14 +91,14 @@ static void translate(const struct sim_scene *scene, struct ref_scene *to)
     to->F = scene->force_lb;
     to->Vac = scene->vac_ft_s;
     to->s0 = scene->s0_ft;
-    to->linear = scene->thrust == SIM_LINEAR;
+    to->linear = scene->thrust == SIM_THRUST_LINEAR;
     to->wheel_load = scene->wheel_load_lb;
     to->f = scene->friction;
     to->veps = scene->veps_ft_s;
-    to->friction = scene->friction_law == SIM_STICK ? REF_STICK
-                 : scene->friction_law == SIM_TANH  ? REF_TANH
-                                                    : REF_NO_FRICTION;
-    to->soil_normal = scene->friction_normal == SIM_SOIL;
+    to->friction = scene->friction_law == SIM_FRICTION_STICK ? REF_STICK
+                 : scene->friction_law == SIM_FRICTION_TANH  ? REF_TANH
+                                                             : REF_NO_FRICTION;
+    to->soil_normal = scene->friction_normal == SIM_NORMAL_SOIL;
     to->V = scene->shear_lb;
     to->shear = shears[scene->lift_shear];
     for (size_t i = 0; i < scene->bump_ft.count; i++)
@@ -197,7 +197,7 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
     run_method(scene, STUDY_AUTO, limits->auto_s, answers);
     const struct study_answer *first = &answers[STUDY_AUTO];
     bool explicit = strcmp(first->solver, "event") == 0, agreed = false;
-    for (int i = 0; i < 2 && !agreed && scene->friction_law != SIM_SIGN; i++) {
+    for (int i = 0; i < 2 && !agreed && scene->friction_law != SIM_FRICTION_SIGN; i++) {
         enum study_method method = explicit ? after_event[i] : after_implicit[i];
         if (method == STUDY_EVENT && !(first->rate * scene->t_end_s / EXPLICIT_REACH < EVENT_STEPS))
             continue;
@@ -214,7 +214,8 @@ void study_scene(const struct sim_scene *scene, size_t index, const struct study
         cvode->alone = answers[STUDY_EVENT].end == STUDY_OK &&
                        !study_compare(scene, first, &answers[STUDY_EVENT]).contradicts;
     }
-    if (index % REFERENCE_EVERY == 0 && first->end == STUDY_OK && scene->friction_law != SIM_SIGN &&
+    if (index % REFERENCE_EVERY == 0 && first->end == STUDY_OK &&
+        scene->friction_law != SIM_FRICTION_SIGN &&
         first->rate * scene->t_end_s / REFERENCE_REACH < REFERENCE_STEPS)
         run_method(scene, STUDY_REFERENCE, limits->other_s, answers);
 }
@@ -242,8 +243,8 @@ void study_fixed(const struct sim_scene *scene, const struct study_limits *limit
 /* Grit and ground are not drawn; friction tanh and sign are not for fixed. */
 static bool fixed_has(const struct sim_scene *scene)
 {
-    return scene->model == SIM_CONSISTENT &&
-           (scene->friction_law == SIM_STICK || scene->friction_law == SIM_NONE);
+    return scene->model == SIM_MODEL_CONSISTENT &&
+           (scene->friction_law == SIM_FRICTION_STICK || scene->friction_law == SIM_FRICTION_NONE);
 }
 
 const char *study_bars_solver(const struct sim_scene *scene, size_t index)
@@ -273,7 +274,7 @@ void study_bars(const struct sim_scene *scene, size_t index, const struct study_
     for (int i = 0; i < STUDY_METHODS; i++)
         answers[i] = (struct study_answer){.end = STUDY_NOT_RUN, .solver = "-"};
     run(scene, (struct task){"auto", 0.0, STUDY_LATE_S, 0.0}, first);
-    if (scene->friction_law == SIM_SIGN)
+    if (scene->friction_law == SIM_FRICTION_SIGN)
         return;
     const char *name = study_bars_solver(scene, index);
     run(scene, (struct task){name, 0.0, limits->other_s, 0.0}, other);

@@ -19,7 +19,7 @@
 #define LOOSEST_EXPONENT    3
 #define TIGHTEST_EXPONENT   9
 #define REPEAT_MS           25.0 /* ms; shorter runs are repeated to measure their time */
-#define REPEATS             5
+#define REPEATS_MAX         5
 /* Steps times mats of a reference run. A larger run is not repeated at a smaller tolerance. */
 #define REFERENCE_MAT_STEPS 2e7
 #define TABLE_MAT_STEPS     6e7   /* limit of a run in the table, steps times mats */
@@ -29,14 +29,15 @@
 #define EXPLICIT_REACH      6.0
 /* End of the stability region of the classical method on the negative real axis. */
 #define RK4_REAL            2.785
-#define RUNGS               24 /* number of fixed steps below the limit */
+#define FIXED_STEP_RUNS     24 /* number of fixed steps below the limit */
 /* The first steps are a fifth of an octave apart, to show which runs are accurate by chance. The
  * others are half an octave apart. */
-#define CLOSE_RUNGS         15
+#define CLOSE_STEP_RUNS     15
 #define FIRST_STEP_FRACTION 0.97 /* first step / stability limit */
 #define MIN_STEPS           20.0
-#define MAT_STEPS           6e7              /* limit of a run of rk4, steps times mats */
-static const double beyond[] = {1.12, 1.05}; /* steps beyond the stability limit / limit */
+#define RK4_MAT_STEPS       6e7 /* limit of a run of rk4, steps times mats */
+/* Steps beyond the stability limit / limit. */
+static const double steps_beyond_limit[] = {1.12, 1.05};
 
 /* Slopes are fitted to errors above MIN_PER_AGREEMENT times the difference of the references and
  * below MAX_PER_PEAK times the peak. The largest error must be at least MIN_RANGE times the
@@ -44,14 +45,14 @@ static const double beyond[] = {1.12, 1.05}; /* steps beyond the stability limit
 #define MIN_PER_AGREEMENT 10.0
 #define MAX_PER_PEAK      0.1
 /* possible sum of rounding errors over 1e5 steps, as a fraction of the largest value */
-#define ROUND_OFF         3e-12
+#define ROUNDING_ERROR    3e-12
 #define MIN_RANGE         3.0
 
 const double error_levels_ft[] = {1e-3, 1e-5, 5e-6, 1e-7};
 const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft[0];
 
 struct reference {
-    bool found;
+    bool is_found;
     double rtol;
     double u_ft, lift_ft; /* differences of the two methods */
     double max_lift_ft;
@@ -125,9 +126,9 @@ static enum mr_status find_fastest_rate(const struct sim_scene *scene, double *r
     return error->status;
 }
 
-static enum mr_status measure(struct error_study *study, const struct reference *reference,
-                              const struct sim_scene *scene, const struct pass_request *request,
-                              struct error *error)
+static enum mr_status measure_run(struct error_study *study, const struct reference *reference,
+                                  const struct sim_scene *scene, const struct pass_request *request,
+                                  struct error *error)
 {
     struct pass_outcome outcome;
     struct error_run *run = add_run(study);
@@ -152,7 +153,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
                  run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
     }
     pass_outcome_free(&outcome);
-    for (int i = 1; i < REPEATS && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
+    for (int i = 1; i < REPEATS_MAX && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
         if (run_one_pass(&outcome, scene, request, error) == MR_OK)
             run->ms = fmin(run->ms, outcome.ms);
         pass_outcome_free(&outcome);
@@ -164,7 +165,7 @@ static enum mr_status measure(struct error_study *study, const struct reference 
 
 static uint64_t reference_steps(const struct sim_scene *scene)
 {
-    if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+    if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
         return 50000; /* the state chatters, so no method can finish */
     return 200000 + 20000 * (uint64_t)scene->mats;
 }
@@ -200,7 +201,7 @@ static enum mr_status find_reference(struct reference *reference,
         double mat_steps = (double)(both[0].steps > both[1].steps ? both[0].steps : both[1].steps) *
                            scene->mats;
         /* keep the runs with the smaller tolerance, unless they differ much more */
-        if (!reference->found ||
+        if (!reference->is_found ||
             fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
             *reference = (struct reference){true,          rtol, u, lift, both[0].max_lift_ft,
@@ -240,14 +241,16 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
         return error->status;
     bool hopeless = rate * sim_scene_end_s(scene) / EXPLICIT_REACH > (double)reference_steps(scene);
     if (hopeless || find_reference(reference, pair, scene, &failed, &name, error) != MR_OK ||
-        (!reference->found && name == stepper_event.name && failed.status == SIM_STEP_UNDERFLOW)) {
+        (!reference->is_found && name == stepper_event.name &&
+         failed.status == SIM_STEP_UNDERFLOW)) {
         pair = both_implicit;
-        if (error->status == MR_OK && !(scene->friction_law == SIM_SIGN && scene->friction > 0.0))
+        if (error->status == MR_OK &&
+            !(scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0))
             find_reference(reference, pair, scene, &failed, &name, error);
     }
     if (error->status != MR_OK)
         return error->status;
-    if (!reference->found)
+    if (!reference->is_found)
         return refuse_failed(scene, name ? name : "event", &failed, error);
     if (reference->u_ft > ERROR_LIMIT_U_FT || reference->lift_ft > ERROR_LIMIT_LIFT_FT)
         return error_set(error, MR_NUMERICS,
@@ -256,7 +259,8 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
                          sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
     snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
-             pair[0]->name, pair[0]->method, reference->rtol, pair[1]->name, pair[1]->method);
+             pair[0]->name, pair[0]->description, reference->rtol, pair[1]->name,
+             pair[1]->description);
     return MR_OK;
 }
 
@@ -270,7 +274,7 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
                        fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
     for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
         const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0, 0.0};
-        if (measure(study, reference, scene, &request, error) != MR_OK)
+        if (measure_run(study, reference, scene, &request, error) != MR_OK)
             return error->status;
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
@@ -283,9 +287,10 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
     return MR_OK;
 }
 
-static double octaves(int rung)
+static double step_octaves(int rung)
 {
-    return rung < CLOSE_RUNGS ? 0.2 * rung : 0.2 * CLOSE_RUNGS + 0.5 * (rung - CLOSE_RUNGS);
+    return rung < CLOSE_STEP_RUNS ? 0.2 * rung
+                                  : 0.2 * CLOSE_STEP_RUNS + 0.5 * (rung - CLOSE_STEP_RUNS);
 }
 
 /* Adds runs of rk4 with fixed steps. */
@@ -294,25 +299,27 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 {
     struct pass_request request = {.kind = &stepper_rk4, .max_steps = UINT64_MAX};
     double end_s = study->end_s, limit_s = study->dt_limit_s;
-    double least_s = end_s * scene->mats / MAT_STEPS;
+    double least_s = end_s * scene->mats / RK4_MAT_STEPS;
     double first_s = FIRST_STEP_FRACTION * fmin(limit_s, end_s / MIN_STEPS);
     if (first_s < least_s) {
         add_note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
                  end_s / limit_s);
         return MR_OK;
     }
-    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0] && limit_s < end_s / MIN_STEPS; i++) {
-        request.dt_s = beyond[i] * limit_s;
-        if (measure(study, reference, scene, &request, error) != MR_OK)
+    for (size_t i = 0; i < sizeof steps_beyond_limit / sizeof steps_beyond_limit[0] &&
+                       limit_s < end_s / MIN_STEPS;
+         i++) {
+        request.dt_s = steps_beyond_limit[i] * limit_s;
+        if (measure_run(study, reference, scene, &request, error) != MR_OK)
             return error->status;
     }
-    for (int k = 0; k < RUNGS; k++) {
-        request.dt_s = first_s * pow(2.0, -octaves(k));
+    for (int k = 0; k < FIXED_STEP_RUNS; k++) {
+        request.dt_s = first_s * pow(2.0, -step_octaves(k));
         if (request.dt_s < least_s) {
             add_note(study, "rk4: steps below %.3g s left out", least_s);
             break;
         }
-        if (measure(study, reference, scene, &request, error) != MR_OK)
+        if (measure_run(study, reference, scene, &request, error) != MR_OK)
             return error->status;
     }
     return MR_OK;
@@ -326,7 +333,7 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 /* Number of runs of event; each has a tenth of the previous tolerance */
 #define CHAIN_RUNS            10
 /* Number of runs of staggered; the steps are half an octave apart */
-#define CHAIN_RUNGS           16
+#define CHAIN_STEP_RUNS       16
 
 /* Does one run and stores u at equally spaced times in u_ft. Returns the longest stable step. */
 static double run_chain_pass(struct error_run *run, const struct sim_scene *scene,
@@ -373,7 +380,7 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
     size_t size = CHAIN_TIMES * ((size_t)scene->mats + 1);
     double *reference = xcalloc(size, sizeof *reference), *u = xcalloc(size, sizeof *u);
     struct error_run run = {0}, check = {0};
-    struct sim_options options = {.solver = "event", .single = true, .rtol = 1e-12};
+    struct sim_options options = {.solver = "event", .is_single_pass = true, .rtol = 1e-12};
     double times_s[CHAIN_TIMES];
     for (int k = 0; k < CHAIN_TIMES; k++)
         times_s[k] = study->end_s * (k + 1) / CHAIN_TIMES;
@@ -393,19 +400,20 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
                   "no reference: %s: two runs of event differ by %.2g ft (u); give a smaller tend "
                   "or a different scene",
                   sim_scene_name(scene), study->disagreement_u_ft);
-    for (int i = 0; i < CHAIN_RUNS + CHAIN_RUNGS && error->status == MR_OK; i++) {
-        options =
-            i < CHAIN_RUNS
-                ? (struct sim_options){.solver = "event", .single = true, .rtol = pow(10, -3 - i)}
-                : (struct sim_options){.solver = "staggered",
-                                       .single = true,
-                                       .dt_s = study->dt_limit_s * FIRST_STEP_FRACTION *
-                                               pow(2.0, -0.5 * (i - CHAIN_RUNS))};
+    for (int i = 0; i < CHAIN_RUNS + CHAIN_STEP_RUNS && error->status == MR_OK; i++) {
+        options = i < CHAIN_RUNS
+                    ? (struct sim_options){.solver = "event",
+                                           .is_single_pass = true,
+                                           .rtol = pow(10, -3 - i)}
+                    : (struct sim_options){.solver = "staggered",
+                                           .is_single_pass = true,
+                                           .dt_s = study->dt_limit_s * FIRST_STEP_FRACTION *
+                                                   pow(2.0, -0.5 * (i - CHAIN_RUNS))};
         /* cannot fail: the size of the table was checked above */
         struct error_run *row = add_run(study);
         run_chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_difference_ft(scene, u, reference) : (double)NAN;
-        for (int k = 1; k < REPEATS && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
+        for (int k = 1; k < REPEATS_MAX && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
             run_chain_pass(&run, scene, &options, u, error);
             row->ms = fmin(row->ms, run.ms);
         }
@@ -430,13 +438,13 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
     struct sim_scene counted;
     sim_scene_shift_times(&counted, scene);
     study->end_s = sim_scene_end_s(&counted);
-    study->has_lift = scene->model != SIM_CHAIN;
+    study->has_lift = scene->model != SIM_MODEL_CHAIN;
     if (!study->has_lift) {
         run_chain_study(study, &counted, error);
     } else if (find_planar_reference(&reference, study, &counted, error) == MR_OK &&
                find_fastest_rate(&counted, &rate, error) == MR_OK) {
         study->disagreement_u_ft = reference.u_ft;
-        study->agreement_lift_ft = reference.lift_ft;
+        study->disagreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
         study->max_lift_ft = reference.max_lift_ft;
         study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
@@ -476,8 +484,8 @@ static struct error_slope fit_slope(const struct error_study *study, const char 
 {
     struct error_slope s = {.from = HUGE_VAL, .to = 0.0};
     double least =
-        fmax(MIN_PER_AGREEMENT * (lift ? study->agreement_lift_ft : study->disagreement_u_ft),
-             ROUND_OFF * (lift ? study->max_lift_ft : study->peak_u_ft));
+        fmax(MIN_PER_AGREEMENT * (lift ? study->disagreement_lift_ft : study->disagreement_u_ft),
+             ROUNDING_ERROR * (lift ? study->max_lift_ft : study->peak_u_ft));
     double most = MAX_PER_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
     double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
     for (size_t i = 0; i < study->run_count; i++) {
@@ -486,7 +494,7 @@ static struct error_slope fit_slope(const struct error_study *study, const char 
         if (strcmp(run->solver, solver) != 0 || !is_usable(run) || !(error > least && error < most))
             continue;
         double at = run->dt_s > 0.0 ? run->dt_s : run->rtol, x = log10(at), y = log10(error);
-        s.points++;
+        s.point_count++;
         s.from = fmin(s.from, at);
         s.to = fmax(s.to, at);
         sx += x;
@@ -495,9 +503,9 @@ static struct error_slope fit_slope(const struct error_study *study, const char 
         sxy += x * y;
         syy += y * y;
     }
-    double n = s.points, width = sxx - sx * sx / n;
-    if (s.points < 3 || s.to < MIN_RANGE * s.from) {
-        s.points = 0;
+    double n = s.point_count, width = sxx - sx * sx / n;
+    if (s.point_count < 3 || s.to < MIN_RANGE * s.from) {
+        s.point_count = 0;
         return s;
     }
     s.slope = (sxy - sx * sy / n) / width;
@@ -515,8 +523,9 @@ void error_study_fit_slopes(struct error_study *study)
                                       .u = fit_slope(study, names[k], false),
                                       .lift = fit_slope(study, names[k], true)};
         for (size_t i = 0; i < study->run_count; i++)
-            order->of_step = order->of_step || (strcmp(study->runs[i].solver, names[k]) == 0 &&
-                                                study->runs[i].dt_s > 0.0);
+            order->is_of_step = order->is_of_step ||
+                                (strcmp(study->runs[i].solver, names[k]) == 0 &&
+                                 study->runs[i].dt_s > 0.0);
     }
 }
 
@@ -548,7 +557,7 @@ const struct error_run *error_study_find_cheapest(const struct error_study *stud
 {
     const struct error_run *best = NULL;
     if (level_ft <
-        ERROR_FLOOR * (study->has_lift ? study->agreement_lift_ft : study->disagreement_u_ft))
+        ERROR_FLOOR * (study->has_lift ? study->disagreement_lift_ft : study->disagreement_u_ft))
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

@@ -55,13 +55,13 @@ struct error_slope {
     double from, to; /* smallest and largest step or tolerance of the fit */
     /* number of points; 0: no slope, because there are fewer than 3 points or their range is less
      * than a factor of 3 */
-    int points;
+    int point_count;
 };
 #define ERROR_SCATTER_MAX 0.6 /* decades; a slope with more scatter is not meaningful */
 
 struct error_order {
     const char *solver;
-    bool of_step; /* true: error ~ dt^slope; false: error ~ rtol^slope */
+    bool is_of_step; /* true: error ~ dt^slope; false: error ~ rtol^slope */
     struct error_slope u, lift;
 };
 
@@ -69,7 +69,7 @@ typedef void error_study_progress(void *ctx, size_t runs_begun);
 
 struct error_study {
     char method[240]; /* description of the reference, as text */
-    double disagreement_u_ft, agreement_lift_ft;
+    double disagreement_u_ft, disagreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* largest values of the reference */
     double end_s;
     bool has_lift;     /* false: model chain, in which nothing lifts; errors of lift are NaN */

@@ -17,7 +17,7 @@ struct element_set element_set_of(const struct sim_scene *scene)
     struct element_set set = {0};
     for (int i = 0; i < ELEMENTS; i++) {
         if (scene->element[i] > 0.0 && !table[i]->has_memory) {
-            set.at[set.count] = table[i];
+            set.element[set.count] = table[i];
             set.value[set.count++] = scene->element[i];
         }
     }
@@ -28,7 +28,7 @@ double element_force_lb(const struct element_set *set, struct element_mat mat)
 {
     double sum = 0.0;
     for (int i = 0; i < set->count; i++)
-        sum += set->at[i]->force_lb(set->value[i], mat);
+        sum += set->element[i]->force_lb(set->value[i], mat);
     return sum;
 }
 
@@ -36,7 +36,7 @@ double element_slope_lb_s_ft(const struct element_set *set, struct element_mat m
 {
     double sum = 0.0;
     for (int i = 0; i < set->count; i++)
-        sum += set->at[i]->slope_lb_s_ft(set->value[i], mat);
+        sum += set->element[i]->slope_lb_s_ft(set->value[i], mat);
     return sum;
 }
 
@@ -44,14 +44,14 @@ struct law_bound element_bound(const struct element_set *set, double mass_slug)
 {
     double sum = 0.0;
     for (int i = 0; i < set->count; i++)
-        sum += set->at[i]->steepest_lb_s_ft(set->value[i]);
+        sum += set->element[i]->max_slope_lb_s_ft(set->value[i]);
     return (struct law_bound){0.0, sum / mass_slug};
 }
 
 bool element_can_rest(const struct element_set *set)
 {
     for (int i = 0; i < set->count; i++) {
-        if (set->at[i]->push_at_rest_lb(set->value[i]) > 0.0)
+        if (set->element[i]->push_at_rest_lb(set->value[i]) > 0.0)
             return false;
     }
     return true;

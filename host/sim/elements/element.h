@@ -27,13 +27,13 @@
 #define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
 #define ELEMENT_PLACE(name) ELEMENT_##name,
-enum element_place { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };
+enum element_index { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };
 _Static_assert(ELEMENTS <= SIM_ELEMENTS_MAX, "a scene has room for every element");
 
 /* The state of a mat on which an element's force depends. */
 struct element_mat {
     double v_ft_s;
-    bool grounded; /* the soil acts on one end of the mat or both; always true in model chain */
+    bool is_grounded; /* the soil acts on one end of the mat or both; always true in model chain */
 };
 
 /* Functions of an element. `value` is the parameter of the element and is above 0. */
@@ -46,7 +46,7 @@ struct element {
     double (*slope_lb_s_ft)(double value, struct element_mat mat);
     /* Largest magnitude of the slope in any state. Divided by the mass it is a bound of the decay
      * rate. */
-    double (*steepest_lb_s_ft)(double value);
+    double (*max_slope_lb_s_ft)(double value);
     /* Largest force on a mat at rest, by which the element reduces the margin of friction. 0: mats
      * at rest need not be integrated. */
     double (*push_at_rest_lb)(double value);
@@ -63,7 +63,7 @@ struct element {
 /* The elements of a scene, except those with a memory. */
 struct element_set {
     int count; /* number of elements; if it is 0, the other fields are not used */
-    const struct element *at[SIM_ELEMENTS_MAX];
+    const struct element *element[SIM_ELEMENTS_MAX];
     double value[SIM_ELEMENTS_MAX];
 };
 

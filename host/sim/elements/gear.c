@@ -57,7 +57,7 @@ void gear_start(struct gear *gear, double drift_s)
         struct sim_path_row *rows = gear->rows + (size_t)i * scene->path_count;
         sim_wheel_start(line, scene);
         for (size_t r = 0; r < 2; r++)
-            line->straight[r].x_ft -= behind_ft;
+            line->straight_path[r].x_ft -= behind_ft;
         for (size_t r = 0; r < scene->path_count; r++) {
             rows[r] = scene->path[r];
             rows[r].x_ft -= behind_ft;
@@ -106,12 +106,12 @@ static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *t
 static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];
-    double x0_ft = line->at_ft, foot_ft = gear->scene->gear.foot_ft;
-    bool follows = line->at_s == t0_s;
+    double x0_ft = line->reached_ft, foot_ft = gear->scene->gear.foot_ft;
+    bool follows = line->reached_s == t0_s;
     int parts = sim_wheel_span(line, t0_s, t1_s, touch);
     if (foot_ft > 0.0)
-        parts = spread_load(gear, follows ? 0.5 * (x0_ft + line->at_ft) : line->at_ft, touch,
-                            parts);
+        parts = spread_load(gear, follows ? 0.5 * (x0_ft + line->reached_ft) : line->reached_ft,
+                            touch, parts);
     for (int k = 0; k < parts; k++) {
         touch[k].thrust_lb *= gear->axles[i];
         touch[k].load_share *= gear->axles[i];
@@ -120,48 +120,48 @@ static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct 
 }
 
 /* A mat under the gear: number of axles that touch it, and the sum of their load shares. */
-struct pressed {
+struct pressed_mat {
     int mat;
     double share, touching;
 };
 
-static int add_pressed(struct pressed *pressed, int found, const struct sim_touch *touch,
+static int add_pressed(struct pressed_mat *pressed_mat, int found, const struct sim_touch *touch,
                        double touching)
 {
     int at = 0;
     if (!(touch->load_share > 0.0))
         return found;
-    while (at < found && pressed[at].mat != touch->mat)
+    while (at < found && pressed_mat[at].mat != touch->mat)
         at++;
     if (at == found)
-        pressed[at] = (struct pressed){touch->mat, 0.0, 0.0};
-    pressed[at].share += touch->load_share;
-    pressed[at].touching += touching;
+        pressed_mat[at] = (struct pressed_mat){touch->mat, 0.0, 0.0};
+    pressed_mat[at].share += touch->load_share;
+    pressed_mat[at].touching += touching;
     return at == found ? found + 1 : found;
 }
 
-static void press_mats(struct gear *gear, const struct pressed *pressed, int found)
+static void press_mats(struct gear *gear, const struct pressed_mat *pressed_mat, int found)
 {
     for (int k = 0; k < gear->loaded_count; k++) {
         int at = 0;
-        while (at < found && pressed[at].mat != gear->loaded[k])
+        while (at < found && pressed_mat[at].mat != gear->loaded_mats[k])
             at++;
         if (at < found)
             continue;
-        gear_press_mat(gear, gear->loaded[k], 0.0);
-        gear->share[gear->loaded[k]] = 0.0;
+        gear_press_mat(gear, gear->loaded_mats[k], 0.0);
+        gear->share[gear->loaded_mats[k]] = 0.0;
     }
     for (int at = 0; at < found; at++) {
-        gear_press_mat(gear, pressed[at].mat, pressed[at].touching);
-        gear->share[pressed[at].mat] = pressed[at].share;
-        gear->loaded[at] = pressed[at].mat;
+        gear_press_mat(gear, pressed_mat[at].mat, pressed_mat[at].touching);
+        gear->share[pressed_mat[at].mat] = pressed_mat[at].share;
+        gear->loaded_mats[at] = pressed_mat[at].mat;
     }
     gear->loaded_count = found;
 }
 
 int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch)
 {
-    struct pressed pressed[SIM_TOUCH_MAX];
+    struct pressed_mat pressed_mat[SIM_TOUCH_MAX];
     bool foot = gear->scene->gear.foot_ft > 0.0;
     int count = 0, found = 0;
     double most = 0.0;
@@ -169,7 +169,7 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     for (int i = 0; i < gear->lines; i++) {
         int parts = span_line(gear, i, t0_s, t1_s, touch + count);
         for (int k = count; k < count + parts; k++) {
-            found = add_pressed(pressed, found, &touch[k],
+            found = add_pressed(pressed_mat, found, &touch[k],
                                 foot ? gear->axles[i] : touch[k].load_share);
             if (i == 0 && touch[k].load_share > most) {
                 most = touch[k].load_share;
@@ -178,29 +178,29 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
         }
         count += parts;
     }
-    press_mats(gear, pressed, found);
+    press_mats(gear, pressed_mat, found);
     return count;
 }
 
 /* Speed at the end of a step and ground force q there, for one linear piece of the ground's law, q
  * = at + slope v. */
-struct piece {
+struct ground_piece {
     double v_ft_s, q_lb;
 };
 
-static struct piece step_piece(double free_ft_s, double per_lb, double damping, double at_lb,
-                               double slope_lb_s_ft)
+static struct ground_piece step_piece(double free_ft_s, double per_lb, double damping, double at_lb,
+                                      double slope_lb_s_ft)
 {
     double v = (free_ft_s - per_lb * at_lb) / (1.0 + damping + per_lb * slope_lb_s_ft);
-    return (struct piece){v, at_lb + slope_lb_s_ft * v};
+    return (struct ground_piece){v, at_lb + slope_lb_s_ft * v};
 }
 
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
-                       double as_if_s)
+                       double equivalent_s)
 {
     double rho = gear->scene->gear.unloading,
            k = gear_stiffness_lb_ft(gear->scene, gear->touching[mat]);
-    double per_lb = as_if_s / gear->mass_slug;
+    double per_lb = equivalent_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
     double load = k * gear->drift_s, q = gear->ground_force_lb[mat];
     double free_ft_s = v_ft_s + per_lb * x_lb; /* speed without the ground */
@@ -208,7 +208,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
         q = copysign(limit_lb, q);
     /* q(v) is piecewise linear; the sign of the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
-    struct piece end = step_piece(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
+    struct ground_piece end = step_piece(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
     if (!loads && end.q_lb * q < 0.0) /* q passes through 0 and loads in the other direction */
         end = step_piece(free_ft_s, per_lb, damping, rho * q, load);
     if (fabs(end.q_lb) > limit_lb)
@@ -229,7 +229,7 @@ const struct element element_gear_ground = {
     .key = {.name = "gear_k_lb_ft",
             .kind = SIM_KEY_REAL,
             .offset = ELEMENT_FIELD(gear_ground),
-            .high = SIM_LARGEST,
+            .high = SIM_VALUE_MAX,
             .unit = "lb/ft",
             .meaning = "stiffness along the runway of the elastic ground under a mat that carries "
                        "one axle; 0: no elastic ground, one axle with Coulomb friction"},

@@ -26,10 +26,10 @@ struct gear {
     double axles[SIM_GEAR_LINES_MAX];
     struct sim_path_row *rows; /* path rows of all lines, one line after the other */
     size_t row_count;
-    double *share, *touching;                /* of each mat in this step; [0] and [N + 1] are 0 */
-    double *ground_force_lb;                 /* ground force q on each mat */
-    int loaded[SIM_TOUCH_MAX], loaded_count; /* mats with a load share, each listed once */
-    int lead_mat;                            /* mat under the lead axle; 0: none */
+    double *share, *touching; /* of each mat in this step; [0] and [N + 1] are 0 */
+    double *ground_force_lb;  /* ground force q on each mat */
+    int loaded_mats[SIM_TOUCH_MAX], loaded_count; /* mats with a load share, each listed once */
+    int lead_mat;                                 /* mat under the lead axle; 0: none */
     double *storage;
 };
 
@@ -51,10 +51,10 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
  * removes its part of q; an arriving axle adds none. */
 void gear_press_mat(struct gear *gear, int mat, double touching);
 
-/* Returns the speed of a loaded mat after a kick that lasts as_if_s (element_step). The mat has the
- * speed v before it, and x is the sum of all other forces. `limit_lb` is the largest force that the
- * ground can exert. Updates q. */
+/* Returns the speed of a loaded mat after a kick that lasts equivalent_s (element_step). v is the
+ * speed before the kick, and x is the sum of all other forces. `limit_lb` is the largest force that
+ * the ground can exert. Updates q. */
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
-                       double as_if_s);
+                       double equivalent_s);
 
 #endif

@@ -5,15 +5,15 @@
 
 static double force_lb(double c, struct element_mat mat)
 {
-    return mat.grounded ? -c * mat.v_ft_s : 0.0;
+    return mat.is_grounded ? -c * mat.v_ft_s : 0.0;
 }
 
 static double slope_lb_s_ft(double c, struct element_mat mat)
 {
-    return mat.grounded ? -c : 0.0;
+    return mat.is_grounded ? -c : 0.0;
 }
 
-static double steepest_lb_s_ft(double c)
+static double max_slope_lb_s_ft(double c)
 {
     return c;
 }
@@ -35,13 +35,13 @@ const struct element element_ground_damping = {
     .key = {.name = "ground_damping",
             .kind = SIM_KEY_REAL,
             .offset = ELEMENT_FIELD(ground_damping),
-            .high = SIM_LARGEST,
+            .high = SIM_VALUE_MAX,
             .unit = "lb s/ft",
             .meaning = "viscous damping of each mat that rests on the ground, in the direction of "
                        "the runway"},
     .force_lb = force_lb,
     .slope_lb_s_ft = slope_lb_s_ft,
-    .steepest_lb_s_ft = steepest_lb_s_ft,
+    .max_slope_lb_s_ft = max_slope_lb_s_ft,
     .push_at_rest_lb = push_at_rest_lb,
     .describe = describe,
 };

@@ -144,7 +144,7 @@ LAW_INLINE struct law_bound joint_bound(const struct law_joint *joint, double jo
 }
 
 /* Extension of the spring of a joint without grit; negative: compression. */
-LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
+LAW_INLINE double law_spring_extension_ft(double g_ft, double slack_ft)
 {
     return g_ft < 0.0 ? g_ft : law_max(0.0, g_ft - slack_ft);
 }
@@ -156,8 +156,8 @@ LAW_INLINE double law_engaged_ft(double g_ft, double slack_ft)
 LAW_INLINE double law_damped_rate_ft_s(double g_ft, double rate_ft_s, double slack_ft,
                                        double step_s)
 {
-    double now_ft = law_engaged_ft(g_ft, slack_ft),
-           before_ft = law_engaged_ft(g_ft - rate_ft_s * step_s, slack_ft);
+    double now_ft = law_spring_extension_ft(g_ft, slack_ft),
+           before_ft = law_spring_extension_ft(g_ft - rate_ft_s * step_s, slack_ft);
     return now_ft * before_ft > 0.0 ? rate_ft_s : (now_ft - before_ft) / step_s;
 }
 
@@ -237,10 +237,10 @@ LAW_INLINE double soil_margin_ft(bool contact, double touch_ft)
 LAW_INLINE double friction_share(enum sim_friction law, double v_ft_s, int slide, double smooth)
 {
     switch (law) {
-    case SIM_STICK: return slide;
-    case SIM_TANH: return smooth;
-    case SIM_SIGN: return v_ft_s > 0.0 ? 1.0 : v_ft_s < 0.0 ? -1.0 : 0.0;
-    case SIM_NONE: break;
+    case SIM_FRICTION_STICK: return slide;
+    case SIM_FRICTION_TANH: return smooth;
+    case SIM_FRICTION_SIGN: return v_ft_s > 0.0 ? 1.0 : v_ft_s < 0.0 ? -1.0 : 0.0;
+    case SIM_FRICTION_NONE: break;
     }
     return 0.0;
 }
@@ -250,10 +250,10 @@ LAW_INLINE double friction_force_lb(enum sim_friction law, double c_lb, double v
                                     double smooth)
 {
     switch (law) {
-    case SIM_STICK: return slide * c_lb;
-    case SIM_TANH: return c_lb * smooth;
-    case SIM_SIGN: return v_ft_s == 0.0 ? 0.0 : copysign(c_lb, v_ft_s);
-    case SIM_NONE: break;
+    case SIM_FRICTION_STICK: return slide * c_lb;
+    case SIM_FRICTION_TANH: return c_lb * smooth;
+    case SIM_FRICTION_SIGN: return v_ft_s == 0.0 ? 0.0 : copysign(c_lb, v_ft_s);
+    case SIM_FRICTION_NONE: break;
     }
     return 0.0;
 }
@@ -262,7 +262,7 @@ LAW_INLINE double friction_force_lb(enum sim_friction law, double c_lb, double v
 LAW_INLINE double friction_slope_lb_s_ft(enum sim_friction law, double c_lb, double share,
                                          double veps_ft_s)
 {
-    return law == SIM_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
+    return law == SIM_FRICTION_TANH ? -c_lb * (1.0 - share * share) / veps_ft_s : 0.0;
 }
 
 /* Force that can be added to a mat at rest before it slides. */
@@ -275,7 +275,7 @@ LAW_INLINE double friction_margin_lb(double c_lb, double push_lb)
 LAW_INLINE struct law_bound friction_bound(enum sim_friction law, double c_lb, double mass_slug,
                                            double veps_ft_s)
 {
-    return (struct law_bound){0.0, law == SIM_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
+    return (struct law_bound){0.0, law == SIM_FRICTION_TANH ? c_lb / (mass_slug * veps_ft_s) : 0.0};
 }
 
 /* Speed after h of a mat with speed v under force x and Coulomb limit c. A mat at rest stays at

@@ -55,9 +55,9 @@ static const struct restraint_kind {
 
 static void reset_restraints(struct restraints *r, const struct sim_scene *scene)
 {
-    const struct sim_list *zero = &r->made->zero_ft;
+    const struct sim_list *zero = &r->parameters->zero_ft;
     for (int i = 0; i < r->count; i++) {
-        int at = mods_place(r->made->first, r->made->every, i);
+        int at = mods_place(r->parameters->first, r->parameters->every, i);
         double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
         r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
         r->at[i] = at;
@@ -69,7 +69,7 @@ static void reset_restraints(struct restraints *r, const struct sim_scene *scene
 /* Force of the i-th restraint at x, with rate x'. */
 static double restraint_lb(struct restraints *r, int i, double x_ft, double rate_ft_s)
 {
-    const struct sim_restraint *s = r->made;
+    const struct sim_restraint *s = r->parameters;
     const struct restraint_kind *kind = &restraint_kinds[r->kind];
     double spring_lb = s->k_lb_ft * (x_ft - r->zero_ft[i]);
     r->stretch_ft[i] = 0.0;
@@ -86,7 +86,7 @@ static double restraint_lb(struct restraints *r, int i, double x_ft, double rate
 
 static double restraints_energy_lb_ft(const struct restraints *r)
 {
-    const struct sim_restraint *s = r->made;
+    const struct sim_restraint *s = r->parameters;
     double energy = 0.0;
     for (int i = 0; i < r->count; i++) {
         double stretch_ft = fabs(r->stretch_ft[i]),
@@ -108,13 +108,13 @@ static void find_braces(struct mods *m)
 {
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         for (int c = 0; c < m->band[g].segments - 1; c++)
-            m->carried_lb[m->band[g].mat[c]] = 1.0;
+            m->brace_force_lb[m->band[g].mat[c]] = 1.0;
     }
     const struct sim_restraint *anchors = &m->scene->mods.restraint[SIM_ANCHORS];
     for (int i = 0; i < mods_restraints(m->scene, SIM_ANCHORS); i++)
-        m->carried_lb[mods_place(anchors->first, anchors->every, i)] = 1.0;
+        m->brace_force_lb[mods_place(anchors->first, anchors->every, i)] = 1.0;
     for (int mat = 1; mat <= m->mats; mat++) {
-        if (m->carried_lb[mat] > 0.0)
+        if (m->brace_force_lb[mat] > 0.0)
             m->brace_mat[m->braces++] = mat;
     }
 }
@@ -137,7 +137,7 @@ static void mods_place_bands(struct mods *m, double *at)
             .mat = mat + connection,
             .k_lb_ft = k + segment,
             .stretch_ft = stretch + segment,
-            .lb = m->band_lb + segment,
+            .segment_lb = m->band_lb + segment,
             .min_lb = m->state->band_min_lb + segment,
             .max_lb = m->state->band_max_lb + segment,
             .slip_ft = m->state->band_slip_ft + connection,
@@ -171,7 +171,7 @@ static double grip_lb(const struct mods_bands *b, int connection)
  * by the grip. A slack segment first becomes straight without tension. */
 static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 {
-    double t_from = b->lb[from], t_to = b->lb[to];
+    double t_from = b->segment_lb[from], t_to = b->segment_lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
     double to_limit_ft = (t_from - grip) / k_from; /* valid if the segment `to` remains slack */
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
@@ -182,15 +182,15 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
-    double difference = clip_tension_lb(b->lb[c + 1]) - clip_tension_lb(b->lb[c]);
+    double difference = clip_tension_lb(b->segment_lb[c + 1]) - clip_tension_lb(b->segment_lb[c]);
     if (!(fabs(difference) > grip))
         return 0.0;
     int from = difference > 0.0 ? c + 1 : c, to = difference > 0.0 ? c : c + 1;
     double s = slid_ft(b, from, to, grip);
     b->stretch_ft[from] -= s;
     b->stretch_ft[to] += s;
-    b->lb[from] -= b->k_lb_ft[from] * s;
-    b->lb[to] += b->k_lb_ft[to] * s;
+    b->segment_lb[from] -= b->k_lb_ft[from] * s;
+    b->segment_lb[to] += b->k_lb_ft[to] * s;
     b->slip_ft[c] += s;
     return s;
 }
@@ -218,8 +218,8 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
         int c = (touch[i].mat - first) / s->every;
         if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 || c >= b->segments - 1)
             continue;
-        double across_lb = s->tilt_rad *
-                           (clip_tension_lb(b->lb[c]) + clip_tension_lb(b->lb[c + 1]));
+        double across_lb = s->tilt_rad * (clip_tension_lb(b->segment_lb[c]) +
+                                          clip_tension_lb(b->segment_lb[c + 1]));
         double worn = b->slip_ft[c] / s->wear_ft;
         if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
             b->pulled_out[c] = 1.0;
@@ -230,14 +230,15 @@ static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int
 static void update_extremes(struct mods *m, const struct mods_bands *b)
 {
     for (int i = 0; i < b->segments; i++) {
-        b->min_lb[i] = b->lb[i] < b->min_lb[i] ? b->lb[i] : b->min_lb[i];
-        b->max_lb[i] = b->lb[i] > b->max_lb[i] ? b->lb[i] : b->max_lb[i];
+        b->min_lb[i] = b->segment_lb[i] < b->min_lb[i] ? b->segment_lb[i] : b->min_lb[i];
+        b->max_lb[i] = b->segment_lb[i] > b->max_lb[i] ? b->segment_lb[i] : b->max_lb[i];
     }
     for (int c = 0; c < b->segments - 1; c++) {
-        double carried_lb = clip_tension_lb(b->lb[c + 1]) - clip_tension_lb(b->lb[c]);
+        double carried_lb = clip_tension_lb(b->segment_lb[c + 1]) -
+                            clip_tension_lb(b->segment_lb[c]);
         if (fabs(carried_lb) > b->load_lb[c])
             b->load_lb[c] = fabs(carried_lb);
-        m->carried_lb[b->mat[c]] += b->scene->count * carried_lb;
+        m->brace_force_lb[b->mat[c]] += b->scene->count * carried_lb;
     }
 }
 
@@ -266,7 +267,7 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
         b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
                            s->alpha_f * s->warming_degf * (to_ft - from_ft);
-        b->lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
+        b->segment_lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->min_lb[i] = (double)INFINITY;
         b->max_lb[i] = -(double)INFINITY;
     }
@@ -278,7 +279,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
                      int count)
 {
     for (int i = 0; i < m->braces; i++)
-        m->carried_lb[m->brace_mat[i]] = 0.0;
+        m->brace_force_lb[m->brace_mat[i]] = 0.0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         struct mods_bands *b = &m->band[g];
         if (b->segments == 0)
@@ -286,7 +287,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
         if (!view)
             reset_group(m, b);
         for (int i = 0; view && i < b->segments; i++)
-            b->lb[i] = raw_lb(m, b, view, i);
+            b->segment_lb[i] = raw_lb(m, b, view, i);
         if (view && b->scene->pull_lb < HUGE_VAL)
             pull_rivets(b, touch, count);
         slide_connections(m, b);
@@ -297,7 +298,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
         int mat = (int)anchors->at[i];
         double u_ft = view ? view_u_ft(view, m->mats, mat) : 0.0,
                v_ft_s = view ? view_v_ft_s(view, m->mats, mat) : 0.0;
-        m->carried_lb[mat] -= restraint_lb(anchors, i, u_ft, v_ft_s);
+        m->brace_force_lb[mat] -= restraint_lb(anchors, i, u_ft, v_ft_s);
     }
 }
 
@@ -395,9 +396,10 @@ static void assign_places(struct mods *m)
 {
     size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
-    double **per_joint[] = {&m->spring_lb_ft,     &m->spring_gap_ft, &m->cap_lb, &m->turn_lb_ft_rad,
-                            &m->turn_yield_lb_ft, &m->turn_rad,      &m->hull,   &m->raised_ft,
-                            &m->carried_lb,       &m->saved_lb};
+    double **per_joint[] = {&m->spring_lb_ft,   &m->spring_gap_ft,    &m->spring_cap_lb,
+                            &m->turn_lb_ft_rad, &m->turn_yield_lb_ft, &m->turn_rad,
+                            &m->hull_points,    &m->cleat_rise_ft,    &m->brace_force_lb,
+                            &m->saved_lb};
     for (size_t i = 0; i < 10; i++, at += joints)
         *per_joint[i] = at;
     m->restraint_ft = at;
@@ -410,7 +412,7 @@ static void assign_places(struct mods *m)
         double ends = m->state->restraints[k] > 0 ? restraint_kinds[k].ends : 0.0;
         m->restraint[k] = (struct restraints){
             .kind = k,
-            .made = made,
+            .parameters = made,
             .row_k_lb_ft = ends * made->k_lb_ft,
             .row_c_lb_s_ft = ends * made->c_lb_s_ft,
             .count = (int)m->state->restraints[k],
@@ -496,17 +498,17 @@ static void reset_joints(struct mods *m)
         if (m->has_stiffeners && inner) {
             int lines = count_lines_across(s, j);
             m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
-            m->cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
+            m->spring_cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
             m->turn_lb_ft_rad[j] = lines * s->stiff_kt_lb_ft_rad;
             m->turn_yield_lb_ft[j] = lines > 0 ? lines * s->stiff_yield_lb_ft : 0.0;
             if (s->stiff_gap0_ft.count > 0)
                 m->spring_gap_ft[j] = sim_scene_joint(&s->stiff_gap0_ft, j);
         } else if (m->has_diagonal_lay && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
-            m->cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
+            m->spring_cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
         } else if (!inner && (j == 1 ? m->scene->left : m->scene->right) == SIM_SPRING) {
             m->spring_lb_ft[j] = m->scene->end_k_lb_ft[j > 1];
-            m->cap_lb[j] = (double)INFINITY;
+            m->spring_cap_lb[j] = (double)INFINITY;
         }
         m->turn_rad[j] = laid_turn_rad(m->scene, j);
         m->state->torn[j] = 0.0;
@@ -522,7 +524,7 @@ void mods_reset(struct mods *m)
         m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1)
                                                       : 1.0;
         m->state->cleat_mat[i] = mods_place(s->cleat_first, s->cleat_every, i);
-        m->raised_ft[i] = 0.0;
+        m->cleat_rise_ft[i] = 0.0;
     }
     for (int k = 0; k < SIM_RESTRAINTS; k++)
         reset_restraints(&m->restraint[k], m->scene);
@@ -594,7 +596,7 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
         if (m->can_tear && m->state->torn[j] != 0.0 && own_lb > 0.0)
             *tension_lb = own_lb = 0.0;
         if (m->spring_lb_ft[j] > 0.0) {
-            double cap_lb = m->cap_lb[j] + s->lay_mu * tangent * fabs(own_lb);
+            double cap_lb = m->spring_cap_lb[j] + s->lay_mu * tangent * fabs(own_lb);
             *tension_lb += elastic_plastic_force(
                 m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j), &m->spring_gap_ft[j]);
         }
@@ -669,15 +671,15 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         const struct restraints *r = &m->restraint[k];
         if (r->count > 0)
             sim_result_add_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
-                                r->count, r->made->k_lb_ft,
-                                k == SIM_TIES && m->scene->model == SIM_CHAIN
+                                r->count, r->parameters->k_lb_ft,
+                                k == SIM_TIES && m->scene->model == SIM_MODEL_CHAIN
                                     ? "; no effect in model chain, where nothing rises"
                                     : "");
     }
     if (m->has_stiffeners)
         sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
                             s->stiff_lines, s->stiff_span,
-                            m->scene->model == SIM_CHAIN
+                            m->scene->model == SIM_MODEL_CHAIN
                                 ? "chain includes their stretch, but not their bending"
                                 : "consistent");
     if (m->has_diagonal_lay)
@@ -690,7 +692,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
 
 /* In the functions below, mats and nodes count from 0, as in the planar model, and Y points down. A
  * mat outside the heaving part is on the ground. */
-static double node_slope(const struct mods_heave *h, int n)
+static double node_slope(const struct mods_heaving_part *h, int n)
 {
     if (n < 0 || n >= h->mats)
         return 0.0;
@@ -702,7 +704,7 @@ static double node_slope(const struct mods_heave *h, int n)
 
 static double group_tension_lb(const struct mods_bands *b, int segment)
 {
-    return b->scene->count * clip_tension_lb(b->lb[segment]);
+    return b->scene->count * clip_tension_lb(b->segment_lb[segment]);
 }
 
 /* Finds the segment that spans node j, which is between mats j and j + 1 (mats counted from 1). */
@@ -715,7 +717,7 @@ static int find_segment_over(const struct mods_bands *b, int j)
 
 /* Adds the forces of a band that follows the mats. At a crest it presses down with T times the
  * change of angle: 2 T h/L for a wave of two mats. */
-static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
+static void press_crests(const struct mods_bands *b, const struct mods_heaving_part *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
         double kink = node_slope(h, j) - node_slope(h, j - 1);
@@ -724,7 +726,7 @@ static void press_crests(const struct mods_bands *b, const struct mods_heave *h)
     }
 }
 
-static double node_height_ft(const struct mods_heave *h, int node)
+static double node_height_ft(const struct mods_heaving_part *h, int node)
 {
     double ground_ft = h->ground_ft ? h->ground_ft[node] : 0.0;
     if (node >= h->first && node <= h->last + 1)
@@ -734,14 +736,14 @@ static double node_height_ft(const struct mods_heave *h, int node)
 
 /* Height of the band at a node, or at the middle of a riveted mat. `at`: position in mats from the
  * left end. */
-static double height_ft(const struct mods_heave *h, double at)
+static double height_ft(const struct mods_heaving_part *h, double at)
 {
     int node = (int)floor(at);
     double left_ft = node_height_ft(h, node);
     return at > node ? 0.5 * (left_ft + node_height_ft(h, node + 1)) : left_ft;
 }
 
-static void press_node(const struct mods_heave *h, double at, double down_lb)
+static void press_node(const struct mods_heaving_part *h, double at, double down_lb)
 {
     int node = (int)floor(at);
     bool middle = at > node;
@@ -751,17 +753,17 @@ static void press_node(const struct mods_heave *h, double at, double down_lb)
     }
 }
 
-static double slope_between(const struct mods_heave *h, double from, double to)
+static double slope_between(const struct mods_heaving_part *h, double from, double to)
 {
     return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
 /* Adds the forces of a band that is free between its rivets. The band follows the shortest line
  * over the nodes between them. */
-static void press_hull(const struct mods *m, const struct mods_bands *b, const struct mods_heave *h,
-                       int segment)
+static void press_hull(const struct mods *m, const struct mods_bands *b,
+                       const struct mods_heaving_part *h, int segment)
 {
-    double t_lb = group_tension_lb(b, segment), *line = m->hull;
+    double t_lb = group_tension_lb(b, segment), *line = m->hull_points;
     double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
     double to = segment < b->segments - 1 ? b->mat[segment] - 0.5 : m->mats;
     int count = 1;
@@ -786,7 +788,7 @@ static void press_hull(const struct mods *m, const struct mods_bands *b, const s
 
 /* Adds the forces of tie-downs, which act on the middles of their mats. Their rates are computed
  * from the heights in the state. */
-static void apply_tie_downs(struct restraints *r, const struct mods_heave *h)
+static void apply_tie_downs(struct restraints *r, const struct mods_heaving_part *h)
 {
     const double *v = h->z + 2 * h->mats + 1;
     for (int i = 0; i < r->count; i++) {
@@ -800,7 +802,7 @@ static void apply_tie_downs(struct restraints *r, const struct mods_heave *h)
     }
 }
 
-void mods_brace_heave(struct mods *m, const struct mods_heave *h)
+void mods_brace_heave(struct mods *m, const struct mods_heaving_part *h)
 {
     for (int j = h->first; j <= h->last + 1; j++) {
         h->down_lb[j] = 0.0;
@@ -859,7 +861,7 @@ double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, doub
     double raised_ft = -0.5 * (left_y_ft + right_y_ft);
     raised_ft = raised_ft > 0.0 ? fmin(raised_ft, s->cleat_depth_ft) : 0.0;
     double in = 1.0 - raised_ft / s->cleat_depth_ft;
-    m->raised_ft[cleat] = fmax(m->raised_ft[cleat], raised_ft);
+    m->cleat_rise_ft[cleat] = fmax(m->cleat_rise_ft[cleat], raised_ft);
     double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
     return s->cleat_power > 0.0 ? whole_lb * elementary_pow(in, s->cleat_power)
                                 : whole_lb * in * in;
@@ -870,11 +872,12 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
 {
     for (int i = 0; i < count; i++) {
         int cleat = mods_cleat_of(m, touch[i].mat);
-        if (cleat < 0 || !(m->raised_ft[cleat] > 0.0))
+        if (cleat < 0 || !(m->cleat_rise_ft[cleat] > 0.0))
             continue;
         const struct sim_mods *s = &m->scene->mods;
-        m->state->cleat_left[cleat] *= remaining_share(s, m->raised_ft[cleat] / s->cleat_depth_ft);
-        m->raised_ft[cleat] = 0.0;
+        m->state->cleat_left[cleat] *= remaining_share(s,
+                                                       m->cleat_rise_ft[cleat] / s->cleat_depth_ft);
+        m->cleat_rise_ft[cleat] = 0.0;
     }
 }
 

@@ -65,7 +65,7 @@ struct mods_bands {
     int segments;                  /* number of connections + 1; 0: no bands */
     int *mat;                      /* mat of each connection */
     double *k_lb_ft, *stretch_ft;  /* for each segment: stiffness, and stretch at u = 0 */
-    double *lb;                    /* present tension of each segment; negative: slack */
+    double *segment_lb;            /* present tension of each segment; negative: slack */
     double *min_lb, *max_lb;
     double *slip_ft, *load_lb, *pulled_out, *riveted; /* for each connection, as in mods_state */
 };
@@ -74,8 +74,8 @@ struct mods_bands {
  * k (x - zero) + c x', at most its grip. x is the movement of a mat (anchor), the rise of its
  * middle above the settled mat (tie-down), or the opening of a joint (absorber), ft. */
 struct restraints {
-    int kind;                         /* enum sim_restraint_kind */
-    const struct sim_restraint *made; /* parameters in the scene */
+    int kind;                               /* enum sim_restraint_kind */
+    const struct sim_restraint *parameters; /* parameters in the scene */
     int count;
     /* stiffness and damping that they add to the row of a mat, for the longest stable step */
     double row_k_lb_ft, row_c_lb_s_ft;
@@ -92,18 +92,18 @@ struct mods {
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];
-    double *restraint_ft; /* present stretch of all restraints */
-    double *band_lb;      /* tensions of all groups */
-    int braces;           /* number of mats with anchors or riveted bands */
-    int *brace_mat;       /* numbers of these mats, ascending */
-    double *carried_lb;   /* for each mat: force of all bands and anchors */
-    double *saved_lb;     /* for each mat: memory for the engine */
+    double *restraint_ft;   /* present stretch of all restraints */
+    double *band_lb;        /* tensions of all groups */
+    int braces;             /* number of mats with anchors or riveted bands */
+    int *brace_mat;         /* numbers of these mats, ascending */
+    double *brace_force_lb; /* for each mat: force of all bands and anchors */
+    double *saved_lb;       /* for each mat: memory for the engine */
     int cleats;
     /* for each joint: elastic-plastic spring across it */
-    double *spring_lb_ft, *spring_gap_ft, *cap_lb;
+    double *spring_lb_ft, *spring_gap_ft, *spring_cap_lb;
     /* for each cleat: largest rise since the wheel was on it; planar model only */
-    double *raised_ft;
-    double *hull; /* points of the line of a band */
+    double *cleat_rise_ft;
+    double *hull_points; /* points of the line of a band */
     /* For each joint: elastic-plastic spring that resists bending; planar model only. */
     double *turn_lb_ft_rad, *turn_yield_lb_ft, *turn_rad;
     struct mods_state *state; /* updated in each step, except band_lb, which mods_finish sets */
@@ -136,7 +136,7 @@ bool mods_is_torn(const struct mods *mods, int joint);
 
 /* The part of a planar model that heaves: mats first..last, counted from 0, with heights as in
  * model.h. */
-struct mods_heave {
+struct mods_heaving_part {
     const double *z;
     /* ground heights (model.h, scene.h); NULL: the ground is level */
     const double *tilt_ft, *ground_ft;
@@ -148,7 +148,7 @@ struct mods_heave {
     double *down_lb;      /* output: downward force on each node */
     double *moment_lb_ft; /* output: moment of the stiffeners at each joint */
 };
-void mods_brace_heave(struct mods *mods, const struct mods_heave *heave);
+void mods_brace_heave(struct mods *mods, const struct mods_heaving_part *heave);
 
 /* mods_raised_cleat_hold_lb returns the hold of the cleat on a mat whose ends are at depths Y
  * (positive down): a raised cleat is less deep in the ground. mods_press_cleats applies the wheel

@@ -13,20 +13,20 @@
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
     double end_s = sim_scene_end_s(scene);
-    wheel->straight[0] = (struct sim_path_row){0.0, scene->s0_ft, scene->force_lb};
-    wheel->straight[1] = (struct sim_path_row){
+    wheel->straight_path[0] = (struct sim_path_row){0.0, scene->s0_ft, scene->force_lb};
+    wheel->straight_path[1] = (struct sim_path_row){
         2.0 * end_s, scene->s0_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
-    wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight;
+    wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight_path;
     wheel->count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
-    wheel->at_s = (double)NAN;
+    wheel->reached_s = (double)NAN;
     wheel->mat = 0;
     wheel->from_ft = wheel->to_ft = 0.0;
     wheel->length_ft = scene->length_ft;
     wheel->mats = scene->mats;
     wheel->force_stop_s = scene->force_stop_s;
     wheel->thrust = scene->thrust;
-    wheel->from_s = wheel->rows[0].t_s;
+    wheel->airborne_until_s = wheel->rows[0].t_s;
 }
 
 /* Finds the row c of the path whose interval c..c+1 contains t. Each search starts at the last row
@@ -106,15 +106,15 @@ static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int
 static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
-    if (!(t0_s == wheel->at_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
-          t1_s <= wheel->force_stop_s && wheel->thrust == SIM_JUMP &&
-          wheel->at_ft > wheel->from_ft && wheel->at_ft < wheel->to_ft))
+    if (!(t0_s == wheel->reached_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
+          t1_s <= wheel->force_stop_s && wheel->thrust == SIM_THRUST_JUMP &&
+          wheel->reached_ft > wheel->from_ft && wheel->reached_ft < wheel->to_ft))
         return false;
     double x_ft = interpolate_path(row, t1_s, row[0].x_ft, row[1].x_ft);
     if (!(x_ft > wheel->from_ft && x_ft < wheel->to_ft))
         return false;
-    wheel->at_s = t1_s;
-    wheel->at_ft = x_ft;
+    wheel->reached_s = t1_s;
+    wheel->reached_ft = x_ft;
     *touch = (struct sim_touch){
         wheel->mat, interpolate_path(row, 0.5 * (t0_s + t1_s), row[0].force_lb, row[1].force_lb),
         1.0};
@@ -123,26 +123,26 @@ static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, stru
 
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
 {
-    if (t1_s <= wheel->from_s)
+    if (t1_s <= wheel->airborne_until_s)
         return 0;
     if (stays_on_mat(wheel, t0_s, t1_s, touch))
         return 1;
     size_t c0 = find_row(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
-    double x0_ft = t0_s == wheel->at_s ? wheel->at_ft
-                                       : interpolate_path(first, law_max(t0_s, first->t_s),
-                                                          first[0].x_ft, first[1].x_ft);
+    double x0_ft = t0_s == wheel->reached_s ? wheel->reached_ft
+                                            : interpolate_path(first, law_max(t0_s, first->t_s),
+                                                               first[0].x_ft, first[1].x_ft);
     double force_lb = mean_force_lb(wheel, c0, t0_s, t1_s);
     const struct sim_path_row *last = &wheel->rows[find_row(wheel, t1_s)];
     double x1_ft = interpolate_path(last, t1_s, last[0].x_ft, last[1].x_ft);
-    wheel->at_s = t1_s; /* the next span starts here */
-    wheel->at_ft = x1_ft;
+    wheel->reached_s = t1_s; /* the next span starts here */
+    wheel->reached_ft = x1_ft;
 
     double low_ft = law_min(x0_ft, x1_ft);
     double high_ft = law_max(x0_ft, x1_ft);
     int low = find_mat(wheel, low_ft);
     int high = find_mat(wheel, high_ft);
-    bool jump = wheel->thrust == SIM_JUMP;
+    bool jump = wheel->thrust == SIM_THRUST_JUMP;
     int count = 0;
     if (low == high) {
         count = add_touch(wheel, touch, count, low, jump ? force_lb : 0.0, 1.0);
@@ -234,7 +234,7 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
         double runway = scene->mats * length;
         if (speed != 0.0) {
             double edge = next_edge(whole.x0_ft, speed, length, 0.0);
-            if (scene->thrust == SIM_LINEAR) {
+            if (scene->thrust == SIM_THRUST_LINEAR) {
                 double other = next_edge(whole.x0_ft, speed, length, 0.5);
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
@@ -255,10 +255,10 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
             middle = part.x0_ft + EDGE_TOLERANCE * length;
         double mat = floor(middle / length);
         part.mat = airborne || mat < 0.0 || mat >= scene->mats ? -1 : (int)mat;
-        part.share = -2;
-        if (scene->thrust == SIM_LINEAR && part.mat >= 0)
-            part.share = (int)floor(middle / length - 0.5);
-        whole.force_lb += whole.force_rate * (part.t1_s - part.t0_s);
+        part.share_mat = -2;
+        if (scene->thrust == SIM_THRUST_LINEAR && part.mat >= 0)
+            part.share_mat = (int)floor(middle / length - 0.5);
+        whole.force_lb += whole.force_lb_per_s * (part.t1_s - part.t0_s);
         whole.t0_s = part.t1_s;
         append_span(list, &part, error);
     }
@@ -278,7 +278,7 @@ static enum mr_status add_stretch_to_stop(struct span_list *list, const struct s
         whole.t0_s = stop;
     }
     if (stop <= whole.t0_s)
-        whole.force_lb = whole.force_rate = 0.0;
+        whole.force_lb = whole.force_lb_per_s = 0.0;
     return add_stretch(list, scene, whole, airborne, error);
 }
 

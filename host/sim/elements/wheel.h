@@ -25,21 +25,21 @@ struct sim_touch {
     double load_share; /* share of the wheel load, 0 to 1; with axle lines, in loads of one axle */
 };
 struct sim_wheel {
-    const struct sim_path_row *rows; /* rows of the path in the scene, or `straight` */
+    const struct sim_path_row *rows; /* rows of the path in the scene, or `straight_path` */
     size_t count;
     size_t cursor;
     double length_ft;
     int mats;
     double force_stop_s;
     enum sim_thrust thrust;
-    double at_s; /* end of the last span, and the position of the wheel at that time */
-    double at_ft;
+    double reached_s; /* end of the last span, and the position of the wheel at that time */
+    double reached_ft;
     /* mat found last; the wheel is still on it while it is strictly between from_ft and to_ft */
     int mat;
     double from_ft;
     double to_ft;
-    struct sim_path_row straight[2]; /* the keys Vac, s0 and F of the scene, as a path */
-    double from_s;                   /* the aircraft is in the air until this time */
+    struct sim_path_row straight_path[2]; /* the keys Vac, s0 and F of the scene, as a path */
+    double airborne_until_s;              /* the aircraft is in the air until this time */
 };
 
 /* Starts a wheel at the beginning of its path. Neither the scene nor the wheel may move in memory
@@ -68,11 +68,11 @@ int sim_wheel_first_mat(const struct sim_wheel *wheel);
 struct span {
     double t0_s, t1_s;
     double x0_ft, speed_ft_s;
-    double force_lb, force_rate; /* thrust at t0, lb, and its rate of change, lb/s */
+    double force_lb, force_lb_per_s; /* thrust at t0, lb, and its rate of change, lb/s */
     int mat; /* mat under the wheel; with thrust `jump` it has all of the thrust */
     /* Thrust `linear`: first of the two mats that share the thrust (-1: mat 0 has all of it).
      * Thrust `jump`: -2. */
-    int share;
+    int share_mat;
 };
 
 struct span_list {
@@ -91,24 +91,24 @@ static inline double span_thrust_lb(const struct span *span, double length_ft, d
                                     double *rate)
 {
     double dt = t_s - span->t0_s;
-    double force = span->force_lb + span->force_rate * dt;
+    double force = span->force_lb + span->force_lb_per_s * dt;
     *rate = 0.0;
-    if (span->share == -2) {
+    if (span->share_mat == -2) {
         if (mat != span->mat)
             return 0.0;
-        *rate = span->force_rate;
+        *rate = span->force_lb_per_s;
         return force;
     }
-    if (span->share == -1) {
+    if (span->share_mat == -1) {
         if (mat != 0)
             return 0.0;
-        *rate = span->force_rate;
+        *rate = span->force_lb_per_s;
         return force;
     }
-    double right = (span->x0_ft + span->speed_ft_s * dt) / length_ft - 0.5 - span->share;
-    double part = mat == span->share ? 1.0 - right : mat == span->share + 1 ? right : 0.0;
-    double part_rate = mat == span->share ? -1.0 : mat == span->share + 1 ? 1.0 : 0.0;
-    *rate = part * span->force_rate + part_rate * span->speed_ft_s / length_ft * force;
+    double right = (span->x0_ft + span->speed_ft_s * dt) / length_ft - 0.5 - span->share_mat;
+    double part = mat == span->share_mat ? 1.0 - right : mat == span->share_mat + 1 ? right : 0.0;
+    double part_rate = mat == span->share_mat ? -1.0 : mat == span->share_mat + 1 ? 1.0 : 0.0;
+    *rate = part * span->force_lb_per_s + part_rate * span->speed_ft_s / length_ft * force;
     return part * force;
 }
 

@@ -9,7 +9,7 @@
 
 struct chains {
     unsigned mats, bays;
-    unsigned low, high; /* range of bays that are awake in any lane; low > high: none */
+    unsigned awake_low, awake_high; /* range of bays that are awake in any lane; low > high: none */
     lanes kl_lb_ft, cl_lb_s_ft, slack_ft, friction_lb, per_lb, step_s;
     words awake[MR_CHAIN_BAYS + 2u]; /* for each bay and lane: -1 awake, 0 asleep */
     lanes u_ft[MR_CHAIN_INDICES], v_ft_s[MR_CHAIN_INDICES];
@@ -45,7 +45,7 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
     memset(c, 0, sizeof *c);
     c->mats = params[0].mats;
     c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
-    c->low = MR_CHAIN_BAYS + 1u;
+    c->awake_low = MR_CHAIN_BAYS + 1u;
     for (unsigned k = 0; k < CHAINS_LANES && *status == MR_OK; k++) {
         struct mr_chain_params p = params[k];
         p.mats = params[0].mats;
@@ -89,7 +89,7 @@ float chains_displacement_ft(const struct chains *c, unsigned lane, unsigned mat
 unsigned chains_mats_awake(const struct chains *c)
 {
     unsigned mats = 0;
-    for (unsigned bay = c->low; bay <= c->high; bay++)
+    for (unsigned bay = c->awake_low; bay <= c->awake_high; bay++)
         mats += any_plain(c->awake[bay]) ? last_of_plain(c, bay) - first_of_plain(bay) + 1u : 0u;
     return mats;
 }

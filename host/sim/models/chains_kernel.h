@@ -65,8 +65,8 @@ LANES_INLINE lanes LANES(step_bay)(struct chains *c, unsigned bay, lanes left_lb
 
 LANES_INLINE void LANES(stretch_to)(struct chains *c, unsigned bay)
 {
-    c->low = bay < c->low ? bay : c->low;
-    c->high = bay > c->high ? bay : c->high;
+    c->awake_low = bay < c->awake_low ? bay : c->awake_low;
+    c->awake_high = bay > c->awake_high ? bay : c->awake_high;
 }
 
 /* Applies the thrusts and wakes the bays under the wheels. */
@@ -97,7 +97,7 @@ LANES_INLINE void LANES(wake)(struct chains *c, unsigned bay, words set)
 LANES_INLINE void LANES(wake_beside)(struct chains *c)
 {
     const lanes none = {0};
-    for (unsigned bay = c->low, high = c->high; bay <= high; bay++) {
+    for (unsigned bay = c->awake_low, high = c->awake_high; bay <= high; bay++) {
         words awake = c->awake[bay];
         if (!LANES(any)(LANES(mask_of)(awake)))
             continue;
@@ -112,7 +112,7 @@ static void LANES(step)(struct chains *c, const unsigned mat[CHAINS_LANES],
     lanes left_lb = {0};
     masks carried = LANES(mask_of)((words){0});
     LANES(press)(c, mat, thrust_lb, true);
-    for (unsigned bay = c->low; bay <= c->high; bay++) {
+    for (unsigned bay = c->awake_low; bay <= c->awake_high; bay++) {
         masks awake = LANES(mask_of)(c->awake[bay]), fresh = LAW_AND(awake, LAW_NOT(carried));
         if (LANES(any)(awake)) {
             if (LANES(any)(fresh))
@@ -129,9 +129,9 @@ static void LANES(step)(struct chains *c, const unsigned mat[CHAINS_LANES],
 static unsigned LANES(settle)(struct chains *c)
 {
     const lanes none = {0}, far = none + MR_CHAIN_RUNAWAY_FT, fast = none + MR_CHAIN_RUNAWAY_FT_S;
-    unsigned low = c->low, high = c->high, runaway = 0;
-    c->low = MR_CHAIN_BAYS + 1u;
-    c->high = 0;
+    unsigned low = c->awake_low, high = c->awake_high, runaway = 0;
+    c->awake_low = MR_CHAIN_BAYS + 1u;
+    c->awake_high = 0;
     for (unsigned bay = low; bay <= high; bay++) {
         unsigned first = LANES(first_of)(bay), last = LANES(last_of)(c, bay);
         if (!LANES(any)(LANES(mask_of)(c->awake[bay])))

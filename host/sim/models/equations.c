@@ -8,47 +8,47 @@
 
 /* ---- tanh of many speeds ---- */
 
-#define LOG2_E   1.44269504088896340736
-#define LN2_HIGH 6.93147180369123816490e-01
-#define LN2_LOW  1.90821492927058770002e-10
+#define LOG2_E         1.44269504088896340736
+#define LN2_HIGH       6.93147180369123816490e-01
+#define LN2_LOW        1.90821492927058770002e-10
 /* 1.5 * 2^52; adding it rounds a number to the nearest integer, in the lowest bits */
-#define ROUND    6755399441055744.0
-#define COUNT    4
+#define ROUNDING_SHIFT 6755399441055744.0
+#define VECTOR_SIZE    4
 
-typedef double four __attribute__((vector_size(8 * COUNT)));
-typedef int64_t four_bits __attribute__((vector_size(8 * COUNT)));
+typedef double vector4 __attribute__((vector_size(8 * VECTOR_SIZE)));
+typedef int64_t vector4_bits __attribute__((vector_size(8 * VECTOR_SIZE)));
 
 /* tanh x = 1 - 2/(e^(2x) + 1) for x > 0. e^y = 2^k e^r with |r| <= ln 2 / 2. The Taylor series of
  * e^r is truncated where the remainder is below 1e-17. */
-static inline __attribute__((always_inline)) four tanh_of(four x)
+static inline __attribute__((always_inline)) vector4 vector_tanh_of(vector4 x)
 {
-    const four_bits sign = (four_bits)(four){-0.0, -0.0, -0.0, -0.0};
-    four size = (four)((four_bits)x & ~sign);
-    const four_bits small = size < 20.0, most = (four_bits)(four){20.0, 20.0, 20.0, 20.0};
-    four y = 2.0 * (four)((small & (four_bits)size) | (~small & most));
-    four k = y * LOG2_E + ROUND;
-    four whole = k - ROUND;
-    four r = (y - whole * LN2_HIGH) - whole * LN2_LOW;
-    four r2 = r * r, r4 = r2 * r2;
-    four low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6)) + r4 * (1.0 / 24 + r * (1.0 / 120));
-    four high = (1.0 / 720 + r * (1.0 / 5040)) + r2 * (1.0 / 40320 + r * (1.0 / 362880)) +
-                r4 * ((1.0 / 3628800 + r * (1.0 / 39916800)) +
-                      r2 * (1.0 / 479001600 + r * (1.0 / 6227020800)));
-    four power = (four)(((four_bits)k + 1023) << 52);
-    four t = 1.0 - 2.0 / (power * (low + r4 * r2 * high) + 1.0);
-    return (four)((four_bits)t | ((four_bits)x & sign));
+    const vector4_bits sign = (vector4_bits)(vector4){-0.0, -0.0, -0.0, -0.0};
+    vector4 size = (vector4)((vector4_bits)x & ~sign);
+    const vector4_bits small = size < 20.0, most = (vector4_bits)(vector4){20.0, 20.0, 20.0, 20.0};
+    vector4 y = 2.0 * (vector4)((small & (vector4_bits)size) | (~small & most));
+    vector4 k = y * LOG2_E + ROUNDING_SHIFT;
+    vector4 whole = k - ROUNDING_SHIFT;
+    vector4 r = (y - whole * LN2_HIGH) - whole * LN2_LOW;
+    vector4 r2 = r * r, r4 = r2 * r2;
+    vector4 low = (1.0 + r) + r2 * (1.0 / 2 + r * (1.0 / 6)) + r4 * (1.0 / 24 + r * (1.0 / 120));
+    vector4 high = (1.0 / 720 + r * (1.0 / 5040)) + r2 * (1.0 / 40320 + r * (1.0 / 362880)) +
+                   r4 * ((1.0 / 3628800 + r * (1.0 / 39916800)) +
+                         r2 * (1.0 / 479001600 + r * (1.0 / 6227020800)));
+    vector4 power = (vector4)(((vector4_bits)k + 1023) << 52);
+    vector4 t = 1.0 - 2.0 / (power * (low + r4 * r2 * high) + 1.0);
+    return (vector4)((vector4_bits)t | ((vector4_bits)x & sign));
 }
 
 VECTOR void vector_tanh(const double *restrict from, double scale, double *restrict to, int count)
 {
     int i = 0;
-    for (; i + COUNT <= count; i += COUNT) {
-        four x = {from[2 * i], from[2 * i + 2], from[2 * i + 4], from[2 * i + 6]};
-        x = tanh_of(scale * x);
+    for (; i + VECTOR_SIZE <= count; i += VECTOR_SIZE) {
+        vector4 x = {from[2 * i], from[2 * i + 2], from[2 * i + 4], from[2 * i + 6]};
+        x = vector_tanh_of(scale * x);
         memcpy(to + i, &x, sizeof x);
     }
     for (; i < count; i++)
-        to[i] = tanh_of((four){scale * from[2 * i]})[0];
+        to[i] = vector_tanh_of((vector4){scale * from[2 * i]})[0];
 }
 
 /* ---- report model: from one end of the window to the other. Each mat's angular acceleration is
@@ -141,7 +141,8 @@ void report_rates(const struct model *model, double t_s, const double *z,
 KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l,
                              const struct kernel_mat *r, const struct kernel_parts parts)
 {
-    return parts.given ? m->given_lb[j] : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
+    return parts.given ? m->given_tension_lb[j]
+                       : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
 }
 
 KERNEL_INLINE struct kernel_mat moving_mat(const struct model *m, const double *p, const double *v,
@@ -270,11 +271,13 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
 void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
 {
     if (m->brace_lb)
-        consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, true, SIM_NONE, step_s});
+        consistent_kernel(
+            m, 0.0, z, accel,
+            (struct kernel_parts){false, false, true, true, SIM_FRICTION_NONE, step_s});
     else
-        consistent_kernel(m, 0.0, z, accel,
-                          (struct kernel_parts){false, false, true, false, SIM_NONE, step_s});
+        consistent_kernel(
+            m, 0.0, z, accel,
+            (struct kernel_parts){false, false, true, false, SIM_FRICTION_NONE, step_s});
 }
 
 /* ---- mass matrix and Jacobians in the present modes; rows and columns in the order of p (model.h)
@@ -309,13 +312,14 @@ static void add_difference(double *at, int left, int right, double slope)
 static struct joint_slope tension_slope(const struct model *m, int j, const struct kernel_mat *l,
                                         const struct kernel_mat *r)
 {
-    struct joint_slope t = {.value = kernel_tension_lb(m, j, l, r, m->full, m->slack_ft > 0.0)};
-    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free) ||
+    struct joint_slope t = {
+        .value = kernel_tension_lb(m, j, l, r, m->has_full_profile, m->slack_ft > 0.0)};
+    if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free) ||
         !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
         return t;
     add_difference(t.p, 1, 3, m->kl);
     add_difference(t.v, 1, 3, m->cl);
-    if (m->full) {
+    if (m->has_full_profile) {
         const struct kernel_mat *mats[2] = {l, r};
         for (int k = 0; k < 2; k++) {
             const struct kernel_mat *mat = mats[k];
@@ -381,7 +385,7 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
     const struct model *m = r->m;
     int row = 2 * n + 1;
     double rate;
-    if (m->law == SIM_STICK && m->slide[n] == 0) {
+    if (m->law == SIM_FRICTION_STICK && m->slide[n] == 0) {
         put_value(r, r->mass, row, row, 1.0);
         return;
     }
@@ -392,15 +396,15 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
         put_value(r, r->by_p, row, 2 * n + k, right->p[k]);
         put_value(r, r->by_v, row, 2 * n + k, right->v[k]);
     }
-    double smooth = m->law == SIM_TANH ? elementary_tanh(mat->v / m->veps_ft_s) : 0.0;
+    double smooth = m->law == SIM_FRICTION_TANH ? elementary_tanh(mat->v / m->veps_ft_s) : 0.0;
     double share = friction_share(m->law, mat->v, m->slide[n], smooth);
-    if (m->law == SIM_TANH)
+    if (m->law == SIM_FRICTION_TANH)
         put_value(r, r->by_v, row, row,
                   friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
     if (m->elements.count > 0)
         put_value(r, r->by_v, row, row,
                   element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
-    if (m->soil_normal) {
+    if (m->has_soil_normal) {
         put_soil(r, row, n, -share * m->friction);
         put_soil(r, row, n + 1, -share * m->friction);
     }
@@ -411,10 +415,10 @@ static void displacement_row(const struct rows *r, double t_s, const double *z, 
 }
 
 /* Moment of both joints on mat n, and its gradient with respect to Y_{n-1}..Y_{n+2}. */
-static double turning_of(const struct model *m, const struct kernel_mat *mat,
-                         const struct joint_slope *tl, const struct joint_slope *tr,
-                         const struct joint_slope *ml, const struct joint_slope *mr, double *p,
-                         double *v)
+static double turning_moment(const struct model *m, const struct kernel_mat *mat,
+                             const struct joint_slope *tl, const struct joint_slope *tr,
+                             const struct joint_slope *ml, const struct joint_slope *mr, double *p,
+                             double *v)
 {
     double hs = m->half_ft * mat->s;
     memset(p, 0, 7 * sizeof *p);
@@ -550,8 +554,9 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
         struct joint_slope moment_r = moment_slope(m, n + 1, &mat, &after);
         double p[7], v[7];
         displacement_row(&rows, t_s, z, n, &mat, &tension_l, &tension_r, drift);
-        double turning = turning_of(m, &mat, &tension_l, &tension_r, &moment_l, &moment_r, p, v);
-        if (m->consistent)
+        double turning = turning_moment(m, &mat, &tension_l, &tension_r, &moment_l, &moment_r, p,
+                                        v);
+        if (m->is_consistent)
             consistent_rows(&rows, accel, n, &mat, turning, p, v);
         else
             report_rows(&rows, z, n, &mat, turning, p, v);
@@ -559,9 +564,9 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
         tension_l = tension_r;
         moment_l = moment_r;
     }
-    if (m->consistent && m->first > 0)
+    if (m->is_consistent && m->first > 0)
         hold_row(&rows, 2 * m->first);
-    if (m->consistent && m->last < m->mats - 1)
+    if (m->is_consistent && m->last < m->mats - 1)
         hold_row(&rows, 2 * m->last + 2);
 }
 

@@ -47,10 +47,12 @@ KERNEL_INLINE struct kernel_thrust kernel_thrust(const struct model *m, double t
     double rate;
     if (m->span.mat < 0)
         return thrust;
-    thrust.mat_a = m->span.share == -2 ? m->span.mat : m->span.share < 0 ? 0 : m->span.share;
+    thrust.mat_a = m->span.share_mat == -2 ? m->span.mat
+                 : m->span.share_mat < 0   ? 0
+                                           : m->span.share_mat;
     thrust.a_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_a, &rate);
-    if (m->span.share >= 0) {
-        thrust.mat_b = m->span.share + 1;
+    if (m->span.share_mat >= 0) {
+        thrust.mat_b = m->span.share_mat + 1;
         thrust.b_lb = span_thrust_lb(&m->span, m->length_ft, t_s, thrust.mat_b, &rate);
     }
     return thrust;
@@ -104,7 +106,7 @@ KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct ke
 KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struct kernel_mat *l,
                                        const struct kernel_mat *r, bool full, bool slack)
 {
-    if ((j == 0 && m->left_free) || (j == m->mats && m->right_free))
+    if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free))
         return 0.0;
     double g = kernel_gap_ft(m, j, l, r, full);
     double rate = r->v - l->v;
@@ -124,7 +126,7 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
 KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
                                       const struct kernel_mat *r, double kt)
 {
-    double wound = hinge_effective_turn_rad(m->jumps, m->torsion[j], kernel_turn_rad(l, r),
+    double wound = hinge_effective_turn_rad(m->torsion_jumps, m->torsion[j], kernel_turn_rad(l, r),
                                             m->tad_rad);
     return hinge_moment_lb_ft(kt, m->ct, wound, r->w - l->w);
 }
@@ -151,7 +153,7 @@ KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, c
 
 KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
 {
-    if (m->soil_normal)
+    if (m->has_soil_normal)
         return m->friction * (soil_l + soil_r);
     return m->weight_friction_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
 }
@@ -159,8 +161,8 @@ KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l
 /* Prepares the values that kernel_slide_lb needs for the law tanh. */
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
-    if (law == SIM_TANH)
-        vector_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->tanh + m->first,
+    if (law == SIM_FRICTION_TANH)
+        vector_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->friction_tanh + m->first,
                     m->last - m->first + 1);
 }
 
@@ -168,30 +170,30 @@ KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum s
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
                                      double soil_l, double soil_r, enum sim_friction law)
 {
-    if (law == SIM_STICK && m->slide[n] == 0)
+    if (law == SIM_FRICTION_STICK && m->slide[n] == 0)
         return 0.0;
-    if (law == SIM_NONE)
+    if (law == SIM_FRICTION_NONE)
         return x;
     return x - friction_force_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v,
-                                 law == SIM_STICK ? m->slide[n] : 0,
-                                 law == SIM_TANH ? m->tanh[n] : 0.0);
+                                 law == SIM_FRICTION_STICK ? m->slide[n] : 0,
+                                 law == SIM_FRICTION_TANH ? m->friction_tanh[n] : 0.0);
 }
 
 /* Calls `kernel` with compile-time constants that describe this scene. */
 /* clang-format off */
 #define KERNEL_LAWS(kernel, full, slack, law, ...)                                       \
     switch (law) {                                                                       \
-    case SIM_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
-        SIM_STICK, 0.0}); break;                                                        \
-    case SIM_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        SIM_TANH, 0.0}); break;                                                         \
-    case SIM_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        SIM_SIGN, 0.0}); break;                                                         \
-    case SIM_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
-        SIM_NONE, 0.0}); break;                                                         \
+    case SIM_FRICTION_STICK: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false, \
+        SIM_FRICTION_STICK, 0.0}); break;                                                        \
+    case SIM_FRICTION_TANH: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_FRICTION_TANH, 0.0}); break;                                                         \
+    case SIM_FRICTION_SIGN: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_FRICTION_SIGN, 0.0}); break;                                                         \
+    case SIM_FRICTION_NONE: kernel(__VA_ARGS__, (struct kernel_parts){full, slack, false, false,  \
+        SIM_FRICTION_NONE, 0.0}); break;                                                         \
     }
 #define KERNEL_DISPATCH(kernel, m, ...)                                \
-    if ((m)->full) {                                                   \
+    if ((m)->has_full_profile) {                                                   \
         if ((m)->slack_ft > 0.0) {                                     \
             KERNEL_LAWS(kernel, true, true, (m)->law, m, __VA_ARGS__)  \
         } else {                                                       \

@@ -29,7 +29,7 @@ static bool has_grit(const struct sim_scene *scene)
 
 static enum mr_status check_scene(const struct sim_scene *scene, bool grit, struct error *error)
 {
-    bool report = scene->model == SIM_REPORT;
+    bool report = scene->model == SIM_MODEL_REPORT;
     const struct {
         bool is_present;
         const char *what, *models;
@@ -50,7 +50,8 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
                 report ? "" : " with a solver that chooses its step", sim_model_name(scene->model),
                 report ? "model" : "solver", report ? fixed_only[i].models : "staggered");
     }
-    if (report && scene->friction_normal == SIM_SOIL && scene->friction_law != SIM_NONE)
+    if (report && scene->friction_normal == SIM_NORMAL_SOIL &&
+        scene->friction_law != SIM_FRICTION_NONE)
         return refuse_feature("friction_normal soil", "give weight, or model consistent", scene,
                               error);
     for (size_t i = 1; i < scene->ground_ft.count; i++) {
@@ -90,7 +91,7 @@ static int tail_mats(const struct model *m)
     double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
     double diagonal = 2.0 * (quarter + turn), beside = fabs(quarter - turn);
     double ratio = 2.0 * beside / (diagonal + sqrt(diagonal * diagonal - 4.0 * beside * beside));
-    if (!m->consistent || !(ratio > 0.0))
+    if (!m->is_consistent || !(ratio > 0.0))
         return 1;
     double mats = ceil(elementary_log(MODEL_TAIL) / elementary_log(ratio));
     return mats < m->mats ? (int)mats : m->mats;
@@ -102,7 +103,7 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     size_t nodes = (size_t)s->mats + 1;
     *m = (struct model){
         .scene = s,
-        .consistent = s->model == SIM_CONSISTENT,
+        .is_consistent = s->model == SIM_MODEL_CONSISTENT,
         .mats = s->mats,
         .size = 2 * s->mats + 1,
         .length_ft = s->length_ft,
@@ -124,29 +125,30 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .veps_ft_s = s->veps_ft_s,
         .shear_lb = s->shear_lb,
         .q1_lb = s->q1_lb,
-        .full = s->profile == SIM_FULL,
-        .jumps = s->tad_mode == SIM_SWITCHED,
-        .left_free = s->left != SIM_FIXED,
-        .right_free = s->right != SIM_FIXED,
-        .left_turns = s->left_torsion == SIM_FREE,
-        .right_turns = s->right_torsion == SIM_FREE,
-        .law = s->friction > 0.0 ? s->friction_law : SIM_NONE,
+        .has_full_profile = s->profile == SIM_PROFILE_FULL,
+        .torsion_jumps = s->tad_mode == SIM_TAD_SWITCHED,
+        .is_left_free = s->left != SIM_FIXED,
+        .is_right_free = s->right != SIM_FIXED,
+        .has_left_torsion = s->left_torsion == SIM_FREE,
+        .has_right_torsion = s->right_torsion == SIM_FREE,
+        .law = s->friction > 0.0 ? s->friction_law : SIM_FRICTION_NONE,
         .elements = element_set_of(s),
-        .shear = s->shear_lb == 0.0 || s->model == SIM_CONSISTENT ? SIM_NO_SHEAR : s->lift_shear,
+        .shear = s->shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
+                                                                        : s->lift_shear,
         .held_node = -1,
         .last = s->mats - 1,
-        .rest_y_ft = s->model == SIM_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
+        .rest_y_ft = s->model == SIM_MODEL_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
-    m->soil_normal = m->law != SIM_NONE && s->friction_normal == SIM_SOIL;
+    m->has_soil_normal = m->law != SIM_FRICTION_NONE && s->friction_normal == SIM_NORMAL_SOIL;
     if (check_scene(s, grit, error) != MR_OK)
         return error->status;
-    m->tail = tail_mats(m);
+    m->load_tail_mats = tail_mats(m);
     m->storage = xcalloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = xcalloc(5 * (nodes + 1), sizeof *m->contact);
     m->mass_upper = m->storage;
     m->rest_u_ft = m->storage + nodes + 1;
     m->scratch = m->storage + 2 * (nodes + 1);
-    m->tanh = m->storage + 4 * (nodes + 1);
+    m->friction_tanh = m->storage + 4 * (nodes + 1);
     m->torsion = m->contact + nodes + 1;
     m->joint = m->torsion + nodes + 1;
     m->slide = m->joint + nodes + 1;
@@ -210,7 +212,7 @@ static __attribute__((noinline)) void add_elements(const struct model *m, const 
                                                    double *accel)
 {
     for (int n = m->first; n <= m->last; n++) {
-        if (m->law != SIM_STICK || m->slide[n] != 0)
+        if (m->law != SIM_FRICTION_STICK || m->slide[n] != 0)
             accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) /
                                 m->mass_slug;
     }
@@ -219,7 +221,7 @@ static __attribute__((noinline)) void add_elements(const struct model *m, const 
 void model_rates(struct model *m, double t_s, const double *z, double *accel)
 {
     m->evaluations++;
-    if (m->consistent)
+    if (m->is_consistent)
         consistent_rates(m, t_s, z, accel);
     else
         report_rates(m, t_s, z, accel);
@@ -285,8 +287,8 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
         m->elements.count = 0;
         memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */
     }
-    if (law == SIM_STICK || law == SIM_SIGN)
-        m->law = SIM_NONE; /* all mats slide: their friction is constant */
+    if (law == SIM_FRICTION_STICK || law == SIM_FRICTION_SIGN)
+        m->law = SIM_FRICTION_NONE; /* all mats slide: their friction is constant */
     model_rates(m, m->span.t0_s, z, accel);
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
@@ -340,20 +342,20 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
 
 void model_describe(const struct model *m, struct sim_result *result)
 {
-    if (m->law == SIM_NONE)
+    if (m->law == SIM_FRICTION_NONE)
         sim_result_add_left_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_add_note(
             result, "grit: a joint opens freely, and must overcome its grit again to close");
     if (m->slack_ft <= 0.0)
         sim_result_add_left_out(result, "slack (0)");
-    if (!m->full)
+    if (!m->has_full_profile)
         sim_result_add_left_out(result, "shortening of tilted mats (profile low)");
-    if (!m->consistent && m->shear == SIM_NO_SHEAR)
+    if (!m->is_consistent && m->shear == SIM_SHEAR_NONE)
         sim_result_add_left_out(result, "lift shear (none)");
     if (m->wheel_load_lb == 0.0)
         sim_result_add_left_out(result, "wheel load (0)");
-    if (m->consistent && m->scene->shear_lb != 0.0)
+    if (m->is_consistent && m->scene->shear_lb != 0.0)
         sim_result_add_note(
             result, "V has no effect in model consistent: mats lift because of their inertia");
     if (m->scene->path_count > 0)
@@ -379,20 +381,22 @@ void model_describe(const struct model *m, struct sim_result *result)
 
 static bool is_push_exact(const struct model *m)
 {
-    return m->law == SIM_STICK && (m->elements.count == 0 || element_can_rest(&m->elements));
+    return m->law == SIM_FRICTION_STICK &&
+           (m->elements.count == 0 || element_can_rest(&m->elements));
 }
 
 /* True if flat mats stay flat until a switch, as in the report model. */
 static bool is_shape_exact(const struct model *m)
 {
-    return !m->consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
+    return !m->is_consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
 }
 
 /* Number of mats by which the window grows. In the consistent model a load acts at once on all mats
  * that the mass matrix couples. */
 static int chunk_mats(const struct model *m)
 {
-    return m->tail > GUARD_MATS + CHUNK_MATS ? m->tail - GUARD_MATS : CHUNK_MATS;
+    return m->load_tail_mats > GUARD_MATS + CHUNK_MATS ? m->load_tail_mats - GUARD_MATS
+                                                       : CHUNK_MATS;
 }
 
 static double quiet_ft(const struct model *m)
@@ -411,7 +415,7 @@ static bool is_flat(const struct model *m, const double *z, int n)
     const double *v = z + m->size;
     if (is_shape_exact(m))
         return z[2 * n] == z[2 * n + 2] && v[2 * n] == v[2 * n + 2];
-    if (!m->consistent)
+    if (!m->is_consistent)
         return fabs(z[2 * n + 2] - z[2 * n]) <= quiet_ft(m) &&
                fabs(v[2 * n + 2] - v[2 * n]) <= quiet_ft_s(m);
     return fabs(z[2 * n] - m->rest_y_ft) <= quiet_ft(m) &&
@@ -433,11 +437,11 @@ static bool find_touched(const struct model *m, int *low, int *high)
     if (span->mat < 0)
         return false;
     *low = *high = span->mat;
-    if (span->share != -2) {
-        *low = span->share < *low ? span->share : *low;
-        *high = span->share + 1 > *high ? span->share + 1 : *high;
+    if (span->share_mat != -2) {
+        *low = span->share_mat < *low ? span->share_mat : *low;
+        *high = span->share_mat + 1 > *high ? span->share_mat + 1 : *high;
     }
-    int more = m->consistent    ? (m->wheel_load_lb > 0.0 ? m->tail : GUARD_MATS)
+    int more = m->is_consistent ? (m->wheel_load_lb > 0.0 ? m->load_tail_mats : GUARD_MATS)
              : is_push_exact(m) ? 0
                                 : 1;
     *low -= more;
@@ -462,8 +466,8 @@ void model_fill(const struct model *m, double *z)
         int edge = n < m->first ? m->first : m->last + 1, node = n < m->first ? n : n + 1;
         z[2 * n + 1] = m->rest_u_ft[n];
         v[2 * n + 1] = 0.0;
-        z[2 * node] = m->consistent ? m->rest_y_ft : z[2 * edge];
-        v[2 * node] = m->consistent ? 0.0 : v[2 * edge];
+        z[2 * node] = m->is_consistent ? m->rest_y_ft : z[2 * edge];
+        v[2 * node] = m->is_consistent ? 0.0 : v[2 * edge];
     }
 }
 
@@ -478,11 +482,12 @@ static void widen_window(struct model *m, double *z, int first, int last)
         int joint = n < was_first ? n : n + 1;
         z[2 * n + 1] = m->rest_u_ft[n];
         z[m->size + 2 * n + 1] = 0.0;
-        z[2 * node] = m->consistent ? m->rest_y_ft : z[2 * edge];
-        z[m->size + 2 * node] = m->consistent ? 0.0 : z[m->size + 2 * edge];
-        m->contact[node] = m->consistent ? 1 : m->contact[edge];
+        z[2 * node] = m->is_consistent ? m->rest_y_ft : z[2 * edge];
+        z[m->size + 2 * node] = m->is_consistent ? 0.0 : z[m->size + 2 * edge];
+        m->contact[node] = m->is_consistent ? 1 : m->contact[edge];
         m->torsion[joint] = !(m->tad_rad > 0.0) && (m->kt > 0.0 || m->ct > 0.0) &&
-                            !(joint == m->mats && m->right_turns) && !(joint == 0 && m->left_turns);
+                            !(joint == m->mats && m->has_right_torsion) &&
+                            !(joint == 0 && m->has_left_torsion);
         m->lift[n] = 0;
     }
     m->first = first;
@@ -497,7 +502,7 @@ static void narrow_window(struct model *m, double *z, int first, int last)
     }
     m->first = first;
     m->last = last;
-    if (m->consistent) { /* the outermost nodes are held at rest */
+    if (m->is_consistent) { /* the outermost nodes are held at rest */
         for (int node = first; node <= last + 1; node += last + 1 - first) {
             if ((node == first && first > 0) || (node == last + 1 && last < m->mats - 1)) {
                 z[2 * node] = m->rest_y_ft;
@@ -520,13 +525,13 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
     if (m->first > 0) {
         if (m->slide[m->first - 1] != 0 || (is_shape_exact(m) && m->torsion[m->first] != 0))
             *first = m->first - 1 < *first ? m->first - 1 : *first;
-        if (!m->consistent && !m->contact[m->first])
+        if (!m->is_consistent && !m->contact[m->first])
             *first = 0; /* the apex can be any node up to m->first */
     }
     if (m->last < m->mats - 1) {
         if (m->slide[m->last + 1] != 0 || (is_shape_exact(m) && m->torsion[m->last + 1] != 0))
             *last = m->last + 1 > *last ? m->last + 1 : *last;
-        if (m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0 && m->apex + 1 > *last)
+        if (m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 && m->apex + 1 > *last)
             *last = m->apex + 1;
     }
     if (is_push_exact(m) && is_shape_exact(m))
@@ -557,7 +562,7 @@ static int count_idle_mats(const struct model *m, const double *z, bool at_first
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
-    if (!at_first && m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0 &&
+    if (!at_first && m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 &&
         m->last - count < m->apex + 1)
         count = m->last - m->apex - 1;
     return count - (is_push_exact(m) && is_shape_exact(m) ? 1 : chunk_mats(m));
@@ -595,7 +600,7 @@ void model_prune(struct model *m, double t_s, const double *z)
         bool pushed = is_push_exact(m) ? m->slide[n] != 0 : model_push_lb(m, t_s, z, n) != 0.0;
         m->rest_u_ft[n] = z[2 * n + 1];
         if (pushed || !is_at_rest(m, z, n) || !is_flat(m, z, n) ||
-            (!m->consistent && (!m->contact[n] || !m->contact[n + 1]))) {
+            (!m->is_consistent && (!m->contact[n] || !m->contact[n + 1]))) {
             first = n < first ? n : first;
             last = n;
         }

@@ -48,20 +48,20 @@ struct model_switch {
 
 struct model {
     const struct sim_scene *scene;
-    bool consistent;
+    bool is_consistent;
     int mats;
     int size;
     double length_ft, half_ft, mass_slug, inertia, weight_lb, wheel_load_lb;
     double kv, cv, kl, cl, kt, ct, tad_rad, slack_ft;
     double friction, weight_friction_lb, veps_ft_s, shear_lb, q1_lb;
-    bool full;  /* true: the key profile of the scene is full */
-    bool jumps; /* true: the key torsion of the scene is `switched` */
-    bool soil_normal;
-    bool left_free, right_free;
+    bool has_full_profile; /* true: the key profile of the scene is full */
+    bool torsion_jumps;    /* true: the key torsion of the scene is `switched` */
+    bool has_soil_normal;
+    bool is_left_free, is_right_free;
     /* false: the joint at that end of the runway transmits no moment */
-    bool left_turns, right_turns;
-    enum sim_friction law;     /* friction law; SIM_NONE if f = 0 */
-    enum sim_lift_shear shear; /* lift shear; SIM_NO_SHEAR if V = 0 or the model has none */
+    bool has_left_torsion, has_right_torsion;
+    enum sim_friction law;     /* friction law; SIM_FRICTION_NONE if f = 0 */
+    enum sim_lift_shear shear; /* lift shear; SIM_SHEAR_NONE if V = 0 or the model has none */
     struct element_set elements;
     struct span_list spans;
     struct span span; /* present span */
@@ -93,24 +93,24 @@ struct model {
     double rest_y_ft;  /* height of a node at rest under the weight of its mats */
     /* Consistent model: number of mats over which the effect of a sudden load on the heights falls
      * by the factor MODEL_TAIL. */
-    int tail;
+    int load_tail_mats;
     int quiet_steps;
     double *storage;
-    double *scratch;    /* `size` values, for temporary use */
-    double *mass_upper; /* consistent model: upper diagonal of the factored mass matrix */
-    double *tanh;       /* for each mat: tanh of its speed over veps */
+    double *scratch;       /* `size` values, for temporary use */
+    double *mass_upper;    /* consistent model: upper diagonal of the factored mass matrix */
+    double *friction_tanh; /* for each mat: tanh of its speed over veps */
     /* The next fields are set by an engine with fixed steps that computes the joints' tensions and
      * uses the model only for the vertical motion (consistent_heave; solvers/planar_engine.c).
      * Heights in z are then above the ground under each node, and a mat at rest is turned by its
      * tilt: the height of the ground under its left end minus that under its right end. */
     const double *tilt_ft; /* for each mat: tilt; NULL: level ground */
-    double tilt_most_ft;
+    double max_tilt_ft;
     /* For each mat: tilt at rest, including the settlement of soft nodes. NULL: level. */
     const double *rest_tilt_ft;
     /* Soil of each node, hinge of each joint, and mass of each mat / mass_slug. NULL: equal
      * everywhere. */
     const double *kv_at, *cv_at, *kt_at, *mass_ratio;
-    const double *given_lb; /* tension of each joint */
+    const double *given_tension_lb; /* tension of each joint */
     /* force of the modifications on each node and moment on each joint; NULL: none */
     const double *brace_lb, *brace_lb_ft;
     uint64_t evaluations;

@@ -20,7 +20,7 @@ static struct kernel_mat mat_of(const struct model *m, const double *z, int n)
 static double tension_lb(const struct model *m, const double *z, int j)
 {
     struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
-    return kernel_tension_lb(m, j, &l, &r, m->full, m->slack_ft > 0.0);
+    return kernel_tension_lb(m, j, &l, &r, m->has_full_profile, m->slack_ft > 0.0);
 }
 
 double model_push_lb(const struct model *m, double t_s, const double *z, int mat)
@@ -36,7 +36,7 @@ double model_push_lb(const struct model *m, double t_s, const double *z, int mat
 double model_limit_lb(const struct model *m, const double *z, int mat)
 {
     const double *v = z + m->size;
-    if (!m->soil_normal)
+    if (!m->has_soil_normal)
         return kernel_limit_lb(m, mat, 0.0, 0.0);
     return kernel_limit_lb(m, mat, kernel_soil_lb(m, z, v, mat), kernel_soil_lb(m, z, v, mat + 1));
 }
@@ -45,13 +45,13 @@ double model_limit_lb(const struct model *m, const double *z, int mat)
  * Such a mat neither stops nor sticks. */
 static inline bool is_afloat(const struct model *m, int mat)
 {
-    return m->soil_normal && !m->contact[mat] && !m->contact[mat + 1];
+    return m->has_soil_normal && !m->contact[mat] && !m->contact[mat + 1];
 }
 
 /* Positive where the soil acts on a node. In the consistent model the soil does not pull. */
 static inline double contact_value(const struct model *m, const double *z, int node)
 {
-    return soil_contact_depth_ft(m->consistent, m->kv_at ? m->kv_at[node] : m->kv,
+    return soil_contact_depth_ft(m->is_consistent, m->kv_at ? m->kv_at[node] : m->kv,
                                  m->cv_at ? m->cv_at[node] : m->cv, z[2 * node],
                                  z[m->size + 2 * node]);
 }
@@ -64,7 +64,7 @@ static double joint_turn_rad(const struct model *m, const double *z, int j)
 
 static bool has_torsion(const struct model *m, int j)
 {
-    if ((j == 0 && m->left_turns) || (j == m->mats && m->right_turns))
+    if ((j == 0 && m->has_left_torsion) || (j == m->mats && m->has_right_torsion))
         return false;
     return m->kt > 0.0 || m->ct > 0.0;
 }
@@ -96,8 +96,9 @@ double model_margin(const struct model *m, double t_s, const double *z, struct m
         return hinge_margin_rad(m->torsion[s.index], joint_turn_rad(m, z, s.index), m->tad_rad);
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
-        return joint_margin_ft(m->joint[s.index], kernel_gap_ft(m, s.index, &l, &r, m->full),
-                               m->slack_ft, SLACK_EDGE * m->length_ft);
+        return joint_margin_ft(m->joint[s.index],
+                               kernel_gap_ft(m, s.index, &l, &r, m->has_full_profile), m->slack_ft,
+                               SLACK_EDGE * m->length_ft);
     }
     case MODEL_SLIDE: return m->slide[s.index] * z[m->size + 2 * s.index + 1];
     case MODEL_STICK:
@@ -150,7 +151,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     struct found found = {list, room, 0};
     const double *v = z + m->size;
     int lowest = m->apex;
-    bool watch_apex = m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0;
+    bool watch_apex = m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0;
     for (int j = m->first; j <= m->last + 1; j++) {
         double value = contact_value(m, z, j);
         if (j != m->held_node && (m->contact[j] ? value < 0.0 : value > 0.0))
@@ -166,7 +167,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
     if (m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0)) {
         /* |asin a - asin b| is certainly below TAD while |a| + |b| is below sin TAD */
         double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft -
-                         2.0 * m->tilt_most_ft;
+                         2.0 * m->max_tilt_ft;
         double left_ft = 0.0;
         for (int j = m->first; j <= m->last + 1; j++) {
             double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
@@ -182,7 +183,7 @@ int model_find_violations(const struct model *m, double t_s, const double *z,
                 add_violation(&found, MODEL_SLACK, j);
         }
     }
-    if (m->law == SIM_STICK) {
+    if (m->law == SIM_FRICTION_STICK) {
         int first = m->first > 0 ? m->first - 1 : 0,
             last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
         double tension_l = tension_lb(m, z, first);
@@ -211,11 +212,11 @@ static signed char lift_mode(const struct model *m, int n, bool left, bool right
 {
     /* second mat behind the apex node: its left end is the next node */
     int ridge = m->apex + 1;
-    if (m->shear == SIM_FOLLOWING)
+    if (m->shear == SIM_SHEAR_FOLLOWING)
         return n == ridge && left;
     if (right && (!left || n == ridge))
         return 1;
-    return m->shear == SIM_BOTH && left && !right ? -1 : 0;
+    return m->shear == SIM_SHEAR_BOTH && left && !right ? -1 : 0;
 }
 
 static void settle_held(struct model *m)
@@ -232,7 +233,7 @@ static void update_lift_modes(struct model *m, const double *z)
     m->lifted_nodes = 0;
     for (int j = m->first; j <= m->last + 1; j++)
         m->lifted_nodes += !m->contact[j];
-    if (m->shear == SIM_NO_SHEAR)
+    if (m->shear == SIM_SHEAR_NONE)
         return;
     for (int n = m->first; n <= m->last; n++)
         m->lift[n] = 0;
@@ -258,7 +259,7 @@ static void settle_shape(struct model *m, const double *z)
 
 static void settle_slide(struct model *m, double t_s, const double *z)
 {
-    if (m->law != SIM_STICK)
+    if (m->law != SIM_FRICTION_STICK)
         return;
     for (int n = m->first; n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
@@ -315,7 +316,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
     switch (s.kind) {
     case MODEL_CONTACT:
         m->contact[s.index] = !m->contact[s.index];
-        if (m->held_node < 0 && m->shear != SIM_NO_SHEAR &&
+        if (m->held_node < 0 && m->shear != SIM_SHEAR_NONE &&
             (m->first == 0 || s.index >= m->first + 2))
             try_hold(m, t_s, z, s.index);
         break;
@@ -335,7 +336,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
         break;
     case MODEL_SLACK: {
         struct kernel_mat l = mat_of(m, z, s.index - 1), r = mat_of(m, z, s.index);
-        double gap = kernel_gap_ft(m, s.index, &l, &r, m->full);
+        double gap = kernel_gap_ft(m, s.index, &l, &r, m->has_full_profile);
         if (m->joint[s.index] != 0)
             m->joint[s.index] = 0;
         else
@@ -352,7 +353,7 @@ void model_apply_switch(struct model *m, double t_s, double *z, struct model_swi
  * a mat would count as stopped when it lands. */
 static void update_afloat_slides(struct model *m, const double *z)
 {
-    for (int n = m->first; m->law == SIM_STICK && n <= m->last; n++) {
+    for (int n = m->first; m->law == SIM_FRICTION_STICK && n <= m->last; n++) {
         double v = z[m->size + 2 * n + 1];
         if (v != 0.0 && is_afloat(m, n))
             m->slide[n] = v > 0.0 ? 1 : -1;
@@ -367,7 +368,8 @@ void model_sample_shape(struct model *m, const double *z)
     m->apex = m->first;
     m->held_node = -1;
     for (int j = m->first; j <= m->last + 1; j++) {
-        m->contact[j] = m->consistent ? contact_value(m, z, j) > 0.0 : z[2 * j] >= -SOIL_TOUCH_FT;
+        m->contact[j] = m->is_consistent ? contact_value(m, z, j) > 0.0
+                                         : z[2 * j] >= -SOIL_TOUCH_FT;
         if (z[2 * j] < z[2 * m->apex])
             m->apex = j;
         double right_ft = j <= m->last ? fabs(z[2 * j + 2] - z[2 * j]) : 0.0;
@@ -381,7 +383,7 @@ void model_sample_shape(struct model *m, const double *z)
         left_ft = right_ft;
         if (m->slack_ft > 0.0) {
             struct kernel_mat l = mat_of(m, z, j - 1), r = mat_of(m, z, j);
-            double gap = kernel_gap_ft(m, j, &l, &r, m->full);
+            double gap = kernel_gap_ft(m, j, &l, &r, m->has_full_profile);
             m->joint[j] = joint_mode(gap, m->slack_ft);
         }
     }
@@ -420,10 +422,11 @@ static inline bool can_pass(const struct step_ends *s, double from, double to, d
 static bool can_contact_change(const struct model *m, const struct step_ends *s, int node)
 {
     int y = 2 * node, v = m->size + y;
-    double sign = m->contact[node] ? -1.0 : 1.0, edge = m->consistent ? 0.0 : sign * -SOIL_TOUCH_FT;
+    double sign = m->contact[node] ? -1.0 : 1.0,
+           edge = m->is_consistent ? 0.0 : sign * -SOIL_TOUCH_FT;
     bool height = can_pass(s, sign * s->z0[y], sign * s->z1[y], sign * s->r0[y], sign * s->r1[y],
                            edge);
-    if (!m->consistent || (m->contact[node] ? height : !height))
+    if (!m->is_consistent || (m->contact[node] ? height : !height))
         return height;
     double c = m->cv / m->kv; /* the soil pushes while height and force are both positive */
     return can_pass(s, sign * (s->z0[y] + c * s->z0[v]), sign * (s->z1[y] + c * s->z1[v]),
@@ -472,8 +475,8 @@ static bool can_slack_change(const struct model *m, const struct step_ends *s, i
     for (int end = 0; end < 2; end++) {
         const double *z = end ? s->z1 : s->z0;
         struct kernel_mat l = mat_of(m, z, joint - 1), r = mat_of(m, z, joint);
-        gap[end] = kernel_gap_ft(m, joint, &l, &r, m->full);
-        rate[end] = r.v - l.v + (m->full ? m->half_ft * (l.w * l.s + r.w * r.s) : 0.0);
+        gap[end] = kernel_gap_ft(m, joint, &l, &r, m->has_full_profile);
+        rate[end] = r.v - l.v + (m->has_full_profile ? m->half_ft * (l.w * l.s + r.w * r.s) : 0.0);
     }
     bool opens = can_pass(s, gap[0], gap[1], rate[0], rate[1],
                           m->joint[joint] < 0 ? 0.0 : m->slack_ft);
@@ -487,7 +490,7 @@ static double tension_rate(const struct model *m, const double *z, const double 
 {
     int l = m->size + 2 * joint - 1, r = m->size + 2 * joint + 1;
     bool left = joint > m->first, right = joint <= m->last;
-    if ((joint == 0 && m->left_free) || (joint == m->mats && m->right_free) ||
+    if ((joint == 0 && m->is_left_free) || (joint == m->mats && m->is_right_free) ||
         (m->slack_ft > 0.0 && m->joint[joint] == 0))
         return 0.0;
     return m->kl * ((right ? z[r] : 0.0) - (left ? z[l] : 0.0)) +
@@ -501,7 +504,7 @@ static bool can_slip_change(const struct model *m, const struct step_ends *s, in
     if (m->slide[mat])
         return can_pass(s, -side * s->z0[v], -side * s->z1[v], -side * s->r0[v], -side * s->r1[v],
                         0.0);
-    if (m->soil_normal)
+    if (m->has_soil_normal)
         return true; /* the limit of friction is not constant either */
     double from = model_push_lb(m, s->t0_s, s->z0, mat), to = model_push_lb(m, s->t1_s, s->z1, mat);
     double rate_from = tension_rate(m, s->z0, s->r0, mat + 1) - tension_rate(m, s->z0, s->r0, mat);
@@ -515,7 +518,7 @@ bool model_can_switch(const struct model *m, double t0_s, const double *z0, cons
                       double t1_s, const double *z1, const double *rate1)
 {
     const struct step_ends s = {z0, z1, rate0, rate1, t0_s, t1_s, t1_s - t0_s};
-    bool apexes = m->shear != SIM_NO_SHEAR && m->lifted_nodes > 0;
+    bool apexes = m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0;
     bool torsions = m->tad_rad > 0.0 && (m->kt > 0.0 || m->ct > 0.0);
     double flat_ft = (m->tad_rad < 1.5 ? elementary_sin(m->tad_rad) : 0.99) * m->length_ft;
     if (m->held_node >= 0)
@@ -528,7 +531,7 @@ bool model_can_switch(const struct model *m, double t0_s, const double *z0, cons
     }
     int first = m->first > 0 ? m->first - 1 : 0,
         last = m->last < m->mats - 1 ? m->last + 1 : m->mats - 1;
-    for (int n = first; m->law == SIM_STICK && n <= last; n++) {
+    for (int n = first; m->law == SIM_FRICTION_STICK && n <= last; n++) {
         if (can_slip_change(m, &s, n))
             return true;
     }

@@ -112,7 +112,7 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
     record->station_mat = xcalloc(record->station_count + 1, sizeof *record->station_mat);
     size_t samples = record->sample_count * record->station_count + 1;
     record->sample_u_ft = xcalloc(samples, sizeof *record->sample_u_ft);
-    if (scene->model != SIM_CHAIN)
+    if (scene->model != SIM_MODEL_CHAIN)
         record->sample_y_ft = xcalloc(samples, sizeof *record->sample_y_ft);
     for (size_t s = 0; s < record->station_count; s++) {
         int mat = (int)floor(options->station_ft[s] / scene->length_ft + 1e-9) + 1;
@@ -120,10 +120,11 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
     }
     for (size_t i = 0; i < EVEN_TIMES; i++)
         record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES,
-                                                     .output = -1};
+                                                     .output_index = -1};
     for (size_t i = 0; i < outputs; i++)
         record->snapshots[EVEN_TIMES + i] = (struct sim_snapshot){
-            .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s, .output = (int)i};
+            .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s,
+            .output_index = (int)i};
     qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, compare_times);
     for (size_t i = 0; i < record->snapshot_count; i++)
         record->snapshots[i].u_ft = record->storage + i * row;
@@ -198,7 +199,7 @@ void sim_record_to_result(struct sim_record *record, struct sim_result *result)
     size_t row = (size_t)record->mats + 1;
     size_t outputs = 0;
     for (size_t i = 0; i < record->next_snapshot; i++)
-        outputs += record->snapshots[i].output >= 0;
+        outputs += record->snapshots[i].output_index >= 0;
     result->outputs = xcalloc(outputs + 1, sizeof *result->outputs);
     result->output_count = outputs;
     /* outputs of an interrupted run are complete up to a time */
@@ -206,10 +207,10 @@ void sim_record_to_result(struct sim_record *record, struct sim_result *result)
     size_t delivered = 0;
     for (size_t i = 0; i < record->next_snapshot; i++) {
         const struct sim_snapshot *snapshot = &record->snapshots[i];
-        if (snapshot->output < 0)
+        if (snapshot->output_index < 0)
             continue;
         double *copy = xmemdup(snapshot->u_ft, row * sizeof *copy);
-        result->outputs[complete ? (size_t)snapshot->output : delivered++] =
+        result->outputs[complete ? (size_t)snapshot->output_index : delivered++] =
             (struct sim_output){snapshot->t_s, copy, snapshot->lift_ft, snapshot->lift_node};
     }
     if (record->sample_dt_s > 0.0) {

@@ -31,7 +31,7 @@ struct sim_options {
     /* Solver staggered: one pass with dt or half the stability limit, without an error estimate
      * (0). Only stability is checked. For ensembles whose spread is far larger than the error of a
      * pass. Solver event of the chain: one pass at tolerance rtol. */
-    bool single;
+    bool is_single_pass;
     /* Solver staggered: run the first two passes on two threads, for a caller that has no other
      * work for the second thread. The result is identical bit for bit. */
     bool in_parallel;
@@ -72,7 +72,7 @@ struct sim_output {
     double t_s;
     double *u_ft;   /* mats + 1 values; u_ft[n] is mat n, [0] is unused */
     double lift_ft; /* largest lift, -min Y; 0 in a model without vertical motion */
-    int lift_node;
+    int highest_node;
 };
 
 struct sim_result {
@@ -94,7 +94,7 @@ struct sim_result {
     double checked_dt_s;  /* time step of the pass that checked the result */
     uint64_t evaluations; /* number of force evaluations in all passes */
     uint64_t steps;       /* number of steps in the pass whose numbers are the result */
-    uint64_t rejected;    /* number of steps in all other passes */
+    uint64_t other_steps; /* number of steps in all other passes */
     /* number of times that a mat came to rest within a step, in the pass whose numbers are the
      * result */
     uint64_t events;
@@ -121,7 +121,7 @@ struct sim_result {
     /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order of time. Between two
      * entries the wheel was on mats lower than half of overrun_ft. */
     int overrun[SIM_OVERRUNS_MAX];
-    int overruns; /* number of entries in `overrun` */
+    int overrun_count; /* number of entries in `overrun` */
     /* First node that rose by overrun_ft, and the mat under the wheel at that time (0: none). */
     int first_crest, first_crest_wheel;
 
@@ -175,8 +175,8 @@ void sim_result_free(struct sim_result *result);
  * in the motion of a fixed step. Units are ft and s. */
 struct sim_snapshot {
     double t_s;
-    int output;   /* index in the scene's t_out; -1: one of the 64 times */
-    double *u_ft; /* displacements: mats + 1 values by mat */
+    int output_index; /* index in the scene's t_out; -1: one of the 64 times */
+    double *u_ft;     /* displacements: mats + 1 values by mat */
     double lift_ft;
     int lift_node;
 };

@@ -28,11 +28,11 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning, 0 \
     }
 #define ANY(name, field, unit, meaning) \
-    RANGE(name, field, -SIM_LARGEST, SIM_LARGEST, false, unit, meaning)
+    RANGE(name, field, -SIM_VALUE_MAX, SIM_VALUE_MAX, false, unit, meaning)
 #define NOT_NEGATIVE(name, field, unit, meaning) \
-    RANGE(name, field, 0.0, SIM_LARGEST, false, unit, meaning)
+    RANGE(name, field, 0.0, SIM_VALUE_MAX, false, unit, meaning)
 #define POSITIVE(name, field, unit, meaning) \
-    RANGE(name, field, 0.0, SIM_LARGEST, true, unit, meaning)
+    RANGE(name, field, 0.0, SIM_VALUE_MAX, true, unit, meaning)
 #define LIMIT(name, field, unit, meaning) \
     RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
 #define INTEGER(name, field, low, high, unit, meaning)                                \
@@ -49,10 +49,10 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
     }
 
 /* A key whose value is a number, or values along the runway. */
-#define ALONG(name, field, which, low, above, unit, meaning)                            \
-    {                                                                                   \
-        name, SIM_KEY_REAL, FIELD(field), low, SIM_LARGEST, above, NULL, unit, meaning, \
-            FIELD(along[which])                                                         \
+#define ALONG(name, field, which, low, above, unit, meaning)                              \
+    {                                                                                     \
+        name, SIM_KEY_REAL, FIELD(field), low, SIM_VALUE_MAX, above, NULL, unit, meaning, \
+            FIELD(along[which])                                                           \
     }
 
 #define BANDS(name, prefix, i)                                                                    \
@@ -64,7 +64,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
         INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
                 "last mat that may be riveted"),                                                  \
-        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, "lb",     \
+        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "lb", \
              "initial tension of a band"),                                                        \
         RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",             \
               "stiffness of each anchor"),                                                        \
@@ -82,7 +82,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
             "temperature rise since the band had the tension band_T0"),                           \
         CHOICE(prefix "over", mods.band[i].over, overs,                                           \
                "where the band acts: on all joints, or on the rivets only"),                      \
-        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_LARGEST, "ft",    \
+        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_VALUE_MAX, "ft",  \
              "initial slip of each riveted mat"),                                                 \
         LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",          \
              "mats whose rivets are pulled out at the start")
@@ -95,8 +95,9 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         NOT_NEGATIVE(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft", "stiffness of the spring"), \
         NOT_NEGATIVE(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),             \
         LIMIT(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),                  \
-        LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_LARGEST, SIM_LARGEST, \
-             "ft", "position of each restraint at which its spring exerts no force")
+        LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_VALUE_MAX,            \
+             SIM_VALUE_MAX, "ft",                                                                \
+             "position of each restraint at which its spring exerts no force")
 
 static const struct sim_key keys[] = {
     {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
@@ -154,9 +155,9 @@ static const struct sim_key keys[] = {
     ANY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
     INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
             "node of the first value in bump"),
-    LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
+    LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
          "initial heights of the nodes from bump_first on"),
-    ALONG("v0", v0_ft_s, SIM_ALONG_V0, -SIM_LARGEST, false, "ft/s",
+    ALONG("v0", v0_ft_s, SIM_ALONG_V0, -SIM_VALUE_MAX, false, "ft/s",
           "initial speed of mat v0_mat: one number, or a list by mat"),
     INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
@@ -164,19 +165,19 @@ static const struct sim_key keys[] = {
              "length of the run, as the number of mats that the wheel crosses at the speed Vac"),
     NOT_NEGATIVE("tend", t_end_s, "s",
                  "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
-    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_LARGEST, "s", "times of the output"),
+    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "s", "times of the output"),
     LIST("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
          "mats whose movement u is in the output"),
-    LIST("path", path, SIM_KEY_PATH, -SIM_LARGEST, SIM_LARGEST, "s, ft, lb",
+    LIST("path", path, SIM_KEY_PATH, -SIM_VALUE_MAX, SIM_VALUE_MAX, "s, ft, lb",
          "rows [time, station, thrust] that replace Vac, s0 and F"),
-    LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
+    LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
          "initial opening of each joint"),
-    LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_LARGEST, "lb",
+    LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_VALUE_MAX, "lb",
          "grit: compression up to which each open joint resists closing (models chain and "
          "consistent)"),
-    LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_LARGEST, SIM_LARGEST, "ft",
+    LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
          "consistent model: heights of the ground under the nodes"),
-    RANGE("t_dwell", t_dwell_s, -1.0, SIM_LARGEST, false, "s",
+    RANGE("t_dwell", t_dwell_s, -1.0, SIM_VALUE_MAX, false, "s",
           "time that the run continues after the aircraft has stopped or left"),
     BANDS("bands", "band_", 0),
     BANDS("bands2", "band2_", 1),
@@ -205,7 +206,7 @@ static const struct sim_key keys[] = {
     LIMIT("stiff_grip", mods.stiff_grip_lb, "lb", "largest force of one line"),
     NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad", "bending stiffness of one line"),
     LIMIT("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "yield moment of one line"),
-    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_LARGEST, SIM_LARGEST, "ft",
+    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
          "opening of each joint at which the stiffener force is zero"),
     RANGE("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
     NOT_NEGATIVE("lay_slide", mods.lay_slide_lb, "lb",
@@ -228,7 +229,7 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
                  "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
                  "under the axle"),
-    LIST("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_LARGEST, "ft",
+    LIST("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "ft",
          "distances of the axle lines behind the lead axle; default: one line"),
     LIST("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
          "number of axles on each line; each axle has wheel_load and thrust"),
@@ -483,7 +484,8 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
 /* Number of values that a list along the runway must have: the number of mats or of joints. */
 static size_t along_count(const struct sim_scene *scene, const struct sim_key *key)
 {
-    bool mats = key->list == FIELD(along[SIM_ALONG_W]) || key->list == FIELD(along[SIM_ALONG_V0]);
+    bool mats = key->list_offset == FIELD(along[SIM_ALONG_W]) ||
+                key->list_offset == FIELD(along[SIM_ALONG_V0]);
     return (size_t)scene->mats + !mats;
 }
 
@@ -546,8 +548,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         snprintf(field, sizeof scene->name, "%s", json_string_value(value));
         return MR_OK;
     case SIM_KEY_REAL:
-        if (key->list && json_array_size(value) > 0) {
-            struct sim_list *list = (struct sim_list *)((char *)scene + key->list);
+        if (key->list_offset && json_array_size(value) > 0) {
+            struct sim_list *list = (struct sim_list *)((char *)scene + key->list_offset);
             enum mr_status status = read_along(list, along_count(scene, key), key, path, value,
                                                error);
             if (status == MR_OK)
@@ -794,10 +796,10 @@ static enum mr_status refuse_range(const struct sim_key *key, const char *where,
     char entry[32] = "";
     if (listed)
         snprintf(entry, sizeof entry, "[%zu]", index);
-    if (key->high == SIM_LARGEST && value > key->high)
+    if (key->high == SIM_VALUE_MAX && value > key->high)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give at most %g",
                          where, key->name, entry, value, key->high);
-    if (key->high >= SIM_LARGEST)
+    if (key->high >= SIM_VALUE_MAX)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
                          where, key->name, entry, value,
                          key->excludes_low ? "a number above" : "a finite number from", key->low);
@@ -820,7 +822,8 @@ static enum mr_status check_list(const struct sim_scene *scene, const struct sim
         if (!is_allowed(key, list->values[i]))
             return refuse_range(key, where, list->values[i], i, true, error);
     }
-    if ((key->kind == SIM_KEY_JOINTS || key->list) && list->count > 1 && list->count != wanted)
+    if ((key->kind == SIM_KEY_JOINTS || key->list_offset) && list->count > 1 &&
+        list->count != wanted)
         return error_set(error, MR_MALFORMED,
                          "list of the wrong length: %s: %s has %zu values; give one number or %zu, "
                          "one per %s",
@@ -853,7 +856,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
         value = *(const double *)field;
         if (!is_allowed(key, value))
             return refuse_range(key, where, value, 0, false, error);
-        field = key->list ? (const char *)scene + key->list : NULL;
+        field = key->list_offset ? (const char *)scene + key->list_offset : NULL;
         return field ? check_list(scene, key, field, where, error) : MR_OK;
     case SIM_KEY_INTEGER:
         value = *(const int *)field;
@@ -907,10 +910,10 @@ static enum mr_status check_path(const struct sim_scene *scene, const char *wher
         const double numbers[] = {row->t_s, row->x_ft, row->force_lb};
         static const char *const names[] = {"t_s", "x_ft", "F_lb"};
         for (size_t k = 0; k < 3; k++) {
-            if (!(fabs(numbers[k]) <= SIM_LARGEST))
+            if (!(fabs(numbers[k]) <= SIM_VALUE_MAX))
                 return error_set(error, MR_MALFORMED,
                                  "value out of range: %s: path row %zu: %s is %g; give %g to %g",
-                                 where, i, names[k], numbers[k], -SIM_LARGEST, SIM_LARGEST);
+                                 where, i, names[k], numbers[k], -SIM_VALUE_MAX, SIM_VALUE_MAX);
         }
         if (row->t_s < 0.0 || (i > 0 && row->t_s < row[-1].t_s))
             return error_set(
@@ -962,7 +965,7 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     if (mods_check(scene, where, error) != MR_OK || check_gear(scene, where, error) != MR_OK)
         return error->status;
     double end_s = sim_scene_end_s(scene);
-    if (!(end_s > 0.0 && end_s <= SIM_LARGEST))
+    if (!(end_s > 0.0 && end_s <= SIM_VALUE_MAX))
         return error_set(error, MR_MALFORMED,
                          "no end: %s: the end of the run is not given; give tend", where);
     if (scene->path_count > 0 && scene->path[0].t_s > SIM_CLOCK_S && !(end_s > scene->path[0].t_s))

@@ -33,15 +33,15 @@ enum sim_along {
     SIM_ALONGS
 };
 
-enum sim_model { SIM_REPORT, SIM_CONSISTENT, SIM_CHAIN };
-enum sim_tad_mode { SIM_DEADBAND, SIM_SWITCHED };
-enum sim_profile { SIM_LOW, SIM_FULL };
+enum sim_model { SIM_MODEL_REPORT, SIM_MODEL_CONSISTENT, SIM_MODEL_CHAIN };
+enum sim_tad_mode { SIM_TAD_DEADBAND, SIM_TAD_SWITCHED };
+enum sim_profile { SIM_PROFILE_LOW, SIM_PROFILE_FULL };
 enum sim_end { SIM_FREE, SIM_FIXED, SIM_SPRING, SIM_LOADED };
-enum sim_thrust { SIM_JUMP, SIM_LINEAR };
-enum sim_friction { SIM_STICK, SIM_TANH, SIM_SIGN, SIM_NONE };
-enum sim_normal { SIM_WEIGHT, SIM_SOIL };
+enum sim_thrust { SIM_THRUST_JUMP, SIM_THRUST_LINEAR };
+enum sim_friction { SIM_FRICTION_STICK, SIM_FRICTION_TANH, SIM_FRICTION_SIGN, SIM_FRICTION_NONE };
+enum sim_normal { SIM_NORMAL_WEIGHT, SIM_NORMAL_SOIL };
 enum sim_band_over { SIM_OVER_JOINTS, SIM_OVER_RIVETS };
-enum sim_lift_shear { SIM_RISING, SIM_NO_SHEAR, SIM_FOLLOWING, SIM_BOTH };
+enum sim_lift_shear { SIM_SHEAR_RISING, SIM_SHEAR_NONE, SIM_SHEAR_FOLLOWING, SIM_SHEAR_BOTH };
 
 struct sim_list {
     double *values; /* NULL if the list is empty */
@@ -333,10 +333,10 @@ struct sim_key {
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
     const char *meaning;        /* description of the key, in one line */
     /* SIM_KEY_REAL: offset of the list that an array of the key sets; 0: only one number. */
-    size_t list;
+    size_t list_offset;
 };
 
-#define SIM_LARGEST 1e15 /* a technical limit, so that products of values are finite */
+#define SIM_VALUE_MAX 1e15 /* a technical limit, so that products of values are finite */
 
 /* Keys of the elements (elements/element.c). */
 extern const struct sim_key *const sim_element_keys[];

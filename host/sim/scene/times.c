@@ -140,7 +140,7 @@ double sim_scene_shortest_s(const struct sim_scene *scene)
                                           {end_s, 0.0, scene->force_lb}};
     const struct sim_path_row *rows = scene->path_count > 0 ? scene->path : steady;
     size_t count = scene->path_count > 0 ? scene->path_count : 2;
-    if (!(hold_lb > 0.0) || scene->friction_law == SIM_NONE)
+    if (!(hold_lb > 0.0) || scene->friction_law == SIM_FRICTION_NONE)
         return HUGE_VAL;
     if (scene->v0_ft_s != 0.0)
         shortest_s = fabs(scene->v0_ft_s) / (scene->friction * scene->g_ft_s2);

@@ -25,8 +25,8 @@
 
 struct chain {
     int mats;
-    int block; /* number of mats that the kernels process at once */
-    enum joint_law joints;
+    int block_size; /* number of mats that the kernels process at once */
+    enum joint_law joint_law;
     struct law_joint joint;
     bool left_free;
     bool right_free;
@@ -42,21 +42,21 @@ struct chain {
     double load_friction_lb;   /* limit that the wheel adds to a mat, f wheel_load */
     int v0_mat;
     double *storage; /* memory of all arrays below, each with PADDING unused entries at both ends */
-    size_t length;   /* length of one array */
+    size_t array_length; /* length of one array */
     double *u_ft;
     double *v_ft_s;
     double *gap0_ft;
     double *grit_lb;
     double *reach_ft;
     double *thrust_lb;
-    double *limit_lb;   /* Coulomb limit of each mat */
-    double *give_ft;    /* grit/KL: compression of the grit before it yields */
-    double *tension_lb; /* tension of each joint in the last kick */
-    double *last_lb;    /* tension in the last kick and in the kick before */
-    double *before_last_lb;
-    double *before_ft_s;            /* speed of each mat before the last kick */
-    double *kl_lb_ft, *masses_slug; /* stiffness of each joint and mass of each mat */
-    double *push_lb;                /* largest compression and tension of each joint so far */
+    double *limit_lb;        /* Coulomb limit of each mat */
+    double *give_ft;         /* grit/KL: compression of the grit before it yields */
+    double *tension_lb;      /* tension of each joint in the last kick */
+    double *last_tension_lb; /* tension in the last kick and in the kick before */
+    double *earlier_tension_lb;
+    double *previous_v_ft_s;          /* speed of each mat before the last kick */
+    double *kl_lb_ft, *mat_mass_slug; /* stiffness of each joint and mass of each mat */
+    double *push_lb;                  /* largest compression and tension of each joint so far */
     double *pull_lb;
     double large_lb;   /* half of the largest tension so far */
     struct mods *mods; /* NULL: the scene has no modifications */
@@ -82,7 +82,7 @@ static double bare_limit_lb(const struct chain *chain, int mat)
 static void chain_reset(struct chain *chain, const struct sim_scene *scene)
 {
     chain->large_lb = 0.0;
-    memset(chain->storage, 0, ARRAYS * chain->length * sizeof *chain->storage);
+    memset(chain->storage, 0, ARRAYS * chain->array_length * sizeof *chain->storage);
     for (int j = 1; j <= chain->mats + 1; j++) {
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint(&scene->grit_lb, j);
@@ -91,16 +91,16 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->give_ft[j] = grit_lb / chain->kl_lb_ft[j];
         chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
     }
-    for (size_t i = 0; i < chain->length; i++) {
+    for (size_t i = 0; i < chain->array_length; i++) {
         /* entries beyond the mats must never move */
         (chain->limit_lb - PADDING)[i] = (double)INFINITY;
-        (chain->masses_slug - PADDING)[i] = chain->mass_slug;
+        (chain->mat_mass_slug - PADDING)[i] = chain->mass_slug;
     }
     if (chain->mods)
         mods_reset(chain->mods);
     for (int n = 1; n <= chain->mats; n++) {
         chain->limit_lb[n] = bare_limit_lb(chain, n);
-        chain->masses_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
+        chain->mat_mass_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
         chain->v_ft_s[n] = sim_scene_along(scene, SIM_ALONG_V0,
                                            n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
     }
@@ -115,10 +115,10 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .scene = scene,
         .mats = scene->mats,
         .is_varied = sim_scene_is_varied(scene),
-        .block = LANES_CALL(block, ),
+        .block_size = LANES_CALL(block, ),
         .left_free = scene->left != SIM_FIXED,
         .right_free = scene->right != SIM_FIXED,
-        .friction = scene->friction > 0.0 ? scene->friction_law : SIM_NONE,
+        .friction = scene->friction > 0.0 ? scene->friction_law : SIM_FRICTION_NONE,
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
         .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
@@ -127,22 +127,34 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
         .elements = element_set_of(scene),
         .storage = storage,
-        .length = length,
+        .array_length = length,
     };
-    double **arrays[ARRAYS] = {
-        &chain->u_ft,       &chain->v_ft_s,         &chain->gap0_ft,  &chain->grit_lb,
-        &chain->reach_ft,   &chain->thrust_lb,      &chain->limit_lb, &chain->give_ft,
-        &chain->tension_lb, &chain->before_ft_s,    &chain->push_lb,  &chain->pull_lb,
-        &chain->last_lb,    &chain->before_last_lb, &chain->kl_lb_ft, &chain->masses_slug};
+    double **arrays[ARRAYS] = {&chain->u_ft,
+                               &chain->v_ft_s,
+                               &chain->gap0_ft,
+                               &chain->grit_lb,
+                               &chain->reach_ft,
+                               &chain->thrust_lb,
+                               &chain->limit_lb,
+                               &chain->give_ft,
+                               &chain->tension_lb,
+                               &chain->previous_v_ft_s,
+                               &chain->push_lb,
+                               &chain->pull_lb,
+                               &chain->last_tension_lb,
+                               &chain->earlier_tension_lb,
+                               &chain->kl_lb_ft,
+                               &chain->mat_mass_slug};
     for (size_t i = 0; i < ARRAYS; i++)
         *arrays[i] = storage + PADDING + i * length; /* entry 0 of an array is for mat 0 */
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
-    chain->joints = joint_law(scene->slack_ft, grit);
+    chain->joint_law = joint_law(scene->slack_ft, grit);
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
-    chain->can_stick = chain->friction == SIM_STICK && chain->elements.count == 0 && !chain->gear;
+    chain->can_stick = chain->friction == SIM_FRICTION_STICK && chain->elements.count == 0 &&
+                       !chain->gear;
     chain->is_plain = chain->can_stick && !chain->mods && !chain->is_varied && !chain->left_free &&
                       !chain->right_free;
     chain_reset(chain, scene);
@@ -210,7 +222,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     for (int c = 0; c < mods->braces; c++) {
         int mat = mods->brace_mat[c];
         mods->saved_lb[mat] = chain->thrust_lb[mat];
-        chain->thrust_lb[mat] += mods->carried_lb[mat];
+        chain->thrust_lb[mat] += mods->brace_force_lb[mat];
         if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
             *first = mat - 1 < *first ? (mat > 1 ? mat - 1 : 1) : *first;
             *last = mat + 1 > *last ? (mat < chain->mats ? mat + 1 : mat) : *last;
@@ -233,7 +245,7 @@ static double chain_opening_ft(const struct chain *chain, int joint)
 /* First index of the block that contains i. */
 static int block_of(const struct chain *chain, int i)
 {
-    return i & -chain->block;
+    return i & -chain->block_size;
 }
 
 /* Updates the speeds of a block of mats under the friction laws tanh and sign, or without friction.
@@ -242,11 +254,12 @@ static void slide_block(const struct chain *chain, double h_s, int first, int la
 {
     double *v = chain->v_ft_s;
     for (int n = first; n <= last; n++) {
-        double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
-                                                    : 0.0;
+        double smooth = chain->friction == SIM_FRICTION_TANH
+                          ? elementary_tanh(v[n] / chain->veps_ft_s)
+                          : 0.0;
         v[n] += (push_lb(chain, n) -
                  friction_force_lb(chain->friction, chain->limit_lb[n], v[n], 0, smooth)) *
-                (h_s / chain->masses_slug[n]);
+                (h_s / chain->mat_mass_slug[n]);
     }
 }
 
@@ -256,14 +269,14 @@ static void push_by_wheel(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
     for (int i = 0; i < gear->loaded_count; i++) {
-        int n = gear->loaded[i];
-        double v_ft_s = chain->before_ft_s[n];
+        int n = gear->loaded_mats[i];
+        double v_ft_s = chain->previous_v_ft_s[n];
         struct element_step step = {1.0, h_s, 0.0};
-        gear->mass_slug = chain->masses_slug[n];
+        gear->mass_slug = chain->mat_mass_slug[n];
         if (chain->elements.count > 0)
             step = element_make_step(&chain->elements, (struct element_mat){v_ft_s, true}, h_s,
                                      gear->mass_slug);
-        double limit_lb = chain->friction == SIM_NONE ? 0.0 : chain->limit_lb[n];
+        double limit_lb = chain->friction == SIM_FRICTION_NONE ? 0.0 : chain->limit_lb[n];
         chain->v_ft_s[n] = gear_speed_ft_s(gear, n, step.speed_factor * v_ft_s,
                                            push_lb(chain, n) + step.push_lb, limit_lb,
                                            step.equivalent_s);
@@ -277,20 +290,21 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     double *v = chain->v_ft_s;
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
-    if (chain->gear && set->count == 0 && chain->friction == SIM_STICK) {
+    if (chain->gear && set->count == 0 && chain->friction == SIM_FRICTION_STICK) {
         stops = LANES_CALL(stick, chain, h_s, h_s, block_of(chain, first), block_of(chain, last));
         push_by_wheel(chain, h_s);
         return stops;
     }
     for (int n = first; n <= last; n++) {
-        double mass = chain->masses_slug[n];
+        double mass = chain->mat_mass_slug[n];
         struct element_step step = element_make_step(set, (struct element_mat){v[n], true}, h_s,
                                                      mass);
         double x_lb = push_lb(chain, n) + step.push_lb, kept = step.speed_factor * v[n];
-        double smooth = chain->friction == SIM_TANH ? elementary_tanh(v[n] / chain->veps_ft_s)
-                                                    : 0.0;
-        chain->before_ft_s[n] = v[n];
-        if (chain->friction == SIM_STICK)
+        double smooth = chain->friction == SIM_FRICTION_TANH
+                          ? elementary_tanh(v[n] / chain->veps_ft_s)
+                          : 0.0;
+        chain->previous_v_ft_s[n] = v[n];
+        if (chain->friction == SIM_FRICTION_STICK)
             v[n] = friction_speed_ft_s(kept, x_lb, chain->limit_lb[n], step.equivalent_s, mass,
                                        &stops);
         else
@@ -323,7 +337,7 @@ static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int f
     if (chain->right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
-        brace_joints(chain, block, block_of(chain, last + 1) + chain->block - 1);
+        brace_joints(chain, block, block_of(chain, last + 1) + chain->block_size - 1);
     if (chain->can_stick)
         return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(chain, last));
     if (chain->elements.count > 0 || chain->gear)
@@ -349,7 +363,7 @@ static double stretch_ft(const struct chain *chain, int j)
     bool torn = chain->mods && mods_is_torn(chain->mods, j);
     if (torn && g_ft > fmax(0.0, chain->joint.slack_ft))
         return 0.0;
-    return joint_stretch_ft(chain->joints, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
+    return joint_stretch_ft(chain->joint_law, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
 }
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
@@ -357,7 +371,8 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
 {
     double kinetic = 0.0, elastic = 0.0;
     for (int n = first; n <= last; n++)
-        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] * (chain->masses_slug[n] / chain->mass_slug);
+        kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] *
+                   (chain->mat_mass_slug[n] / chain->mass_slug);
     for (int j = first; j <= last + 1; j++) {
         double e_ft = stretch_ft(chain, j);
         elastic += e_ft * e_ft * (chain->kl_lb_ft[j] / chain->joint.kl_lb_ft);
@@ -399,13 +414,13 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
                            struct sim_result *result)
 {
     sim_result_add_left_out(result, "vertical motion and rotation (model chain)");
-    if (chain->friction == SIM_NONE)
+    if (chain->friction == SIM_FRICTION_NONE)
         sim_result_add_left_out(result, "friction (none)");
     if (scene->cl_lb_s_ft == 0.0)
         sim_result_add_left_out(result, "joint damping (CL 0)");
-    if (chain->joints == JOINT_LINEAR)
+    if (chain->joint_law == JOINT_LINEAR)
         sim_result_add_left_out(result, "slack (0)");
-    if (chain->joints != JOINT_GRIT)
+    if (chain->joint_law != JOINT_GRIT)
         sim_result_add_left_out(result, scene->slack_ft > 0.0
                                             ? "grit (0 on every joint)"
                                             : "grit (slack 0: no joint can be open)");
@@ -479,7 +494,7 @@ struct pass {
     uint64_t events;
     uint64_t awake_sum;
     int awake_max;
-    int number; /* number of the pass, for may_continue */
+    int pass_number; /* number of the pass, for may_continue */
     bool interrupted;
     bool failed;
     int mat; /* mat at which the pass failed */
@@ -633,7 +648,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         if (pass->record.next_s <= t_s)
             sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
         if (i % STEPS_PER_CALLBACK == 0 && options->may_continue &&
-            !options->may_continue(options->may_continue_ctx, pass->number,
+            !options->may_continue(options->may_continue_ctx, pass->pass_number,
                                    (double)i / (double)pass->steps)) {
             pass->interrupted = true;
             pass->mat = find_fastest(chain);
@@ -668,15 +683,16 @@ static void free_pass(struct pass *pass)
 static void make_pass(struct pass *pass, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
-    *pass = (struct pass){
-        .steps = steps, .h_s = sim_scene_end_s(scene) / (double)steps, .number = ++result->passes};
+    *pass = (struct pass){.steps = steps,
+                          .h_s = sim_scene_end_s(scene) / (double)steps,
+                          .pass_number = ++result->passes};
     sim_record_make(&pass->record, scene, options);
 }
 
 static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
     result->evaluations += pass->steps_done;
-    result->rejected +=
+    result->other_steps +=
         pass->steps_done; /* these steps count as rejected unless this pass becomes the result */
 }
 
@@ -742,7 +758,7 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     result->checked_dt_s = other->h_s;
     result->pass_ms = pass->ms;
     result->steps = pass->steps_done;
-    result->rejected -= pass->steps_done;
+    result->other_steps -= pass->steps_done;
     result->events = pass->events;
     result->mats_max = pass->awake_max;
     result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted
@@ -788,7 +804,8 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
  * of the two, then increases the error estimate. */
 static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
 {
-    return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_NONE || chain->mats <= FEW_MATS;
+    return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_FRICTION_NONE ||
+           chain->mats <= FEW_MATS;
 }
 
 /* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two runs.
@@ -913,7 +930,8 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
             "--dt does not apply: the solver 'event' chooses its own step; give --rtol, or "
             "--solver staggered");
     }
-    if (!given && !fixed && (event || !options->single) && chain_event_is_supported(scene)) {
+    if (!given && !fixed && (event || !options->is_single_pass) &&
+        chain_event_is_supported(scene)) {
         chain_event_run(scene, options, result, error);
         chain_free(&chain);
         return error->status;
@@ -932,7 +950,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
         error_set(error, MR_USAGE,
                   "too many steps: %s: %g s in steps of %g s; give a smaller tend or a larger dt",
                   sim_scene_name(scene), end_s, h);
-    } else if (options->single) {
+    } else if (options->is_single_pass) {
         run_single(&chain, scene, options, (uint64_t)steps, result);
     } else {
         run_pairs(&chain, scene, options, (uint64_t)steps, coarser_answers, result);

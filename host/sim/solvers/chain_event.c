@@ -46,7 +46,7 @@ bool chain_event_is_supported(const struct sim_scene *scene)
  * vertex of a parabola between points. */
 static void update_peak_tensions(struct motion *m, int first, int last, int order, double h)
 {
-    int parts = 2 + (int)law_min(2.0 * h * m->rate, 60.0);
+    int parts = 2 + (int)law_min(2.0 * h * m->max_rate, 60.0);
     for (int j = first; j <= last + 1; j++) {
         double reach = m->reach_t[j], s[POLYNOMIAL_DEGREE], before = 0.0, middle = 0.0;
         if (m->pull[0][j] + reach <= m->pull_most_lb[j] &&
@@ -94,7 +94,7 @@ static void find_window(const struct motion *m, int *first, int *last)
 static void update_part(struct motion *m, struct part *part)
 {
     part->ground_force_lb += part->rate_lb_ft * m->c[0][part->mat];
-    if (part->touching > 0.0 && part->mode == GIVES)
+    if (part->touching > 0.0 && part->mode == GROUND_GIVES)
         part->ground_force_lb = part->side * motion_part_limit_lb(m, part);
     if (part->touching > 0.0)
         m->friction_force_lb[part->mat] = part->ground_force_lb;
@@ -120,7 +120,7 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         update_peak_tensions(m, first, last, order, h);
         if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
             record_samples(m, run, first, last, order, h, over && until_s >= end_s);
-        for (int i = 0; m->gear && i < m->part_count; i++)
+        for (int i = 0; m->has_gear && i < m->part_count; i++)
             m->parts[i].ground_force_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
         motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
         m->max_speed_ft_s = law_max(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
@@ -136,9 +136,9 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
         at_once = h > 0.0 ? 0 : at_once + 1;
         m->changed_low = m->mats + 1;
         m->changed_high = 0;
-        for (int i = 0; m->gear && i < m->part_count; i++)
+        for (int i = 0; m->has_gear && i < m->part_count; i++)
             update_part(m, &m->parts[i]);
-        if (over && ++m->next_break < m->breaks)
+        if (over && ++m->next_break < m->break_count)
             motion_press(m);
         else
             motion_switch(m, &event);
@@ -167,7 +167,7 @@ static void start_run(struct run *run, struct motion *m, double tolerance,
     sim_record_make(&run->record, m->scene, options);
     run_once(m, run, options);
     result->evaluations += run->steps;
-    result->rejected += run->steps;
+    result->other_steps += run->steps;
 }
 
 static void fill_result(const struct motion *m, struct run *run, struct sim_result *result)
@@ -175,7 +175,7 @@ static void fill_result(const struct motion *m, struct run *run, struct sim_resu
     result->dt_s = run->longest_s;
     result->pass_ms = run->ms;
     result->steps = run->steps;
-    result->rejected -= run->steps;
+    result->other_steps -= run->steps;
     result->events = run->switches;
     result->mats_max = run->awake_max;
     result->mats_mean = m->t_s > 0.0 ? run->awake_s / m->t_s : 0.0;
@@ -221,14 +221,14 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
     result->t_end_s = sim_scene_end_s(scene);
     while (again) {
         struct run *run = &runs[count];
-        double tolerance = options->single && options->rtol > 0.0 ? options->rtol
-                                                                  : tolerances[count];
+        double tolerance = options->is_single_pass && options->rtol > 0.0 ? options->rtol
+                                                                          : tolerances[count];
         start_run(run, &m, tolerance, options, result);
         count++;
         peak_ft = sim_record_peak(&run->record).u_ft;
         for (int i = 0; run->status == SIM_OK && i + 1 < count; i++)
             apart_ft = law_max(apart_ft, sim_record_difference(&runs[i].record, &run->record).u_ft);
-        again = run->status == SIM_OK && !options->single &&
+        again = run->status == SIM_OK && !options->is_single_pass &&
                 (count == 1 ||
                  (count == 2 && apart_ft > THIRD_RUN_FACTOR * COARSE_TOLERANCE * peak_ft));
     }
@@ -236,7 +236,7 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
     result->checked_dt_s = runs[0].longest_s;
     if (last->status != SIM_OK)
         sim_result_set_status(result, last->status, last->mat, m.t_s);
-    if (!options->single)
+    if (!options->is_single_pass)
         result->error_u_ft = ERROR_FACTOR * apart_ft + ERROR_FLOOR * peak_ft +
                              ERROR_FLOOR_LENGTH * scene->length_ft;
     double allowed_ft = (options->rtol > 0.0 ? options->rtol : MAX_DISAGREEMENT) * peak_ft;

@@ -45,8 +45,8 @@ LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law 
 /* Stores the newest tensions. The last three of each joint are kept. */
 LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
 {
-    STORE(chain->before_last_lb + j, LOAD(chain->last_lb + j));
-    STORE(chain->last_lb + j, LOAD(chain->tension_lb + j));
+    STORE(chain->earlier_tension_lb + j, LOAD(chain->last_tension_lb + j));
+    STORE(chain->last_tension_lb + j, LOAD(chain->tension_lb + j));
     STORE(chain->tension_lb + j, tension_lb);
 }
 
@@ -120,9 +120,9 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     unsigned stops = 0;
     for (int n = first; n <= last; n += BLOCK) {
         if (chain->is_varied)
-            per_lb = LAW_VALUE(kick_s) / LOAD(chain->masses_slug + n);
+            per_lb = LAW_VALUE(kick_s) / LOAD(chain->mat_mass_slug + n);
         lanes v_ft_s = LOAD(chain->v_ft_s + n);
-        STORE(chain->before_ft_s + n, v_ft_s);
+        STORE(chain->previous_v_ft_s + n, v_ft_s);
         struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
         if (!LANES(any)(slip.stops))
             continue;
@@ -142,7 +142,7 @@ static void LANES(drift)(const struct chain *all, double h_s, int first, int las
     for (int n = first; n <= last; n += BLOCK) {
         STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * LOAD(chain->v_ft_s + n));
         LANES(note)
-        (chain, n, LOAD(chain->before_last_lb + n), LOAD(chain->last_lb + n),
+        (chain, n, LOAD(chain->earlier_tension_lb + n), LOAD(chain->last_tension_lb + n),
          LOAD(chain->tension_lb + n));
     }
 }
@@ -158,10 +158,10 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
     for (int j = first; j <= last + 1; j += BLOCK) {
-        lanes before_lb = LOAD(chain->last_lb + j), last_lb = LOAD(chain->tension_lb + j);
+        lanes before_lb = LOAD(chain->last_tension_lb + j), last_lb = LOAD(chain->tension_lb + j);
         lanes tension_lb = LANES(pull)(chain, j, law);
         LANES(note)(chain, j, before_lb, last_lb, tension_lb);
-        STORE(chain->last_lb + j, last_lb);
+        STORE(chain->last_tension_lb + j, last_lb);
         STORE(chain->tension_lb + j, tension_lb);
     }
     for (int n = first; n <= last; n += BLOCK) {
@@ -177,10 +177,10 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
 }
 
 /* Calls a separate loop for each joint law. The compiler removes unused code from each loop. */
-#define EACH_LAW(chain, do, ...)                                             \
-    ((chain)->joints == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
-     : (chain)->joints == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \
-                                      : do(chain, __VA_ARGS__, JOINT_GRIT))
+#define EACH_LAW(chain, do, ...)                                                \
+    ((chain)->joint_law == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
+     : (chain)->joint_law == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \
+                                         : do(chain, __VA_ARGS__, JOINT_GRIT))
 
 static unsigned LANES(step)(const struct chain *chain, double kick_s, double h_s, int first,
                             int last)

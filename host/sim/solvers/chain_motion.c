@@ -89,14 +89,14 @@ VECTOR void motion_expand(const struct motion *m, int first, int last, int order
             next[n] = pull[n + 1] - pull[n] - drag[n] * (factor * v[n]);
         for (int n = 0; k < 3 && n < count; n++)
             next[n] += m->thrust[k][first + n] - (k == 0 ? rub[n] : 0.0);
-        for (int i = 0; m->gear && k > 0 && i < m->part_count; i++) {
+        for (int i = 0; m->has_gear && k > 0 && i < m->part_count; i++) {
             const struct part *part = &m->parts[i];
             m->c[k + 2][part->mat] -= part->rate_lb_ft * m->c[k][part->mat] +
-                                      (k == 1 && part->mode == GIVES
+                                      (k == 1 && part->mode == GROUND_GIVES
                                            ? part->side * m->load_friction_lb * part->load[1]
                                            : 0.0);
         }
-        if (m->friction == SIM_TANH) {
+        if (m->friction == SIM_FRICTION_TANH) {
             expand_tanh_friction(m, k, first, last);
             for (int n = 0; n < count; n++)
                 next[n] -= m->limit_lb[first + n] * m->smooth[k][first + n];
@@ -123,8 +123,8 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
     double h = (double)INFINITY, v = m->max_speed_ft_s,
            bent = 2.0 * motion_largest(m->c[2], first, last);
     double twisted = 3.0 * motion_largest(m->c[3], first, last);
-    bool springs = m->ground_lb_s_ft > 0.0 || m->gear;
-    for (int n = first; m->friction == SIM_TANH && n <= last; n++) {
+    bool springs = m->ground_lb_s_ft > 0.0 || m->has_gear;
+    for (int n = first; m->friction == SIM_FRICTION_TANH && n <= last; n++) {
         /* the series of tanh converges up to a pole, so the speed must change by less than veps */
         double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
                jerk = fabs(6.0 * m->c[3][n]);
@@ -141,7 +141,7 @@ double motion_longest_s(const struct motion *m, int first, int last, int order, 
                                    law_max(elementary_pow(bent / term, 1.0 / (k - 2)),
                                            elementary_pow(twisted / term, 1.0 / (k - 3)))));
     }
-    return springs ? law_min(h, SERIES_LIMIT * order / m->rate) : h;
+    return springs ? law_min(h, SERIES_LIMIT * order / m->max_rate) : h;
 }
 
 VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
@@ -211,7 +211,7 @@ static double noise_ft_s(const struct motion *m)
 
 static double noise_lb(const struct motion *m, int j)
 {
-    if (m->mode[j] == CUT || m->mode[j] == OPEN || m->mode[j] == FREED)
+    if (m->mode[j] == JOINT_CUT || m->mode[j] == JOINT_OPEN || m->mode[j] == JOINT_FREED)
         return 0.0;
     return m->kl * noise_ft(m, j) + m->cl * noise_ft_s(m) + ROUNDING * m->grit_lb[j];
 }
@@ -261,12 +261,12 @@ static void find_part_event(const struct motion *m, const struct part *part, int
         limit_lb = motion_part_limit_lb(m, part);
     double limit_rate = m->load_friction_lb * part->load[1], noise_lb = ROUNDING * limit_lb;
     int n = part->mat;
-    if (part->mode == RIDES)
+    if (part->mode == GROUND_RIDES)
         return;
     v[order] = 0.0;
     for (int k = 0; k < order; k++)
         v[k] = part->side * (k + 1) * m->c[k + 1][n];
-    if (part->mode == GIVES) {
+    if (part->mode == GROUND_GIVES) {
         double rate = part->k_lb_ft / (limit_rate < 0.0 ? m->rho : 1.0);
         for (int k = 0; k < order; k++)
             s[k] = rate * v[k];
@@ -277,13 +277,13 @@ static void find_part_event(const struct motion *m, const struct part *part, int
         return;
     }
     for (int which = 0; which < 3; which++) {
-        if (which == 2 && part->mode == LOADS)
+        if (which == 2 && part->mode == GROUND_LOADS)
             continue;
         s[0] = part->side * part->ground_force_lb;
         for (int k = 1; k <= order; k++)
             s[k] = part->side * part->rate_lb_ft * m->c[k][n];
         for (int k = 0; which < 2 && k <= order; k++)
-            s[k] = which == 0 ? (part->mode == LOADS ? v[k] : -v[k]) : -s[k];
+            s[k] = which == 0 ? (part->mode == GROUND_LOADS ? v[k] : -v[k]) : -s[k];
         if (which == 1) {
             s[0] += limit_lb;
             s[1] += limit_rate;
@@ -301,7 +301,8 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
     if (m->slide[n] == SLIDE_ON_GROUND)
         return; /* find_part_event handles this mat */
     if (m->slide[n] == 2) {
-        double far_ft_s = m->friction == SIM_TANH ? COULOMB_SPEED * m->scene->veps_ft_s : DBL_MAX;
+        double far_ft_s = m->friction == SIM_FRICTION_TANH ? COULOMB_SPEED * m->scene->veps_ft_s
+                                                           : DBL_MAX;
         if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
             return;
         for (way = -1.0; way <= 1.0; way += 2.0) {
@@ -314,7 +315,8 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
         return;
     }
     if (m->slide[n]) {
-        double near_ft_s = m->friction == SIM_TANH ? TANH_SATURATION * m->scene->veps_ft_s : 0.0;
+        double near_ft_s = m->friction == SIM_FRICTION_TANH ? TANH_SATURATION * m->scene->veps_ft_s
+                                                            : 0.0;
         if (way * m->c[1][n] - near_ft_s >= m->reach_v[n])
             return;
         for (int k = 0; k < order; k++)
@@ -343,63 +345,63 @@ static void find_mat_event(const struct motion *m, int n, int order, struct even
 static bool find_joint_end(const struct motion *m, int j, int which, const double *g, int order,
                            double *s, double *noise)
 {
-    enum { OPENING, SPEED, FORCE } of = OPENING;
+    enum { LIMITS_OPENING, LIMITS_SPEED, LIMITS_FORCE } of = LIMITS_OPENING;
     double way = 1.0, at = 0.0;
     bool first = which == 0;
     switch (m->mode[j]) {
-    case OPEN:
+    case JOINT_OPEN:
         way = first ? 1.0 : -1.0;
         at = first ? 0.0 : m->slack_ft;
         break;
-    case PRESSED: way = -1.0; break;
-    case HOOKED: at = m->slack_ft; break;
-    case FREED:
-        of = first ? SPEED : OPENING;
+    case JOINT_PRESSED: way = -1.0; break;
+    case JOINT_HOOKED: at = m->slack_ft; break;
+    case JOINT_FREED:
+        of = first ? LIMITS_SPEED : LIMITS_OPENING;
         way = first ? 1.0 : -1.0;
         at = m->slack_ft;
         break;
-    case HELD:
-        of = first ? OPENING : FORCE;
+    case JOINT_HELD:
+        of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = which == 2 ? 1.0 : -1.0;
         at = first ? m->reach_ft[j] : which == 1 ? 0.0 : -m->grit_lb[j];
         break;
-    case LOOSE:
-        of = first ? OPENING : FORCE;
+    case JOINT_LOOSE:
+        of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? -1.0 : 1.0;
         at = first ? m->reach_ft[j] : 0.0;
         break;
-    case FULL:
-        of = first ? OPENING : FORCE;
+    case JOINT_FULL:
+        of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? 1.0 : -1.0;
         at = first ? m->reach_ft[j] - m->grit_lb[j] / m->kl : -m->grit_lb[j];
         break;
-    case YIELDS:
-        of = first ? OPENING : SPEED;
+    case JOINT_YIELDS:
+        of = first ? LIMITS_OPENING : LIMITS_SPEED;
         way = first ? 1.0 : -1.0;
         at = first ? -m->grit_lb[j] / m->kl : 0.0;
         break;
     default: return false;
     }
     static const int ends_of[] = {
-        [OPEN] = 2, [PRESSED] = 1, [HOOKED] = 1, [FREED] = 2,
-        [HELD] = 3, [LOOSE] = 2,   [FULL] = 2,   [YIELDS] = 2,
+        [JOINT_OPEN] = 2, [JOINT_PRESSED] = 1, [JOINT_HOOKED] = 1, [JOINT_FREED] = 2,
+        [JOINT_HELD] = 3, [JOINT_LOOSE] = 2,   [JOINT_FULL] = 2,   [JOINT_YIELDS] = 2,
     };
     if (which >= ends_of[m->mode[j]])
         return false;
     switch (of) {
-    case OPENING:
+    case LIMITS_OPENING:
         for (int k = 0; k <= order; k++)
             s[k] = way * g[k];
         s[0] -= way * at;
         *noise = noise_ft(m, j);
         break;
-    case SPEED:
+    case LIMITS_SPEED:
         for (int k = 0; k < order; k++)
             s[k] = way * (k + 1) * g[k + 1];
         s[order] = 0.0;
         *noise = noise_ft_s(m);
         break;
-    case FORCE:
+    case LIMITS_FORCE:
         for (int k = 0; k < order; k++)
             s[k] = way * (m->kl * g[k] + m->cl * (k + 1) * g[k + 1]);
         s[0] -= way * (m->kl * m->reach_ft[j] + at);
@@ -416,29 +418,29 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
         g_ft = motion_opening_ft(m, j);
     double way = m->reach_g[j];
     switch (m->mode[j]) { /* skip the joint early: most joints are far from the end of their mode */
-    case CUT:
-    case ELASTIC: return;
-    case OPEN:
+    case JOINT_CUT:
+    case JOINT_ELASTIC: return;
+    case JOINT_OPEN:
         if (g_ft > way && m->slack_ft - g_ft > way)
             return;
         break;
-    case PRESSED:
+    case JOINT_PRESSED:
         if (-g_ft > way)
             return;
         break;
-    case HOOKED:
+    case JOINT_HOOKED:
         if (g_ft - m->slack_ft > way)
             return;
         break;
-    case HELD: {
+    case JOINT_HELD: {
         double t = m->pull[0][j];
         if (m->reach_ft[j] - g_ft > way && -t > m->reach_t[j] && t + m->grit_lb[j] > m->reach_t[j])
             return;
         break;
     }
-    case FREED:
-    case YIELDS: {
-        bool yields = m->mode[j] == YIELDS;
+    case JOINT_FREED:
+    case JOINT_YIELDS: {
+        bool yields = m->mode[j] == JOINT_YIELDS;
         double v = m->c[1][j] - m->c[1][j - 1], change = m->reach_v[j] + m->reach_v[j - 1];
         double room = yields ? g_ft + m->grit_lb[j] / m->kl : m->slack_ft - g_ft;
         v = yields ? -v : v;
@@ -456,14 +458,15 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
 
 static void set_mode(struct motion *m, int j, enum mode mode)
 {
-    bool spring = mode == ELASTIC || mode == PRESSED || mode == HOOKED || mode == HELD;
+    bool spring = mode == JOINT_ELASTIC || mode == JOINT_PRESSED || mode == JOINT_HOOKED ||
+                  mode == JOINT_HELD;
     m->mode[j] = (unsigned char)mode;
     m->a[j] = spring ? m->kl : 0.0;
     m->b[j] = spring ? m->cl : 0.0;
-    m->at_lb[j] = mode == HOOKED                 ? -m->kl * m->slack_ft
-                : mode == HELD                   ? -m->kl * m->reach_ft[j]
-                : mode == FULL || mode == YIELDS ? -m->grit_lb[j]
-                                                 : 0.0;
+    m->at_lb[j] = mode == JOINT_HOOKED                       ? -m->kl * m->slack_ft
+                : mode == JOINT_HELD                         ? -m->kl * m->reach_ft[j]
+                : mode == JOINT_FULL || mode == JOINT_YIELDS ? -m->grit_lb[j]
+                                                             : 0.0;
 }
 
 static void switch_joint(struct motion *m, int j, int which)
@@ -471,25 +474,29 @@ static void switch_joint(struct motion *m, int j, int which)
     bool dirty = m->grit_lb[j] > 0.0;
     double g_ft = motion_opening_ft(m, j);
     switch (m->mode[j]) {
-    case OPEN: set_mode(m, j, which == 0 ? PRESSED : HOOKED); break;
-    case PRESSED: set_mode(m, j, dirty ? FREED : OPEN); break;
-    case HOOKED:
+    case JOINT_OPEN: set_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HOOKED); break;
+    case JOINT_PRESSED: set_mode(m, j, dirty ? JOINT_FREED : JOINT_OPEN); break;
+    case JOINT_HOOKED:
         m->reach_ft[j] = m->slack_ft;
-        set_mode(m, j, dirty ? HELD : OPEN);
+        set_mode(m, j, dirty ? JOINT_HELD : JOINT_OPEN);
         break;
-    case FREED:
+    case JOINT_FREED:
         if (which == 0)
             m->reach_ft[j] = g_ft;
-        set_mode(m, j, which == 1 ? HOOKED : g_ft > 0.0 ? HELD : PRESSED);
+        set_mode(m, j, which == 1 ? JOINT_HOOKED : g_ft > 0.0 ? JOINT_HELD : JOINT_PRESSED);
         break;
-    case HELD:
-        set_mode(m, j, which == 0 ? FREED : which == 1 ? LOOSE : m->cl > 0.0 ? FULL : YIELDS);
+    case JOINT_HELD:
+        set_mode(m, j,
+                 which == 0    ? JOINT_FREED
+                 : which == 1  ? JOINT_LOOSE
+                 : m->cl > 0.0 ? JOINT_FULL
+                               : JOINT_YIELDS);
         break;
-    case LOOSE: set_mode(m, j, which == 0 ? FREED : HELD); break;
-    case FULL: set_mode(m, j, which == 0 ? YIELDS : HELD); break;
-    case YIELDS:
+    case JOINT_LOOSE: set_mode(m, j, which == 0 ? JOINT_FREED : JOINT_HELD); break;
+    case JOINT_FULL: set_mode(m, j, which == 0 ? JOINT_YIELDS : JOINT_HELD); break;
+    case JOINT_YIELDS:
         m->reach_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl;
-        set_mode(m, j, which == 0 ? PRESSED : HELD);
+        set_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HELD);
         break;
     default: break;
     }
@@ -523,10 +530,10 @@ static void set_part(struct motion *m, struct part *part, enum part_mode mode)
 {
     double limit_lb = motion_part_limit_lb(m, part);
     part->mode = mode;
-    part->rate_lb_ft = mode == LOADS   ? part->k_lb_ft
-                     : mode == UNLOADS ? part->k_lb_ft / m->rho
-                                       : 0.0;
-    if (mode == GIVES)
+    part->rate_lb_ft = mode == GROUND_LOADS   ? part->k_lb_ft
+                     : mode == GROUND_UNLOADS ? part->k_lb_ft / m->rho
+                                              : 0.0;
+    if (mode == GROUND_GIVES)
         part->ground_force_lb = part->side * limit_lb;
     set_slide(m, part->mat, SLIDE_ON_GROUND);
     m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping * sqrt(part->k_lb_ft / m->per_slug);
@@ -535,15 +542,15 @@ static void set_part(struct motion *m, struct part *part, enum part_mode mode)
 
 static void switch_part(struct motion *m, struct part *part, int which)
 {
-    if (part->mode == GIVES)
-        set_part(m, part, part->load[1] > 0.0 ? LOADS : UNLOADS);
+    if (part->mode == GROUND_GIVES)
+        set_part(m, part, part->load[1] > 0.0 ? GROUND_LOADS : GROUND_UNLOADS);
     else if (which == 0)
-        set_part(m, part, part->mode == LOADS ? UNLOADS : LOADS);
+        set_part(m, part, part->mode == GROUND_LOADS ? GROUND_UNLOADS : GROUND_LOADS);
     else if (which == 1)
-        set_part(m, part, GIVES);
+        set_part(m, part, GROUND_GIVES);
     else {
         part->side = -part->side;
-        set_part(m, part, LOADS);
+        set_part(m, part, GROUND_LOADS);
     }
 }
 
@@ -556,7 +563,7 @@ static void switch_mat(struct motion *m, int n, int which)
         }
     }
     bool rests = m->slide[n] == 0;
-    if (m->friction == SIM_TANH) {
+    if (m->friction == SIM_FRICTION_TANH) {
         set_slide(m, n, m->slide[n] != 2 ? 2 : m->c[1][n] > 0.0 ? 1 : -1);
         return;
     }
@@ -577,27 +584,27 @@ static int compare_values(const void *a, const void *b)
 
 static size_t line_count(const struct motion *m)
 {
-    return m->gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
+    return m->has_gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
 }
 
 static double behind_ft(const struct motion *m, size_t line)
 {
     const struct sim_list *lines = &m->scene->gear.lines_ft;
-    return m->gear && lines->count > 0 ? lines->values[line] : 0.0;
+    return m->has_gear && lines->count > 0 ? lines->values[line] : 0.0;
 }
 
 static double axles_of(const struct motion *m, size_t line)
 {
     const struct sim_list *axles = &m->scene->gear.axles;
-    return m->gear && axles->count > 0 ? axles->values[line] : 1.0;
+    return m->has_gear && axles->count > 0 ? axles->values[line] : 1.0;
 }
 
 static void add_break(struct motion *m, double t_s)
 {
     if (!(t_s > 0.0 && t_s < sim_scene_end_s(m->scene)))
         return;
-    xlist_grow(&m->breaks_s, m->breaks, sizeof *m->breaks_s);
-    m->breaks_s[m->breaks++] = t_s;
+    xlist_grow(&m->breaks_s, m->break_count, sizeof *m->breaks_s);
+    m->breaks_s[m->break_count++] = t_s;
 }
 
 /* Adds breaks at the times at which a point `ahead_ft` ahead of the path crosses from one mat to
@@ -615,7 +622,7 @@ static void add_hops(struct motion *m, const struct sim_path_row *row, double ah
 static void make_breaks(struct motion *m)
 {
     const struct sim_scene *scene = m->scene;
-    double half_ft = m->gear ? 0.5 * scene->gear.foot_ft : 0.0;
+    double half_ft = m->has_gear ? 0.5 * scene->gear.foot_ft : 0.0;
     for (size_t i = 0; i < m->wheel.count; i++) {
         const struct sim_path_row *row = m->wheel.rows + i;
         add_break(m, row->t_s);
@@ -624,7 +631,7 @@ static void make_breaks(struct motion *m)
         for (size_t line = 0; line < line_count(m); line++) {
             double ahead_ft = -behind_ft(m, line);
             add_hops(m, row, ahead_ft);
-            if (scene->thrust == SIM_LINEAR)
+            if (scene->thrust == SIM_THRUST_LINEAR)
                 add_hops(m, row, ahead_ft + 0.5 * scene->length_ft);
             if (half_ft > 0.0) {
                 add_hops(m, row, ahead_ft - half_ft);
@@ -633,9 +640,9 @@ static void make_breaks(struct motion *m)
         }
     }
     add_break(m, scene->force_stop_s);
-    qsort(m->breaks_s, m->breaks, sizeof *m->breaks_s, compare_values);
-    xlist_grow(&m->breaks_s, m->breaks, sizeof *m->breaks_s);
-    m->breaks_s[m->breaks++] = sim_scene_end_s(scene);
+    qsort(m->breaks_s, m->break_count, sizeof *m->breaks_s, compare_values);
+    xlist_grow(&m->breaks_s, m->break_count, sizeof *m->breaks_s);
+    m->breaks_s[m->break_count++] = sim_scene_end_s(scene);
 }
 
 static struct part *find_part(struct motion *m, int mat)
@@ -674,9 +681,9 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
                      const double force[2])
 {
     const struct sim_scene *scene = m->scene;
-    double length_ft = scene->length_ft, foot_ft = m->gear ? scene->gear.foot_ft : 0.0;
+    double length_ft = scene->length_ft, foot_ft = m->has_gear ? scene->gear.foot_ft : 0.0;
     double at_ft = x_ft - speed_ft_s * half_s, mat = floor(x_ft / length_ft + EDGE_TOLERANCE) + 1.0;
-    bool jump = scene->thrust == SIM_JUMP;
+    bool jump = scene->thrust == SIM_THRUST_JUMP;
     if (!(mat >= 1.0 && mat <= m->mats))
         return;
     if (foot_ft > 0.0) {
@@ -719,22 +726,23 @@ static void restart_part(struct motion *m, struct part *part, const struct part 
     part->ground_force_lb = before ? before->ground_force_lb : 0.0;
     if (before && part->touching < before->touching)
         part->ground_force_lb *= part->k_lb_ft / before->k_lb_ft;
-    if (m->friction == SIM_NONE) {
+    if (m->friction == SIM_FRICTION_NONE) {
         part->ground_force_lb = 0.0;
-        set_part(m, part, RIDES);
+        set_part(m, part, GROUND_RIDES);
         return;
     }
     double limit_lb = motion_part_limit_lb(m, part);
     part->ground_force_lb = fmax(-limit_lb, fmin(limit_lb, part->ground_force_lb));
     part->side = part->ground_force_lb > 0.0 ? 1 : part->ground_force_lb < 0.0 || v < 0.0 ? -1 : 1;
-    set_part(m, part, v * part->side < 0.0 ? UNLOADS : LOADS);
+    set_part(m, part, v * part->side < 0.0 ? GROUND_UNLOADS : GROUND_LOADS);
 }
 
 static void remove_wheel(struct motion *m, int n)
 {
     double v = m->c[1][n];
-    bool slides = m->friction == SIM_STICK ||
-                  (m->friction == SIM_TANH && fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
+    bool slides = m->friction == SIM_FRICTION_STICK ||
+                  (m->friction == SIM_FRICTION_TANH &&
+                   fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
     m->limit_lb[n] = m->weight_friction_lb;
     int left = slides ? (v > 0.0) - (v < 0.0) : 2;
     set_slide(m, n, m->slide[n] == SLIDE_ON_GROUND ? left : m->slide[n]);
@@ -780,7 +788,7 @@ void motion_press(struct motion *m)
             was = before[k].mat == part->mat && before[k].touching > 0.0 ? &before[k] : was;
         start_near_mat(m, part->mat);
         m->limit_lb[part->mat] = m->weight_friction_lb + m->load_friction_lb * part->load[0];
-        if (m->gear && part->touching > 0.0)
+        if (m->has_gear && part->touching > 0.0)
             restart_part(m, part, was);
         else
             set_slide(m, part->mat, m->slide[part->mat]);
@@ -808,7 +816,7 @@ struct event motion_first_event(struct motion *m, int first, int last, int order
 {
     struct event event = {wide_s, 0, 0, 0};
     set_bounds(m, first, last, order, wide_s);
-    for (int i = 0; m->gear && i < m->part_count; i++) {
+    for (int i = 0; m->has_gear && i < m->part_count; i++) {
         if (m->parts[i].touching > 0.0)
             find_part_event(m, &m->parts[i], order, &event);
     }
@@ -830,7 +838,7 @@ void motion_switch(struct motion *m, const struct event *event)
 void motion_make(struct motion *m, const struct sim_scene *scene)
 {
     size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
-    bool tanh_law = scene->friction_law == SIM_TANH && scene->friction > 0.0;
+    bool tanh_law = scene->friction_law == SIM_FRICTION_TANH && scene->friction > 0.0;
     size_t arrays = (POLYNOMIAL_DEGREE + 1) + POLYNOMIAL_DEGREE + 21 +
                     (tanh_law ? 2 * POLYNOMIAL_DEGREE : 0);
     *m = (struct motion){.scene = scene,
@@ -842,20 +850,21 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                          .ground_lb_s_ft = scene->element[ELEMENT_ground_damping],
                          .weight_friction_lb = scene->friction * scene->weight_lb,
                          .load_friction_lb = scene->friction * scene->wheel_load_lb,
-                         .friction = !(scene->friction > 0.0) || scene->friction_law == SIM_NONE
-                                       ? SIM_NONE
-                                   : tanh_law ? SIM_TANH
-                                              : SIM_STICK,
-                         .gear = scene->element[ELEMENT_gear_ground] > 0.0,
+                         .friction = !(scene->friction > 0.0) ||
+                                             scene->friction_law == SIM_FRICTION_NONE
+                                       ? SIM_FRICTION_NONE
+                                   : tanh_law ? SIM_FRICTION_TANH
+                                              : SIM_FRICTION_STICK,
+                         .has_gear = scene->element[ELEMENT_gear_ground] > 0.0,
                          .rho = scene->gear.unloading,
                          .length = length};
     double w = 4.0 * m->kl * m->per_slug, d = 4.0 * m->cl * m->per_slug;
     double axles = 0.0;
     for (size_t i = 0; i < line_count(m); i++)
         axles += axles_of(m, i);
-    double ground = m->gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
-    m->rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
-              2.0 * scene->gear.damping * sqrt(ground);
+    double ground = m->has_gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
+    m->max_rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
+                  2.0 * scene->gear.damping * sqrt(ground);
     m->tanh_rate = (m->weight_friction_lb + m->load_friction_lb) * m->per_slug / scene->veps_ft_s;
     sim_wheel_start(&m->wheel, scene);
     make_breaks(m);
@@ -915,7 +924,7 @@ void motion_start(struct motion *m)
     m->changed_low = m->mats + 1;
     m->changed_high = 0;
     for (int j = 0; j < m->mats + 2; j++)
-        set_mode(m, j, CUT);
+        set_mode(m, j, JOINT_CUT);
     for (int j = 1; j <= m->mats + 1; j++) {
         double g_ft = m->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         bool end = (j == 1 && scene->left == SIM_FREE) ||
@@ -923,22 +932,23 @@ void motion_start(struct motion *m)
         m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
         m->reach_ft[j] = joint_first_reach_ft(g_ft, m->slack_ft);
         set_mode(m, j,
-                 end                   ? CUT
-                 : m->slack_ft <= 0.0  ? ELASTIC
-                 : g_ft < 0.0          ? PRESSED
-                 : g_ft > m->slack_ft  ? HOOKED
-                 : m->grit_lb[j] > 0.0 ? FREED
-                                       : OPEN);
+                 end                   ? JOINT_CUT
+                 : m->slack_ft <= 0.0  ? JOINT_ELASTIC
+                 : g_ft < 0.0          ? JOINT_PRESSED
+                 : g_ft > m->slack_ft  ? JOINT_HOOKED
+                 : m->grit_lb[j] > 0.0 ? JOINT_FREED
+                                       : JOINT_OPEN);
     }
     for (int n = 1; n <= m->mats; n++) {
         m->limit_lb[n] = m->weight_friction_lb;
-        set_slide(m, n, m->friction == SIM_STICK ? 0 : 2);
+        set_slide(m, n, m->friction == SIM_FRICTION_STICK ? 0 : 2);
     }
     m->limit_lb[0] = m->limit_lb[m->mats + 1] = (double)INFINITY;
     int thrown = scene->v0_mat > 0 ? scene->v0_mat : sim_wheel_first_mat(&m->wheel);
     m->c[1][thrown] = scene->v0_ft_s;
-    if (m->friction != SIM_NONE && scene->v0_ft_s != 0.0 &&
-        (m->friction == SIM_STICK || fabs(scene->v0_ft_s) > COULOMB_SPEED * scene->veps_ft_s))
+    if (m->friction != SIM_FRICTION_NONE && scene->v0_ft_s != 0.0 &&
+        (m->friction == SIM_FRICTION_STICK ||
+         fabs(scene->v0_ft_s) > COULOMB_SPEED * scene->veps_ft_s))
         set_slide(m, thrown, scene->v0_ft_s > 0.0 ? 1 : -1);
     m->max_speed_ft_s = fabs(scene->v0_ft_s);
     motion_press(m);

@@ -14,19 +14,19 @@
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
  * force"; law.h describes the grit. */
 enum mode {
-    CUT,     /* a cut joint, at a free end */
-    ELASTIC, /* a joint without slack */
-    OPEN,    /* without grit: between closed and hooked */
-    PRESSED,
-    HOOKED,
-    FREED,  /* with grit: open and opening, so its reach increases */
-    HELD,   /* its grit holds the joint */
-    LOOSE,  /* held by grit, but the damper would cause tension */
-    FULL,   /* held by grit; with the damper, the force is the largest that the grit transmits */
-    YIELDS, /* the grit yields, so its reach decreases */
+    JOINT_CUT,     /* a cut joint, at a free end */
+    JOINT_ELASTIC, /* a joint without slack */
+    JOINT_OPEN,    /* without grit: between closed and hooked */
+    JOINT_PRESSED,
+    JOINT_HOOKED,
+    JOINT_FREED,  /* with grit: open and opening, so its reach increases */
+    JOINT_HELD,   /* its grit holds the joint */
+    JOINT_LOOSE,  /* held by grit, but the damper would cause tension */
+    JOINT_FULL,   /* held by grit; with the damper, the force is the largest that grit transmits */
+    JOINT_YIELDS, /* the grit yields, so its reach decreases */
 };
 
-enum part_mode { LOADS, UNLOADS, GIVES, RIDES };
+enum part_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_GIVES, GROUND_RIDES };
 
 /* The action of the wheel on one mat, from `from_s` on. */
 struct part {
@@ -45,7 +45,7 @@ struct motion {
     const struct sim_scene *scene;
     int mats;
     double tanh_rate; /* rate of the friction law tanh at speed 0, 1/s */
-    double rate;      /* fastest rate of the chain if all joints transmit force, 1/s */
+    double max_rate;  /* fastest rate of the chain if all joints transmit force, 1/s */
     double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_friction_lb, load_friction_lb;
     enum sim_friction friction; /* friction law: stick, tanh or none */
     void *storage;
@@ -71,11 +71,11 @@ struct motion {
     /* Times at which the action of the wheel changes, ascending. The last one is the end of the
      * run. */
     double *breaks_s;
-    size_t breaks, next_break;
+    size_t break_count, next_break;
     double from_s; /* time of the last break */
     struct part parts[SIM_TOUCH_MAX];
     int part_count;
-    bool gear; /* true: the gear is on elastic ground */
+    bool has_gear; /* true: the gear is on elastic ground */
     double rho;
     double t_s;
     double max_speed_ft_s;

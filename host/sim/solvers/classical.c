@@ -62,9 +62,9 @@ static void rk4_interpolate(struct stepper *s, double t_s, int low, int high, do
 
 const struct stepper_kind stepper_rk4 = {
     .name = "rk4",
-    .samples = true,
-    .fixed = true,
-    .method = "classical Runge-Kutta, fixed step, events sampled",
+    .samples_switches = true,
+    .has_fixed_step = true,
+    .description = "classical Runge-Kutta, fixed step, events sampled",
     .work_bytes = sizeof(struct rk4_work),
     .rows = 6,
     .restart = rk4_restart,
@@ -153,9 +153,9 @@ static void rkgs_interpolate(struct stepper *s, double t_s, int low, int high, d
 
 const struct stepper_kind stepper_rkgs = {
     .name = "rkgs",
-    .samples = true,
+    .samples_switches = true,
     .rtol = 1e-6,
-    .method = "Runge-Kutta-Gill with halving and doubling, events sampled",
+    .description = "Runge-Kutta-Gill with halving and doubling, events sampled",
     .work_bytes = sizeof(struct rkgs_work),
     .rows = 7,
     .restart = rkgs_restart,
@@ -332,9 +332,9 @@ static void hamming_interpolate(struct stepper *s, double t_s, int low, int high
 
 const struct stepper_kind stepper_hamming = {
     .name = "hamming",
-    .samples = true,
+    .samples_switches = true,
     .rtol = 1e-6,
-    .method = "Hamming's predictor-corrector with halving and doubling, events sampled",
+    .description = "Hamming's predictor-corrector with halving and doubling, events sampled",
     .work_bytes = sizeof(struct hamming_work),
     .rows = 2 * HAMMING_POINTS + 7,
     .restart = hamming_restart,

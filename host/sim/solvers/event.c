@@ -200,7 +200,7 @@ static bool advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
-        bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
+        bool turns = stepper_end_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
         for (int i = 1; i < 12; i++) {
             combine(s, i, h, w->at);
@@ -270,13 +270,13 @@ VECTOR static void dense(struct stepper *s, double t_s, int low, int high, doubl
 
 const struct stepper_kind stepper_event = {
     .name = "event",
-    .prunes = true,
-    .long_steps = true,
+    .can_prune = true,
+    .has_long_steps = true,
     .reversal_veps = 2.0,
     .rtol = 1e-8,
     .loose_kind = &stepper_event5,
     .loose_rtol = 9e-8,
-    .method = "Dormand-Prince 8(5,3), every event located",
+    .description = "Dormand-Prince 8(5,3), every event located",
     .work_bytes = sizeof(struct work),
     .rows = STAGES + 1 + TERMS,
     .restart = restart,
@@ -406,7 +406,7 @@ static bool order5_advance(struct stepper *s, double limit_s)
         bool last;
         if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
-        bool turns = stepper_cut_at_reversal(s, w->rate[0], &h);
+        bool turns = stepper_end_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
         for (int i = 1; i < ORDER5_STAGES; i++) {
             double *to = i < ORDER5_STAGES - 1 ? w->at : s->z_new;
@@ -454,11 +454,11 @@ VECTOR static void order5_dense(struct stepper *s, double t_s, int low, int high
 
 const struct stepper_kind stepper_event5 = {
     .name = "event",
-    .prunes = true,
-    .long_steps = true,
+    .can_prune = true,
+    .has_long_steps = true,
     .reversal_veps = 6.0,
     .rtol = 1e-5,
-    .method = "Dormand-Prince 5(4), every event located",
+    .description = "Dormand-Prince 5(4), every event located",
     .work_bytes = sizeof(struct order5_work),
     .rows = ORDER5_STAGES + 1,
     .restart = order5_restart,

@@ -223,13 +223,13 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 
 const struct stepper_kind stepper_implicit = {
     .name = "implicit",
-    .prunes = true,
-    .long_steps = true,
+    .can_prune = true,
+    .has_long_steps = true,
     .rtol = 1e-7,
-    .method = "RODAS, linearly implicit of order 4(3), banded, every event located",
+    .description = "RODAS, linearly implicit of order 4(3), banded, every event located",
     .work_bytes = sizeof(struct work),
     .rows = STAGES + 3,
-    .more = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
+    .extra_values = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
     .make = make,
     .restart = restart,
     .advance = advance,

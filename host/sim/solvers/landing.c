@@ -60,7 +60,7 @@ static void start_march(struct planar_engine *l, struct march *march,
                             .number = ++result->passes};
     sim_record_make(&march->record, l->scene, options);
     planar_pass_run(l, march, options);
-    result->evaluations += march->done;
+    result->evaluations += march->steps_done;
 }
 
 static double *copy_array(const double *from, size_t count)
@@ -76,16 +76,16 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
     result->pass_ms = fine->ms;
-    result->steps = fine->done;
-    result->rejected = result->evaluations - fine->done;
+    result->steps = fine->steps_done;
+    result->other_steps = result->evaluations - fine->steps_done;
     result->events = fine->events;
     result->mats_max = fine->mats_max;
-    result->mats_mean = fine->awake_s / ((double)fine->done * fine->h_s);
+    result->mats_mean = fine->awake_s / ((double)fine->steps_done * fine->h_s);
     result->crest_deg = fine->crest_deg;
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
-    result->overruns = fine->overruns;
+    result->overrun_count = fine->overruns;
     result->first_crest = fine->first_crest;
     result->first_crest_wheel = fine->first_crest_wheel;
     memcpy(result->overrun, fine->overrun, sizeof result->overrun);
@@ -124,7 +124,7 @@ static bool is_in_agreement(const struct planar_engine *l, const struct march *c
 
 static bool is_complete(const struct march *march)
 {
-    return march->done > 0 && march->status == SIM_OK;
+    return march->steps_done > 0 && march->status == SIM_OK;
 }
 
 static void widen_error(struct sim_result *result, struct pass_difference apart)
@@ -155,10 +155,10 @@ static void compute_error(const struct planar_engine *l, const struct march *rou
 static void march_copy(struct planar_engine *l, struct march *march,
                        const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
-    double *kept = xmalloc(l->stored * sizeof *kept);
-    memcpy(kept, l->z, l->stored * sizeof *kept);
+    double *kept = xmalloc(l->stored_count * sizeof *kept);
+    memcpy(kept, l->z, l->stored_count * sizeof *kept);
     start_march(l, march, options, steps, result);
-    memcpy(l->z, kept, l->stored * sizeof *kept);
+    memcpy(l->z, kept, l->stored_count * sizeof *kept);
     free(kept);
 }
 
@@ -345,7 +345,7 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     result->dt_limit_s = step_limit_s(l, hop_s);
     double h = options->dt_s > 0.0
                  ? options->dt_s
-                 : fmin((options->single ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
+                 : fmin((options->is_single_pass ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
                         fmin(fmin(HOP_SHARE * hop_s, end_s / MIN_STEPS),
                              SHORTEST_SHARE * sim_scene_shortest_s(l->scene)));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
@@ -360,14 +360,14 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
             "too many steps: %s: %g s in steps of %g s; give a smaller tend, a larger dt or "
             "--solver implicit",
             sim_scene_name(l->scene), end_s, h);
-    if (options->single) {
+    if (options->is_single_pass) {
         struct march only = {0};
         start_march(l, &only, options, (uint64_t)steps, result);
         result->first_crest = only.first_crest;
         result->first_crest_wheel = only.first_crest_wheel;
         if (only.status != SIM_OK)
             sim_result_set_status(result, only.status, only.mat, only.t_s);
-        result->t_end_s = fmin(result->t_end_s, (double)only.done * only.h_s);
+        result->t_end_s = fmin(result->t_end_s, (double)only.steps_done * only.h_s);
         fill_result(l, &only, &only, result);
         free_march(&only);
         return error->status;

@@ -34,7 +34,7 @@
 #define SAME_SHARE      1e-9
 #define SHARE_PART      1e-4
 
-struct shared {
+struct shared_switch {
     struct model_switch which;
     int on, off; /* the two modes of the switch */
     double share, change, sigma;
@@ -51,7 +51,7 @@ struct work {
     int *pivot;
     signed char *modes_before, *flips; /* modes before an update; number of flips in this step */
     int apex_flips;
-    struct shared shared[SHARED_MAX];
+    struct shared_switch shared_switch[SHARED_MAX];
     int count;
 };
 
@@ -120,11 +120,11 @@ static void set_position(const struct stepper *s, double h, const double *v1, do
     }
 }
 
-static struct shared *share_of(struct work *w, enum model_switch_kind kind, int index)
+static struct shared_switch *share_of(struct work *w, enum model_switch_kind kind, int index)
 {
     for (int k = 0; k < w->count; k++) {
-        if (w->shared[k].which.kind == kind && w->shared[k].which.index == index)
-            return &w->shared[k];
+        if (w->shared_switch[k].which.kind == kind && w->shared_switch[k].which.index == index)
+            return &w->shared_switch[k];
     }
     return NULL;
 }
@@ -133,8 +133,8 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
 {
     struct work *w = s->work;
     if (w->count < SHARED_MAX && on != off)
-        w->shared[w->count++] =
-            (struct shared){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
+        w->shared_switch[w->count++] =
+            (struct shared_switch){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
 }
 
 /* Updates the modes from the state `at`. Switches with a share stay off. Returns the number of
@@ -169,20 +169,20 @@ static int update_modes(struct stepper *s, double t_s)
     }
     /* the sampling may have set switches that have a share to on */
     for (int k = 0; k < w->count; k++) {
-        if (w->shared[k].which.kind != MODEL_APEX)
-            *mode_of(m, w->shared[k].which) = (signed char)w->shared[k].off;
+        if (w->shared_switch[k].which.kind != MODEL_APEX)
+            *mode_of(m, w->shared_switch[k].which) = (signed char)w->shared_switch[k].off;
     }
-    if (m->shear != SIM_NO_SHEAR && m->apex != apex && m->lifted_nodes > 0) {
+    if (m->shear != SIM_SHEAR_NONE && m->apex != apex && m->lifted_nodes > 0) {
         bool has = false;
         for (int k = 0; k < w->count; k++)
-            has = has || w->shared[k].which.kind == MODEL_APEX;
+            has = has || w->shared_switch[k].which.kind == MODEL_APEX;
         if (!has && ++w->apex_flips > FLIPS_MAX)
             add_shared(s, MODEL_APEX, m->apex, m->apex, apex);
         changed += !has;
         if (has || w->apex_flips > FLIPS_MAX)
             m->apex = apex;
     }
-    if (w->count > 0 && m->shear != SIM_NO_SHEAR)
+    if (w->count > 0 && m->shear != SIM_SHEAR_NONE)
         set_mode(s, (struct model_switch){MODEL_APEX, m->apex}, m->apex, t_s);
     return changed;
 }
@@ -197,7 +197,7 @@ static void compute_forces(struct stepper *s, double t_s, int mat, double *push_
     *limit_lb = model_limit_lb(m, w->at, mat);
     double push = *push_lb, limit = *limit_lb;
     for (int k = 0; k < w->count; k++) {
-        struct shared *one = &w->shared[k];
+        struct shared_switch *one = &w->shared_switch[k];
         bool beside = one->which.index == mat || one->which.index == mat + 1;
         if (!beside || (one->which.kind != MODEL_CONTACT && one->which.kind != MODEL_SLACK))
             continue;
@@ -216,7 +216,7 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
     struct work *w = s->work;
     signed char *flips = w->flips + (m->slide - m->contact);
     int changed = 0;
-    if (m->law != SIM_STICK)
+    if (m->law != SIM_FRICTION_STICK)
         return 0;
     for (int n = 0; n < m->mats; n++) {
         double v0 = s->z[m->size + 2 * n + 1], v1 = w->at[m->size + 2 * n + 1];
@@ -261,7 +261,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
         memcpy(w->off_v, w->by_v, (size_t)size * MODEL_ROW * sizeof *w->off_v);
     }
     for (int k = 0; k < w->count; k++) {
-        struct shared *one = &w->shared[k];
+        struct shared_switch *one = &w->shared_switch[k];
         one->push = w->pushes[k];
         set_mode(s, one->which, one->on, t_s);
         model_rates(m, t_s, w->at, one->push);
@@ -281,7 +281,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
         left[i] -= w->drift[i];
     banded_multiply(size, w->mass, left, w->step);
     banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
-    for (int n = 0; n < m->mats && m->law == SIM_STICK; n++) {
+    for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++) {
         if (m->slide[n] == 0) /* the equation of a mat at rest is v1/h = 0 */
             w->step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
@@ -289,8 +289,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
         return false;
     banded_solve(size, w->lu, w->pivot, w->step);
     for (int k = 0; k < w->count; k++) {
-        double *push = w->shared[k].push;
-        for (int n = 0; n < m->mats && m->law == SIM_STICK; n++)
+        double *push = w->shared_switch[k].push;
+        for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++)
             push[2 * n + 1] = m->slide[n] == 0 ? 0.0 : push[2 * n + 1];
         banded_multiply(size, w->mass, push, push + size);
         banded_solve(size, w->lu, w->pivot, push + size);
@@ -307,24 +307,26 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
     double most = 0.0;
     set_position(s, h, v1, 0.0, NULL, w->moved);
     for (int j = 0; j < w->count; j++) {
-        w->shared[j].sigma = -model_margin(m, t_s, w->moved, w->shared[j].which);
-        w->shared[j].change = 0.0;
+        w->shared_switch[j].sigma = -model_margin(m, t_s, w->moved, w->shared_switch[j].which);
+        w->shared_switch[j].change = 0.0;
     }
     for (int k = 0; k < w->count; k++) {
         /* sigma is not smooth, so its slope towards 0 is used */
-        double part = copysign(SHARE_PART, w->shared[k].sigma);
-        set_position(s, h, v1, part, w->shared[k].push + m->size, w->moved);
+        double part = copysign(SHARE_PART, w->shared_switch[k].sigma);
+        set_position(s, h, v1, part, w->shared_switch[k].push + m->size, w->moved);
         for (int j = 0; j < w->count; j++)
-            w->shared[j].by[k] =
-                (-model_margin(m, t_s, w->moved, w->shared[j].which) - w->shared[j].sigma) / part;
+            w->shared_switch[j].by[k] =
+                (-model_margin(m, t_s, w->moved, w->shared_switch[j].which) -
+                 w->shared_switch[j].sigma) /
+                part;
     }
     for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
         double moved = 0.0;
         for (int j = 0; j < w->count; j++) {
-            struct shared *one = &w->shared[j];
+            struct shared_switch *one = &w->shared_switch[j];
             double sigma = one->sigma;
             for (int k = 0; k < w->count; k++)
-                sigma += one->by[k] * w->shared[k].change;
+                sigma += one->by[k] * w->shared_switch[k].change;
             /* a switch that is driven away from its edge is on or off, without a share */
             double share = one->share + one->change;
             double to = one->by[j] < 0.0  ? share - sigma / one->by[j]
@@ -339,7 +341,7 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
             break;
     }
     for (int k = 0; k < w->count; k++) {
-        struct shared *one = &w->shared[k];
+        struct shared_switch *one = &w->shared_switch[k];
         for (int i = 0; i < m->size; i++)
             v1[i] += one->change * one->push[m->size + i];
         one->share += one->change;
@@ -389,9 +391,9 @@ static void keep_shares(struct stepper *s, double t_s)
     struct work *w = s->work;
     int kept = 0;
     for (int k = 0; k < w->count; k++) {
-        struct shared one = w->shared[k];
+        struct shared_switch one = w->shared_switch[k];
         if (one.share > 0.0 && one.share < 1.0)
-            w->shared[kept++] = one;
+            w->shared_switch[kept++] = one;
         else
             set_mode(s, one.which, one.share > 0.0 ? one.on : one.off, t_s);
     }
@@ -431,13 +433,13 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 
 const struct stepper_kind stepper_moreau = {
     .name = "moreau",
-    .samples = true,
-    .settles = true,
-    .fixed = true,
-    .method = "Moreau and Jean, fixed step, all events settled within the step",
+    .samples_switches = true,
+    .settles_stops = true,
+    .has_fixed_step = true,
+    .description = "Moreau and Jean, fixed step, all events settled within the step",
     .work_bytes = sizeof(struct work),
     .rows = 3 + SHARED_MAX,
-    .more = 7 * MODEL_ROW + BAND_WIDTH + 12,
+    .extra_values = 7 * MODEL_ROW + BAND_WIDTH + 12,
     .make = make,
     .restart = restart,
     .advance = advance,

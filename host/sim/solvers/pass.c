@@ -180,7 +180,7 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    if (s->kind->samples_shape || !s->kind->long_steps)
+    if (s->kind->samples_shape || !s->kind->has_long_steps)
         return 0;
     for (int i = 1; i < INNER_POINTS; i++) {
         double t = s->t_s + (to - s->t_s) * i / INNER_POINTS;
@@ -245,11 +245,11 @@ static bool repeat_step_until(struct pass *p, double at)
 {
     struct stepper *s = &p->stepper;
     double h = s->h_s;
-    uint64_t rejected = s->rejected;
+    uint64_t rejected = s->rejected_steps;
     s->h_s = at - s->t_s;
     if (!s->kind->advance(s, at))
         return false;
-    if (s->rejected == rejected)
+    if (s->rejected_steps == rejected)
         s->h_s = h;
     return true;
 }
@@ -339,7 +339,8 @@ static bool handle_events(struct pass *p, bool *event)
     }
     if (is_flipping_back(p, at, together, flips))
         p->repeated_steps_left = REPEATED_STEPS;
-    bool again = p->repeated_steps_left > 0 && s->kind->long_steps && at - s->t_s > s->min_step_s;
+    bool again = p->repeated_steps_left > 0 && s->kind->has_long_steps &&
+                 at - s->t_s > s->min_step_s;
     if (again) {
         double speed;
         if (!repeat_step_until(p, at))
@@ -387,7 +388,7 @@ static bool stop_reversed_mats(struct pass *p)
 {
     struct stepper *s = &p->stepper;
     bool any = false;
-    if (p->model->law != SIM_STICK)
+    if (p->model->law != SIM_FRICTION_STICK)
         return false;
     for (int i = p->model->size + stepper_low(s) + 1; i < p->model->size + stepper_high(s);
          i += 2) {
@@ -419,10 +420,10 @@ static bool make_step(struct pass *p, double limit_s)
     bool event = false;
     if (!s->kind->advance(s, limit_s))
         return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEP_TOO_SMALL);
-    if (s->kind->samples) {
+    if (s->kind->samples_switches) {
         store_state_until(p, s->t_new_s);
         record_lift_peak(p, s->t_new_s, s->z_new, p->z_event);
-        event = !s->kind->settles && stop_reversed_mats(p);
+        event = !s->kind->settles_stops && stop_reversed_mats(p);
         count_sampled(p);
     } else {
         if (!handle_events(p, &event))
@@ -457,7 +458,8 @@ static bool make_step(struct pass *p, double limit_s)
         return fail(p, SIM_UNSTABLE, find_fastest(m, s->z, &speed), s->t_s);
     if (angle > FOLDED_DEG)
         return fail(p,
-                    s->kind->fixed && angle - p->angle_deg > STEP_DEG ? SIM_UNSTABLE : SIM_FOLDED,
+                    s->kind->has_fixed_step && angle - p->angle_deg > STEP_DEG ? SIM_UNSTABLE
+                                                                               : SIM_FOLDED,
                     mat, s->t_s);
     p->angle_deg = angle;
     return true;
@@ -480,7 +482,7 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
     for (size_t i = 0; i < m->spans.count; i++) {
         double end = m->spans.spans[i].t1_s;
         model_enter_span(m, i, s->z);
-        if (s->kind->fixed && request->first_part > 0.0)
+        if (s->kind->has_fixed_step && request->first_part > 0.0)
             s->dt_s = fmin(request->dt_s, request->first_part * (end - s->t_s));
         s->kind->restart(s);
         while (s->t_s < end) {
@@ -491,7 +493,7 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
                 fail(p, SIM_INTERRUPTED, find_fastest(m, s->z, &speed), s->t_s);
                 return;
             }
-            if (p->out->steps + s->rejected > request->max_steps) {
+            if (p->out->steps + s->rejected_steps > request->max_steps) {
                 fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEPS_EXHAUSTED);
                 return;
             }
@@ -535,7 +537,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
         .atol_ft_s = request->rtol * SPEED_PART * sqrt(m->scene->g_ft_s2 * m->length_ft),
         .dt_s = request->dt_s,
         .h_s = fmin(1e-5, 0.01 * end_s) *
-               (kind->samples && request->first_part > 0.0 ? request->first_part : 1.0),
+               (kind->samples_switches && request->first_part > 0.0 ? request->first_part : 1.0),
         .z = p.storage,
         .z_new = p.storage + length,
     };
@@ -543,7 +545,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     stepper_make(&p.stepper);
     int node;
     m->evaluations = 0;
-    m->prunes = request->kind->prunes && !options->no_prune;
+    m->prunes = request->kind->can_prune && !options->no_prune;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
     if (out->record.next_s <= 0.0)
@@ -552,7 +554,7 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     model_fill(m, p.stepper.z);
     memcpy(out->z, p.stepper.z, length * sizeof *out->z);
     out->evaluations = m->evaluations;
-    out->rejected = p.stepper.rejected;
+    out->rejected = p.stepper.rejected_steps;
     out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);
     out->ms = 1e3 * (monotonic_s() - begin_s);
@@ -587,7 +589,7 @@ static void fill_final_shape(const struct model *m, const double *z, struct sim_
     for (int j = 1; j <= m->mats + 1; j++) {
         double right = j <= m->mats ? result->u_ft[j] : 0.0;
         double shortened = 0.0;
-        if (m->full) {
+        if (m->has_full_profile) {
             for (int n = j - 1; n <= j; n++) {
                 bool there = n >= 1 && n <= m->mats;
                 double tilt = there && m->tilt_ft ? m->tilt_ft[n - 1] / m->length_ft : 0.0;

@@ -39,17 +39,17 @@ static double clock_s(const struct sim_options *options)
 static bool is_in_time(void *ctx, int pass, double part)
 {
     struct deadline *w = ctx;
-    if (clock_s(w->asked_options) >= w->until_s) {
+    if (clock_s(w->requested_options) >= w->until_s) {
         w->is_exceeded = true;
         return false;
     }
-    return !w->asked_options->may_continue ||
-           w->asked_options->may_continue(w->asked_options->may_continue_ctx, pass, part);
+    return !w->requested_options->may_continue ||
+           w->requested_options->may_continue(w->requested_options->may_continue_ctx, pass, part);
 }
 
 void deadline_begin(struct deadline *w, const struct sim_options *asked, double limit_s)
 {
-    *w = (struct deadline){.asked_options = asked, .options = *asked};
+    *w = (struct deadline){.requested_options = asked, .options = *asked};
     if (limit_s <= 0.0)
         return;
     w->until_s = clock_s(asked) + limit_s;
@@ -149,28 +149,28 @@ static void set_divergence(const struct model *m, const struct pass_request *req
 
 /* The result is sensitive if the estimate exceeds the tolerance by this factor, because errors then
  * grow. */
-#define SENSITIVE           1000.0
+#define SENSITIVE_TOLERANCES       1000.0
 /* The same for a fixed step: estimate / largest movement. */
-#define SENSITIVE_PART      0.05
+#define SENSITIVE_PART             0.05
 /* Error estimate / difference of two passes that sample their switches. The method is then of order
  * 1, so the finer pass has an error as large as the difference. */
-#define ERROR_FACTOR        2.0
-#define FINER_ERROR_FACTOR  1.2 /* the same for the difference to a finer pass */
-#define LONGER_ERROR_FACTOR 4.0 /* the same if the result is the coarser pass */
-#define OTHERS_ERROR_FACTOR 1.5 /* the same for the difference to a pass of another method */
+#define ERROR_FACTOR               2.0
+#define FINER_ERROR_FACTOR         1.2 /* the same for the difference to a finer pass */
+#define LONGER_ERROR_FACTOR        4.0 /* the same if the result is the coarser pass */
+#define OTHERS_ERROR_FACTOR        1.5 /* the same for the difference to a pass of another method */
 /* Smallest number of steps allowed to a run of another method. */
-#define MIN_OTHER_STEPS     5000.0
-#define EVENT_RHS           12.0 /* number of evaluations in one step of event */
+#define MIN_OTHER_STEPS            5000.0
+#define EVENT_EVALUATIONS_PER_STEP 12.0 /* number of evaluations in one step of event */
 /* Criteria of a bounce: one joint or foot changes at least this many times, its changes are a large
  * part of all changes, and there are few steps per change. */
-#define BOUNCE_FLIPS_MIN    4
-#define REBOUND_STEPS       100.0
-#define PACE_AHEAD          0.02 /* fraction of its steps that a run may use without progress */
+#define BOUNCE_FLIPS_MIN           4
+#define REBOUND_STEPS              100.0
+#define PACE_AHEAD                 0.02 /* fraction of the steps allowed without progress */
 /* Number of runs that are added where no other method gives an answer. The ratios of their steps
  * and tolerances are not simple, so that switches do not coincide. */
-#define EXTRA_RUNS          2
-#define EXTRA_STEP_RATIO    1.37
-#define EXTRA_RTOL_RATIO    2.2
+#define EXTRA_RUNS                 2
+#define EXTRA_STEP_RATIO           1.37
+#define EXTRA_RTOL_RATIO           2.2
 
 /* Smallest error of a lift / error of a position. Lifts are differences of positions, in which
  * tolerances add up, and both runs can miss a lift of that size. */
@@ -192,7 +192,7 @@ static double explicit_steps(const struct model *m, const struct sim_result *res
 static void cost_add(struct sim_result *result, const struct pass_outcome *pass)
 {
     result->evaluations += pass->evaluations;
-    result->rejected += pass->rejected;
+    result->other_steps += pass->rejected;
 }
 
 static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
@@ -203,7 +203,7 @@ static void widen_error(struct sim_result *result, struct pass_difference apart,
 
 static bool is_sampling(const struct stepper_kind *kind)
 {
-    return kind->samples || kind->samples_shape;
+    return kind->samples_switches || kind->samples_shape;
 }
 
 /* Runs another pass, which may end early. */
@@ -234,7 +234,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
     bool longer = request.dt_s <= result->dt_limit_s;
     if (!longer)
         request.dt_s = runs->request.dt_s / ESTIMATE_GRID_RATIO;
-    if (kind->fixed)
+    if (kind->has_fixed_step)
         request.first_part = longer ? runs->check.first_part * ESTIMATE_GRID_RATIO
                                     : runs->request.first_part / ESTIMATE_GRID_RATIO;
     repeat_pass(&runs->third, m, &request, options, result);
@@ -244,7 +244,7 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
     widen_error(result, pass_compare(&runs->coarse, &runs->fine), share);
     struct pass_difference coarse = pass_compare(&runs->coarse, &runs->third),
                            fine = pass_compare(&runs->fine, &runs->third);
-    if (!kind->fixed) {
+    if (!kind->has_fixed_step) {
         widen_error(result, coarse, share);
         widen_error(result, fine, share);
     } else if (!longer) {
@@ -271,7 +271,8 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
          automatic = is_solver_automatic(options);
     double asked = explicit_steps(m, result);
     double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
-                           : (double)(coarse->evaluations + fine->evaluations) / EVENT_RHS;
+                           : (double)(coarse->evaluations + fine->evaluations) /
+                                 EVENT_EVALUATIONS_PER_STEP;
     /* auto has tried event, unless it began with implicit */
     bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
     bool useful = is_sampling(runs->request.kind) ||
@@ -281,7 +282,7 @@ static uint64_t max_check_steps(const struct model *m, const struct sim_options 
 }
 
 /* Progress of a run that is stopped if it needs more steps than planned. */
-struct pace {
+struct step_budget {
     const struct sim_options *options;
     /* number of calls of is_progressing so far, and number of planned steps */
     double calls, planned_steps;
@@ -289,11 +290,12 @@ struct pace {
 
 static bool is_progressing(void *ctx, int pass, double part)
 {
-    struct pace *pace = ctx;
-    pace->calls++;
-    return PASS_STEPS_PER_CALLBACK * pace->calls <= (part + PACE_AHEAD) * pace->planned_steps &&
-           (!pace->options->may_continue ||
-            pace->options->may_continue(pace->options->may_continue_ctx, pass, part));
+    struct step_budget *step_budget = ctx;
+    step_budget->calls++;
+    return PASS_STEPS_PER_CALLBACK * step_budget->calls <=
+               (part + PACE_AHEAD) * step_budget->planned_steps &&
+           (!step_budget->options->may_continue ||
+            step_budget->options->may_continue(step_budget->options->may_continue_ctx, pass, part));
 }
 
 /* Adds a run of event, which locates every switch. All runs of one solver have the same systematic
@@ -307,12 +309,12 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
         .rtol = stepper_event.rtol,
         .max_steps = max_check_steps(m, options, runs, result),
     };
-    struct pace pace = {options, 0.0, (double)request.max_steps};
+    struct step_budget step_budget = {options, 0.0, (double)request.max_steps};
     struct sim_options paced = *options;
     if (request.max_steps == 0)
         return false;
     paced.may_continue = is_progressing;
-    paced.may_continue_ctx = &pace;
+    paced.may_continue_ctx = &step_budget;
     repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
@@ -364,7 +366,7 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
         struct pass_outcome pass = {0};
         request.dt_s /= EXTRA_STEP_RATIO;
         request.rtol *= EXTRA_RTOL_RATIO;
-        request.first_part = request.kind->fixed
+        request.first_part = request.kind->has_fixed_step
                                ? request.first_part / EXTRA_STEP_RATIO
                                : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / EXTRA_STEP_RATIO;
         repeat_pass(&pass, m, &request, options, result);
@@ -380,9 +382,9 @@ static void add_runs_where_hovering(struct model *m, const struct sim_options *o
 static bool is_sensitive(const struct model *m, const struct error_pair *runs,
                          const struct sim_result *result)
 {
-    if (!runs->request.kind->fixed)
+    if (!runs->request.kind->has_fixed_step)
         return fmax(result->error_u_ft, result->error_lift_ft) >
-               SENSITIVE * runs->request.rtol * m->length_ft;
+               SENSITIVE_TOLERANCES * runs->request.rtol * m->length_ft;
     return result->error_u_ft > SENSITIVE_PART * sim_record_peak(&runs->fine.record).u_ft ||
            result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
 }
@@ -391,7 +393,7 @@ static bool is_sensitive(const struct model *m, const struct error_pair *runs,
 static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
                                   const struct error_pair *runs, struct sim_result *result)
 {
-    bool fixed = runs->request.kind->fixed;
+    bool fixed = runs->request.kind->has_fixed_step;
     if (!is_sensitive(m, runs, result))
         return;
     sim_result_add_note(result,
@@ -429,7 +431,7 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
     /* Two passes can agree more closely than their errors allow. Errors of single steps add up like
      * random numbers. */
     double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
-    double least_ft = kind->fixed ? 0.0 : runs->request.rtol * m->length_ft;
+    double least_ft = kind->has_fixed_step ? 0.0 : runs->request.rtol * m->length_ft;
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
     widen_error(result, apart,
@@ -473,13 +475,13 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
 #define RUNS                3
 
 /* The latest runs of moreau. The last one has the shortest steps. */
-struct ladder {
+struct moreau_runs {
     struct pass_outcome runs[RUNS];
     int count; /* number of runs that are complete */
     struct pass_difference last, before;
 };
 
-static void ladder_add(struct ladder *l, const struct pass_outcome *run)
+static void moreau_runs_add(struct moreau_runs *l, const struct pass_outcome *run)
 {
     if (l->count == RUNS) {
         pass_outcome_free(&l->runs[0]);
@@ -493,19 +495,19 @@ static void ladder_add(struct ladder *l, const struct pass_outcome *run)
         l->last = pass_compare(&l->runs[l->count - 2], &l->runs[l->count - 1]);
 }
 
-static void restart(struct ladder *l)
+static void restart(struct moreau_runs *l)
 {
     for (int i = 0; i < l->count; i++)
         pass_outcome_free(&l->runs[i]);
     l->count = 0;
 }
 
-static bool is_in_agreement(const struct ladder *l, const struct sim_scene *scene)
+static bool is_in_agreement(const struct moreau_runs *l, const struct sim_scene *scene)
 {
     return l->count == RUNS && passes_agree(scene, &l->runs[1], &l->runs[2], l->last);
 }
 
-static void fill_error(const struct ladder *l, struct sim_result *result)
+static void fill_error(const struct moreau_runs *l, struct sim_result *result)
 {
     double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
     result->error_u_ft = MOREAU_ERROR_FACTOR * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
@@ -513,7 +515,7 @@ static void fill_error(const struct ladder *l, struct sim_result *result)
     result->error_lift_ft = MOREAU_ERROR_FACTOR * fmax(l->last.lift_ft, before * l->before.lift_ft);
 }
 
-static bool is_close_enough(const struct ladder *l, const struct sim_scene *scene,
+static bool is_close_enough(const struct moreau_runs *l, const struct sim_scene *scene,
                             const struct sim_result *result)
 {
     const struct pass_outcome *best = &l->runs[l->count - 1];
@@ -524,7 +526,7 @@ static bool is_close_enough(const struct ladder *l, const struct sim_scene *scen
 }
 
 static void fill_result(struct model *m, const struct sim_options *options,
-                        const struct pass_request *request, struct ladder *l, bool given,
+                        const struct pass_request *request, struct moreau_runs *l, bool given,
                         struct sim_result *result)
 {
     struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
@@ -540,7 +542,7 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                        struct sim_result *result)
 {
     struct model m = *model;
-    struct ladder ladder = {0};
+    struct moreau_runs moreau_runs = {0};
     bool given = options->dt_s > 0.0;
     double work = 0.0, end_s = sim_scene_end_s(m.scene);
     struct pass_request request = {&stepper_moreau,
@@ -550,8 +552,8 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
                                    UINT64_MAX,
                                    0,
                                    ESTIMATE_SPAN_PART};
-    if (m.law == SIM_SIGN) {
-        m.law = SIM_STICK;
+    if (m.law == SIM_FRICTION_SIGN) {
+        m.law = SIM_FRICTION_STICK;
         sim_result_add_note(result,
                             "friction law 'stick' is used: it is the exact form of the law 'sign'");
     }
@@ -570,35 +572,35 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_fill_result(&m, &run, &run, result);
             pass_outcome_free(&run);
-            restart(&ladder);
+            restart(&moreau_runs);
             return;
         }
         bool more = given ? i + 1 < RUNS
                           : i + 1 < MAX_RUNS && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
         if (run.status == SIM_OK) {
-            ladder_add(&ladder, &run);
-            fill_error(&ladder, result);
+            moreau_runs_add(&moreau_runs, &run);
+            fill_error(&moreau_runs, result);
         } else { /* the runs with longer steps are not used any more */
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
-            restart(&ladder);
+            restart(&moreau_runs);
         }
-        if (!more || (!given && is_close_enough(&ladder, m.scene, result)))
+        if (!more || (!given && is_close_enough(&moreau_runs, m.scene, result)))
             break;
         request.dt_s /= ESTIMATE_GRID_RATIO;
         request.first_part /= ESTIMATE_GRID_RATIO;
     }
-    if (ladder.count >= 2) {
+    if (moreau_runs.count >= 2) {
         result->status = SIM_OK;
         /* the error of positions is at least that of solver event */
-        if (sim_record_peak(&ladder.runs[ladder.count - 1].record).u_ft > 0.0)
+        if (sim_record_peak(&moreau_runs.runs[moreau_runs.count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          LIFT_ERROR_FLOOR * stepper_event.rtol * m.length_ft);
-        fill_result(&m, options, &request, &ladder, given, result);
-    } else if (ladder.count == 1) {
+        fill_result(&m, options, &request, &moreau_runs, given, result);
+    } else if (moreau_runs.count == 1) {
         sim_result_set_status(result, SIM_UNSTABLE, 1, end_s);
     }
-    restart(&ladder);
+    restart(&moreau_runs);
 }
 
 /* ---- auto and the rest ---- */
@@ -622,7 +624,7 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EXPLICIT_REACH;
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
-    if (scene->friction_law == SIM_SIGN && scene->friction > 0.0)
+    if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
         sim_result_add_note(result, "auto: friction law 'sign' does not define the force on a mat "
                                     "at rest; its exact form, law 'stick', is used");
     if (steps <= ESTIMATE_EXPLICIT_STEPS) {
@@ -648,12 +650,12 @@ static void run_pair(struct model *m, const struct sim_options *options,
         .check = request, .request = request, .coarse_answers = coarse_answers};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
-    runs.check.first_part = request.kind->fixed ? ESTIMATE_SPAN_PART : ESTIMATE_FIRST_PART;
-    if (request.kind->fixed)
+    runs.check.first_part = request.kind->has_fixed_step ? ESTIMATE_SPAN_PART : ESTIMATE_FIRST_PART;
+    if (request.kind->has_fixed_step)
         runs.request.first_part = ESTIMATE_SPAN_PART / ESTIMATE_GRID_RATIO;
-    if (request.kind->fixed && coarse_answers)
+    if (request.kind->has_fixed_step && coarse_answers)
         runs.request.dt_s /= ESTIMATE_GRID_RATIO;
-    else if (request.kind->fixed)
+    else if (request.kind->has_fixed_step)
         runs.check.dt_s = ESTIMATE_GRID_RATIO * (runs.request.dt_s *= 0.5);
     else
         runs.check.rtol = fmin(1e-2, request.rtol * ESTIMATE_CHECK_FACTOR);
@@ -719,7 +721,7 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
                          const struct stepper_kind *kind, bool last, struct sim_result *result)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_SIGN           ? MAX_SIGN_STEPS
+    uint64_t most = m->law == SIM_FRICTION_SIGN  ? MAX_SIGN_STEPS
                   : is_solver_automatic(options) ? max_steps_before_change(m, kind, last, result)
                                                  : MAX_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
@@ -823,8 +825,8 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
-    if (is_solver_automatic(options) && model.law == SIM_SIGN)
-        model.law = SIM_STICK;
+    if (is_solver_automatic(options) && model.law == SIM_FRICTION_SIGN)
+        model.law = SIM_FRICTION_STICK;
     model_start(&model, z);
     double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
     const struct stepper_kind *kind = choose_solver(scene, options, rate, result);
@@ -833,17 +835,17 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     result->t_end_s = sim_scene_end_s(scene);
     result->dt_limit_s = rate > 0.0 ? ESTIMATE_RK4_REAL / rate : HUGE_VAL;
     model_describe(&model, result);
-    if (options->dt_s > 0.0 && !kind->fixed)
+    if (options->dt_s > 0.0 && !kind->has_fixed_step)
         error_set(error, MR_USAGE,
                   "no fixed step: solver %s chooses its step; give --rtol, or --solver rk4",
                   kind->name);
-    else if (options->rtol > 0.0 && kind->fixed)
+    else if (options->rtol > 0.0 && kind->has_fixed_step)
         error_set(error, MR_USAGE,
                   "no tolerance: solver %s has a fixed step; give --dt, or another solver",
                   kind->name);
     else if (kind == &stepper_moreau)
         moreau_run(&model, options, result);
-    else if (kind->fixed)
+    else if (kind->has_fixed_step)
         run_fixed(&model, options, kind, result, error);
     else if (is_solver_automatic(options))
         run_auto(&model, options, kind, result);
@@ -890,15 +892,15 @@ static enum mr_status run_located(const struct sim_scene *scene, const struct si
 enum mr_status planar_run(const struct sim_scene *scene, const struct sim_options *options,
                           struct sim_result *result, struct error *error)
 {
-    bool landing = scene->model == SIM_CONSISTENT && scene->path_count > 0;
+    bool landing = scene->model == SIM_MODEL_CONSISTENT && scene->path_count > 0;
     if (options->solver && strcmp(options->solver, "staggered") == 0
-            ? scene->model == SIM_CONSISTENT
+            ? scene->model == SIM_MODEL_CONSISTENT
             : landing && is_solver_automatic(options)) {
         if (is_solver_automatic(options))
             sim_result_add_note(result, "auto: staggered; a whole landing has too many events "
                                         "(contact, sticking, slipping) to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
-            !is_undecided(result) || options->dt_s > 0.0 || options->single)
+            !is_undecided(result) || options->dt_s > 0.0 || options->is_single_pass)
             return error->status;
         return run_located(scene, options, result, error);
     }

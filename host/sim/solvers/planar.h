@@ -42,7 +42,7 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
 /* A deadline stops a run after a wall-clock time. Solvers call its options.may_continue, which also
  * calls the caller's. */
 struct deadline {
-    const struct sim_options *asked_options;
+    const struct sim_options *requested_options;
     /* Options for the solver: those of the caller, with the time limit. */
     struct sim_options options;
     double until_s;   /* time at which the limit ends, on the clock of the options */

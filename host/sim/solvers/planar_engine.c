@@ -45,7 +45,7 @@ static void extend_part(struct part *part, const struct model *m, int low, int h
  * it where mats are at rest. */
 static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
-    struct part *s = &l->slides;
+    struct part *s = &l->sliding;
     const double *v = l->z + l->model.size;
     for (int i = 0; i < count; i++) {
         bool idle = s->last - s->first <= 2 && s->quiet_first >= SHRINK_STEPS &&
@@ -99,13 +99,13 @@ static bool is_mat_at_rest(const struct planar_engine *l, int n)
 static void add_slides_to_heaves(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.size;
-    int first = l->slides.first, last = l->slides.last;
+    int first = l->sliding.first, last = l->sliding.last;
     while (first <= last && v[2 * first + 1] == 0.0)
         first++;
     while (last > first && v[2 * last + 1] == 0.0)
         last--;
     if (first <= last)
-        extend_part(&l->heaves, &l->model, first - chunk, last + chunk);
+        extend_part(&l->heaving, &l->model, first - chunk, last + chunk);
 }
 
 /* Updates the heaving part: mats that are not flat or not at rest, mats under the wheel, and
@@ -113,11 +113,12 @@ static void add_slides_to_heaves(struct planar_engine *l, int chunk)
 static void follow_heaves(struct planar_engine *l)
 {
     struct model *m = &l->model;
-    struct part *h = &l->heaves;
+    struct part *h = &l->heaving;
     /* number of mats on which a load acts at once, as in model.c */
-    int chunk = m->tail > GUARD_MATS + CHUNK_MATS ? m->tail - GUARD_MATS : CHUNK_MATS;
+    int chunk = m->load_tail_mats > GUARD_MATS + CHUNK_MATS ? m->load_tail_mats - GUARD_MATS
+                                                            : CHUNK_MATS;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
-        extend_part(h, m, m->span.mat - m->tail, m->span.mat + m->tail);
+        extend_part(h, m, m->span.mat - m->load_tail_mats, m->span.mat + m->load_tail_mats);
     if (m->tilt_ft)
         add_slides_to_heaves(l, GUARD_MATS);
     if (h->last < h->first)
@@ -144,8 +145,9 @@ static void follow_heaves(struct planar_engine *l)
         else if (low <= high) {
             int from = low - chunk, to = high + chunk;
             if (loaded) {
-                from = m->span.mat - m->tail < from ? m->span.mat - m->tail : from;
-                to = m->span.mat + m->tail > to ? m->span.mat + m->tail : to;
+                from = m->span.mat - m->load_tail_mats < from ? m->span.mat - m->load_tail_mats
+                                                              : from;
+                to = m->span.mat + m->load_tail_mats > to ? m->span.mat + m->load_tail_mats : to;
             }
             h->first = from > h->first ? from : h->first;
             h->last = to < h->last ? to : h->last;
@@ -158,8 +160,8 @@ static void follow_heaves(struct planar_engine *l)
 static void add_heaves_to_slides(struct planar_engine *l)
 {
     const struct model *m = &l->model;
-    if ((m->full || m->soil_normal) && l->heaves.last >= l->heaves.first)
-        extend_part(&l->slides, m, l->heaves.first - 1, l->heaves.last + 1);
+    if ((m->has_full_profile || m->has_soil_normal) && l->heaving.last >= l->heaving.first)
+        extend_part(&l->sliding, m, l->heaving.first - 1, l->heaving.last + 1);
 }
 
 /* ---- tensions ---- */
@@ -172,7 +174,7 @@ struct shortening {
 static inline struct shortening shortening_of(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
-    if (!m->full || n < l->heaves.first || n > l->heaves.last)
+    if (!m->has_full_profile || n < l->heaving.first || n > l->heaving.last)
         return (struct shortening){0.0, 0.0};
     const double *p = l->z, *v = l->z + m->size;
     struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
@@ -185,11 +187,11 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
     struct law_joint joint = {m->kl, m->cl, l->slack_ft};
-    struct shortening left, right = shortening_of(l, l->slides.first - 1);
-    for (int j = l->slides.first; j <= l->slides.last + 1; j++) {
+    struct shortening left, right = shortening_of(l, l->sliding.first - 1);
+    for (int j = l->sliding.first; j <= l->sliding.last + 1; j++) {
         left = right; /* set before the test for free ends, because the next joint also needs it */
         right = shortening_of(l, j);
-        if ((j == 0 && m->left_free) || (j == m->mats && m->right_free)) {
+        if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free)) {
             l->tension_lb[j] = 0.0;
             continue;
         }
@@ -227,7 +229,7 @@ static void stretch_joints(struct planar_engine *l)
         stretch(l, JOINT_GRIT);
     if (l->mods && l->mods->has_joint_springs) {
         struct mods_view view = engine_view(l);
-        mods_pull_joints(l->mods, &view, l->slides.first + 1, l->slides.last + 2);
+        mods_pull_joints(l->mods, &view, l->sliding.first + 1, l->sliding.last + 2);
     }
 }
 
@@ -246,17 +248,18 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
     struct mods_view view = engine_view(l);
     if (mods->has_cleats) {
         mods_press_cleats(mods, touch, count);
-        mods_wear_cleats(mods, &view, h_s, l->slides.first + 1, l->slides.last + 1);
+        mods_wear_cleats(mods, &view, h_s, l->sliding.first + 1, l->sliding.last + 1);
     }
     if (!mods->has_bands)
         return;
     mods_pull_bands(mods, &view, touch, count);
     for (int c = 0; c < mods->braces; c++) {
         int n = mods->brace_mat[c] - 1;
-        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->carried_lb[n + 1];
-        double limit_lb = m->law == SIM_NONE ? 0.0 : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
-        if ((n < l->slides.first || n > l->slides.last) && fabs(push_lb) > limit_lb)
-            extend_part(&l->slides, m, n - 1, n + 1);
+        double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->brace_force_lb[n + 1];
+        double limit_lb = m->law == SIM_FRICTION_NONE ? 0.0
+                                                      : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
+        if ((n < l->sliding.first || n > l->sliding.last) && fabs(push_lb) > limit_lb)
+            extend_part(&l->sliding, m, n - 1, n + 1);
     }
 }
 
@@ -265,17 +268,17 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
 static void brace_heaves(struct planar_engine *l)
 {
     const struct model *m = &l->model;
-    struct mods_heave heave = {.z = l->z,
-                               .tilt_ft = m->tilt_ft,
-                               .ground_ft = l->scene->ground_ft.values,
-                               .mats = m->mats,
-                               .length_ft = m->length_ft,
-                               .rest_ft = l->rest_ft,
-                               .rest_tilt_ft = l->rest_tilt_ft,
-                               .first = l->heaves.first,
-                               .last = l->heaves.last,
-                               .down_lb = l->brace_lb,
-                               .moment_lb_ft = l->brace_lb_ft};
+    struct mods_heaving_part heave = {.z = l->z,
+                                      .tilt_ft = m->tilt_ft,
+                                      .ground_ft = l->scene->ground_ft.values,
+                                      .mats = m->mats,
+                                      .length_ft = m->length_ft,
+                                      .rest_ft = l->rest_ft,
+                                      .rest_tilt_ft = l->rest_tilt_ft,
+                                      .first = l->heaving.first,
+                                      .last = l->heaving.last,
+                                      .down_lb = l->brace_lb,
+                                      .moment_lb_ft = l->brace_lb_ft};
     mods_brace_heave(l->mods, &heave);
 }
 
@@ -288,11 +291,11 @@ static double node_soil_lb(const struct planar_engine *l, int node)
  * only while a step is divided into parts, and in the next step. */
 static double mean_soil_lb(const struct planar_engine *l, int node)
 {
-    if (l->in_parts)
-        return l->friction_force_lb[node];
+    if (l->is_in_parts)
+        return l->normal_lb[node];
     double now_lb = fmax(0.0, node_soil_lb(l, node));
-    bool known = node >= l->rub_first && node <= l->rub_last;
-    return known ? l->rub_next_lb[node] + l->rub_share * now_lb : now_lb;
+    bool known = node >= l->normal_first && node <= l->normal_last;
+    return known ? l->next_normal_lb[node] + l->next_normal_share * now_lb : now_lb;
 }
 
 /* Coulomb limit of a heaving mat, from the reaction of the soil in the kick of its nodes, with
@@ -301,7 +304,7 @@ static double mean_soil_lb(const struct planar_engine *l, int node)
 static double soil_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
-    if (l->in_parts || l->rub_share < 1.0)
+    if (l->is_in_parts || l->next_normal_share < 1.0)
         return m->friction * (mean_soil_lb(l, n) + mean_soil_lb(l, n + 1));
     return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
 }
@@ -314,11 +317,12 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
     const struct model *m = &l->model;
     struct gear *gear = l->gear;
     double *v = &l->z[m->size + 2 * n + 1];
-    bool grounded = n < l->heaves.first || n > l->heaves.last || m->contact[n] || m->contact[n + 1];
+    bool grounded = n < l->heaving.first || n > l->heaving.last || m->contact[n] ||
+                    m->contact[n + 1];
     struct element_step step = element_make_step(&m->elements, (struct element_mat){*v, grounded},
                                                  h_s, l->mass_slug[n]);
     gear->mass_slug = l->mass_slug[n];
-    if (!m->soil_normal && m->law != SIM_NONE)
+    if (!m->has_soil_normal && m->law != SIM_FRICTION_NONE)
         limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
     *v = gear_speed_ft_s(gear, n + 1, step.speed_factor * *v, thrust_lb + step.push_lb, limit_lb,
                          step.equivalent_s);
@@ -328,7 +332,7 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
  * the thrust. */
 static void place_wheel(struct model *m, int mat)
 {
-    m->span = (struct span){.mat = mat, .share = -2};
+    m->span = (struct span){.mat = mat, .share_mat = -2};
 }
 
 /* Updates the speeds along the runway. `plain`: the scene has no cleats, elements or gear. */
@@ -342,30 +346,30 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
     unsigned stops = 0;
     if (geared) /* with a gear, waves are recorded at the lead axle */
         place_wheel(&l->model, l->gear->lead_mat - 1);
-    for (int n = l->slides.first; n <= l->slides.last; n++)
+    for (int n = l->sliding.first; n <= l->sliding.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
     for (int c = 0; l->mods && c < l->mods->braces; c++)
         /* braces on mats outside the part have no effect, because the loop below skips these
          * mats */
-        thrust[l->mods->brace_mat[c] - 1] += l->mods->carried_lb[l->mods->brace_mat[c]];
-    for (int n = l->slides.first; n <= l->slides.last; n++) {
+        thrust[l->mods->brace_mat[c] - 1] += l->mods->brace_force_lb[l->mods->brace_mat[c]];
+    for (int n = l->sliding.first; n <= l->sliding.last; n++) {
         double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
-        if (m->soil_normal && n >= l->heaves.first && n <= l->heaves.last)
+        if (m->has_soil_normal && n >= l->heaving.first && n <= l->heaving.last)
             limit = soil_limit_lb(l, n);
-        for (int i = 0; i < count && !m->soil_normal && m->wheel_load_lb > 0.0; i++) {
+        for (int i = 0; i < count && !m->has_soil_normal && m->wheel_load_lb > 0.0; i++) {
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
         }
         if (cleated)
             limit += mods_raised_cleat_hold_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
-        if (m->law == SIM_NONE)
+        if (m->law == SIM_FRICTION_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
             step_geared(l, n, thrust[n], limit, h_s);
         } else if (elements) {
-            struct element_mat mat = {v[2 * n + 1], n < l->heaves.first || n > l->heaves.last ||
+            struct element_mat mat = {v[2 * n + 1], n < l->heaving.first || n > l->heaving.last ||
                                                         m->contact[n] || m->contact[n + 1]};
             struct element_step step = element_make_step(&m->elements, mat, h_s, mass_slug);
             v[2 * n + 1] = friction_speed_ft_s(step.speed_factor * mat.v_ft_s,
@@ -438,8 +442,8 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
         return sim_wheel_span(wheel, t0_s, t1_s, touch);
     int count = gear_span(l->gear, t0_s, t1_s, touch);
     for (int i = 0; i < l->gear->loaded_count && l->scene->wheel_load_lb > 0.0; i++) {
-        int n = l->gear->loaded[i] - 1;
-        extend_part(&l->heaves, m, n - m->tail, n + m->tail);
+        int n = l->gear->loaded_mats[i] - 1;
+        extend_part(&l->heaving, m, n - m->load_tail_mats, n + m->load_tail_mats);
     }
     return count;
 }
@@ -451,11 +455,11 @@ static void load_heaves(struct planar_engine *l)
     if (l->mods && l->mods->acts_vertically) {
         brace_heaves(l);
     } else {
-        for (int j = l->heaves.first; j <= l->heaves.last + 1; j++)
+        for (int j = l->heaving.first; j <= l->heaving.last + 1; j++)
             l->brace_lb[j] = 0.0;
     }
     for (int i = 0; i < gear->loaded_count; i++) {
-        int n = gear->loaded[i] - 1;
+        int n = gear->loaded_mats[i] - 1;
         double half_lb = 0.5 * l->scene->wheel_load_lb * gear->share[n + 1];
         l->brace_lb[n] += half_lb;
         l->brace_lb[n + 1] += half_lb;
@@ -476,8 +480,8 @@ static void set_tilt(struct planar_engine *l)
         l->rest_cos[n] = sqrt(1.0 - s * s);
     }
     for (int n = 0; n < m->mats; n++)
-        m->tilt_most_ft = fmax(m->tilt_most_ft, fabs(l->rest_tilt_ft[n]));
-    if (m->tilt_most_ft > 0.0) {
+        m->max_tilt_ft = fmax(m->max_tilt_ft, fabs(l->rest_tilt_ft[n]));
+    if (m->max_tilt_ft > 0.0) {
         m->tilt_ft = l->tilt_ft;
         m->rest_tilt_ft = l->rest_tilt_ft;
     }
@@ -514,15 +518,15 @@ static void init_layout(struct planar_engine *l)
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
     double **per_joint[] = {
-        &l->u,         &l->v,           &l->gap0_ft,      &l->grit_lb,           &l->give_ft,
-        &l->reach_ft,  &l->tension_lb,  &l->height,       &l->push_lb,           &l->pull_lb,
-        &l->rise_ft,   &l->tilt_ft,     &l->rest_cos,     &l->friction_force_lb, &l->rub_next_lb,
-        &l->brace_lb,  &l->brace_lb_ft, &l->kl_lb_ft,     &l->kv_lb_ft,          &l->cv_lb_s_ft,
-        &l->rest_ft,   &l->limit_lb,    &l->kt_lb_ft_rad, &l->mass_slug,         &l->rest_tilt_ft,
+        &l->u,         &l->v,           &l->gap0_ft,      &l->grit_lb,   &l->give_ft,
+        &l->reach_ft,  &l->tension_lb,  &l->height,       &l->push_lb,   &l->pull_lb,
+        &l->rise_ft,   &l->tilt_ft,     &l->rest_cos,     &l->normal_lb, &l->next_normal_lb,
+        &l->brace_lb,  &l->brace_lb_ft, &l->kl_lb_ft,     &l->kv_lb_ft,  &l->cv_lb_s_ft,
+        &l->rest_ft,   &l->limit_lb,    &l->kt_lb_ft_rad, &l->mass_slug, &l->rest_tilt_ft,
         &l->mass_ratio};
     const size_t arrays = sizeof per_joint / sizeof per_joint[0];
-    l->stored = 2 * length + arrays * joints;
-    l->z = xcalloc(l->stored, sizeof *l->z);
+    l->stored_count = 2 * length + arrays * joints;
+    l->z = xcalloc(l->stored_count, sizeof *l->z);
     l->accel = l->z + length;
     for (size_t i = 0; i < arrays; i++)
         *per_joint[i] = l->z + 2 * length + i * joints;
@@ -535,7 +539,7 @@ static void init_layout(struct planar_engine *l)
         m->brace_lb_ft = l->brace_lb_ft;
     }
     l->slack_ft = m->slack_ft;
-    m->given_lb = l->tension_lb;
+    m->given_tension_lb = l->tension_lb;
     m->slack_ft = 0.0; /* the engine computes the slack, and the model must not */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
@@ -552,7 +556,7 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
 {
     l->scene = scene;
     if (scene->friction > 0.0 &&
-        (scene->friction_law == SIM_TANH || scene->friction_law == SIM_SIGN))
+        (scene->friction_law == SIM_FRICTION_TANH || scene->friction_law == SIM_FRICTION_SIGN))
         return error_set(
             error, MR_USAGE,
             "not available: %s: friction tanh or sign with solver staggered; give stick, or "
@@ -611,7 +615,7 @@ static double lift_ft(const struct planar_engine *l, double back_s, int *node_fr
     const double *v = l->z + m->size;
     double most_ft = 0.0;
     *node_from_1 = 1;
-    for (int j = l->heaves.first; j <= l->heaves.last + 1 && l->heaves.last >= l->heaves.first;
+    for (int j = l->heaving.first; j <= l->heaving.last + 1 && l->heaving.last >= l->heaving.first;
          j++) {
         double up_ft = v[2 * j] * back_s - l->z[2 * j];
         if (up_ft > most_ft && up_ft > SOIL_TOUCH_FT) {
@@ -648,9 +652,9 @@ static void record_shape(struct planar_engine *l, struct march *march)
     const struct model *m = &l->model;
     const double *p = l->z;
     double left = 0.0;
-    for (int j = l->heaves.first; j <= l->heaves.last + 1; j++) {
-        double tilt = j <= l->heaves.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
-        double right = j <= l->heaves.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
+    for (int j = l->heaving.first; j <= l->heaving.last + 1; j++) {
+        double tilt = j <= l->heaving.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
+        double right = j <= l->heaving.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
         l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
         if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
             double turn_deg = (elementary_asin(right) - elementary_asin(left)) * DEGREES;
@@ -670,10 +674,10 @@ static void record_shape(struct planar_engine *l, struct march *march)
 /* Records the highest node when the first node has risen by lift_ft. */
 static void record_crest(const struct planar_engine *l, struct march *march, double lift_ft)
 {
-    int highest = l->heaves.first;
-    for (int j = l->heaves.first + 1; j <= l->heaves.last + 1 && j <= l->model.mats; j++)
+    int highest = l->heaving.first;
+    for (int j = l->heaving.first + 1; j <= l->heaving.last + 1 && j <= l->model.mats; j++)
         highest = l->z[2 * j] < l->z[2 * highest] ? j : highest;
-    if (l->heaves.last >= l->heaves.first && -l->z[2 * highest] >= lift_ft) {
+    if (l->heaving.last >= l->heaving.first && -l->z[2 * highest] >= lift_ft) {
         march->first_crest = highest + 1;
         march->first_crest_wheel = l->model.span.mat + 1;
     }
@@ -699,11 +703,11 @@ static void record_overrun(const struct planar_engine *l, struct march *march, d
 static bool update_march_status(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
-    int mat = l->slides.first + 1, node;
+    int mat = l->sliding.first + 1, node;
     double sum = 0.0;
-    for (int n = l->slides.first; n <= l->slides.last; n++)
+    for (int n = l->sliding.first; n <= l->sliding.last; n++)
         sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
-    if (l->heaves.last >= l->heaves.first) {
+    if (l->heaving.last >= l->heaving.first) {
         double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
         record_shape(l, march);
@@ -727,7 +731,7 @@ static void init_march_state(struct planar_engine *l, bool prunes)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
     for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
         l->z[m->size + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0], n + 1);
-    l->slides = l->heaves = (struct part){0, m->mats - 1, 0, 0};
+    l->sliding = l->heaving = (struct part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
     memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
@@ -736,15 +740,15 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     if (!prunes)
         return;
     stretch_joints(l);
-    l->slides.last = l->heaves.last = -1;
+    l->sliding.last = l->heaving.last = -1;
     for (int n = 0; n < m->mats; n++) {
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
         if (l->z[m->size + 2 * n + 1] != 0.0 ||
-            fabs(push_lb) > (m->law == SIM_NONE ? 0.0 : l->limit_lb[n]))
-            extend_part(&l->slides, m, n - 1, n + 1);
+            fabs(push_lb) > (m->law == SIM_FRICTION_NONE ? 0.0 : l->limit_lb[n]))
+            extend_part(&l->sliding, m, n - 1, n + 1);
         if (!is_mat_at_rest(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
-            extend_part(&l->heaves, m, n - m->tail, n + m->tail);
+            extend_part(&l->heaving, m, n - m->load_tail_mats, n + m->load_tail_mats);
     }
 }
 
@@ -776,9 +780,9 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
     /* fraction of the mean that belongs to the time before this step */
     double early = fmax(0.0, 0.5 + done_s / h_s);
     for (int j = m->first; j <= m->last + 1; j++) {
-        bool known = after_parts && j >= l->rub_first && j <= l->rub_last;
-        l->friction_force_lb[j] = known ? l->rub_next_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
-        l->rub_next_lb[j] = 0.0;
+        bool known = after_parts && j >= l->normal_first && j <= l->normal_last;
+        l->normal_lb[j] = known ? l->next_normal_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
+        l->next_normal_lb[j] = 0.0;
     }
     for (int k = 0; k < LANDING_PARTS; k++) {
         double kick_s = k == 0 ? first_kick_s : part_s;
@@ -790,14 +794,14 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
             double push_lb = fmax(0.0, node_soil_lb(l, j));
-            l->friction_force_lb[j] += now_s / h_s * push_lb;
-            l->rub_next_lb[j] += (kick_s - now_s) / h_s * push_lb;
+            l->normal_lb[j] += now_s / h_s * push_lb;
+            l->next_normal_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
         }
         done_s += kick_s;
     }
-    l->rub_first = m->first;
-    l->rub_last = m->last + 1;
+    l->normal_first = m->first;
+    l->normal_last = m->last + 1;
     return jolt_ft_s;
 }
 
@@ -818,11 +822,11 @@ static void begin_march(struct march_run *way)
     struct planar_engine *l = way->l;
     double h = way->march->h_s;
     way->prunes = !way->options->no_prune && element_can_rest(&l->model.elements);
-    way->divides = !way->options->single;
+    way->divides = !way->options->is_single_pass;
     way->before_s = h;
     l->last_step_s = 0.0; /* no mat has moved yet */
-    l->rub_share = 1.0;
-    l->in_parts = false;
+    l->next_normal_share = 1.0;
+    l->is_in_parts = false;
     init_march_state(l, way->prunes);
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
@@ -833,12 +837,12 @@ static void begin_march(struct march_run *way)
 }
 
 /* Time at which the kick of step i begins, and time at which it ends. */
-static double from_s(const struct march *march, uint64_t i)
+static double kick_begin_s(const struct march *march, uint64_t i)
 {
     return i == 0 ? 0.0 : ((double)i - 0.5) * march->h_s;
 }
 
-static double to_s(const struct march *march, uint64_t i)
+static double kick_end_s(const struct march *march, uint64_t i)
 {
     return ((double)i + 0.5) * march->h_s;
 }
@@ -847,14 +851,15 @@ static double to_s(const struct march *march, uint64_t i)
 static void step_wheel(struct march_run *way, uint64_t i)
 {
     struct planar_engine *l = way->l;
-    way->count = move_gear(l, &way->wheel, from_s(way->march, i), to_s(way->march, i), way->touch);
+    way->count = move_gear(l, &way->wheel, kick_begin_s(way->march, i), kick_end_s(way->march, i),
+                           way->touch);
     place_wheel(&l->model, find_mat_under_wheel(way->touch, way->count));
     if (way->prunes) {
         follow_slides(l, way->touch, way->count);
         follow_heaves(l);
         add_heaves_to_slides(l);
     }
-    way->heaves = l->heaves.last >= l->heaves.first;
+    way->heaves = l->heaving.last >= l->heaving.first;
 }
 
 /* Computes the forces at the present positions and updates the vertical speeds. */
@@ -863,30 +868,30 @@ static void step_vertical(struct march_run *way, uint64_t i)
     struct planar_engine *l = way->l;
     struct march *march = way->march;
     struct model *m = &l->model;
-    double h = march->h_s, kick_s = to_s(march, i) - from_s(march, i);
+    double h = march->h_s, kick_s = kick_end_s(march, i) - kick_begin_s(march, i);
     if (l->mods)
         brace_slides(l, way->touch, way->count, kick_s);
     stretch_joints(l);
     if (way->heaves) {
-        m->first = l->heaves.first;
-        m->last = l->heaves.last;
+        m->first = l->heaving.first;
+        m->last = l->heaving.last;
         model_sample_shape(m, l->z);
         if (l->brace_heaves)
             l->brace_heaves(l);
     }
-    l->in_parts = way->heaves && way->divides && has_landing_node(l, h);
-    if (l->in_parts) {
+    l->is_in_parts = way->heaves && way->divides && has_landing_node(l, h);
+    if (l->is_in_parts) {
         double part_s = h / LANDING_PARTS;
         double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
         march->impact_ft_s = fmax(march->impact_ft_s,
                                   heave_in_parts(l, way->before_s < h, first_s, h));
         way->before_s = part_s;
         /* fraction of the next step's mean that is the present force */
-        l->rub_share = 0.5 * (part_s + h) / h;
+        l->next_normal_share = 0.5 * (part_s + h) / h;
     } else if (way->heaves) {
         /* after a divided step the speeds are only half a part behind */
         double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
-        l->rub_share = way->before_s < h ? part_s / h : 1.0;
+        l->next_normal_share = way->before_s < h ? part_s / h : 1.0;
         march->impact_ft_s = fmax(march->impact_ft_s, kick_heaves(l, part_s));
         way->before_s = h;
     } else {
@@ -901,16 +906,17 @@ static void step_along(struct march_run *way, uint64_t i)
     struct march *march = way->march;
     struct model *m = &l->model;
     double h = march->h_s, *p = l->z, *v = l->z + m->size;
-    march->events += kick_slides(l, way->touch, way->count, to_s(march, i) - from_s(march, i));
-    for (int n = l->slides.first; n <= l->slides.last; n++)
+    march->events += kick_slides(l, way->touch, way->count,
+                                 kick_end_s(march, i) - kick_begin_s(march, i));
+    for (int n = l->sliding.first; n <= l->sliding.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
     l->last_step_s = way->divides ? h : 0.0;
-    for (int j = m->first; way->heaves && !l->in_parts && j <= m->last + 1; j++)
+    for (int j = m->first; way->heaves && !l->is_in_parts && j <= m->last + 1; j++)
         p[2 * j] += h * v[2 * j];
-    int live = l->slides.last - l->slides.first + 1;
+    int live = l->sliding.last - l->sliding.first + 1;
     march->awake_s += live * h;
     march->mats_max = live > march->mats_max ? live : march->mats_max;
-    march->done = i + 1;
+    march->steps_done = i + 1;
 }
 
 /* Updates the outputs and extremes at the end t_s of step i. Returns false if the march ends with
@@ -928,11 +934,11 @@ static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
     return true;
 }
 
-static void finish(struct march_run *way)
+static void finish_march(struct march_run *way)
 {
     struct planar_engine *l = way->l;
     const double *v = l->z + l->model.size;
-    for (int n = l->slides.first; n <= l->slides.last; n++)
+    for (int n = l->sliding.first; n <= l->sliding.last; n++)
         way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
     if (l->mods) {
         struct mods_view view = engine_view(l);
@@ -957,11 +963,11 @@ void planar_pass_run(struct planar_engine *l, struct march *march,
             !way.options->may_continue(way.options->may_continue_ctx, march->number,
                                        (double)i / (double)march->steps)) {
             march->status = SIM_INTERRUPTED;
-            march->mat = way.l->slides.first + 1;
+            march->mat = way.l->sliding.first + 1;
             march->t_s = t_s;
             break;
         }
     }
-    finish(&way);
+    finish_march(&way);
     march->ms = 1e3 * (monotonic_s() - begin_s);
 }

@@ -21,8 +21,8 @@ struct part {
 struct planar_engine {
     struct model model; /* the model; its window is the heaving part */
     const struct sim_scene *scene;
-    size_t stored; /* number of values from z on, which are all values that a march changes */
-    double *z;     /* state of every mat, at all times */
+    size_t stored_count; /* number of values from z on, which are all values that a march changes */
+    double *z;           /* state of every mat, at all times */
     double *accel, *u, *v, *height;
     /* for each joint: its properties; elements/law.h */
     double *gap0_ft, *grit_lb, *give_ft, *reach_ft, *kl_lb_ft;
@@ -39,12 +39,12 @@ struct planar_engine {
     double *push_lb, *pull_lb, *rise_ft; /* for each joint and node: largest value so far */
     /* True: the step is divided into parts, because a node lands in it. The fields below then have
      * the normal forces for friction, in this step and in the next one. */
-    bool in_parts;
-    double *friction_force_lb,
-        *rub_next_lb; /* normal force of each node, from rub_first to rub_last */
-    int rub_first, rub_last;
-    /* fraction of the next step's normal force that rub_next_lb does not contain; otherwise 1 */
-    double rub_share;
+    bool is_in_parts;
+    double *normal_lb,
+        *next_normal_lb; /* normal force of each node, from normal_first to normal_last */
+    int normal_first, normal_last;
+    /* fraction of the next step's normal force that next_normal_lb does not contain; otherwise 1 */
+    double next_normal_share;
     /* Duration of the last step, over which the damper of a joint that closes or opens is averaged.
      * 0: the damper acts fully. */
     double last_step_s;
@@ -54,10 +54,10 @@ struct planar_engine {
     double slack_ft;
     enum joint_law joints;
     /* sliding part: mats that move along the runway, and one mat at rest on either side */
-    struct part slides;
-    struct part heaves; /* heaving part: mats whose nodes are not at rest */
-    struct mods *mods;  /* NULL: the scene has no modifications */
-    struct gear *gear;  /* NULL: the scene has no gear on elastic ground */
+    struct part sliding;
+    struct part heaving; /* heaving part: mats whose nodes are not at rest */
+    struct mods *mods;   /* NULL: the scene has no modifications */
+    struct gear *gear;   /* NULL: the scene has no gear on elastic ground */
 };
 
 /* Makes the engine of a scene. `l` must be all zero before. If `result` is given, adds the features
@@ -74,7 +74,7 @@ static inline struct mods_view engine_view(const struct planar_engine *l)
 
 /* A march: one run over the whole landing with one step size. Its record must be made before. */
 struct march {
-    uint64_t steps, done, events;
+    uint64_t steps, steps_done, events;
     double h_s, ms;
     enum sim_status status;
     int mat;

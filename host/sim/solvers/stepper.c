@@ -21,7 +21,7 @@ void stepper_make(struct stepper *s)
 {
     size_t size = (size_t)s->model->size;
     s->work = xcalloc(1, s->kind->work_bytes);
-    s->storage = xcalloc((2 * s->kind->rows + s->kind->more) * size, sizeof *s->storage);
+    s->storage = xcalloc((2 * s->kind->rows + s->kind->extra_values) * size, sizeof *s->storage);
     for (size_t i = 0; i < s->kind->rows; i++) {
         double *row = s->storage + 2 * i * size;
         memcpy((char *)s->work + i * sizeof row, &row, sizeof row);
@@ -47,12 +47,12 @@ bool stepper_choose_step(const struct stepper *s, double limit_s, double *h_s, b
     return s->h_s >= s->min_step_s;
 }
 
-bool stepper_cut_at_reversal(const struct stepper *s, const double *rate, double *h_s)
+bool stepper_end_at_reversal(const struct stepper *s, const double *rate, double *h_s)
 {
     const struct model *m = s->model;
     const double veps = m->veps_ft_s, edge = s->kind->reversal_veps * veps;
     double h = *h_s;
-    if (m->law != SIM_TANH || !(edge > 0.0))
+    if (m->law != SIM_FRICTION_TANH || !(edge > 0.0))
         return false;
     for (int k = m->size + stepper_low(s) + 1; k < m->size + stepper_high(s); k += 2) {
         /* signs such that the speed increases */
@@ -78,7 +78,7 @@ void stepper_accept(struct stepper *s, double h_s, double t_new_s, bool last, do
 
 void stepper_reject(struct stepper *s, double next_s)
 {
-    s->rejected++;
+    s->rejected_steps++;
     s->h_s = next_s;
 }
 
@@ -108,7 +108,7 @@ void stepper_copy(const struct stepper *s, const double *from, double *to)
 void stepper_rates(struct stepper *s, double t_s, const double *z, double *rate)
 {
     int size = s->model->size, low = stepper_low(s), high = stepper_high(s);
-    if (s->kind->samples)
+    if (s->kind->samples_switches)
         model_sample(s->model, t_s, z);
     else if (s->kind->samples_shape)
         model_sample_shape(s->model, z);

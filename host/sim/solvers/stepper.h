@@ -13,24 +13,24 @@ struct stepper;
 
 struct stepper_kind {
     const char *name;
-    bool samples;       /* switches are determined at every evaluation and not located in time */
-    bool samples_shape; /* as `samples`, but stick-slip switches are located */
-    bool settles;       /* as `samples`, but determines within the step which mats stop */
-    bool fixed;         /* the step is given (dt) and not chosen */
-    bool prunes;        /* mats at rest may be left out */
-    bool long_steps;    /* steps can be so long that a mat slips and sticks within one */
+    bool samples_switches; /* switches are determined at every evaluation and not located in time */
+    bool samples_shape;    /* as `samples_switches`, but stick-slip switches are located */
+    bool settles_stops;  /* as `samples_switches`, but determines within the step which mats stop */
+    bool has_fixed_step; /* the step is given (dt) and not chosen */
+    bool can_prune;      /* mats at rest may be left out */
+    bool has_long_steps; /* steps can be so long that a mat slips and sticks within one */
     /* friction tanh reverses within this speed, in veps; 0: not considered */
     double reversal_veps;
     double rtol; /* default tolerance */
     /* kind that is faster at loose_rtol and above; NULL: none */
     const struct stepper_kind *loose_kind;
     double loose_rtol;
-    const char *method; /* description for users, one line */
+    const char *description; /* description for users, one line */
     /* Memory of the kind: work_bytes bytes, all 0, which begin with `rows` pointers to rows of 2
-     * size values; and `more` times size further values, which are passed to `make`. */
-    size_t work_bytes, rows, more;
-    /* Prepares the further values (`more`); NULL: nothing to prepare. */
-    void (*make)(struct stepper *stepper, double *more);
+     * size values; and `extra_values` times size further values, which are passed to `make`. */
+    size_t work_bytes, rows, extra_values;
+    /* Prepares the further values (`extra_values`); NULL: nothing to prepare. */
+    void (*make)(struct stepper *stepper, double *extra_values);
     /* releases the memory that `make` allocated; NULL: nothing */
     void (*free)(struct stepper *stepper);
     /* discards the history, because modes or state have changed */
@@ -53,7 +53,7 @@ struct stepper {
     double *z, *z_new; /* state before and after the step: 2 size values each */
     /* Rates (v, p'') at both ends of the last step; NULL: not known. */
     const double *rate, *rate_new;
-    uint64_t rejected;
+    uint64_t rejected_steps;
     void *work;      /* memory of the kind */
     double *storage; /* the values to which `work` points; stepper_make allocates both */
 };
@@ -89,7 +89,7 @@ bool stepper_choose_step(const struct stepper *stepper, double limit_s, double *
  * step, the reversal is a jump, which reduces the order of a method and which the error estimate
  * may miss. Returns true if the step was shortened to end where the reversal begins; two steps
  * cover the reversal. Uses the rates at the start of the step. */
-bool stepper_cut_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
+bool stepper_end_at_reversal(const struct stepper *stepper, const double *rate, double *h_s);
 
 /* Accepts the step h_s to t_new_s. The next step is `grow` times as long. If a limit or a friction
  * reversal shortened this step (`last`), the next step is as long as this one was planned. */

@@ -24,7 +24,7 @@
 
 struct sampling {
     const struct fit_model *model;
-    const struct ensemble_place *place;
+    const struct ensemble_region *region;
     const struct fit_options *options;
     struct ensemble *ensemble;
     unsigned round;
@@ -32,13 +32,13 @@ struct sampling {
     atomic_size_t done;
 };
 
-/* Computes the parameters z from the position w in the region `place`. */
-static void ensemble_point(const struct ensemble_place *place, const double *w, double *z)
+/* Computes the parameters z from the position w in the region `region`. */
+static void compute_parameters(const struct ensemble_region *region, const double *w, double *z)
 {
-    for (size_t i = 0; i < place->parameters; i++) {
-        z[i] = place->middle[i];
+    for (size_t i = 0; i < region->parameters; i++) {
+        z[i] = region->middle[i];
         for (size_t k = 0; k <= i; k++)
-            z[i] += place->spread[i][k] * w[k];
+            z[i] += region->spread[i][k] * w[k];
     }
 }
 
@@ -58,8 +58,8 @@ static void simulate_rows(const struct sampling *work, size_t from, size_t count
     double z[FIT_BATCH * FIT_PARAMETERS_MAX];
     uint64_t draw[FIT_BATCH];
     for (size_t k = 0; k < count; k++) {
-        ensemble_point(work->place, ensemble->w + (from + k) * ensemble->parameters,
-                       z + k * ensemble->parameters);
+        compute_parameters(work->region, ensemble->w + (from + k) * ensemble->parameters,
+                           z + k * ensemble->parameters);
         draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
     }
     model->simulate(model->context, count, z, draw,
@@ -91,7 +91,7 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
 
 /* Draws Sobol points, which are evenly distributed. They are shifted by a random vector per round,
  * modulo 1, so that rounds differ. */
-static void draw_evenly(const struct sampling *work)
+static void draw_sobol_points(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
     gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameters);
@@ -101,8 +101,9 @@ static void draw_evenly(const struct sampling *work)
         for (size_t k = 0; k < ensemble->parameters; k++) {
             double shift = (double)(draw_number(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
             double even = fmod(w[k] + shift, 1.0);
-            w[k] = work->place->normal ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
-                                       : ENSEMBLE_REACH * (2.0 * even - 1.0);
+            w[k] = work->region->is_normal
+                     ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
+                     : ENSEMBLE_REACH * (2.0 * even - 1.0);
         }
     }
     gsl_qrng_free(sequence);
@@ -123,11 +124,12 @@ static void remove_failed(struct ensemble *ensemble, const bool *good)
         memmove(ensemble->statistic + kept * p, ensemble->statistic + i * p, p * sizeof(double));
         kept++;
     }
-    ensemble->failed = ensemble->draws - kept;
+    ensemble->failed_draws = ensemble->draws - kept;
     ensemble->draws = kept;
 }
 
-enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
+enum mr_status ensemble_simulate(const struct fit_model *model,
+                                 const struct ensemble_region *region,
                                  const struct fit_options *options, unsigned round,
                                  struct ensemble *ensemble, struct error *error)
 {
@@ -138,23 +140,23 @@ enum mr_status ensemble_simulate(const struct fit_model *model, const struct ens
     ensemble->draw = xcalloc(ensemble->draws, sizeof *ensemble->draw);
     bool *good = xcalloc(ensemble->draws, sizeof *good);
     struct sampling work = {.model = model,
-                            .place = place,
+                            .region = region,
                             .options = options,
                             .ensemble = ensemble,
                             .round = round,
                             .is_valid = good};
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
-    draw_evenly(&work);
+    draw_sobol_points(&work);
     parallel_for(options->threads ? options->threads
                  : processors > 1 ? (unsigned)processors
                                   : 1u,
                  simulate_draws, &work);
     remove_failed(ensemble, good);
-    if ((double)ensemble->failed > MAX_FAILED_SHARE * (double)options->draws)
+    if ((double)ensemble->failed_draws > MAX_FAILED_SHARE * (double)options->draws)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
                   "scene with matrig sim",
-                  ensemble->failed, options->draws, round + 1);
+                  ensemble->failed_draws, options->draws, round + 1);
     free(good);
     return error->status;
 }
@@ -195,19 +197,19 @@ void surface_evaluate(const struct surface *surface, const double *w, double *st
     for (size_t s = 0; s < p; s++)
         statistic[s] = 0.0;
     for (size_t n = 0; n < surface->terms; n++) {
-        const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+        const double *factor = gsl_matrix_const_ptr(surface->coefficients, n, 0);
         for (size_t s = 0; s < p; s++)
             statistic[s] += term[n] * factor[s];
     }
     for (size_t i = 0; slope && i < q; i++) {
-        const double *factor = gsl_matrix_const_ptr(surface->factor, 1 + i, 0);
+        const double *factor = gsl_matrix_const_ptr(surface->coefficients, 1 + i, 0);
         for (size_t s = 0; s < p; s++)
             slope[s * q + i] = factor[s];
     }
     size_t n = 1 + q;
     for (size_t i = 0; slope && i < q; i++) {
         for (size_t k = i; k < q; k++, n++) {
-            const double *factor = gsl_matrix_const_ptr(surface->factor, n, 0);
+            const double *factor = gsl_matrix_const_ptr(surface->coefficients, n, 0);
             for (size_t s = 0; s < p; s++) {
                 slope[s * q + i] += factor[s] * w[k];
                 slope[s * q + k] += factor[s] * w[i];
@@ -223,7 +225,7 @@ static double surface_leverage(const struct surface *surface, const double *w)
     set_terms(surface->parameters, w, term);
     for (size_t i = 0; i < surface->terms; i++) {
         for (size_t k = 0; k < surface->terms; k++)
-            sum += term[i] * gsl_matrix_get(surface->spread, i, k) * term[k];
+            sum += term[i] * gsl_matrix_get(surface->inverse_normal, i, k) * term[k];
     }
     return sum;
 }
@@ -246,18 +248,18 @@ static void set_departures(const struct ensemble *ensemble, const gsl_matrix *de
     size_t q = surface->parameters, p = surface->statistics;
     gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, surface->draws,
                                                              p);
-    gsl_matrix_memcpy(surface->departure, &data.matrix);
-    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->factor, 1.0,
-                   surface->departure);
+    gsl_matrix_memcpy(surface->scaled_residuals, &data.matrix);
+    gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->coefficients, 1.0,
+                   surface->scaled_residuals);
     gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0 / (double)(surface->draws - surface->terms),
-                   surface->departure, 0.0, surface->covariance);
+                   surface->scaled_residuals, 0.0, surface->covariance);
     for (size_t i = 0; i < p; i++) {
         for (size_t k = i + 1; k < p; k++)
             gsl_matrix_set(surface->covariance, i, k, gsl_matrix_get(surface->covariance, k, i));
     }
     for (size_t i = 0; i < surface->draws; i++) {
         double leverage = fmin(surface_leverage(surface, ensemble->w + i * q), 0.999);
-        gsl_vector_view row = gsl_matrix_row(surface->departure, i);
+        gsl_vector_view row = gsl_matrix_row(surface->scaled_residuals, i);
         gsl_vector_scale(&row.vector, 1.0 / sqrt(1.0 - leverage));
     }
 }
@@ -273,21 +275,21 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
                          "too few simulated data sets: %zu for a response surface of %zu terms; "
                          "use more than %zu draws",
                          n, k, 2 * k);
-    surface->factor = new_matrix(k, p);
-    surface->departure = new_matrix(n, p);
+    surface->coefficients = new_matrix(k, p);
+    surface->scaled_residuals = new_matrix(n, p);
     surface->covariance = new_matrix(p, p);
-    surface->spread = new_matrix(k, k);
+    surface->inverse_normal = new_matrix(k, k);
     gsl_matrix *design = new_matrix(n, k), *moment = new_matrix(k, p);
     gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, n, p);
     for (size_t i = 0; i < n; i++)
         set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
-    if (!invert_normal(design, surface->spread)) {
+    if (!invert_normal(design, surface->inverse_normal)) {
         error_set(error, MR_NUMERICS,
                   "the response surface is not determined: %zu draws; use more draws", n);
     } else {
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
-        gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->spread, moment, 0.0,
-                       surface->factor);
+        gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->inverse_normal, moment, 0.0,
+                       surface->coefficients);
         set_departures(ensemble, design, surface);
     }
     gsl_matrix_free(design);
@@ -297,10 +299,10 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
 
 void surface_free(struct surface *surface)
 {
-    gsl_matrix_free(surface->factor);
-    gsl_matrix_free(surface->departure);
+    gsl_matrix_free(surface->coefficients);
+    gsl_matrix_free(surface->scaled_residuals);
     gsl_matrix_free(surface->covariance);
-    gsl_matrix_free(surface->spread);
+    gsl_matrix_free(surface->inverse_normal);
     *surface = (struct surface){0};
 }
 
@@ -340,7 +342,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
 {
     size_t q = ensemble->parameters, n = ensemble->draws, to = weight->size2;
     *combined = (struct ensemble){
-        .draws = n, .parameters = q, .statistics = to, .failed = ensemble->failed};
+        .draws = n, .parameters = q, .statistics = to, .failed_draws = ensemble->failed_draws};
     combined->w = xcalloc(n * q, sizeof(double));
     combined->statistic = xcalloc(n * to, sizeof(double));
     memcpy(combined->w, ensemble->w, n * q * sizeof(double));
@@ -388,12 +390,12 @@ static void invert_lower(size_t n, square lower, square inverse)
 }
 
 bool solve_begin(struct solve *solve, const struct surface *surface,
-                 const struct ensemble_place *place)
+                 const struct ensemble_region *region)
 {
     size_t q = surface->parameters;
     square covariance, lower;
     double middle[FIT_PARAMETERS_MAX] = {0.0};
-    *solve = (struct solve){.surface = surface, .place = place};
+    *solve = (struct solve){.surface = surface, .region = region};
     double share = 1.0 + surface_leverage(surface, middle);
     for (size_t i = 0; i < q; i++) {
         for (size_t k = 0; k < q; k++)
@@ -408,7 +410,8 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
 /* Computes value and slopes of the surface at w. Outside the simulated range the surface is
  * continued linearly from the nearest point inside. The slopes with respect to parameters inside
  * the range are evaluated at w. */
-static void expected_score(const struct solve *solve, const double *w, double *score, double *slope)
+static void compute_expected_score(const struct solve *solve, const double *w, double *score,
+                                   double *slope)
 {
     size_t q = solve->surface->parameters;
     double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX],
@@ -433,8 +436,8 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
     size_t q = solve->surface->parameters;
     double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX];
-    expected_score(solve, w, score, change);
-    ensemble_point(solve->place, w, z);
+    compute_expected_score(solve, w, score, change);
+    compute_parameters(solve->region, w, z);
     for (size_t r = 0; r < q; r++) {
         residual[r] = 0.0;
         for (size_t s = 0; s <= r; s++)
@@ -445,7 +448,7 @@ void solve_residual(const struct solve *solve, const double *w, double *residual
             for (size_t s = 0; s <= r; s++)
                 sum += solve->root[r][s] * change[s * q + i];
             slope[r * q + i] = sum;
-            slope[(q + r) * q + i] = solve->place->spread[r][i];
+            slope[(q + r) * q + i] = solve->region->spread[r][i];
         }
     }
 }
@@ -506,7 +509,7 @@ void solve_information(const struct solve *solve, const double *w, square inform
     double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     square lower, inverse, by_z;
     solve_residual(solve, w, residual, slope);
-    memcpy(lower, solve->place->spread, sizeof lower);
+    memcpy(lower, solve->region->spread, sizeof lower);
     invert_lower(q, lower, inverse);
     for (size_t r = 0; r < q; r++) {
         for (size_t i = 0; i < q; i++) {
@@ -546,22 +549,22 @@ static void solve_covariance(size_t parameters, square information, square covar
 
 /* ---- fit ---- */
 
-#define DRAWS          300u
-#define REPLICAS       99u /* together with the measured data set there are 100 */
+#define DEFAULT_DRAWS    300u
+#define DEFAULT_REPLICAS 99u /* together with the measured data set there are 100 */
 /* Standard deviation of the next design, in standard errors of the estimate */
-#define DESIGN_WIDTH   1.3
+#define DESIGN_WIDTH     1.3
 /* The search ends when the estimate is within this distance from the middle of its design, in units
  * of w. */
-#define CONVERGED_STEP 1.2
-#define REFITS         640u /* approximate number of bootstrap refits */
-#define W_MAX          (1.2 * ENSEMBLE_REACH)
+#define CONVERGED_STEP   1.2
+#define BOOTSTRAP_REFITS 640u /* approximate number of bootstrap refits */
+#define W_MAX            (1.2 * ENSEMBLE_REACH)
 
 struct fitting {
     const struct fit_model *model;
     const double *measured;
     struct fit_options options;
-    struct ensemble_place place; /* the region of the next ensemble */
-    gsl_matrix *weight;          /* statistics x parameters: weights of the scores */
+    struct ensemble_region region; /* the region of the next ensemble */
+    gsl_matrix *weight;            /* statistics x parameters: weights of the scores */
     /* Cholesky factor of the correlation of the statistics; `scale` has their standard
      * deviations */
     gsl_matrix *metric;
@@ -575,7 +578,7 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
                                  struct error *error)
 {
     size_t p = surface->statistics;
-    surface_shrink(surface->departure, surface->covariance);
+    surface_shrink(surface->scaled_residuals, surface->covariance);
     gsl_matrix_memcpy(fitting->metric, surface->covariance);
     for (size_t i = 0; i < p; i++) {
         double variance = gsl_matrix_get(surface->covariance, i, i);
@@ -605,7 +608,7 @@ static void set_weight(struct fitting *fitting, const struct surface *surface)
         gsl_vector_view column = gsl_matrix_column(fitting->weight, i);
         for (size_t s = 0; s < p; s++)
             gsl_vector_set(&column.vector, s,
-                           gsl_matrix_get(surface->factor, 1 + i, s) / fitting->scale[s]);
+                           gsl_matrix_get(surface->coefficients, 1 + i, s) / fitting->scale[s]);
         gsl_linalg_cholesky_svx(fitting->metric, &column.vector);
         for (size_t s = 0; s < p; s++)
             gsl_vector_set(&column.vector, s,
@@ -624,21 +627,21 @@ static void set_score(const struct fitting *fitting, const double *statistic, do
 
 /* Sets the region of the next ensemble. The region is centred at w, and its width is proportional
  * to the uncertainty of the estimate. */
-static void move_place(struct fitting *fitting, const double *w,
-                       double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
+static void move_region(struct fitting *fitting, const double *w,
+                        double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
-    struct ensemble_place next = {.parameters = fitting->place.parameters};
+    struct ensemble_region next = {.parameters = fitting->region.parameters};
     double inside[FIT_PARAMETERS_MAX], lower[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < next.parameters; i++)
         inside[i] = fmax(-W_MAX, fmin(W_MAX, w[i]));
-    ensemble_point(&fitting->place, inside, next.middle);
+    compute_parameters(&fitting->region, inside, next.middle);
     if (!solve_cholesky(next.parameters, covariance, lower))
         return;
     for (size_t i = 0; i < next.parameters; i++) {
         for (size_t k = 0; k <= i; k++)
             next.spread[i][k] = DESIGN_WIDTH * lower[i][k];
     }
-    fitting->place = next;
+    fitting->region = next;
 }
 
 /* Estimates w from the scores of one ensemble. The caller frees solve->surface. */
@@ -652,7 +655,7 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
     ensemble_free(&combined);
     if (error->status != MR_OK)
         return error->status;
-    if (!solve_begin(solve, scores, &fitting->place))
+    if (!solve_begin(solve, scores, &fitting->region))
         return error_set(error, MR_NUMERICS,
                          "a parameter has no effect on the measurements: the scores are singular; "
                          "fit fewer parameters");
@@ -678,12 +681,12 @@ static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *en
                                     struct error *error)
 {
     struct fit_result *answer = fitting->answer;
-    enum mr_status status = ensemble_simulate(fitting->model, &fitting->place, &fitting->options,
+    enum mr_status status = ensemble_simulate(fitting->model, &fitting->region, &fitting->options,
                                               answer->rounds, ensemble, error);
     if (status == MR_OK) {
         answer->rounds++;
-        answer->simulated += ensemble->draws + ensemble->failed;
-        answer->failed += ensemble->failed;
+        answer->simulated_draws += ensemble->draws + ensemble->failed_draws;
+        answer->failed_draws += ensemble->failed_draws;
     }
     return status;
 }
@@ -702,7 +705,7 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
 /* Does one round of the search: estimate, new scores, new region. Scores that are chosen with an
  * ensemble and used with the same ensemble seem better than they are. Therefore every round except
  * the first uses the scores of the previous round. */
-static enum mr_status find_place(struct fitting *fitting, double *moved, struct error *error)
+static enum mr_status find_region(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
     struct surface scores = {0};
@@ -717,7 +720,7 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
         solve_information(&solve, w, information);
         solve_covariance(fitting->model->parameters, information, covariance);
         *moved = max_distance(w, fitting->model->parameters);
-        move_place(fitting, w, covariance);
+        move_region(fitting, w, covariance);
     }
     surface_free(&scores);
     ensemble_free(&ensemble);
@@ -727,31 +730,31 @@ static enum mr_status find_place(struct fitting *fitting, double *moved, struct 
 /* Estimates the bias by bootstrap: repeats the fit with each departure of the ensemble instead of
  * the measured departure, and with randomly drawn priors. Writes rows of parameters, refitted minus
  * true. Returns the number of rows. */
-static size_t refit(const struct fitting *fitting, const struct solve *solve, const double *w,
-                    double *error_z)
+static size_t bootstrap_refits(const struct fitting *fitting, const struct solve *solve,
+                               const double *w, double *error_z)
 {
     const struct surface *surface = solve->surface;
     size_t q = surface->parameters, count = 0,
-           times = (REFITS + surface->draws - 1) / surface->draws;
+           times = (BOOTSTRAP_REFITS + surface->draws - 1) / surface->draws;
     double score[FIT_PARAMETERS_MAX], slope[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX], again_z[FIT_PARAMETERS_MAX];
     double scale = sqrt(1.0 + surface_leverage(surface, w));
     gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
     gsl_rng_set(random, (unsigned long)(fitting->options.seed + 1));
     surface_evaluate(surface, w, score, slope);
-    ensemble_point(solve->place, w, z);
+    compute_parameters(solve->region, w, z);
     for (size_t i = 0; i < times * surface->draws; i++) {
         struct solve again = *solve;
         double again_w[FIT_PARAMETERS_MAX];
         for (size_t k = 0; k < q; k++) {
-            again.score[k] = score[k] +
-                             scale * gsl_matrix_get(surface->departure, i % surface->draws, k);
+            again.score[k] = score[k] + scale * gsl_matrix_get(surface->scaled_residuals,
+                                                               i % surface->draws, k);
             again.prior[k] = z[k] + gsl_ran_gaussian_ziggurat(random, 1.0);
         }
         memcpy(again_w, w, q * sizeof *w);
         if (isnan(solve_least_squares(&again, again_w)))
             continue;
-        ensemble_point(solve->place, again_w, again_z);
+        compute_parameters(solve->region, again_w, again_z);
         for (size_t k = 0; k < q; k++)
             error_z[count * q + k] = again_z[k] - z[k];
         count++;
@@ -764,11 +767,11 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
                                     const double *w, struct error *error)
 {
     struct fit_result *answer = fitting->answer;
-    size_t q = answer->parameters, rows = (REFITS + solve->surface->draws) * q;
+    size_t q = answer->parameters, rows = (BOOTSTRAP_REFITS + solve->surface->draws) * q;
     double *error_z = xcalloc(rows, sizeof *error_z);
     double within = gsl_cdf_tdist_Pinv(0.975,
                                        (double)(solve->surface->draws - solve->surface->terms));
-    size_t count = refit(fitting, solve, w, error_z);
+    size_t count = bootstrap_refits(fitting, solve, w, error_z);
     if (count < ENSEMBLE_DRAWS_MIN)
         error_set(error, MR_NUMERICS,
                   "no intervals: only %zu refits of the bootstrap converged; narrow the priors, or "
@@ -824,17 +827,17 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
 {
     struct fit_result *answer = fitting->answer;
     struct fit_options options = fitting->options;
-    struct ensemble_place place = {.parameters = answer->parameters, .normal = true};
+    struct ensemble_region region = {.parameters = answer->parameters, .is_normal = true};
     struct ensemble ensemble;
     struct error failed = {0};
     size_t p = answer->statistics;
-    options.draws = options.replicas ? options.replicas : REPLICAS;
-    memcpy(place.middle, answer->z, sizeof place.middle);
-    if (!solve_cholesky(answer->parameters, answer->covariance, place.spread))
+    options.draws = options.replicas ? options.replicas : DEFAULT_REPLICAS;
+    memcpy(region.middle, answer->z, sizeof region.middle);
+    if (!solve_cholesky(answer->parameters, answer->covariance, region.spread))
         return;
-    if (ensemble_simulate(fitting->model, &place, &options, answer->rounds, &ensemble, &failed) ==
+    if (ensemble_simulate(fitting->model, &region, &options, answer->rounds, &ensemble, &failed) ==
         MR_OK) {
-        answer->simulated += ensemble.draws + ensemble.failed;
+        answer->simulated_draws += ensemble.draws + ensemble.failed_draws;
         answer->residual = xcalloc((1 + ensemble.draws) * p, sizeof *answer->residual);
         bool good = leave_one_out(fitting, solve, all, fitting->measured, answer->residual);
         for (size_t i = 0; good && i < ensemble.draws; i++)
@@ -855,7 +858,7 @@ static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
     double w[FIT_PARAMETERS_MAX];
     if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
         estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
-        ensemble_point(&fitting->place, w, answer->z);
+        compute_parameters(&fitting->region, w, answer->z);
         solve_information(&solve, w, answer->information);
         solve_covariance(answer->parameters, answer->information, answer->covariance);
         if (surface_make(&ensemble, &all, error) == MR_OK) {
@@ -875,7 +878,7 @@ static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
     struct fit_result *answer = fitting->answer;
     double moved = (double)INFINITY;
     while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > CONVERGED_STEP || answer->rounds < 2)) {
-        if (find_place(fitting, &moved, error) != MR_OK)
+        if (find_region(fitting, &moved, error) != MR_OK)
             return error->status;
     }
     answer->not_converged = moved > CONVERGED_STEP;
@@ -911,13 +914,13 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
         .model = model, .measured = measured, .options = *options, .answer = answer};
     *answer = (struct fit_result){.parameters = q, .statistics = p};
     if (fitting.options.draws == 0)
-        fitting.options.draws = DRAWS;
+        fitting.options.draws = DEFAULT_DRAWS;
     if (check_request(model, &fitting.options, error) != MR_OK)
         return error->status;
     gsl_error_handler_t *before = gsl_set_error_handler_off();
-    fitting.place.parameters = q;
+    fitting.region.parameters = q;
     for (size_t i = 0; i < q; i++)
-        fitting.place.spread[i][i] = 1.0;
+        fitting.region.spread[i][i] = 1.0;
     fitting.weight = new_matrix(p, q);
     fitting.metric = new_matrix(p, p);
     fitting.scale = xcalloc(p, sizeof *fitting.scale);

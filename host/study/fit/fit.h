@@ -61,7 +61,7 @@ struct fit_result {
     /* information matrix of the data, without the priors */
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     unsigned rounds; /* number of ensembles that were simulated */
-    size_t simulated, failed;
+    size_t simulated_draws, failed_draws;
     bool not_converged; /* the estimate did not converge within the maximum number of rounds */
     double *expected;   /* expected value of each statistic at the estimate */
     double *scatter;    /* standard deviation of each statistic */
@@ -83,25 +83,26 @@ void fit_free(struct fit_result *answer);
  * z = middle + spread w, with w uniform over +-ENSEMBLE_REACH in each direction (standard deviation
  * 1), or normal. */
 #define ENSEMBLE_REACH 1.7320508075688772
-struct ensemble_place {
+struct ensemble_region {
     size_t parameters;
-    bool normal;
+    bool is_normal;
     double middle[FIT_PARAMETERS_MAX];
     double spread[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* lower triangle */
 };
 
 struct ensemble {
     size_t draws, parameters, statistics;
-    double *w;         /* `draws` rows of parameters */
-    double *statistic; /* `draws` rows of statistics */
-    uint64_t *draw;    /* number of each draw; the same number gives the same joints */
-    size_t failed;     /* number of draws that failed and have no rows */
+    double *w;           /* `draws` rows of parameters */
+    double *statistic;   /* `draws` rows of statistics */
+    uint64_t *draw;      /* number of each draw; the same number gives the same joints */
+    size_t failed_draws; /* number of draws that failed and have no rows */
 };
 
 /* Simulates an ensemble on several threads. Ensembles of different rounds have different draws.
  * MR_NUMERICS: more than a tenth of the draws failed. Release with ensemble_free, also after an
  * error. */
-enum mr_status ensemble_simulate(const struct fit_model *model, const struct ensemble_place *place,
+enum mr_status ensemble_simulate(const struct fit_model *model,
+                                 const struct ensemble_region *region,
                                  const struct fit_options *options, unsigned round,
                                  struct ensemble *ensemble, struct error *error);
 void ensemble_free(struct ensemble *ensemble);
@@ -115,12 +116,12 @@ void ensemble_free(struct ensemble *ensemble);
 struct surface {
     size_t parameters, statistics, terms, draws;
     /* terms x statistics: coefficients of 1, of w and of the products w_i w_k, i <= k */
-    gsl_matrix *factor;
+    gsl_matrix *coefficients;
     /* draws x statistics: residuals, each divided by sqrt(1 - its leverage), mean 0. */
-    gsl_matrix *departure;
+    gsl_matrix *scaled_residuals;
     /* statistics x statistics: covariance of a data set at given parameters */
     gsl_matrix *covariance;
-    gsl_matrix *spread; /* terms x terms: inverse of the normal matrix */
+    gsl_matrix *inverse_normal; /* terms x terms: inverse of the normal matrix */
 };
 
 /* Fits a surface. MR_TOO_FEW: the number of draws is not more than twice the number of terms.
@@ -156,7 +157,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
 /* The minimised function of w is |root (surface(w) - score)|^2 + |z(w) - prior|^2. */
 struct solve {
     const struct surface *surface; /* a surface with one statistic per parameter */
-    const struct ensemble_place *place;
+    const struct ensemble_region *region;
     /* root' root = (covariance (1 + leverage))^-1 */
     double root[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     double score[FIT_PARAMETERS_MAX];
@@ -166,7 +167,7 @@ struct solve {
 /* Prepares the minimisation for a surface: `root` is set for the middle of the region, and the
  * priors are 0. Returns false if the covariance is singular. */
 bool solve_begin(struct solve *solve, const struct surface *surface,
-                 const struct ensemble_place *place);
+                 const struct ensemble_region *region);
 /* Minimises the sum of squares. Starts at `w`, and stores the minimum there. Returns the minimum
  * sum of squares; NaN: no convergence. */
 double solve_least_squares(const struct solve *solve, double *w);

@@ -26,10 +26,12 @@
 
 bool parallel_can_run(const struct sim_scene *scene)
 {
-    bool plain = scene->model == SIM_CHAIN && scene->thrust == SIM_JUMP && scene->slack_ft > 0.0 &&
-                 scene->left == SIM_FIXED && scene->right == SIM_FIXED && scene->cl_lb_s_ft > 0.0 &&
-                 (scene->friction_law == SIM_STICK || scene->friction_law == SIM_SIGN) &&
-                 scene->friction_normal == SIM_WEIGHT && !mods_are_given(scene) &&
+    bool plain = scene->model == SIM_MODEL_CHAIN && scene->thrust == SIM_THRUST_JUMP &&
+                 scene->slack_ft > 0.0 && scene->left == SIM_FIXED && scene->right == SIM_FIXED &&
+                 scene->cl_lb_s_ft > 0.0 &&
+                 (scene->friction_law == SIM_FRICTION_STICK ||
+                  scene->friction_law == SIM_FRICTION_SIGN) &&
+                 scene->friction_normal == SIM_NORMAL_WEIGHT && !mods_are_given(scene) &&
                  !sim_scene_is_varied(scene);
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++)
         plain = plain && !(scene->element[i] > 0.0);
@@ -178,7 +180,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 
 #define IN_PER_FT       12.0
 #define SAMPLE_S        0.002
-#define HALVINGS        40
+#define BISECTIONS      40
 #define PAIRS_PER_JOINT 6 /* draws; 0.5 % of the influence of the initial values then remains */
 
 /* Upper limit m, from the mean gap. Gaps are uniform from 0 to 2 m, limited to the slack s; if 2 m
@@ -210,14 +212,14 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
             gap_ft[i] = fmin(sum_ft / (double)count, most_ft);
         return;
     }
-    for (int n = 0; n < HALVINGS; n++, high *= 2.0) {
+    for (int n = 0; n < BISECTIONS; n++, high *= 2.0) {
         double reached = 0.0;
         for (size_t i = 0; i < count; i++)
             reached += fmin(high * fmax(gap_ft[i], 0.0), most_ft);
         if (reached >= sum_ft)
             break;
     }
-    for (int n = 0; n < HALVINGS; n++) {
+    for (int n = 0; n < BISECTIONS; n++) {
         double middle = 0.5 * (low + high), reached = 0.0;
         for (size_t i = 0; i < count; i++)
             reached += fmin(middle * fmax(gap_ft[i], 0.0), most_ft);
@@ -348,12 +350,11 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
 #define ASINH_SCALE_IN 0.05 /* u0 in the statistic u0 asinh(u/u0) */
 
 /* Statistic of a displacement u: u0 asinh(u/u0). */
-static double asinh_of(double u_in)
+static double asinh_in(double u_in)
 {
     return ASINH_SCALE_IN * asinh(u_in / ASINH_SCALE_IN);
 }
 
-/* Result of one simulated landing. */
 struct outcome {
     double *sample_u_ft; /* `samples` rows, SAMPLE_S apart, with one value per channel */
     size_t samples;
@@ -365,9 +366,9 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
 {
     double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
     for (size_t c = 0; c < landing->channels; c++) {
-        gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain);
+        gain[c] = 1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].gain_error);
         baseline_in[c] = gsl_ran_gaussian_ziggurat(drawing->random,
-                                                   landing->channel[c].baseline_in);
+                                                   landing->channel[c].baseline_error_in);
     }
     double after_error_in = survey_error_in(landing->after_error_in, drawing->list);
     double gauge = gage_factor(drawing);
@@ -385,9 +386,9 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
         double sum_in = 0.0;
         for (size_t k = from; k < to; k++)
             sum_in += IN_PER_FT * outcome->sample_u_ft[k * landing->channels + c];
-        double noise_in = gsl_ran_gaussian_ziggurat(drawing->random, landing->channel[c].noise_in /
-                                                                         sqrt(window->samples));
-        statistic[w] = asinh_of(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
+        double noise_in = gsl_ran_gaussian_ziggurat(
+            drawing->random, landing->channel[c].noise_in / sqrt(window->valid_samples));
+        statistic[w] = asinh_in(gain[c] * sum_in / (double)(to - from) + baseline_in[c] + noise_in);
     }
 }
 
@@ -413,7 +414,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     scene.grit_lb = (struct sim_list){drawing->grit_lb, (size_t)scene.mats + 1};
     scene.friction = drawing->value[FIT_FRICTION];
     scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
-    struct sim_options options = {.solver = scene.model == SIM_CHAIN ? "staggered" : NULL,
+    struct sim_options options = {.solver = scene.model == SIM_MODEL_CHAIN ? "staggered" : NULL,
                                   .sample_dt_s = SAMPLE_S,
                                   .station_ft = station_ft,
                                   .station_count = landing->channels};
@@ -483,7 +484,7 @@ static void simulate_landing(struct drawing *drawing, size_t count,
     for (size_t k = 0; k < count; k++) {
         if (drawing[k].is_valid)
             read_statistics(&drawing[k], landing, &outcome[k],
-                            statistic + k * drawing->list->statistics + landing->first);
+                            statistic + k * drawing->list->statistics + landing->first_statistic);
     }
     free(room);
 }
@@ -569,7 +570,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
 
 /* Distances of a transducer ahead of the wheel, ft; they are the limits of the windows. */
 static const double edges_ft[] = {16.0, 8.0, 4.0, 2.0, 0.0, -4.0};
-#define EDGES (sizeof edges_ft / sizeof edges_ft[0])
+#define WINDOW_EDGES (sizeof edges_ft / sizeof edges_ft[0])
 
 void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene)
 {
@@ -628,11 +629,11 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
 {
     struct fit_window window = {.channel = channel, .from_s = from_s, .to_s = to_s};
     double mean_in = to_s - from_s >= MIN_WINDOW_S
-                       ? mean_over(series, from_s, to_s, &window.samples)
+                       ? mean_over(series, from_s, to_s, &window.valid_samples)
                        : (double)NAN;
     if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
         return;
-    measured[landing->windows] = asinh_of(mean_in);
+    measured[landing->windows] = asinh_in(mean_in);
     landing->window[landing->windows++] = window;
 }
 
@@ -644,9 +645,9 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
            stop_s = landing->scene.path[landing->scene.path_count - 1].t_s;
     landing->channel[channel].station_ft = series->station_ft;
     landing->channel[channel].noise_in = series->noise_in;
-    landing->channel[channel].baseline_in = series->baseline_in;
-    landing->channel[channel].gain = series->gain;
-    for (size_t e = 0; e + 1 < EDGES; e++) {
+    landing->channel[channel].baseline_error_in = series->baseline_error_in;
+    landing->channel[channel].gain_error = series->gain_error;
+    for (size_t e = 0; e + 1 < WINDOW_EDGES; e++) {
         double from_s = reach_s(&landing->scene, series->station_ft - edges_ft[e]);
         double to_s = fmin(reach_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
         add_window(landing, series, channel, from_s, to_s, measured);
@@ -660,7 +661,7 @@ static void add_segments(struct fit_landing *landing, double *measured)
         if ((isnan(landing->survey_in[s]) && !landing->is_consecutive) ||
             isnan(landing->after_in[s]) || landing->windows == FIT_WINDOWS_MAX)
             continue;
-        struct fit_window window = {.channel = SIZE_MAX, .segment = s, .samples = 1.0};
+        struct fit_window window = {.channel = SIZE_MAX, .segment = s, .valid_samples = 1.0};
         measured[landing->windows] = landing->after_in[s];
         landing->window[landing->windows++] = window;
     }
@@ -681,7 +682,7 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
     list->measured = xrealloc(list->measured,
                               (list->statistics + landing->windows) * sizeof *list->measured);
     xlist_grow(&list->landing, list->count, sizeof *list->landing);
-    landing->first = list->statistics;
+    landing->first_statistic = list->statistics;
     memcpy(list->measured + list->statistics, measured, landing->windows * sizeof *measured);
     list->statistics += landing->windows;
     list->landing[list->count++] = *landing;
@@ -694,7 +695,7 @@ size_t fit_landings_fitted(const struct fit_landings *list, enum fit_key key[FIT
 {
     size_t count = 0;
     for (enum fit_key k = 0; k < FIT_KEYS; k++) {
-        if (list->parameter[k].fitted)
+        if (list->parameter[k].is_fitted)
             key[count++] = k;
     }
     return count;
@@ -704,7 +705,7 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 {
     for (enum fit_key k = 0; k < FIT_KEYS; k++) {
         const struct fit_parameter *parameter = &list->parameter[k];
-        value[k] = parameter->value * (parameter->fitted ? exp(parameter->spread * *z++) : 1.0);
+        value[k] = parameter->value * (parameter->is_fitted ? exp(parameter->spread * *z++) : 1.0);
     }
 }
 
@@ -825,11 +826,11 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
         bool gage = there && !isnan(read->value_in);
         surveyed->sum_in[s] = gage ? read->value_in : (double)told.slack_in[s];
         surveyed->segments += isnan(surveyed->sum_in[s]) ? 0 : 1;
-        surveyed->gages += gage;
+        surveyed->gage_segments += gage;
         squares += gage ? read->error_in * read->error_in : 0.0;
     }
-    if (surveyed->gages > 0)
-        surveyed->error_in = sqrt(squares / (double)surveyed->gages);
+    if (surveyed->gage_segments > 0)
+        surveyed->error_in = sqrt(squares / (double)surveyed->gage_segments);
     return MR_OK;
 }
 
@@ -869,14 +870,13 @@ static size_t set_series(const struct measured *measured, struct fit_series seri
             .value_in = row,
             .count = measured->samples - first,
             .noise_in = noise_in,
-            .baseline_in = baseline_in,
-            .gain = gain_error(measured, channel, baseline_in),
+            .baseline_error_in = baseline_in,
+            .gain_error = gain_error(measured, channel, baseline_in),
         };
     }
     return count;
 }
 
-/* Returns true if a survey differs from the survey before the landing. */
 static bool is_survey_new(const struct fit_landing *landing, const struct fit_survey *after)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -929,7 +929,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
         return error->status;
     memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
     landing->survey_error_in = before.error_in;
-    landing->gages = before.gages;
+    landing->gage_segments = before.gage_segments;
     landing->has_earlier_landings = measured->landing.board_landing > 1;
     struct zones_closure survey = {.surveyed_segments = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
@@ -938,7 +938,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
         sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
         return error->status;
     enum mr_status status = compare_prepare_scene(measured, &survey, &landing->scene, error);
-    if (status == MR_OK && landing->scene.model != SIM_CHAIN)
+    if (status == MR_OK && landing->scene.model != SIM_MODEL_CHAIN)
         status = error_set(error, MR_USAGE,
                            "not a chain: %s is of model %s; give a scene of model chain",
                            scene_path, sim_model_name(landing->scene.model));

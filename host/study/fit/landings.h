@@ -33,7 +33,7 @@ enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KE
 
 /* A parameter of the fit. Its logarithm has a normal prior about ln(value). */
 struct fit_parameter {
-    bool fitted; /* false: the parameter keeps its value */
+    bool is_fitted; /* false: the parameter keeps its value */
     double value;
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
@@ -49,9 +49,9 @@ struct fit_series {
     double t0_s, dt_s;
     const double *value_in;
     size_t count;
-    double noise_in;    /* standard deviation of the noise of one sample */
-    double baseline_in; /* standard error of the baseline */
-    double gain;        /* relative standard error of a movement */
+    double noise_in;          /* standard deviation of the noise of one sample */
+    double baseline_error_in; /* standard error of the baseline */
+    double gain_error;        /* relative standard error of a movement */
 };
 
 struct fit_window {
@@ -60,7 +60,7 @@ struct fit_window {
     size_t channel;
     size_t segment;
     double from_s, to_s;
-    double samples; /* number of valid samples */
+    double valid_samples; /* number of valid samples */
 };
 
 #define FIT_WINDOWS_MAX (MR_TRANSDUCERS * 8u + MR_SEGMENTS)
@@ -78,14 +78,14 @@ struct fit_landing {
     bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
     /* number of segments in survey_in that were read at gage points after the previous landing;
      * only for output */
-    size_t gages;
+    size_t gage_segments;
     struct {
-        double station_ft, noise_in, baseline_in, gain;
+        double station_ft, noise_in, baseline_error_in, gain_error;
     } channel[MR_TRANSDUCERS];
     size_t channels;
     struct fit_window window[FIT_WINDOWS_MAX];
     size_t windows;
-    size_t first; /* index of the landing's first statistic in the list */
+    size_t first_statistic; /* index of the landing's first statistic in the list */
 };
 
 struct fit_landings {
@@ -184,7 +184,7 @@ struct fit_survey {
     /* standard error of a sum, in, between gage points; 0: no gage points were read */
     double error_in;
     /* number of segments with a sum, and number of those that were read at gage points */
-    size_t segments, gages;
+    size_t segments, gage_segments;
 };
 
 /* Loads the survey before landing `run`, or with `after` the survey between this landing and the
