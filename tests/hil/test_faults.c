@@ -233,9 +233,9 @@ TEST(a_bit_of_ram_is_survived)
 {
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.3);
-    ear_order(ear, "at 0.4 flip running 0");
+    ear_order(ear, "at 0.4 flip is_running 0");
     ear_until(ear, 1.2);
-    ear_logged(ear, "flip running 0 (line 2)");
+    ear_logged(ear, "flip is_running 0 (line 2)");
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(CAN_QUEUE_FULL));
     assert_true(can_health(ear, EAR_SERIAL).dropped > 50);
     assert_int_equal(hil_board_counters(ear->board)->resets, 0);
