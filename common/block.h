@@ -12,8 +12,8 @@
  *
  * On the wire and on disk (little-endian; 78 bytes with all channels fitted and none saturated, at
  * most 102; 18 bytes with switches only):
- *     index u32 | tick u32 | absent u24 | plus[8] u16 | minus[8] u16 | sum[16] u16 | mask u24 | one
- *     byte per set bit of mask
+ *     index u32 | tick u32 | absent u24 | forward_sum[8] u16 | reversed_sum[8] u16 | sum[16] u16 |
+ *     mask u24 | one byte per set bit of mask
  * Bit c of `absent`: channel c is not fitted and its sums are left out. Bit c of `mask`: channel c
  * has saturated codes. The bytes after the mask follow in order of its bits; each is low count << 4
  * | high count. Channels 0..7 are the transducers, 8..23 the channels of converter 1 in scan order.

@@ -1,7 +1,7 @@
 /* Channels: conversion of block records to inches and pounds, each reading with its validity.
  *
  *     straight     = (code * ratio - zero_code) * unit_per_code
- *     code         = (plus - minus) / 8            transducer; plus, minus: sums of 4 codes
+ *     code         = (forward - reversed) / 8      transducer; forward, reversed: sums of 4 codes
  *     code         = sum / 8                       gage; sum: of 8 codes
  *     ratio        = MR_REFERENCE_CODE / (reference sum / 8)     while the reference is in range
  *     value        = straight, corrected by the table of points: linear between points, the first

@@ -18,8 +18,8 @@ double mr_gates_student_factor(unsigned freedom)
     return freedom <= known ? student_975[freedom - 1] / 1.96 : 1.0 + 1.37 / (double)freedom;
 }
 
-/* Chebyshev polynomials T_0..T_order of scaled time, with their first two derivatives by time, in
- * 1, 1/s, 1/s^2. */
+/* Chebyshev polynomials T_0..T_order of scaled time, with their first two derivatives with respect
+ * to time, in 1, 1/s, 1/s^2. */
 struct basis {
     double value[TERMS];
     double first_derivative[TERMS];
@@ -71,7 +71,7 @@ static double fit_value(const struct mr_gates_fit *fit, const double *terms)
     return sum;
 }
 
-/* Variance of a quantity, from its gradient by the n unknowns and their covariance. */
+/* Variance of a quantity, from its derivatives with respect to the n unknowns. */
 static double get_variance(const double covariance[TERMS][TERMS], unsigned n,
                            const double *gradient)
 {
@@ -627,8 +627,8 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
     if (!extrapolate_stop(&work->end_fit.fit, &summary->stop_t_s, &summary->stop_station_ft))
         return MR_NUMERICS;
     summary->used_for_stop = (unsigned)work->end_fit.used;
-    /* Changing braking may continue to change. The other extreme is a cubic through the last gates;
-     * the difference adds to the error. */
+    /* If the braking changes, it may change further. A cubic through the last gates is the other
+     * extreme; the difference between both adds to the error. */
     if (work->end_fit.used < MR_GATES_END_MAX && count > MR_GATES_ONLINE_MAX &&
         mr_gates_fit(work->gates + (work->count - MR_GATES_ONLINE_MAX), MR_GATES_ONLINE_MAX, 3,
                      work->position_error_ft, &cubic) == MR_OK &&
@@ -677,15 +677,15 @@ _Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and i
 #define LATE_GATES     4u   /* number of last gates needed to estimate the onset */
 #define LATE_OFF_FT    0.25 /* error of the estimated motion up to which the late brake is fitted */
 
-/* Station and speed at a time, and the station's derivatives by the unknowns. */
+/* Station and speed at a time, and the derivatives of the station with respect to the unknowns. */
 struct motion {
     double station_ft;
     double speed_ft_s;
     double gradient[UNKNOWNS];
 };
 
-/* Distance lost to braking per unit of deceleration, its derivatives by time and by the delay. The
- * shape applies only after the rise: during it, it would affect only a switch right at
+/* Distance lost to braking per unit of deceleration, and its derivatives with respect to time and
+ * delay. The shape applies only after the rise, during which it would affect only a switch right at
  * touchdown. */
 static void compute_speed_loss(double since_s, double delay_s, double shape, double *value,
                                double *rate, double *by_delay)

@@ -15,8 +15,8 @@
 
 /* The self-test on command tests everything that can be tested without moving the rig: RAM,
  * program, reference channel, excitation, the memory of the black box, and the warning output. The
- * lamp is lit for 200 ms, and its current is read back. It is refused between arming and the end of
- * a landing; arming aborts it. */
+ * lamp is lit for 200 ms, and its current is read back. The self-test is refused between arming and
+ * the end of a landing; arming aborts it. */
 
 #define SELFTEST_LAMP_TICKS  20u /* 200 ms lit */
 #define SELFTEST_DARK_TICKS  5u  /* 50 ms for the lamp's current to stop */

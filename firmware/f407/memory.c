@@ -90,8 +90,9 @@ void memory_set_image_crc(uint32_t crc)
     image_crc = crc;
 }
 
-/* Addresses that active streams write to or read from; returns their number. A stream can start
- * meanwhile only from the main loop, which is here, or in a DMA buffer. */
+/* Stores the addresses that active streams write to or read from, and returns their number. No
+ * other stream can start during the test, unless its buffer is a DMA buffer: only the main loop
+ * starts streams, and it runs the test. */
 static unsigned find_streams(uint32_t address[STREAMS])
 {
     unsigned count = 0;

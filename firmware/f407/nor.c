@@ -25,7 +25,7 @@
 #define SLEW_NS          10u
 #define WAKE_NS          3000u
 #define RESET_NS         30000u
-/* 168 from an internal oscillator that is 4.5 % fast: STM32F407 data sheet, ACC_HSI */
+/* 168 MHz, if the internal oscillator is 4.5 % fast (STM32F407 data sheet, ACC_HSI) */
 #define CORE_MAX_MHZ     176u
 #define CYCLES_OF_NS(ns) (((ns)*CORE_MAX_MHZ + 999u) / 1000u)
 

@@ -12,7 +12,7 @@
 #define TX_STREAM 7u
 #define RX_STREAM 2u
 #define REQUEST   (BOARD_SERIAL == 6 ? 5u : 4u)
-#define BRR_2M    (2u << 4 | 10u) /* 2 + 10/16 */
+#define BRR_2M    (2u << 4 | 10u) /* divider 2 + 10/16 = 2.625 */
 #define PCLK2_HZ  84000000u
 
 static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;

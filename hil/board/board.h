@@ -61,7 +61,8 @@ struct hil_state {
 /* The memories of a board, chip and NOR. */
 struct hil_memories {
     struct hil_memory own;
-    /* inverted, see hil/chips/w25q.h; last member, because most of it is never used */
+    /* cells are stored inverted (hil/chips/w25q.h); last member, because most of it is never
+     * used */
     uint8_t nor[HIL_NOR_SIZE];
 };
 

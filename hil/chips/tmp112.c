@@ -7,7 +7,7 @@
 
 #define C_PER_COUNT       0.0625
 #define CONFIG_OS         0x80u /* bits of the first byte of the configuration */
-#define CONFIG_RESOLUTION 0x60u /* read-only; set: 12 bits */
+#define CONFIG_RESOLUTION 0x60u /* read-only; both bits are set: 12 bits */
 #define CONFIG_SD         0x01u
 #define CONFIG_AL         0x20u /* bits of the second byte; AL is read-only */
 #define CONFIG_EM         0x10u

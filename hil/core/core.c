@@ -95,8 +95,8 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
         return clock->anchor_ps -
                (uint64_t)((uint128)(clock->anchor_cycle - cycle) * HIL_SECOND_PS / clock->hclk_hz);
     uint64_t cycles = cycle - clock->anchor_cycle, product;
-    /* A product of 64 bits lasts for days at common clock rates and is four times faster than
-     * `uint128`. */
+    /* A product of 64 bits does not overflow for days at common clock rates, and is four times
+     * faster than `uint128`. */
     if (clock->ratio_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;

@@ -257,7 +257,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
     strcpy(answer, done ? "OK" : "E0e");
 }
 
-/* Packets Z and z: kind, address, size. */
+/* Handles the packets Z and z: kind, address, size. */
 static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *answer)
 {
     uint32_t address, size;

@@ -376,7 +376,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
     if (!link->is_dropping &&
-        !link->has_moved_data) /* both ends wait: give the host processor time */
+        !link->has_moved_data) /* both ends wait for each other: leave processor time to the host */
         poll(&look, 1, PTY_POLL_MS);
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
     link->has_moved_data = n > 0;

@@ -68,7 +68,8 @@ static uint32_t read_system_memory(void *device, uint32_t address)
     case 0x1fffc008u:
     case 0x1fffc00cu: return hil_flash_option_word(&mcu->flash, (address & 0xcu) / 4u);
     default:
-        if (address - 0x1fff7800u < 0x210u) /* one-time area with its locks: as from the factory */
+        /* the one-time area and its locks read as delivered by the factory */
+        if (address - 0x1fff7800u < 0x210u)
             return 0xffffffffu;
         return hil_bus_refuse_register(mcu->core);
     }

@@ -33,7 +33,7 @@ struct hil_reset_line {
     unsigned unit;
 };
 
-/* Clocks that a store has just switched on; valid in the present run. */
+/* Clocks that the last store to a clock register has switched on; used during a run only. */
 struct hil_rcc_new_clock {
     uint32_t pc;
     uint64_t block_cycle; /* cycle of the block with the store */

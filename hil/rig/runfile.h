@@ -44,8 +44,9 @@ void hil_train_move(struct hil_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
-    bool is_by_serial;         /* true: sent by serial; false: by CAN */
-    struct mr_command message; /* the tag is 1 for the first command of the file and then rises */
+    bool is_by_serial; /* true: sent by serial; false: by CAN */
+    /* the first command of the file has the tag 1, each following command a tag higher by 1 */
+    struct mr_command message;
 };
 
 struct hil_run {
