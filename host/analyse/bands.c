@@ -28,13 +28,13 @@ static enum mr_status find_next_arming(struct store *store, const struct store_l
 
 static struct bands_shunt *find_shunt(struct bands_summary *bands, int64_t gage)
 {
-    for (size_t i = 0; i < bands->shunts; i++) {
+    for (size_t i = 0; i < bands->shunt_count; i++) {
         if (bands->shunt[i].gage == gage)
             return &bands->shunt[i];
     }
-    if (gage < 1 || gage > MR_GAGES || bands->shunts == MR_GAGES)
+    if (gage < 1 || gage > MR_GAGES || bands->shunt_count == MR_GAGES)
         return NULL;
-    struct bands_shunt *made = &bands->shunt[bands->shunts++];
+    struct bands_shunt *made = &bands->shunt[bands->shunt_count++];
     *made = (struct bands_shunt){.gage = (unsigned)gage,
                                  .expected_lb = (double)NAN,
                                  .before_lb = (double)NAN,
@@ -79,8 +79,8 @@ enum mr_status bands_load(struct store *store, const struct measured *measured,
 {
     int64_t run = measured->landing.id;
     memset(bands, 0, sizeof *bands);
-    return store_bands(store, run, &bands->band, &bands->bands, error) ?:
-           store_band_events(store, run, &bands->event, &bands->events, error) ?:
+    return store_bands(store, run, &bands->band, &bands->band_count, error) ?:
+           store_band_events(store, run, &bands->event, &bands->event_count, error) ?:
            load_shunts(store, &measured->landing, bands, error);
 }
 
@@ -111,7 +111,7 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
     const struct bands_shunt *most = NULL;
     size_t used = 0, before = 0, after = 0;
     out[0] = '\0';
-    for (size_t i = 0; i < bands->shunts; i++) {
+    for (size_t i = 0; i < bands->shunt_count; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
         before += s->before_verdict != STORE_NONE;
         after += s->after_verdict != STORE_NONE;
@@ -119,7 +119,7 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
         if (!isnan(drift_lb) && (!most || drift_lb > fabs(most->after_lb - most->before_lb)))
             most = s;
     }
-    if (bands->shunts == 0)
+    if (bands->shunt_count == 0)
         return;
     used = (size_t)snprintf(out, size, "%zu gages before, %zu after", before, after);
     if (most && used < size)
@@ -127,7 +127,7 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
                                  "; largest drift %+.2f %s (%+.2f %%), gage %u",
                                  (most->after_lb - most->before_lb) * force->factor, force->text,
                                  100.0 * (most->after_lb / most->before_lb - 1.0), most->gage);
-    for (size_t i = 0; i < bands->shunts && used < size; i++) {
+    for (size_t i = 0; i < bands->shunt_count && used < size; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
         bool late = s->after_verdict > 0;
         if (!late && s->before_verdict <= 0)
@@ -225,12 +225,14 @@ static void add_shunt(const struct bands_shunt *s, struct answer *answer)
 void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
                      struct answer *answer)
 {
-    answer_table(answer, "bands", bands->bands ? "band tension (+- is one standard error)" : NULL);
-    for (size_t i = 0; i < bands->bands; i++)
+    answer_table(answer, "bands",
+                 bands->band_count ? "band tension (+- is one standard error)" : NULL);
+    for (size_t i = 0; i < bands->band_count; i++)
         add_band(&bands->band[i], measured, answer);
     answer_close(answer);
-    answer_table(answer, "band_events", bands->events ? "band events reported by the board" : NULL);
-    for (size_t i = 0; i < bands->events; i++)
+    answer_table(answer, "band_events",
+                 bands->event_count ? "band events reported by the board" : NULL);
+    for (size_t i = 0; i < bands->event_count; i++)
         add_event(&bands->event[i], answer);
     answer_close(answer);
 }
@@ -241,8 +243,8 @@ void bands_add_shunts(const struct bands_summary *bands, bool each, struct answe
     format_shunts(bands, answer_is_si(answer), text, sizeof text);
     if (text[0])
         answer_words(answer, NULL, "shunts", "%s", text);
-    answer_table(answer, "shunts", each && bands->shunts ? "" : NULL);
-    for (size_t i = 0; i < bands->shunts; i++)
+    answer_table(answer, "shunts", each && bands->shunt_count ? "" : NULL);
+    for (size_t i = 0; i < bands->shunt_count; i++)
         add_shunt(&bands->shunt[i], answer);
     answer_close(answer);
 }

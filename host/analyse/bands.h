@@ -16,11 +16,11 @@ struct bands_shunt { /* Shunt calibrations of one gage, before and after the lan
 
 struct bands_summary {
     struct store_band *band;
-    size_t bands;
+    size_t band_count;
     struct store_band_event *event;
-    size_t events;
+    size_t event_count;
     struct bands_shunt shunt[MR_GAGES];
-    size_t shunts;
+    size_t shunt_count;
 };
 
 /* Returns MR_OK even if the board sent no messages about bands. A shunt calibration belongs to the

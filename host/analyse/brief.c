@@ -126,10 +126,12 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
                      (long long)(link->received + link->lost),
                      link->was_silent ? " and was silent for a time" : "");
     }
-    answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gaps,
-                 summary->gaps == 1 ? "" : "s", summary->faults, summary->faults == 1 ? "" : "s");
-    if (summary->channel_events)
-        answer_words(answer, NULL, "channels", "%zu changes of validity", summary->channel_events);
+    answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gap_count,
+                 summary->gap_count == 1 ? "" : "s", summary->fault_count,
+                 summary->fault_count == 1 ? "" : "s");
+    if (summary->channel_event_count)
+        answer_words(answer, NULL, "channels", "%zu changes of validity",
+                     summary->channel_event_count);
 }
 
 bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out)

@@ -26,7 +26,7 @@ void journal_add_observation(const struct store_observation *o, struct answer *a
 static void add_field(const struct store_change *c, struct answer *answer)
 {
     static const struct {
-        const char *field, *bare;
+        const char *field, *name;
         enum unit_kind kind;
     } quantities[] = {{"weight_lb", "weight", UNIT_TENSION},
                       {"touchdown_ft", "touchdown", UNIT_STATION}};
@@ -34,7 +34,7 @@ static void add_field(const struct store_change *c, struct answer *answer)
         const struct unit *unit = unit_of(quantities[i].kind, true);
         if (!answer_is_si(answer) || strcmp(c->field, quantities[i].field) != 0)
             continue;
-        answer_words(answer, NULL, "field", "%s_%s", quantities[i].bare, unit->suffix);
+        answer_words(answer, NULL, "field", "%s_%s", quantities[i].name, unit->suffix);
         if (c->was[0])
             answer_words(answer, NULL, "was", "%.6g", unit->factor * strtod(c->was, NULL));
         answer_words(answer, NULL, "value", "%.6g", unit->factor * strtod(c->value, NULL));
@@ -64,8 +64,8 @@ enum mr_status journal_load(struct store *store, const struct store_landing *lan
 {
     memset(j, 0, sizeof *j);
     return store_landing_series_get(store, landing, &j->series, error) ?:
-           store_changes(store, landing->id, &j->change, &j->changes, error) ?:
-           store_observations(store, landing->id, &j->observation, &j->observations, error) ?:
+           store_changes(store, landing->id, &j->change, &j->change_count, error) ?:
+           store_observations(store, landing->id, &j->observation, &j->observation_count, error) ?:
            store_is_void(store, landing->id, &j->is_void, j->void_reason, error);
 }
 
@@ -78,13 +78,13 @@ void journal_free(struct journal *j)
 void journal_add_tables(const struct journal *j, struct answer *answer)
 {
     answer_table(answer, "observations", "waves and breaks");
-    for (size_t i = 0; i < j->observations; i++) {
+    for (size_t i = 0; i < j->observation_count; i++) {
         answer_row(answer);
         journal_add_observation(&j->observation[i], answer);
     }
     answer_close(answer);
     answer_table(answer, "changes", "notes and corrections");
-    for (size_t i = 0; i < j->changes; i++) {
+    for (size_t i = 0; i < j->change_count; i++) {
         answer_row(answer);
         journal_add_change(&j->change[i], answer);
     }

@@ -13,9 +13,9 @@ void journal_add_change(const struct store_change *change, struct answer *answer
 struct journal {
     struct store_series series;
     struct store_change *change;
-    size_t changes;
+    size_t change_count;
     struct store_observation *observation;
-    size_t observations;
+    size_t observation_count;
     bool is_void;
     char void_reason[STORE_JOURNAL_TEXT_SIZE];
 };

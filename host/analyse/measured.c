@@ -64,7 +64,7 @@ static void add_clock_error(struct mr_gates_summary *summary)
 
 static void shift_gates(struct measured *measured, double by_s)
 {
-    for (size_t i = 0; i < measured->gates; i++)
+    for (size_t i = 0; i < measured->gate_count; i++)
         measured->gate[i].t_s -= by_s;
 }
 
@@ -72,7 +72,7 @@ static void shift_gates(struct measured *measured, double by_s)
 static enum mr_status fit_gates(struct measured *measured)
 {
     const struct mr_gate *gates = measured->gate;
-    size_t count = measured->gates;
+    size_t count = measured->gate_count;
     while (count > 0 && gates->station_ft < measured->landing.touchdown_ft) {
         gates++;
         count--;
@@ -84,7 +84,7 @@ static enum mr_status fit_gates(struct measured *measured)
 static bool is_in_gap(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
-    for (size_t i = 0; i < measured->stretches; i++) {
+    for (size_t i = 0; i < measured->stretch_count; i++) {
         const struct measured_stretch *stretch = &measured->stretch[i];
         if (block >= (double)stretch->from_block && block <= (double)stretch->to_block)
             return stretch->source == MEASURED_NO_SOURCE;
@@ -98,8 +98,8 @@ static bool is_in_gap(const struct measured *measured, double t_s)
 static unsigned find_hidden_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
-    double last_ft = measured->gates ? measured->gate[measured->gates - 1].station_ft
-                                     : (double)INFINITY;
+    double last_ft = measured->gate_count ? measured->gate[measured->gate_count - 1].station_ft
+                                          : (double)INFINITY;
     for (unsigned p = 0; p < 64; p++) {
         if (!(measured->fitted_switches & ~measured->seen_switches & 1ull << p) ||
             measured->switch_ft[p] < last_ft ||
@@ -123,7 +123,7 @@ static unsigned find_silent_switch(const struct measured *measured)
     unsigned first = 0, silent = 0;
     for (unsigned p = 0; p < 64; p++)
         if (measured->fitted_switches & ~measured->seen_switches & 1ull << p &&
-            measured->switch_ft[p] > measured->gate[measured->gates - 1].station_ft &&
+            measured->switch_ft[p] > measured->gate[measured->gate_count - 1].station_ft &&
             measured->switch_ft[p] < stop->value - 3.0 * stop->error)
             first = silent++ ? first : p + 1;
     return silent > 1 ? first : 0;
@@ -151,13 +151,13 @@ void measured_fit_gear(struct measured *measured)
     int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
                                                           : 1000 * landing->armed_block;
     measured->t0_us = armed_us;
-    if (measured->gates > 0)
+    if (measured->gate_count > 0)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
     shift_gates(measured, (double)measured->t0_us / 1e6);
     measured->fit_status = MR_TOO_FEW;
     if (measured->torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
         return;
-    measured->fit_status = mr_gates_summarise(measured->gate, measured->gates,
+    measured->fit_status = mr_gates_summarise(measured->gate, measured->gate_count,
                                               landing->touchdown_ft, landing->switch_error_ft,
                                               &measured->summary);
     if (measured->fit_status != MR_OK)
@@ -167,7 +167,7 @@ void measured_fit_gear(struct measured *measured)
     measured->t0_us += shift_us;
     measured->t0_is_touchdown = true;
     shift_gates(measured, (double)shift_us / 1e6);
-    mr_gates_summarise(measured->gate, measured->gates, landing->touchdown_ft,
+    mr_gates_summarise(measured->gate, measured->gate_count, landing->touchdown_ft,
                        landing->switch_error_ft, &measured->summary);
     measured->fit_status = fit_gates(measured);
     if (landing->clock_source > 0)
@@ -186,7 +186,7 @@ bool measured_is_cut_short(const struct measured *measured)
     if (measured->samples == 0)
         return false;
     if (measured->fit_status == MR_TOO_FEW) /* the record ends too soon to fit a stop */
-        return measured->gates > 0 && !measured->torn && is_moving_at_end(measured);
+        return measured->gate_count > 0 && !measured->torn && is_moving_at_end(measured);
     return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
 }
 
@@ -203,7 +203,7 @@ void measured_format_no_stop(const struct measured *measured, char out[MEASURED_
     if (measured->missing_edges > 0)
         snprintf(out, MEASURED_REASON_SIZE,
                  "the board reported %zu switches, %zu of which are missing in the record",
-                 measured->gates + measured->missing_edges, measured->missing_edges);
+                 measured->gate_count + measured->missing_edges, measured->missing_edges);
     else if (measured->hidden_switch > 0)
         snprintf(out, MEASURED_REASON_SIZE, "nothing was recorded when switch %u was due",
                  measured->hidden_switch);
@@ -311,7 +311,7 @@ double measured_arrival_s(const struct measured *measured, double station_ft)
 /* Returns the sample of the first named edge, or `samples` if there is none. */
 static size_t find_first_edge_sample(const struct measured *measured)
 {
-    if (measured->gates == 0)
+    if (measured->gate_count == 0)
         return measured->samples;
     double us = measured->gate[0].t_s * 1e6 + (double)measured->t0_us;
     double sample = floor(us / 1000.0) - (double)measured->first_block;
@@ -335,7 +335,7 @@ static bool find_rest_samples(const struct measured *measured, size_t edge, size
                               size_t *to)
 {
     size_t begin = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
-    bool first = measured->torn || measured->gates == 0;
+    bool first = measured->torn || measured->gate_count == 0;
     *from = first ? 0 : begin;
     *to = !first                                       ? edge
         : measured->samples < MEASURED_BASELINE_BLOCKS ? measured->samples
@@ -459,12 +459,14 @@ void measured_find_stretches(struct measured *measured)
         enum measured_source source = find_block_source(measured, i);
         int64_t block = measured->first_block + (int64_t)i;
         measured->blocks_from[source]++;
-        if (measured->stretches && measured->stretch[measured->stretches - 1].source == source) {
-            measured->stretch[measured->stretches - 1].to_block = block;
+        if (measured->stretch_count &&
+            measured->stretch[measured->stretch_count - 1].source == source) {
+            measured->stretch[measured->stretch_count - 1].to_block = block;
             continue;
         }
-        xlist_grow(&measured->stretch, measured->stretches, sizeof *measured->stretch);
-        measured->stretch[measured->stretches++] = (struct measured_stretch){source, block, block};
+        xlist_grow(&measured->stretch, measured->stretch_count, sizeof *measured->stretch);
+        measured->stretch[measured->stretch_count++] = (struct measured_stretch){source, block,
+                                                                                 block};
     }
 }
 
@@ -485,7 +487,7 @@ void measured_format_torn(const struct measured *measured, char out[MEASURED_TOR
 const char *measured_origin_text(const struct measured *measured)
 {
     return measured->t0_is_touchdown ? "touchdown"
-         : measured->gates == 0
+         : measured->gate_count == 0
              ? (measured->landing.armed_block == STORE_NONE ? "the start of the record" : "arming")
          : measured->torn ? "the first switch edge received"
                           : "the first switch edge";
@@ -673,7 +675,7 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
 static const struct {
     const char *name;
     char letter;
-    const char *alone, *filled;
+    const char *text_if_only, *text_if_filled;
 } sources[MEASURED_SOURCES] = {
     [MEASURED_NO_SOURCE] = {"none", '-', "no readings were received", "from no source"},
     [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
@@ -701,7 +703,7 @@ static bool format_excluded(const struct measured *measured, char *out, size_t s
     const struct measured_excluded *aside = &measured->excluded;
     const struct {
         size_t count;
-        const char *one, *many;
+        const char *singular, *plural;
     } kinds[] = {{aside->blocks, "block record", "block records"},
                  {aside->messages, "CAN message", "CAN messages"},
                  {aside->edges, "switch edge", "switch edges"}};
@@ -710,7 +712,7 @@ static bool format_excluded(const struct measured *measured, char *out, size_t s
         if (kinds[k].count && used < size)
             used += (size_t)snprintf(out + used, size - used, "%s%zu %s", used ? ", " : "",
                                      kinds[k].count,
-                                     kinds[k].count == 1 ? kinds[k].one : kinds[k].many);
+                                     kinds[k].count == 1 ? kinds[k].singular : kinds[k].plural);
     }
     if (used && used < size)
         snprintf(out + used, size - used,
@@ -724,18 +726,18 @@ void measured_format_source(const struct measured *measured, char out[MEASURED_S
     static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
                                                  MEASURED_IMPORT, MEASURED_NO_SOURCE};
     size_t used = (size_t)snprintf(out, MEASURED_SOURCE_SIZE, "%s",
-                                   sources[measured->source].alone);
+                                   sources[measured->source].text_if_only);
     const char *separator = ";";
     for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_SIZE; k++) {
         size_t stretches = 0;
         if (order[k] == measured->source || !measured->blocks_from[order[k]])
             continue;
-        for (size_t i = 0; i < measured->stretches; i++)
+        for (size_t i = 0; i < measured->stretch_count; i++)
             stretches += measured->stretch[i].source == order[k];
         used += (size_t)snprintf(
             out + used, MEASURED_SOURCE_SIZE - used, "%s %lld of %zu ms %s, %zu %s", separator,
-            (long long)measured->blocks_from[order[k]], measured->samples, sources[order[k]].filled,
-            stretches, stretches == 1 ? "stretch" : "stretches");
+            (long long)measured->blocks_from[order[k]], measured->samples,
+            sources[order[k]].text_if_filled, stretches, stretches == 1 ? "stretch" : "stretches");
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_SIZE)

@@ -89,7 +89,7 @@ struct measured {
     struct store_landing landing;
     enum measured_source source;      /* source of most block records; without block records, CAN */
     struct measured_stretch *stretch; /* stretches in order, without gaps */
-    size_t stretches;
+    size_t stretch_count;
     int64_t blocks_from[MEASURED_SOURCES]; /* number of samples from each source */
     int64_t first_block;
     /* number of earlier blocks that were not loaded (see MEASURED_BEFORE_BLOCKS) */
@@ -101,7 +101,7 @@ struct measured {
 
     /* edges of known switches in order of time; t_s is defined in the file comment */
     struct mr_gate gate[MR_GATES_MAX];
-    size_t gates;
+    size_t gate_count;
     size_t edges;             /* number of captured edges, named or not */
     size_t switches;          /* number of fitted switches in the board's table */
     uint64_t fitted_switches; /* the fitted switches: bit p-1 is switch p */

@@ -35,11 +35,11 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
             uint64_t bit = 1ull << ((places[p].position - 1) & 63);
             if (places[p].position < 1 || places[p].position > 64 ||
                 places[p].position != edges[e].position || measured->seen_switches & bit ||
-                isnan(edges[e].board_us) || measured->gates == MR_GATES_MAX)
+                isnan(edges[e].board_us) || measured->gate_count == MR_GATES_MAX)
                 continue;
             measured->seen_switches |= bit;
-            measured->gate[measured->gates++] = (struct mr_gate){edges[e].board_us / 1e6,
-                                                                 places[p].station_ft};
+            measured->gate[measured->gate_count++] = (struct mr_gate){edges[e].board_us / 1e6,
+                                                                      places[p].station_ft};
         }
     }
 }
@@ -134,7 +134,7 @@ struct series_data {
     int64_t from_block; /* first block that is loaded */
     struct mr_block *block;
     uint8_t *source; /* enum measured_source, one per block */
-    size_t blocks;
+    size_t block_count;
     struct message {
         const struct mr_series_pack *pack;
         int64_t newest; /* newest block in the message */
@@ -174,10 +174,11 @@ static enum mr_status store_block(void *context, const uint8_t *bytes, size_t le
         record->measured->skipped_blocks++;
         return MR_OK;
     }
-    xlist_grow(&record->block, record->blocks, sizeof *record->block);
-    xlist_grow(&record->source, record->blocks, sizeof *record->source);
-    record->source[record->blocks] = link == STORE_LINK_BLACK_BOX ? MEASURED_BOX : MEASURED_SERIAL;
-    record->block[record->blocks++] = block;
+    xlist_grow(&record->block, record->block_count, sizeof *record->block);
+    xlist_grow(&record->source, record->block_count, sizeof *record->source);
+    record->source[record->block_count] = link == STORE_LINK_BLACK_BOX ? MEASURED_BOX
+                                                                       : MEASURED_SERIAL;
+    record->block[record->block_count++] = block;
     extend_span(record, block.index, block.index);
     return MR_OK;
 }
@@ -362,7 +363,7 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
-    for (size_t b = 0; b < record->blocks; b++) {
+    for (size_t b = 0; b < record->block_count; b++) {
         const struct mr_block *block = &record->block[b];
         if (!watch.is_recording && (int64_t)block->index >= measured->landing.armed_block)
             begin_watch(&watch, measured, block->index);
@@ -371,7 +372,7 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
         read_block(measured, &watch, block, (enum measured_source)record->source[b]);
         from_box += record->source[b] == MEASURED_BOX;
     }
-    measured->source = 2 * from_box > record->blocks ? MEASURED_BOX : MEASURED_SERIAL;
+    measured->source = 2 * from_box > record->block_count ? MEASURED_BOX : MEASURED_SERIAL;
 }
 
 /* Returns the first block to load. A board may be armed for hours before the landing, and the
@@ -382,25 +383,25 @@ static int64_t find_first_block(const struct measured *measured, const struct ti
     if (!last || measured->landing.armed_block == STORE_NONE ||
         BLOCKS_PER_S * (last->to_s - groups->group[0].from_s) <= 2 * MEASURED_BEFORE_BLOCKS)
         return INT64_MIN;
-    int64_t until = measured->gates ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
-                                    : BLOCKS_PER_S * (last->to_s + 1);
+    int64_t until = measured->gate_count ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
+                                         : BLOCKS_PER_S * (last->to_s + 1);
     return until - MEASURED_BEFORE_BLOCKS;
 }
 
 static void select_groups(struct measured *measured, struct time_groups *groups)
 {
     size_t kept = 0;
-    for (size_t g = 0; g < measured->gates; g++)
+    for (size_t g = 0; g < measured->gate_count; g++)
         time_groups_add(groups, get_edge_second(measured->gate[g].t_s), 0, 1);
     time_groups_select(groups);
-    for (size_t g = 0; g < measured->gates; g++) {
+    for (size_t g = 0; g < measured->gate_count; g++) {
         if (time_groups_contain(groups, get_edge_second(measured->gate[g].t_s)))
             measured->gate[kept++] = measured->gate[g];
         else
             exclude_record(&measured->excluded, &measured->excluded.edges,
                            get_edge_second(1000.0 * measured->gate[g].t_s));
     }
-    measured->gates = kept;
+    measured->gate_count = kept;
 }
 
 static enum mr_status load_board_series(struct store *store, struct series_data *record,
@@ -428,7 +429,7 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     for (size_t i = 0; i < record->messages; i++) {
         const struct message *message = &record->message[i];
         int64_t oldest = message->newest - mr_series_at(message->pack->series)->blocks + 1;
-        if (!record->blocks || message->newest < first || oldest > last)
+        if (!record->block_count || message->newest < first || oldest > last)
             extend_span(record, oldest, message->newest);
     }
     if (status != MR_OK || record->last < record->first)
@@ -437,7 +438,7 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     if (status != MR_OK)
         return status;
     measured->source = MEASURED_CAN;
-    if (record->blocks)
+    if (record->block_count)
         read_blocks(measured, record);
     for (size_t i = 0; i < record->messages; i++)
         fill_from_message(measured, &record->message[i]);
@@ -534,8 +535,8 @@ static enum mr_status count_missing_edges(struct store *store, int64_t run,
     bool found;
     enum mr_status status = store_result_get(store, run, &result, &found, error);
     measured->edges_complete = status == MR_OK && found && result.switches != STORE_NONE;
-    if (measured->edges_complete && result.switches > (int64_t)measured->gates)
-        measured->missing_edges = (size_t)result.switches - measured->gates;
+    if (measured->edges_complete && result.switches > (int64_t)measured->gate_count)
+        measured->missing_edges = (size_t)result.switches - measured->gate_count;
     measured->torn |= measured->edges == 0 && measured->missing_edges > 0;
     return status;
 }
@@ -612,11 +613,11 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
 {
     const struct store_landing *landing = &measured->landing;
     int64_t first = -1, near = 0;
-    *enough = measured->edges_complete && measured->missing_edges == 0 && measured->gates > 0 &&
-              !measured->torn &&
+    *enough = measured->edges_complete && measured->missing_edges == 0 &&
+              measured->gate_count > 0 && !measured->torn &&
               (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
     enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
-    for (size_t g = 0; g < measured->gates && *enough && status == MR_OK; g++) {
+    for (size_t g = 0; g < measured->gate_count && *enough && status == MR_OK; g++) {
         int64_t block = (int64_t)fmax(-9e15, fmin(9e15, measured->gate[g].t_s * 1e3));
         status = store_find_block_within(store, landing->id, block, block + NEAR_EDGE_BLOCKS, &near,
                                          error);

@@ -4,7 +4,7 @@
 
 #include "common/gates.h"
 
-#define ROUNDING 1e-9
+#define ROUNDING_TOLERANCE 1e-9
 
 /* Returns a product of powers. Its relative error is the root of the sum of squares of power times
  * relative error. */
@@ -116,6 +116,6 @@ enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
         .free = {free, sqrt(fmax(variance, 0.0)) / fabs(slope)},
     };
     for (size_t i = 0; i < count && slope > 0.0; i++)
-        spring->below_free += x[i] < free - ROUNDING * fabs(free);
+        spring->below_free += x[i] < free - ROUNDING_TOLERANCE * fabs(free);
     return MR_OK;
 }

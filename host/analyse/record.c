@@ -493,7 +493,7 @@ static void count_row(struct record *record, const struct record_row *row)
 
 struct record_row *record_find(struct record *record, int64_t run)
 {
-    size_t low = 0, high = record->rows;
+    size_t low = 0, high = record->row_count;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
         if (record->row[middle].run < run)
@@ -501,14 +501,14 @@ struct record_row *record_find(struct record *record, int64_t run)
         else
             high = middle;
     }
-    return low < record->rows && record->row[low].run == run ? &record->row[low] : NULL;
+    return low < record->row_count && record->row[low].run == run ? &record->row[low] : NULL;
 }
 
 static struct neighbours find_neighbours(const struct record *record, const struct record_row *row)
 {
     size_t at = (size_t)(row - record->row);
-    const struct store_landing *after = find_neighbour(record->landing, record->rows, at, 1);
-    return (struct neighbours){find_neighbour(record->landing, record->rows, at, -1), after,
+    const struct store_landing *after = find_neighbour(record->landing, record->row_count, at, 1);
+    return (struct neighbours){find_neighbour(record->landing, record->row_count, at, -1), after,
                                after && record->row[after - record->landing].same_runway_run !=
                                             STORE_NONE};
 }
@@ -524,7 +524,7 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
     if (status == MR_OK)
         record->row = xcalloc(count, sizeof *record->row);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        struct record_row *row = &record->row[record->rows++];
+        struct record_row *row = &record->row[record->row_count++];
         row->run = record->landing[i].id;
         row->same_runway_run = STORE_NONE;
         history[i] = find_runway_history_id(store, &record->landing[i]);
@@ -550,13 +550,13 @@ enum mr_status record_judge(struct store *store, struct record *record,
 enum mr_status record_end(struct store *store, struct record *record, struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (size_t i = 0; status == MR_OK && i < record->rows; i++) {
+    for (size_t i = 0; status == MR_OK && i < record->row_count; i++) {
         struct record_row *row = &record->row[i];
         const struct neighbours between = find_neighbours(record, row);
         if (!row->is_judged)
             status = load_landing(store, &between, row, error);
     }
-    for (size_t i = 0; status == MR_OK && i < record->rows; i++)
+    for (size_t i = 0; status == MR_OK && i < record->row_count; i++)
         count_row(record, &record->row[i]);
     return status;
 }
@@ -717,7 +717,7 @@ static void add_summary_line(const struct record *record, struct answer *answer)
         reached, reached == 1 ? "" : "s", verdict[RECORD_HIT], verdict[RECORD_LATE],
         verdict[RECORD_MISS], verdict[RECORD_FALSE_ALARM], verdict[RECORD_TRUE_NEGATIVE],
         verdict[RECORD_NOT_KNOWN]);
-    for (size_t i = 0; i < record->rows; i++) {
+    for (size_t i = 0; i < record->row_count; i++) {
         char evidence[RECORD_TEXT_SIZE];
         if (!record->row[i].is_void && record_is_marginal(&record->row[i]))
             answer_sentence(answer, NULL, "RUN %lld: %s.", (long long)record->row[i].run,

@@ -119,7 +119,7 @@ struct record_row {
 
 struct record {
     struct record_row *row; /* rows by ascending RUN */
-    size_t rows;
+    size_t row_count;
     struct store_landing *landing; /* landing of each row */
     /* Totals over the landings that are not void. */
     size_t landings, void_landings;

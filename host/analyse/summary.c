@@ -52,7 +52,7 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
 static enum mr_status load_links(struct store *store, struct summary *summary, struct error *error)
 {
     int64_t run = summary->measured.landing.id;
-    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gaps, error);
+    enum mr_status status = store_gaps(store, run, &summary->gap, &summary->gap_count, error);
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         struct summary_link *link = &summary->link[kind];
         const char *spec = kind == LINK_CAN ? summary->session.can_link
@@ -66,7 +66,7 @@ static enum mr_status load_links(struct store *store, struct summary *summary, s
         if (status == MR_OK)
             status = load_troubles(store, run, kind, link, error);
     }
-    summary_count_gaps(summary->gap, summary->gaps, summary->link);
+    summary_count_gaps(summary->gap, summary->gap_count, summary->link);
     return status;
 }
 
@@ -161,10 +161,10 @@ static void add_links(const struct summary *summary, struct answer *answer)
     for (int kind = 0; kind < LINK_KINDS; kind++)
         add_link(&summary->link[kind], kind, answer);
     answer_close(answer);
-    if (summary->gaps == 0)
+    if (summary->gap_count == 0)
         answer_words(answer, NULL, "gaps", "none");
     answer_table(answer, "gaps", "gaps");
-    for (size_t i = 0; i < summary->gaps; i++)
+    for (size_t i = 0; i < summary->gap_count; i++)
         add_gap(&summary->gap[i], answer);
     answer_close(answer);
 }
@@ -438,9 +438,9 @@ static void add_film(const struct summary *summary, struct answer *answer)
     double worst_ft = 0.0;
     size_t placed = 0;
     char gear[120] = "";
-    if (film->frames == 0)
+    if (film->frame_count == 0)
         return;
-    for (size_t i = 0; i < film->frames; i++) {
+    for (size_t i = 0; i < film->frame_count; i++) {
         if (isnan(film->frame[i].station_ft.value))
             continue;
         worst_ft = fmax(worst_ft, film->frame[i].station_ft.error);
@@ -451,9 +451,9 @@ static void add_film(const struct summary *summary, struct answer *answer)
                  "; the position of the gear is known on %zu of them within %.3f %s (95 %%)",
                  placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open(answer, "film", "");
-    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s", film->frames,
-                 film->rate_hz, (long long)film->missing_frames, gear);
-    answer_count(answer, "frames", NULL, (int64_t)film->frames);
+    answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s",
+                 film->frame_count, film->rate_hz, (long long)film->missing_frames, gear);
+    answer_count(answer, "frames", NULL, (int64_t)film->frame_count);
     answer_count(answer, "missing", NULL, film->missing_frames);
     answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
     answer_close(answer);
@@ -479,15 +479,15 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_import_get(store, summary->measured.landing.session, &summary->import,
                             &summary->is_imported, error) ?:
            load_links(store, summary, error) ?: load_time(store, summary, error) ?:
-           store_faults(store, &summary->measured.landing, &summary->fault, &summary->faults,
+           store_faults(store, &summary->measured.landing, &summary->fault, &summary->fault_count,
                         error) ?:
-           store_switch_events(store, run, &summary->switch_event, &summary->switch_events,
+           store_switch_events(store, run, &summary->switch_event, &summary->switch_event_count,
                                error) ?:
-           store_channel_events(store, run, &summary->channel_event, &summary->channel_events,
+           store_channel_events(store, run, &summary->channel_event, &summary->channel_event_count,
                                 error) ?:
-           store_restarts(store, run, &summary->restart, &summary->restarts, error) ?:
-           store_command_events(store, run, &summary->command, &summary->commands, error) ?:
-           store_key_states(store, run, &summary->key, &summary->keys, error) ?:
+           store_restarts(store, run, &summary->restart, &summary->restart_count, error) ?:
+           store_command_events(store, run, &summary->command, &summary->command_count, error) ?:
+           store_key_states(store, run, &summary->key, &summary->key_count, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            load_mean(store, run, summary->mean, error) ?:
            load_ready(store, &summary->measured.landing, summary->ready, error) ?:
@@ -511,7 +511,7 @@ void summary_free(struct summary *summary)
 
 void summary_format_switches(const struct measured *measured, char *out, size_t size)
 {
-    size_t seen = measured->gates;
+    size_t seen = measured->gate_count;
     bool all = seen == measured->switches && seen > 0;
     int length = all ? snprintf(out, size, "all %zu seen", seen)
                      : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
@@ -560,7 +560,7 @@ static void add_channel_fault(const struct summary *summary, size_t i, struct an
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     bool bridge = config->kind == MR_KIND_TENSION;
     char until[40] = " on";
-    for (size_t later = summary->channel_events; later-- > i + 1;) {
+    for (size_t later = summary->channel_event_count; later-- > i + 1;) {
         if (summary->channel_event[later].detail == event->detail)
             snprintf(until, sizeof until, " to %.3f s",
                      get_event_time_s(measured, &summary->channel_event[later]));
@@ -575,10 +575,10 @@ static void add_channel_fault(const struct summary *summary, size_t i, struct an
 
 static void add_channel_events(const struct summary *summary, struct answer *answer)
 {
-    for (size_t i = 0; i < summary->channel_events; i++)
+    for (size_t i = 0; i < summary->channel_event_count; i++)
         add_channel_fault(summary, i, answer);
     answer_table(answer, "channel_events", NULL);
-    for (size_t i = 0; i < summary->channel_events; i++) {
+    for (size_t i = 0; i < summary->channel_event_count; i++) {
         const struct store_fault *event = &summary->channel_event[i];
         answer_row(answer);
         answer_count(answer, "channel", NULL, event->detail);
@@ -594,7 +594,7 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
     char cause[100], after[40] = "";
-    if (summary->restarts == 0) {
+    if (summary->restart_count == 0) {
         answer_none(answer, "restart", NULL, "");
         return;
     }
@@ -614,7 +614,7 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
 /* Adds one line for each command except an accepted arming, which every landing has. */
 static void add_commands(const struct summary *summary, struct answer *answer)
 {
-    for (size_t i = 0; i < summary->commands; i++) {
+    for (size_t i = 0; i < summary->command_count; i++) {
         const struct store_fault *order = &summary->command[i];
         enum mr_status status = (enum mr_status)order->detail;
         if (order->code != MR_COMMAND_ARM || status != MR_OK)
@@ -627,7 +627,7 @@ static void add_commands(const struct summary *summary, struct answer *answer)
                 ->warn = status != MR_OK;
     }
     answer_table(answer, "orders", NULL);
-    for (size_t i = 0; i < summary->commands; i++) {
+    for (size_t i = 0; i < summary->command_count; i++) {
         const struct store_fault *order = &summary->command[i];
         answer_row(answer);
         answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
@@ -642,7 +642,7 @@ static void add_commands(const struct summary *summary, struct answer *answer)
 static void add_switch_events(const struct summary *summary, struct answer *answer)
 {
     answer_table(answer, "switch_events", NULL);
-    for (size_t i = 0; i < summary->switch_events; i++) {
+    for (size_t i = 0; i < summary->switch_event_count; i++) {
         const struct store_fault *event = &summary->switch_event[i];
         answer_row(answer);
         answer_count(answer, "switch", NULL, event->detail);
@@ -651,7 +651,7 @@ static void add_switch_events(const struct summary *summary, struct answer *answ
         answer_count(answer, "count", NULL, event->count);
     }
     answer_close(answer);
-    for (size_t i = 0; i < summary->switch_events; i++) {
+    for (size_t i = 0; i < summary->switch_event_count; i++) {
         const struct store_fault *event = &summary->switch_event[i];
         char times[32] = "", which[32] = "edge";
         if (event->count > 1)
@@ -681,7 +681,7 @@ static void add_motion(const struct summary *summary, struct answer *answer)
     answer_words(answer, NULL, "switches", "%s", switches);
     add_switch_events(summary, answer);
     answer_count(answer, "switches", NULL, (int64_t)measured->switches);
-    answer_count(answer, "switches_seen", NULL, (int64_t)measured->gates);
+    answer_count(answer, "switches_seen", NULL, (int64_t)measured->gate_count);
     answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
         add_motion_estimate("touchdown_speed", "touchdown", UNIT_SPEED, fit->touchdown_speed_ft_s,
@@ -777,10 +777,10 @@ static void add_channels(const struct measured *measured, struct answer *answer)
 
 static void add_faults(const struct summary *summary, struct answer *answer)
 {
-    if (summary->faults == 0)
+    if (summary->fault_count == 0)
         answer_words(answer, NULL, "faults", "none");
     answer_table(answer, "faults", "faults");
-    for (size_t i = 0; i < summary->faults; i++) {
+    for (size_t i = 0; i < summary->fault_count; i++) {
         const struct store_fault *fault = &summary->fault[i];
         answer_row(answer);
         answer_count(answer, "code", NULL, fault->code);
@@ -817,7 +817,7 @@ static void add_source(const struct measured *measured, struct answer *answer)
     answer_words(answer, NULL, "readings", "%s", source);
     answer_words(answer, "source", NULL, "%s", measured_source_name(measured->source));
     answer_table(answer, "stretches", NULL);
-    for (size_t i = 0; i < measured->stretches; i++) {
+    for (size_t i = 0; i < measured->stretch_count; i++) {
         answer_row(answer);
         answer_words(answer, "source", NULL, "%s",
                      measured_source_name(measured->stretch[i].source));

@@ -53,25 +53,25 @@ struct summary {
     bool is_imported; /* the session was an import, described by `import` */
     struct store_import import;
     struct store_gap *gap;
-    size_t gaps;
+    size_t gap_count;
     struct film film;
     struct braking braking;
     struct store_time_map clock; /* best clock of the links; `refusal` shows whether it is usable */
     bool clock_known;
     struct store_fault *fault;
-    size_t faults;
+    size_t fault_count;
     struct store_fault *switch_event; /* switch faults that the board reported */
-    size_t switch_events;
+    size_t switch_event_count;
     /* channel faults that the board reported, in order of time */
     struct store_fault *channel_event;
-    size_t channel_events;
+    size_t channel_event_count;
     struct store_fault *restart; /* restarts of the board during the landing */
-    size_t restarts;
+    size_t restart_count;
     /* commands from another program, and refused commands; count 1: sent by matrig log itself */
     struct store_fault *command;
-    size_t commands;
+    size_t command_count;
     struct store_fault *key;               /* states of the board key; code: enum mr_key_state */
-    size_t keys;                           /* number of states; 0: not reported */
+    size_t key_count;                      /* number of states; 0: not reported */
     struct store_mean mean[MR_QUANTITIES]; /* means of the messages that the board repeats */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     int64_t duplicate_run; /* earlier RUN that is a record of the same landing; 0: none */

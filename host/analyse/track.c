@@ -221,7 +221,7 @@ void track_make(const struct measured *measured, struct track *track)
     if (measured->fit_status != MR_OK || !measured->t0_is_touchdown)
         return;
     track->error_ft = measured->landing.switch_error_ft;
-    for (size_t g = 0; g < measured->gates; g++) {
+    for (size_t g = 0; g < measured->gate_count; g++) {
         const struct mr_gate *gate = &measured->gate[g];
         if (gate->t_s <= 0.0 || summary->outlier & 1u << g)
             continue;
@@ -302,12 +302,12 @@ void film_number_frames(const double *t_us, size_t count, int64_t *number)
 
 static void set_frame_numbers(struct film *film)
 {
-    double *t_us = xcalloc(film->frames, sizeof *t_us);
-    int64_t *number = xcalloc(film->frames, sizeof *number);
-    for (size_t i = 0; i < film->frames; i++)
+    double *t_us = xcalloc(film->frame_count, sizeof *t_us);
+    int64_t *number = xcalloc(film->frame_count, sizeof *number);
+    for (size_t i = 0; i < film->frame_count; i++)
         t_us[i] = film->frame[i].board_us;
-    film_number_frames(t_us, film->frames, number);
-    for (size_t i = 0; i < film->frames; i++)
+    film_number_frames(t_us, film->frame_count, number);
+    for (size_t i = 0; i < film->frame_count; i++)
         film->frame[i].number = number[i];
     free(t_us);
     free(number);
@@ -318,11 +318,11 @@ static void set_frame_numbers(struct film *film)
 static void add_frame(struct film *film, const struct measured *measured, const struct track *track,
                       const struct store_film_frame *row)
 {
-    const struct film_frame *last = film->frames ? &film->frame[film->frames - 1] : NULL;
+    const struct film_frame *last = film->frame_count ? &film->frame[film->frame_count - 1] : NULL;
     if (isnan(row->board_us) || (last && row->board_us <= last->board_us))
         return;
     double t_s = (row->board_us - (double)measured->t0_us) / 1e6;
-    struct film_frame *frame = &film->frame[film->frames++];
+    struct film_frame *frame = &film->frame[film->frame_count++];
     *frame = (struct film_frame){.pulse = row->number,
                                  .board_us = row->board_us,
                                  .t_s = t_s,
@@ -346,11 +346,11 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
         add_frame(film, measured, &track, &row[i]);
     free(row);
     set_frame_numbers(film);
-    if (film->frames > 1) {
-        const struct film_frame *last = &film->frame[film->frames - 1];
+    if (film->frame_count > 1) {
+        const struct film_frame *last = &film->frame[film->frame_count - 1];
         film->rate_hz = (double)(last->number - 1) /
                         ((last->board_us - film->frame[0].board_us) / 1e6);
-        film->missing_frames = last->number - (int64_t)film->frames;
+        film->missing_frames = last->number - (int64_t)film->frame_count;
     }
     return MR_OK;
 }

@@ -70,7 +70,7 @@ struct film_frame {
 
 struct film {
     struct film_frame *frame;
-    size_t frames;
+    size_t frame_count;
     double rate_hz;         /* mean frame rate; NaN: fewer than two frames */
     int64_t missing_frames; /* frames without a pulse between the first and the last */
 };

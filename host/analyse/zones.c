@@ -493,7 +493,7 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     return status;
 }
 
-#define LABEL "predictor"
+#define PREDICTOR_LABEL "predictor"
 
 static void add_start(const struct foresight *foresight, struct answer *answer)
 {
@@ -504,7 +504,7 @@ static void add_start(const struct foresight *foresight, struct answer *answer)
     if (!isnan(foresight->resistance))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
                  foresight->resistance);
-    answer_words(answer, NULL, LABEL, "runway state at arming: %s%s%s",
+    answer_words(answer, NULL, PREDICTOR_LABEL, "runway state at arming: %s%s%s",
                  foresight->source == STORE_NONE
                      ? "not reported"
                      : mr_runway_source_text((unsigned)foresight->source),
@@ -527,14 +527,14 @@ static void add_condition(const struct foresight *foresight, enum foresight_cond
         return;
     if (lack == FORESIGHT_DEGRADED)
         answer_words(
-            answer, NULL, LABEL,
+            answer, NULL, PREDICTOR_LABEL,
             "from %.3f to %.3f s the model was coarser (%s instead of every mat), because of the "
             "update "
             "limit (predict.updates_per_block) or a backlog: the ends of zones are less certain",
             span->from_s, span->to_s, mr_predictor_level_text((unsigned)foresight->worst_level));
     else
-        answer_words(answer, NULL, LABEL, "%s; from %.3f to %.3f s", words[lack], span->from_s,
-                     span->to_s);
+        answer_words(answer, NULL, PREDICTOR_LABEL, "%s; from %.3f to %.3f s", words[lack],
+                     span->from_s, span->to_s);
 }
 
 static void add_doubt(const struct foresight *foresight, const struct measured *measured,
@@ -547,7 +547,7 @@ static void add_doubt(const struct foresight *foresight, const struct measured *
         return;
     if (!foresight->still_excluded[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
-    answer_words(answer, NULL, LABEL,
+    answer_words(answer, NULL, PREDICTOR_LABEL,
                  "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
                  "the neighbouring transducers and the model",
                  i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
@@ -559,21 +559,21 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
 {
     if (isnan(foresight->max_risk))
         return;
-    answer_words(answer, NULL, LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
-                 MR_PREDICTOR_WARNING_MATS, foresight->max_risk, foresight->max_risk_s,
-                 foresight->risk_basis & MR_RISK_OF_CHART ? ", computed with chart and plan"
-                 : foresight->risk_basis & MR_RISK_OF_PLAN
-                     ? ", computed with the plan but without a chart"
-                     : ", computed without plan and chart",
-                 foresight->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
+    answer_words(
+        answer, NULL, PREDICTOR_LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
+        MR_PREDICTOR_WARNING_MATS, foresight->max_risk, foresight->max_risk_s,
+        foresight->risk_basis & MR_RISK_OF_CHART  ? ", computed with chart and plan"
+        : foresight->risk_basis & MR_RISK_OF_PLAN ? ", computed with the plan but without a chart"
+                                                  : ", computed without plan and chart",
+        foresight->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
     if (!isnan(foresight->off_plan_s))
-        answer_words(answer, NULL, LABEL,
+        answer_words(answer, NULL, PREDICTOR_LABEL,
                      "the landing left the plan, detected at %.3f s: the risk after that does not "
                      "use the plan",
                      foresight->off_plan_s);
     if (foresight->chart_is_old)
         answer_words(
-            answer, NULL, LABEL,
+            answer, NULL, PREDICTOR_LABEL,
             "the loaded chart was ignored: it is for a different runway or number of landings");
 }
 

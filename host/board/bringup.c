@@ -10,7 +10,7 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FORMAT            1
+#define FORMAT_VERSION    1
 #define TEXT_MAX          65536u
 /* time limit for the first line: a reset takes 1 s, or 10 s on a busy emulator */
 #define ANSWER_TIMEOUT_S  15.0
@@ -25,13 +25,13 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
                                  struct error *error)
 {
     char copy[160], rest[8];
-    if (b->lines == BRINGUP_LINES_MAX || length >= sizeof copy)
+    if (b->line_count == BRINGUP_LINES_MAX || length >= sizeof copy)
         return error_set(error, MR_TOO_LONG,
                          "bring-up: too many lines, or a line too long; check that the board runs "
                          "the bring-up image");
     memcpy(copy, line, length);
     copy[length] = 0;
-    struct bringup_line *l = &b->line[b->lines];
+    struct bringup_line *l = &b->line[b->line_count];
     if (sscanf(copy, "%47s %39s %47s %7s", l->name, l->value, l->unit, rest) != 3)
         return error_set(
             error, MR_MALFORMED,
@@ -42,7 +42,7 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
                                                 : strtod(l->value, &end);
     if (*end || end == l->value || !isfinite(l->number)) /* nan and inf are words, not numbers */
         l->number = (double)NAN;
-    b->lines++;
+    b->line_count++;
     return MR_OK;
 }
 
@@ -57,10 +57,10 @@ static enum mr_status check_end(const struct bringup *b, const char *line, uint3
             error, MR_MALFORMED,
             "bring-up: '%.60s' instead of the end of the section %s; check the cable and repeat",
             b->section, line);
-    if (lines != b->lines)
+    if (lines != b->line_count)
         return error_set(error, MR_TRUNCATED,
                          "bring-up: only %zu of %u lines received: check the cable and repeat",
-                         b->lines, lines);
+                         b->line_count, lines);
     if (reported_crc != crc)
         return error_set(
             error, MR_CRC,
@@ -87,18 +87,18 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
                          "bring-up: '%.40s' instead of the first line, begin SECTION FORMAT; check "
                          "the cable and repeat",
                          text);
-    if (format != FORMAT)
+    if (format != FORMAT_VERSION)
         return error_set(error, MR_VERSION,
                          "bring-up: format %d, but this matrig uses %d; use the matrig version "
                          "that belongs to the image",
-                         format, FORMAT);
+                         format, FORMAT_VERSION);
     for (bool first = true;; first = false) {
         size_t count = find_line_length(text + at, length - at);
         if (count == SIZE_MAX)
             return error_set(
                 error, MR_TRUNCATED,
                 "bring-up: %s has no end after %zu lines; check cable and supply, and repeat",
-                b->section, b->lines);
+                b->section, b->line_count);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
             return check_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
@@ -113,7 +113,7 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
 enum mr_status bringup_parse(struct bringup *b, const char *text, size_t length,
                              struct error *error)
 {
-    *b = (struct bringup){.lines = 0};
+    *b = (struct bringup){.line_count = 0};
     b->text = xcalloc(length + 1u, 1);
     size_t kept = 0;
     for (size_t i = 0; i < length; i++) { /* removes carriage returns, which terminals insert */
@@ -134,7 +134,7 @@ void bringup_free(struct bringup *b)
 
 const struct bringup_line *bringup_find(const struct bringup *b, const char *name)
 {
-    for (size_t i = 0; i < b->lines; i++) {
+    for (size_t i = 0; i < b->line_count; i++) {
         if (strcmp(b->line[i].name, name) == 0)
             return &b->line[i];
     }
@@ -332,7 +332,7 @@ enum mr_status bringup_request(struct bringup *b, struct link *link, const char 
 {
     struct receiver *l = xcalloc(1, sizeof *l);
     const char *from = NULL;
-    *b = (struct bringup){.lines = 0};
+    *b = (struct bringup){.line_count = 0};
     enum mr_status status = request_section(l, link, section, NULL, &from, error);
     if (status == MR_OK && !from)
         from = find_line(l->text, "begin ");
@@ -377,7 +377,7 @@ static const struct bringup_limit limits[] = {
     {section, name, NULL, 0.0, 0.0, fact##_of, beyond, none, source, advice},
 #include "host/board/bringup_limits.def"
 };
-#define LIMITS (sizeof limits / sizeof limits[0])
+#define LIMIT_COUNT (sizeof limits / sizeof limits[0])
 
 static unsigned get_section_bit(const char *section)
 {
@@ -398,7 +398,7 @@ static bool limit_applies_to(const struct bringup_limit *limit, const char *name
 /* A line with the value `none` may name a whole group: `noise none` means all noise_ lines. */
 static const struct bringup_limit *find_limit(unsigned section, const struct bringup_line *line)
 {
-    for (size_t i = 0; i < LIMITS; i++) {
+    for (size_t i = 0; i < LIMIT_COUNT; i++) {
         if (limits[i].sections & section &&
             (limit_applies_to(&limits[i], line->name) ||
              (line->is_absent && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
@@ -449,7 +449,7 @@ static void judge_line(struct bringup_result *j, const struct mr_board *board)
 static bool is_reported(const struct bringup *bringup, unsigned section,
                         const struct bringup_limit *limit)
 {
-    for (size_t i = 0; i < bringup->lines; i++) {
+    for (size_t i = 0; i < bringup->line_count; i++) {
         if (find_limit(section, &bringup->line[i]) == limit)
             return true;
     }
@@ -462,14 +462,14 @@ size_t bringup_judge(const struct bringup *bringup,
     unsigned section = get_section_bit(bringup->section);
     const struct mr_board *board = find_board(bringup);
     size_t count = 0;
-    for (size_t i = 0; i < bringup->lines; i++) {
+    for (size_t i = 0; i < bringup->line_count; i++) {
         struct bringup_result *j = &judged[count++];
         *j = (struct bringup_result){.name = bringup->line[i].name,
                                      .line = &bringup->line[i],
                                      .limit = find_limit(section, &bringup->line[i])};
         judge_line(j, board);
     }
-    for (size_t i = 0; i < LIMITS; i++) {
+    for (size_t i = 0; i < LIMIT_COUNT; i++) {
         const struct bringup_limit *limit = &limits[i];
         if (!(limit->sections & section) || limit->none == BRINGUP_OK ||
             is_reported(bringup, section, limit))

@@ -28,7 +28,7 @@ struct bringup {
     /* from the line `begin` to the end of the line `end`, as received; freed by bringup_free */
     char *text;
     size_t length;
-    size_t lines;
+    size_t line_count;
     struct bringup_line line[BRINGUP_LINES_MAX];
 };
 

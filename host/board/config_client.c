@@ -57,7 +57,7 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
 
 #define WINDOW_S     2.0 /* time after which a window of words is sent again */
 #define WINDOW_WORDS 16u /* number of words in a window, which must fit into the board's queues */
-#define ATTEMPTS     6   /* attempts to request missing words, or to send words again */
+#define ATTEMPTS_MAX 6   /* attempts to request missing words, or to send words again */
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
                                      struct error *error)
@@ -151,7 +151,7 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
 {
     enum mr_status status = MR_OK;
     client->words = (struct config_words){.count = 0};
-    for (int round = 0; status == MR_OK && round < ATTEMPTS &&
+    for (int round = 0; status == MR_OK && round < ATTEMPTS_MAX &&
                         config_words_first_missing(&client->words) < MR_CONFIG_WORDS;
          round++)
         status = request_words(client, error);
@@ -234,7 +234,7 @@ static enum mr_status send_words(struct config_client *client, const uint8_t *im
         if (client->is_staged && client->progress.locked)
             return set_not_now_error(client, error);
         idle = client->is_staged && client->progress.missing > from ? 0 : idle + 1;
-        if (idle == ATTEMPTS)
+        if (idle == ATTEMPTS_MAX)
             return error_set(error, MR_TIMEOUT,
                              "the board did not accept word %u of the configuration: %s; check the "
                              "cable and try again",

@@ -39,10 +39,10 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     struct gage_client *client = context;
     (void)error;
     shunts_receive(&client->shunts, message->id, message->payload, message->length);
-    if (message->id == MR_ID_ZERO_RESULT && client->zeros < MR_CHANNELS &&
-        mr_zero_result_get(&client->zero[client->zeros], message->payload, message->length) ==
+    if (message->id == MR_ID_ZERO_RESULT && client->zero_count < MR_CHANNELS &&
+        mr_zero_result_get(&client->zero[client->zero_count], message->payload, message->length) ==
             MR_OK)
-        client->zeros++;
+        client->zero_count++;
     return MR_OK;
 }
 
@@ -51,7 +51,7 @@ enum mr_status gage_client_send(struct gage_client *client, struct dialogue *dia
 {
     const struct dialogue_command order = {
         .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
-    *client = (struct gage_client){.zeros = 0};
+    *client = (struct gage_client){.zero_count = 0};
     dialogue_subscribe(dialogue, handle_message, client);
     enum mr_status status = dialogue_wait_for_hello(dialogue, NULL, NULL, error)
                               ?: dialogue_send_command(dialogue, &order, &client->ack, error);

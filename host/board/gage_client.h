@@ -34,7 +34,7 @@ struct gage_client {
     struct mr_ack ack;
     struct shunts shunts;
     struct mr_zero_result zero[MR_CHANNELS];
-    unsigned zeros;
+    unsigned zero_count;
 };
 
 /* Waits for the board's hello and sends MR_COMMAND_ZERO or MR_COMMAND_SHUNT (common/command.h has

@@ -70,7 +70,7 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
 
 #define ANSWER_TIMEOUT_S DIALOGUE_ANSWER_S
 
-#define HANDLE(name, into, flag)                          \
+#define HANDLE_MESSAGE(name, into, flag)                  \
     if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
         flag = true;                                      \
     break
@@ -118,11 +118,11 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         if (mr_crash_get(&crash, bytes, length) == MR_OK)
             client->crash_reported |= crash_receive(&client->crash, &crash);
         break;
-    case MR_ID_RESTARTS: HANDLE(restarts, client->restarts, client->restarts_known);
-    case MR_ID_UPKEEP: HANDLE(upkeep, client->upkeep, client->upkeep_known);
-    case MR_ID_CAN_ALARM: HANDLE(can_alarm, client->alarm, client->alarm_known);
-    case MR_ID_CAN_DROPS: HANDLE(can_drops, client->drops, client->drops_known);
-    case MR_ID_HEALTH: HANDLE(health, client->health, client->health_known);
+    case MR_ID_RESTARTS: HANDLE_MESSAGE(restarts, client->restarts, client->restarts_known);
+    case MR_ID_UPKEEP: HANDLE_MESSAGE(upkeep, client->upkeep, client->upkeep_known);
+    case MR_ID_CAN_ALARM: HANDLE_MESSAGE(can_alarm, client->alarm, client->alarm_known);
+    case MR_ID_CAN_DROPS: HANDLE_MESSAGE(can_drops, client->drops, client->drops_known);
+    case MR_ID_HEALTH: HANDLE_MESSAGE(health, client->health, client->health_known);
     default: break;
     }
     return MR_OK;

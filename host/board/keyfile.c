@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define DIGITS (2u * MR_KEY_BYTES)
+#define KEY_DIGITS (2u * MR_KEY_BYTES)
 
 static void keyfile_folder(char path[KEYFILE_PATH_SIZE])
 {
@@ -47,7 +47,7 @@ static int hex_digit(char c)
 
 static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
 {
-    char path[KEYFILE_PATH_SIZE], text[DIGITS + 2];
+    char path[KEYFILE_PATH_SIZE], text[KEY_DIGITS + 2];
     struct stat info;
     keyfile_path(uid, path);
     int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK); /* opening a pipe must not block */
@@ -69,7 +69,8 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
                          "other users may read the key of the board: %s; run chmod 600 on it, and "
                          "if someone has read it, set a new key: matrig board key new",
                          path);
-    bool alone = length == (ssize_t)DIGITS || (length > (ssize_t)DIGITS && text[DIGITS] < ' ');
+    bool alone = length == (ssize_t)KEY_DIGITS ||
+                 (length > (ssize_t)KEY_DIGITS && text[KEY_DIGITS] < ' ');
     for (unsigned i = 0; i < MR_KEY_BYTES; i++) {
         int high = alone ? hex_digit(text[2 * i]) : -1;
         int low = high >= 0 ? hex_digit(text[2 * i + 1]) : -1;
@@ -112,20 +113,20 @@ static void make_folder(void)
 
 enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error)
 {
-    char path[KEYFILE_PATH_SIZE], text[DIGITS + 2];
+    char path[KEYFILE_PATH_SIZE], text[KEY_DIGITS + 2];
     if (getrandom(key, MR_KEY_BYTES, 0) != (ssize_t)MR_KEY_BYTES)
         return error_set(error, MR_IO, "this computer provides no random numbers (%s)",
                          strerror(errno));
     for (unsigned i = 0; i < MR_KEY_BYTES; i++)
         snprintf(text + 2 * i, 3, "%02x", key[i]);
-    text[DIGITS] = '\n';
+    text[KEY_DIGITS] = '\n';
     make_folder();
     keyfile_discard_new(uid);
     keyfile_path_with_ending(uid, ".new", path);
     int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
         return set_write_error(path, error);
-    bool written = write(fd, text, DIGITS + 1) == (ssize_t)DIGITS + 1 && fsync(fd) == 0;
+    bool written = write(fd, text, KEY_DIGITS + 1) == (ssize_t)KEY_DIGITS + 1 && fsync(fd) == 0;
     close(fd);
     return written ? MR_OK : set_write_error(path, error);
 }

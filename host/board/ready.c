@@ -811,7 +811,7 @@ static void handle_clock(struct query *a, const struct mr_clock *clock, uint64_t
     timemap_add(&a->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
-#define DECODED(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
+#define DECODE(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
 
 static void handle_serial_message(struct query *a, const struct dialogue_message *message)
 {
@@ -834,13 +834,13 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
     a->seq_known = true;
     switch (message->id) {
     case MR_ID_CHANNEL_ZERO:
-        if (DECODED(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
+        if (DECODE(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
             f->zero_received |= 1u << m.zero.index;
             f->zero_measured |= (m.zero.measured ? 1u : 0u) << m.zero.index;
         }
         break;
     case MR_ID_CLOCK:
-        if (DECODED(clock, m.clock))
+        if (DECODE(clock, m.clock))
             handle_clock(a, &m.clock, message->host_us);
         break;
     case MR_ID_BLOCK:
@@ -849,32 +849,32 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
             f->blocks++;
         break;
     case MR_ID_HEALTH:
-        if (DECODED(health, m.health))
+        if (DECODE(health, m.health))
             f->blocks_lost = update_rise(&a->lost_rise, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
-        if (DECODED(can_health, m.can))
+        if (DECODE(can_health, m.can))
             f->can_dropped = update_rise(&a->can_dropped_rise, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
-        if (DECODED(serial_health, m.serial))
+        if (DECODE(serial_health, m.serial))
             f->serial_dropped = update_rise(&a->serial_dropped_rise, m.serial.dropped);
         break;
     case MR_ID_FAULT:
-        if (DECODED(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
+        if (DECODE(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
             handle_fault(a, &m.fault);
         break;
     case MR_ID_SELF_TEST:
-        if (DECODED(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
+        if (DECODE(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
             f->self_test = m.test;
             f->self_test_done = true;
         }
         break;
-    case MR_ID_BOX_STATE: f->box_known |= DECODED(box_state, f->box_state); break;
-    case MR_ID_BOX_SPACE: (void)DECODED(box_space, f->box_space); break;
-    case MR_ID_TEMPERATURE: f->temperature_known |= DECODED(temperature, f->temperature); break;
-    case MR_ID_CAN_ALARM: f->alarm_known |= DECODED(can_alarm, f->alarm); break;
-    case MR_ID_RESTARTS: f->restarts_known |= DECODED(restarts, f->restarts); break;
+    case MR_ID_BOX_STATE: f->box_known |= DECODE(box_state, f->box_state); break;
+    case MR_ID_BOX_SPACE: (void)DECODE(box_space, f->box_space); break;
+    case MR_ID_TEMPERATURE: f->temperature_known |= DECODE(temperature, f->temperature); break;
+    case MR_ID_CAN_ALARM: f->alarm_known |= DECODE(can_alarm, f->alarm); break;
+    case MR_ID_RESTARTS: f->restarts_known |= DECODE(restarts, f->restarts); break;
     default: shunts_receive(&f->shunts, message->id, bytes, length); break;
     }
 }

@@ -8,7 +8,7 @@
 
 /* ---- runway ---- */
 
-#define ATTEMPTS 3
+#define ATTEMPTS_MAX 3
 
 static void handle_joints(struct runway_client *client, const struct mr_runway_joints *joints)
 {
@@ -101,7 +101,7 @@ static enum mr_status send_command(struct dialogue *dialogue, unsigned code, uns
 enum mr_status runway_client_read(struct runway_client *client, struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned round = 0; status == MR_OK && round < ATTEMPTS; round++) {
+    for (unsigned round = 0; status == MR_OK && round < ATTEMPTS_MAX; round++) {
         client->is_complete = client->stored_known = false;
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_READ, 0, 0, error) ?:
                  wait_for(client, &client->is_complete, "send all of its runway", error) ?:

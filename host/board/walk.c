@@ -23,7 +23,7 @@ void walk_motion_start(struct walk_motion *motion, unsigned channels, float limi
  * time. */
 static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
 {
-    if (motion->readings < WALK_REST_READINGS)
+    if (motion->reading_count < WALK_REST_READINGS)
         return false;
     for (unsigned c = 0; c < motion->channels; c++) {
         float least = INFINITY, most = -INFINITY, sum = 0.0f;
@@ -48,7 +48,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
 {
     float mean[WALK_CHANNELS];
     unsigned most = 0;
-    memcpy(motion->reading[motion->readings++ % WALK_REST_READINGS], value,
+    memcpy(motion->reading[motion->reading_count++ % WALK_REST_READINGS], value,
            motion->channels * sizeof *value);
     for (unsigned c = 0; motion->is_at_rest && c < motion->channels; c++) {
         float moved = fabsf(value[c] - motion->rest_mean[c]); /* a comparison with NaN is false */

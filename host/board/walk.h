@@ -31,7 +31,7 @@ struct walk_motion {
     unsigned channels;
     float movement_min; /* smallest movement that counts, in or lb */
     float reading[WALK_REST_READINGS][WALK_CHANNELS];
-    unsigned readings;
+    unsigned reading_count;
     float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];
     bool is_at_rest, is_moving;
 };

@@ -111,8 +111,8 @@ static struct store_gap make_gap(const struct account *account, const char *mess
  * missing; the collector empties the list after every frame. */
 static void add_gap(struct account *account, struct store_gap gap)
 {
-    if (account->gaps < ACCOUNT_GAPS_MAX)
-        account->gap[account->gaps++] = gap;
+    if (account->gap_count < ACCOUNT_GAPS_MAX)
+        account->gap[account->gap_count++] = gap;
 }
 
 /* Estimates the frames in the bytes that this computer lost before a restart of the board, by
@@ -139,7 +139,7 @@ void account_restart(struct account *account, bool whole)
     account->sent_known = false;
     account->doubt_known = false;
     account->dropped_known = false;
-    account->suspected_gaps = 0;
+    account->suspected_gap_count = 0;
     account->suspected_frames = 0;
     account->received_since_health = 0;
     account->frame_block = account->sent_block = -1;
@@ -196,9 +196,9 @@ void account_add_can_frame(struct account *account)
  * them. */
 static void settle_suspects(struct account *account, bool believed)
 {
-    for (size_t i = 0; believed && i < account->suspected_gaps; i++)
+    for (size_t i = 0; believed && i < account->suspected_gap_count; i++)
         add_gap(account, account->suspected_gap[i]);
-    account->suspected_gaps = 0;
+    account->suspected_gap_count = 0;
     account->suspected_frames = 0;
 }
 
@@ -360,8 +360,8 @@ void account_add_series_message(struct account *account, unsigned number, int64_
     char channels[16];
     write_channels(pack, series->letter, channels, sizeof channels);
     account->suspected_frames += missing;
-    if (account->suspected_gaps < MR_SERIES_PACKS)
-        account->suspected_gap[account->suspected_gaps++] =
+    if (account->suspected_gap_count < MR_SERIES_PACKS)
+        account->suspected_gap[account->suspected_gap_count++] =
             make_gap(account, mr_message_find(pack->id)->name, channels, "link", missing,
                      last + series->blocks, block - series->blocks);
 }

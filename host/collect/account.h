@@ -38,7 +38,7 @@ struct account {
     enum link_kind kind;
     struct store_link_counts counts;
     struct store_gap gap[ACCOUNT_GAPS_MAX];
-    size_t gaps; /* number of gaps found that the caller has not stored yet */
+    size_t gap_count; /* number of gaps found that the caller has not stored yet */
 
     bool seq_known;
     uint16_t next_seq;
@@ -58,7 +58,7 @@ struct account {
     /* CAN frames that the board sent before logging began; -1: not known yet */
     int64_t before_first;
     struct store_gap suspected_gap[MR_SERIES_PACKS];
-    size_t suspected_gaps;
+    size_t suspected_gap_count;
     /* number of frames missing since the last can_health, according to the steps of the series */
     int64_t suspected_frames;
     int64_t step_block[MR_SERIES_PACKS]; /* block of the last message of each series; -1: none */

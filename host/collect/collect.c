@@ -90,10 +90,10 @@ void collector_set_own_commands(struct collector *collector, struct collector_ow
 
 bool collector_pop_answer(struct collector *collector, struct collector_answer *answer)
 {
-    if (collector->answers_read == collector->answers)
+    if (collector->answers_read == collector->answer_count)
         return false;
-    if (collector->answers - collector->answers_read > COLLECT_ANSWERS_MAX)
-        collector->answers_read = collector->answers - COLLECT_ANSWERS_MAX;
+    if (collector->answer_count - collector->answers_read > COLLECT_ANSWERS_MAX)
+        collector->answers_read = collector->answer_count - COLLECT_ANSWERS_MAX;
     *answer = collector->answer[collector->answers_read++ % COLLECT_ANSWERS_MAX];
     return true;
 }

@@ -93,7 +93,7 @@ enum mr_status collect_store_gaps(struct collector *collector, struct link_side 
                                   struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (size_t i = 0; i < side->account.gaps && status == MR_OK; i++) {
+    for (size_t i = 0; i < side->account.gap_count && status == MR_OK; i++) {
         const struct store_gap *gap = &side->account.gap[i];
         const struct landing_slot *slot = side->current_landing;
         if (!slot && side->last_landing && gap->from_block != STORE_NONE &&
@@ -102,7 +102,7 @@ enum mr_status collect_store_gaps(struct collector *collector, struct link_side 
         status = store_gap_put(collector->store, collector->session,
                                slot ? slot->row.id : STORE_NONE, gap, error);
     }
-    side->account.gaps = 0;
+    side->account.gap_count = 0;
     return status;
 }
 

@@ -125,7 +125,7 @@ static enum mr_status record_answer(struct collector *collector, struct link_sid
         return MR_OK;
     }
     if (collector->own_commands)
-        collector->answer[collector->answers++ % COLLECT_ANSWERS_MAX] =
+        collector->answer[collector->answer_count++ % COLLECT_ANSWERS_MAX] =
             (struct collector_answer){.ack = *ack, .is_own = own, .repeats = last->count};
     *last = (struct repeated_answer){.known = true,
                                      .is_own = own,
@@ -168,14 +168,14 @@ static collect_topic collect_gear_message, collect_predict_message, collect_band
 static collect_topic *const topics[] = {
     count_message,        handle_state_message,    collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
-enum { TOPICS = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
+enum { TOPIC_COUNT = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
 
 static enum mr_status record_message(unsigned first, struct collector *collector,
                                      struct link_side *side, const struct collector_event *event,
                                      struct error *error)
 {
     enum mr_status status = put_event(collector, side, event, error);
-    for (unsigned i = first; i < TOPICS && status == MR_OK; i++)
+    for (unsigned i = first; i < TOPIC_COUNT && status == MR_OK; i++)
         status = topics[i](collector, side, event, error);
     return status;
 }

@@ -166,7 +166,7 @@ struct collector {
     struct collector_own_commands *own_commands;
     struct collector_answer answer[COLLECT_ANSWERS_MAX];
     /* total numbers of answers, and of those that the caller has read */
-    unsigned answers, answers_read;
+    unsigned answer_count, answers_read;
     struct repeated_answer
         /* indexed by the code of the command modulo REPEATED_ANSWERS_MAX */
         repeated[REPEATED_ANSWERS_MAX];

@@ -434,7 +434,7 @@ static void add_shunts(const struct gage_client *client, struct answer *answer)
 static void add_zeros(const struct gage_client *client, struct answer *answer)
 {
     answer_table(answer, "zeros", "");
-    for (unsigned i = 0; i < client->zeros; i++) {
+    for (unsigned i = 0; i < client->zero_count; i++) {
         const struct mr_zero_result *z = &client->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
         answer_row(answer);

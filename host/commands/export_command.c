@@ -41,7 +41,8 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
     fprintf(out,
             "# displacement relative to its mean over the %s, downfield "
             "positive; tension as measured\n",
-            measured->torn || measured->gates == 0 ? "first 0.5 s" : "0.5 s before the first edge");
+            measured->torn || measured->gate_count == 0 ? "first 0.5 s"
+                                                        : "0.5 s before the first edge");
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
@@ -150,7 +151,7 @@ static void export_film(const struct measured *measured, const struct film *film
           out);
     fprintf(out, "frame,pulse,board_s,t_s,gear_%s,gear_error_%s,speed_%s,speed_error_%s\n",
             station->suffix, station->suffix, speed->suffix, speed->suffix);
-    for (size_t i = 0; i < film->frames; i++) {
+    for (size_t i = 0; i < film->frame_count; i++) {
         const struct film_frame *frame = &film->frame[i];
         fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse,
                 frame->board_us / 1e6, frame->t_s);
@@ -169,13 +170,13 @@ static void export_frames(struct store *store, int64_t run, FILE *out, const str
     struct film film = {0};
     measured_load(store, run, &measured, fatal);
     film_load(store, &measured, &film, fatal);
-    if (film.frames == 0)
+    if (film.frame_count == 0)
         error_set(fatal, MR_USAGE,
                   "no film: RUN %lld of %s has no frame pulses; configure the board with "
                   "site.camera 1 and wire the "
                   "camera to PE2 and PB3",
                   (long long)run, store_path(store));
-    *rows = (long)film.frames;
+    *rows = (long)film.frame_count;
     export_film(&measured, &film, cli->si, out);
     film_free(&film);
     measured_free(&measured);

@@ -14,7 +14,7 @@
 static enum mr_status add_landings(struct store *store, const struct import_result *result,
                                    struct answer *answer, struct error *error)
 {
-    for (size_t i = 0; i < result->runs && error->status == MR_OK; i++) {
+    for (size_t i = 0; i < result->run_count && error->status == MR_OK; i++) {
         struct store_landing landing;
         int64_t frames = 0;
         char label[30], counted[40] = "";
@@ -29,7 +29,7 @@ static enum mr_status add_landings(struct store *store, const struct import_resu
                      mr_landing_state_text((unsigned)landing.state),
                      landing.board_uid[0] ? landing.board_uid : "unknown", counted);
     }
-    if (result->runs == 0)
+    if (result->run_count == 0)
         answer_sentence(answer, NULL, "the file contains no landing");
     return error->status;
 }
@@ -55,7 +55,7 @@ static enum mr_status add_result(struct store *store, const struct import_reques
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
         ->suffix = " frames of other devices, kept as raw frames";
-    if (result->counts.foreign && result->runs == 0)
+    if (result->counts.foreign && result->run_count == 0)
         answer_sentence(
             answer, NULL,
             "no landing of a board at base 0x%03x found; to read a different board, use --base B",
@@ -67,7 +67,7 @@ static enum mr_status add_result(struct store *store, const struct import_reques
     if (troubles[0])
         answer_words(answer, NULL, "CAN link", "%s", troubles);
     answer_list(answer, "runs", NULL);
-    for (size_t i = 0; i < result->runs; i++)
+    for (size_t i = 0; i < result->run_count; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
     answer_close(answer);
     return add_landings(store, result, answer, error);

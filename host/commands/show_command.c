@@ -52,7 +52,7 @@ static void preview_load(struct store *store, int64_t run, struct preview *previ
     zones_load(store, &preview->measured, &preview->zones, fatal);
     load_links(store, run, preview);
     journal_load(store, landing, &preview->journal, fatal);
-    for (size_t i = 0; i < preview->journal.observations; i++)
+    for (size_t i = 0; i < preview->journal.observation_count; i++)
         preview->observations += !preview->journal.observation[i].withdrawn;
     store_can_base_get(store, run, &preview->can_base, fatal);
     store_import_get(store, landing->session, &import, &preview->imported, fatal);
@@ -148,7 +148,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
     char text[NOTE_SHOWN_MAX + 140] = "", part[NOTE_SHOWN_MAX + 40];
     const char *newest = NULL;
     size_t notes = 0;
-    for (size_t i = 0; i < preview->journal.changes; i++) {
+    for (size_t i = 0; i < preview->journal.change_count; i++) {
         if (strcmp(preview->journal.change[i].field, "note") != 0)
             continue;
         newest = preview->journal.change[i].value;
@@ -180,7 +180,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
     }
     answer_words(answer, NULL, "notes", "%s", text);
     answer_list(answer, "notes", NULL);
-    for (size_t i = 0; i < preview->journal.changes; i++) {
+    for (size_t i = 0; i < preview->journal.change_count; i++) {
         if (strcmp(preview->journal.change[i].field, "note") == 0)
             answer_words(answer, NULL, NULL, "%s", preview->journal.change[i].value);
     }

@@ -256,13 +256,14 @@ static struct compare_zone find_board_zone(const struct measured *measured,
 {
     struct compare_zone zone = {.is_known = false};
     const struct store_zone *row = NULL;
-    for (size_t i = 0; i < reports->zones && zones_time_s(measured, &reports->zone[i]) <= t_s; i++)
+    for (size_t i = 0; i < reports->zone_count && zones_time_s(measured, &reports->zone[i]) <= t_s;
+         i++)
         row = &reports->zone[i];
     if (!row)
         return zone;
     zone = (struct compare_zone){true,        (double)row->mats, row->start_ft,
                                  row->end_ft, (double)NAN,       (double)NAN};
-    for (size_t i = 0; i < reports->predictions; i++) {
+    for (size_t i = 0; i < reports->prediction_count; i++) {
         if (reports->prediction[i].block != row->block)
             continue;
         zone.start_error_ft = reports->prediction[i].start_error_ft;
@@ -567,7 +568,7 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
                                : row                    ? row->peak_simulated_error_in
                                                         : 0.0;
         add_channel(measured, &figures->timing, &measured->channel[c], row, solver_error_in,
-                    &figures->channel[figures->channels++]);
+                    &figures->channel[figures->channel_count++]);
     }
     const struct compare_segments segments = {head->segments_in, head->segment_rows,
                                               head->segments_dt_s};
@@ -578,7 +579,7 @@ struct compare_mean compare_average(const struct compare_figures *figures)
 {
     struct compare_mean mean = {0};
     double sum = 0.0, squares = 0.0;
-    for (size_t i = 0; i < figures->channels; i++) {
+    for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
         if (!c->is_compared)
             continue;
@@ -605,7 +606,7 @@ void compare_find_agreement(const struct compare_figures *figures, struct compar
                                     .model_file = figures->model_file[0] ? figures->model_file
                                                                          : "the simulation",
                                     .en = (double)NAN};
-    for (size_t i = 0; i < figures->channels; i++) {
+    for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
         const struct {
             const char *value;

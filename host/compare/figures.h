@@ -131,9 +131,9 @@ struct compare_zone compare_find_closed(const float *remaining_in, double wheel_
  * empty. */
 struct compare_board_reports {
     const struct store_zone *zone;
-    size_t zones;
+    size_t zone_count;
     const struct store_prediction *prediction;
-    size_t predictions;
+    size_t prediction_count;
 };
 /* Remaining openings of the simulated segments, one row every dt_s since touchdown: rows x
  * MR_SEGMENTS. Without rows the simulated zone is not known. */
@@ -177,7 +177,7 @@ struct compare_figures {
     double run_ms, error_in; /* duration of the simulation, and its error estimate */
     int64_t seeds;
     size_t surveyed_segments; /* number of segments with known slack */
-    size_t channels;          /* number of fitted transducers */
+    size_t channel_count;     /* number of fitted transducers */
     struct compare_channel channel[MR_TRANSDUCERS];
     struct compare_zones zones;
     struct compare_timing timing;

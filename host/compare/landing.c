@@ -116,7 +116,8 @@ static enum mr_status check_scale(const struct sim_scene *scene, const char *whe
         (double)MR_MAT_LENGTH_FT, rig_ft);
 }
 
-#define POINTS (SURVEY_POINTS - 1u) /* number of gage points except the one at the fixed edge */
+/* number of gage points except the one at the fixed edge */
+#define FREE_POINTS (SURVEY_POINTS - 1u)
 
 /* Returns true for a study file, which has landings. The scene loader reports the error of invalid
  * JSON. */
@@ -377,12 +378,12 @@ enum mr_status compare_simulate(struct compare_model *model, size_t index,
     if (!model->gap_ft)
         draw_runways(model);
     apply_survey(model, survey);
-    double *columns = xcalloc(stations + POINTS, sizeof *columns);
+    double *columns = xcalloc(stations + FREE_POINTS, sizeof *columns);
     memcpy(columns, station_ft, stations * sizeof *columns);
-    for (size_t p = 1; p <= POINTS; p++)
+    for (size_t p = 1; p <= FREE_POINTS; p++)
         columns[stations + p - 1] = ((double)(p * MR_MATS_PER_SEGMENT) - 1.0) * s->scene.length_ft;
     for (size_t seed = 0; seed < model->seeds && error->status == MR_OK; seed++)
-        simulate_seed(model, seed, columns, stations + POINTS, s, error);
+        simulate_seed(model, seed, columns, stations + FREE_POINTS, s, error);
     free(columns);
     if (error->status == MR_OK)
         finish_spread(s->spread_in, s->rows * s->stations, s->seeds);
@@ -498,7 +499,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
             (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
-        set_row(&simulated, k, channels[k], length, &landing->row[landing->rows++]);
+        set_row(&simulated, k, channels[k], length, &landing->row[landing->row_count++]);
     if (error->status == MR_OK) {
         set_head(model, &simulated, end_s, &landing->head);
         *scene_json = compare_describe(model, &simulated);
@@ -510,9 +511,9 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
 /* Fills in the results that queries of a campaign read without the samples. */
 static void fill_rows(struct compare_landing *landing)
 {
-    for (size_t i = 0; i < landing->rows; i++) {
+    for (size_t i = 0; i < landing->row_count; i++) {
         struct store_simulation *row = &landing->row[i];
-        for (size_t c = 0; c < landing->figures.channels; c++) {
+        for (size_t c = 0; c < landing->figures.channel_count; c++) {
             const struct compare_channel *channel = &landing->figures.channel[c];
             if (channel->number != row->number)
                 continue;
@@ -534,12 +535,12 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
     struct store_prediction *predictions = NULL;
     struct compare_board_reports reports = {0};
     int64_t run = landing->measured.landing.id;
-    if (store_zones(store, run, &zones, &reports.zones, error) == MR_OK &&
-        store_predictions(store, run, &predictions, &reports.predictions, error) == MR_OK) {
+    if (store_zones(store, run, &zones, &reports.zone_count, error) == MR_OK &&
+        store_predictions(store, run, &predictions, &reports.prediction_count, error) == MR_OK) {
         reports.zone = zones;
         reports.prediction = predictions;
         compare_find_figures(&landing->measured, survey, &reports, &landing->head, landing->row,
-                             landing->rows, &landing->figures);
+                             landing->row_count, &landing->figures);
     }
     free(zones);
     free(predictions);
@@ -549,10 +550,10 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
 static enum mr_status store_comparison(struct store *store, const struct compare_landing *landing,
                                        const char *scene_json, struct error *error)
 {
+    const int64_t run = landing->measured.landing.id;
     return store_begin(store, error) ?:
-           store_simulation_put(store, landing->measured.landing.id, scene_json,
-                                (int64_t)link_now_us(), &landing->head, landing->row, landing->rows,
-                                error) ?:
+           store_simulation_put(store, run, scene_json, (int64_t)link_now_us(), &landing->head,
+                                landing->row, landing->row_count, error) ?:
            store_commit(store, error);
 }
 
@@ -577,7 +578,7 @@ enum mr_status compare_run_landing(struct store *store, int64_t run, struct comp
 
 void compare_landing_free(struct compare_landing *landing)
 {
-    for (size_t i = 0; i < landing->rows; i++) {
+    for (size_t i = 0; i < landing->row_count; i++) {
         free(landing->row[i].series_in);
         free(landing->row[i].spread_in);
     }
@@ -621,7 +622,7 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
 {
     set->run_ms += figures->run_ms;
     set->error_in = fmax(set->error_in, figures->error_in);
-    for (size_t c = 0; c < figures->channels; c++) {
+    for (size_t c = 0; c < figures->channel_count; c++) {
         const struct compare_channel *channel = &figures->channel[c];
         double n = (double)channel->figures.compared_samples;
         if (!channel->is_compared || channel->figures.compared_samples == 0)

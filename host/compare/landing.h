@@ -89,7 +89,7 @@ struct compare_landing {
     struct measured measured;
     struct store_simulation_head head;
     struct store_simulation row[MR_TRANSDUCERS];
-    size_t rows;
+    size_t row_count;
 };
 
 /* Simulates, compares and stores RUN as landing `index` (from 0) of the model's series. Earlier

@@ -66,14 +66,14 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
 
 void compare_add_channels(const struct compare_figures *figures, struct answer *answer)
 {
-    for (size_t i = 0; i < figures->channels; i++) {
+    for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
         if (c->reason[0])
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
                             c->is_compared ? "" : "not compared: ", c->reason);
     }
     answer_table(answer, "channels", "");
-    for (size_t i = 0; i < figures->channels; i++)
+    for (size_t i = 0; i < figures->channel_count; i++)
         add_channel(&figures->channel[i], answer);
     answer_close(answer);
     answer_sentence(
@@ -206,7 +206,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
                  MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
     size_t missing = 0;
-    for (size_t i = 0; i < figures->channels; i++)
+    for (size_t i = 0; i < figures->channel_count; i++)
         missing += !figures->channel[i].is_compared;
     answer_count(answer, "missing_channels", NULL, (int64_t)missing);
     compare_add_channels(figures, answer);
@@ -232,7 +232,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
         answer_sentence(answer, NULL, "%s", figures->torn);
     answer_words(answer, NULL, "against", "%s", figures->model_file);
     answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
-                 figures->channels);
+                 figures->channel_count);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->suffix =
         ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
@@ -257,7 +257,8 @@ static void add_landing(const struct compare_series_landing *landing, struct ans
     answer_count(answer, NULL, "RUN", landing->run);
     if (!landing->is_compared)
         return;
-    answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels, landing->figures.channels);
+    answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels,
+                 landing->figures.channel_count);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
     answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
     add_ratio(answer, NULL, "worst|peak En", mean.peak_en);
@@ -417,7 +418,7 @@ static void channel_curves_make(const struct compare_landing *landing, struct ch
 {
     const struct measured *measured = &landing->measured;
     sides->count = 0;
-    for (size_t i = 0; i < landing->rows; i++) {
+    for (size_t i = 0; i < landing->row_count; i++) {
         const struct store_simulation *row = &landing->row[i];
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
         if (c < 0 || !measured->channel[c].raw || row->length == 0)

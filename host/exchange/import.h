@@ -37,7 +37,7 @@ struct import_result {
     struct parse_result parsed;
     int64_t session;
     int64_t run[IMPORT_RUNS_MAX];
-    size_t runs;
+    size_t run_count;
     size_t rows; /* number of imported frames, or of rows of a table */
     /* interface of the imported frames; "": a table was imported */
     char bus[CANDUMP_INTERFACE_SIZE];

@@ -21,7 +21,7 @@
 #define GAP_STEPS         1.5
 #define SWITCH_SPACING_FT 5.0 /* default spacing of the switches, that of the rig */
 #define SWITCH_FIRST_FT   (-2.5)
-#define SWITCHES          24u
+#define RIG_SWITCHES      24u
 #define SWITCHES_MAX      64u
 #define SWITCH_ERROR_FT   0.001
 
@@ -31,7 +31,7 @@ struct import_work {
     const struct import_request *request;
     struct measured template; /* landing given with --like */
     struct store_edge *edge;  /* edges of the template landing */
-    size_t edges;
+    size_t edge_count;
     double base_us; /* board time at which the file's time is 0 */
     int64_t first;
     size_t blocks;
@@ -74,7 +74,7 @@ static double find_edge_time_s(const struct mapping_channel *channel)
 
 static const struct mapping_channel *find_role(const struct mapping *m, enum mapping_role role)
 {
-    for (size_t c = 0; c < m->channels; c++) {
+    for (size_t c = 0; c < m->channel_count; c++) {
         if (m->channel[c].role == role)
             return &m->channel[c];
     }
@@ -98,7 +98,7 @@ static enum mr_status find_time_base(struct import_work *w, const struct mapping
         return error_set(error, MR_MALFORMED,
                          "no edge for align: '%s' never crosses %g in %s; see align in the mapping",
                          channel->column, channel->threshold, w->request->path);
-    for (size_t e = 0; e < w->edges; e++) {
+    for (size_t e = 0; e < w->edge_count; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
             continue;
         w->base_us = w->edge[e].board_us - 1e6 * edge_s;
@@ -114,7 +114,7 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
     const struct mapping *m = w->mapping;
     const struct mapping_channel *by = find_role(m, MAPPING_ALIGN);
     double first_s = (double)INFINITY, last_s = -(double)INFINITY;
-    for (size_t c = 0; c < m->channels; c++) {
+    for (size_t c = 0; c < m->channel_count; c++) {
         const struct series *s = &m->channel[c].series;
         if (!is_measuring(&m->channel[c]) || s->count == 0)
             continue;
@@ -287,7 +287,7 @@ static enum mr_status put_channel(struct import_work *w, const struct mapping_ch
 static enum mr_status put_channels(struct import_work *w, struct error *error)
 {
     unsigned unknown = 0;
-    for (size_t c = 0; c < w->mapping->channels; c++) {
+    for (size_t c = 0; c < w->mapping->channel_count; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
         if (is_measuring(channel) && channel->series.count == 0)
             cli_note(w->request->cli, "no reading of %c%u in %s",
@@ -296,7 +296,7 @@ static enum mr_status put_channels(struct import_work *w, struct error *error)
     }
     float *reading = xmalloc(w->blocks * sizeof *reading);
     enum mr_status status = MR_OK;
-    for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
+    for (size_t c = 0; c < w->mapping->channel_count && status == MR_OK; c++) {
         if (is_measuring(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
             status = put_channel(w, &w->mapping->channel[c], reading, error);
         unknown += is_measuring(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
@@ -354,7 +354,7 @@ static enum mr_status make_gear_edges(struct import_work *w, struct mapping_chan
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned p = 1; p <= SWITCHES && status == MR_OK; p++) {
+    for (unsigned p = 1; p <= RIG_SWITCHES && status == MR_OK; p++) {
         gear.threshold = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (p - 1);
         status = put_switch(w, p, (double)NAN, find_edge_time_s(&gear), error);
     }
@@ -364,7 +364,7 @@ static enum mr_status make_gear_edges(struct import_work *w, struct mapping_chan
 static enum mr_status make_switch_edges(struct import_work *w, struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (size_t c = 0; c < w->mapping->channels && status == MR_OK; c++) {
+    for (size_t c = 0; c < w->mapping->channel_count && status == MR_OK; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
         if (channel->role == MAPPING_SWITCH)
             status = put_switch(w, channel->number, channel->station_ft, find_edge_time_s(channel),
@@ -385,7 +385,7 @@ static enum mr_status copy_template(struct import_work *w, struct error *error)
         status = store_switch_put(w->store, w->run, &place[i], error);
     for (size_t i = 0; i < segments && status == MR_OK; i++)
         status = store_segment_put(w->store, w->run, &segment[i], error);
-    for (size_t i = 0; i < w->edges && status == MR_OK; i++)
+    for (size_t i = 0; i < w->edge_count && status == MR_OK; i++)
         status = store_edge_put(w->store, w->run, &w->edge[i], error);
     free(place);
     free(segment);
@@ -439,12 +439,12 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
     struct import_work w = {.store = store, .mapping = mapping, .request = request};
     if ((!request->template_run ||
          (measured_load(store, request->template_run, &w.template, error) == MR_OK &&
-          store_edges(store, request->template_run, &w.edge, &w.edges, error) == MR_OK)) &&
+          store_edges(store, request->template_run, &w.edge, &w.edge_count, error) == MR_OK)) &&
         compute_blocks(&w, error) == MR_OK && put_landing(&w, error) == MR_OK &&
         put_channels(&w, error) == MR_OK && put_gear(&w, error) == MR_OK &&
         store_session_end(store, w.session, (int64_t)link_now_us(), "end", error) == MR_OK) {
         result->session = w.session;
-        result->run[result->runs++] = w.run;
+        result->run[result->run_count++] = w.run;
     }
     free(w.edge);
     if (request->template_run)

@@ -208,8 +208,8 @@ static void read_id(const struct reader *r, const char *where, const char *id,
 
 static void check_channel(const struct reader *r, const char *where, const struct mapping *m)
 {
-    const struct mapping_channel *c = &m->channel[m->channels - 1];
-    for (size_t i = 0; i + 1 < m->channels; i++) {
+    const struct mapping_channel *c = &m->channel[m->channel_count - 1];
+    for (size_t i = 0; i + 1 < m->channel_count; i++) {
         if (m->channel[i].role == c->role && m->channel[i].number == c->number)
             refuse_value(r, where, "channel", "this channel is given twice");
     }
@@ -232,7 +232,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     json_t *column = NULL, *scale = NULL, *offset = NULL, *error = NULL, *threshold = NULL,
            *station = NULL;
     int start_bit = 0, bits = 0, is_signed = 0, is_float = 0, at_switch = 0;
-    struct mapping_channel *c = &m->channel[m->channels++];
+    struct mapping_channel *c = &m->channel[m->channel_count++];
     *c = (struct mapping_channel){.role = MAPPING_ALIGN};
     unpack_object(
         r, where, object,
@@ -348,7 +348,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
 
 void mapping_free(struct mapping *mapping)
 {
-    for (size_t i = 0; i < mapping->channels; i++) {
+    for (size_t i = 0; i < mapping->channel_count; i++) {
         free(mapping->channel[i].series.time_s);
         free(mapping->channel[i].series.value);
     }

@@ -73,7 +73,7 @@ struct mapping {
     double gap_s;
     double touchdown_ft, switch_error_ft; /* NaN: the mapping does not give them */
     struct mapping_channel channel[MAPPING_CHANNELS_MAX];
-    size_t channels;
+    size_t channel_count;
     char *text; /* the mapping as JSON, for storage in the campaign */
 };
 

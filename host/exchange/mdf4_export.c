@@ -381,7 +381,7 @@ static void describe_readings(struct export_context *place,
 {
     const struct measured *measured = &place->summary->measured;
     const char *since = measured->t0_is_touchdown ? "since_touchdown"
-                      : measured->gates           ? "since_first_edge"
+                      : measured->gate_count      ? "since_first_edge"
                                                   : "since_arming";
     const struct mdf4_add_channel before[FIXED_COLUMNS] = {
         {.name = "time",

@@ -95,9 +95,10 @@ struct table {
     struct parse_result *verdict;
     size_t line;
     struct field field[FIELDS_MAX];
-    size_t fields, columns; /* number of fields of this line, and of columns of the header (without
-                             * one, of the first row) */
-    double last_s;          /* time of the last accepted row, s; NaN: none */
+    /* number of fields of this line, and of columns of the header (without one, of the first
+     * row) */
+    size_t field_count, columns;
+    double last_s; /* time of the last accepted row, s; NaN: none */
     size_t rows;
     struct {
         /* the last consecutive header lines that look like rows: first line, number of lines */
@@ -130,15 +131,15 @@ static bool split_fields(struct table *t, const char *line, size_t length)
 {
     const char *from = line, *end = line + length;
     bool quoted = false;
-    t->fields = 0;
+    t->field_count = 0;
     for (const char *p = line;; p++) {
         if (p < end && *p == '"')
             quoted = !quoted;
         if (p < end && (quoted || *p != t->mapping->separator))
             continue;
-        if (t->fields == FIELDS_MAX)
+        if (t->field_count == FIELDS_MAX)
             return false;
-        t->field[t->fields++] = trim_field(from, p);
+        t->field[t->field_count++] = trim_field(from, p);
         from = p + 1;
         if (p == end)
             return true;
@@ -168,7 +169,7 @@ static bool read_next_line(struct table *t, bool blanks, const char **line, size
 
 static unsigned find_name(const struct table *t, const char *name)
 {
-    for (size_t i = 0; i < t->fields; i++) {
+    for (size_t i = 0; i < t->field_count; i++) {
         if (t->field[i].length == strlen(name) &&
             memcmp(t->field[i].at, name, t->field[i].length) == 0)
             return (unsigned)i + 1;
@@ -223,12 +224,12 @@ static bool is_data_row(const struct table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
     double value;
-    if (!m->time_column_index || m->time_column_index > t->fields ||
+    if (!m->time_column_index || m->time_column_index > t->field_count ||
         !parse_number(m, t->field[m->time_column_index - 1], time_s) || isnan(*time_s))
         return false;
-    for (size_t c = 0; c < m->channels; c++) {
+    for (size_t c = 0; c < m->channel_count; c++) {
         unsigned place = m->channel[c].column_index;
-        if (!place || place > t->fields || !parse_number(m, t->field[place - 1], &value))
+        if (!place || place > t->field_count || !parse_number(m, t->field[place - 1], &value))
             return false;
     }
     *time_s *= m->time_unit_s;
@@ -256,10 +257,10 @@ static enum mr_status parse_header(struct table *t, struct error *error)
         t->consumed.line = row && t->consumed.count ? t->consumed.line : t->line;
         t->consumed.count = row ? t->consumed.count + 1 : 0;
     }
-    bool blank_line = t->fields == 1 && t->field[0].length == 0;
-    t->columns = m->header_lines && !t->consumed.count && !blank_line ? t->fields : 0;
+    bool blank_line = t->field_count == 1 && t->field[0].length == 0;
+    t->columns = m->header_lines && !t->consumed.count && !blank_line ? t->field_count : 0;
     enum mr_status status = find_column(t, m->time_column, &m->time_column_index, error);
-    for (size_t c = 0; c < m->channels && status == MR_OK; c++)
+    for (size_t c = 0; c < m->channel_count && status == MR_OK; c++)
         status = find_column(t, m->channel[c].column, &m->channel[c].column_index, error);
     return status;
 }
@@ -282,15 +283,15 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     if (!split_fields(t, line, length))
         return refuse_line(t, line, line, whole, "too many columns");
     if (!t->columns)
-        t->columns = t->fields;
-    if (t->fields != t->columns)
-        return refuse_line(t, line,
-                           t->fields < t->columns ? line + length : t->field[t->columns].at, whole,
-                           t->fields < t->columns ? "fewer columns than the header has"
-                                                  : "more columns than the header has");
+        t->columns = t->field_count;
+    if (t->field_count != t->columns)
+        return refuse_line(
+            t, line, t->field_count < t->columns ? line + length : t->field[t->columns].at, whole,
+            t->field_count < t->columns ? "fewer columns than the header has"
+                                        : "more columns than the header has");
     if (!whole && !m->may_lack_newline)
         return refuse_line(t, line, line + length, false, NULL);
-    if (m->time_column_index > t->fields)
+    if (m->time_column_index > t->field_count)
         return refuse_line(t, line, line + length, whole, "no time column");
     if (!parse_number(m, t->field[m->time_column_index - 1], &value) || isnan(value))
         return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, "no time");
@@ -298,10 +299,11 @@ static bool check_row(struct table *t, const char *line, size_t length, bool who
     const char *wrong = check_time(*time_s, t->last_s);
     if (wrong)
         return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, wrong);
-    for (size_t c = 0; c < m->channels; c++) {
+    for (size_t c = 0; c < m->channel_count; c++) {
         unsigned place = m->channel[c].column_index;
-        if (place > t->fields || !parse_number(m, t->field[place - 1], &value))
-            return refuse_line(t, line, place > t->fields ? line + length : t->field[place - 1].at,
+        if (place > t->field_count || !parse_number(m, t->field[place - 1], &value))
+            return refuse_line(t, line,
+                               place > t->field_count ? line + length : t->field[place - 1].at,
                                whole, "no number");
         if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MAX)
             return refuse_line(t, line, t->field[place - 1].at, whole, "impossible value");
@@ -328,7 +330,7 @@ static void add_row(struct table *t, double time_s)
         check_header(t, t->last_s, time_s);
     t->last_s = time_s;
     t->rows++;
-    for (size_t c = 0; c < m->channels; c++) {
+    for (size_t c = 0; c < m->channel_count; c++) {
         struct mapping_channel *channel = &m->channel[c];
         double value;
         parse_number(m, t->field[channel->column_index - 1], &value);
@@ -389,7 +391,7 @@ static bool add_sample(struct candump_log *log, struct mapping_channel *channel,
 static bool has_signal(const struct mapping *mapping, const struct link_frame *frame)
 {
     double value;
-    for (size_t c = 0; c < mapping->channels; c++) {
+    for (size_t c = 0; c < mapping->channel_count; c++) {
         if (signal_value(&mapping->channel[c].signal, frame, &value))
             return true;
     }
@@ -438,7 +440,7 @@ enum mr_status import_read_signals(const struct textfile *file,
         first_us = frames++ ? first_us : line.frame.host_us;
         double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
                         mapping->time_unit_s;
-        for (size_t c = 0; c < mapping->channels; c++)
+        for (size_t c = 0; c < mapping->channel_count; c++)
             has_sample |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
                           add_sample(&log, &mapping->channel[c], time_s, value);
         result->rows += has_sample;
@@ -488,8 +490,8 @@ static enum mr_status add_finished_landings(struct collector *collector,
 {
     int64_t run;
     while ((run = collector_pop_finished(collector)) != 0) {
-        if (result->runs < IMPORT_RUNS_MAX)
-            result->run[result->runs++] = run;
+        if (result->run_count < IMPORT_RUNS_MAX)
+            result->run[result->run_count++] = run;
     }
     return MR_OK;
 }

@@ -33,13 +33,13 @@ static const struct kind {
 #define LINK_OF(name, form, text) {#name ":", form, &link_##name##_ops},
 #include "host/link/kinds.def"
 };
-#define KINDS (sizeof kinds / sizeof kinds[0])
+#define KIND_COUNT (sizeof kinds / sizeof kinds[0])
 
 #define BASE_OPTION ",base="
 
 static const struct kind *find_kind(const char *spec)
 {
-    for (size_t i = 0; i < KINDS; i++) {
+    for (size_t i = 0; i < KIND_COUNT; i++) {
         if (strncmp(spec, kinds[i].prefix, strlen(kinds[i].prefix)) == 0)
             return &kinds[i];
     }
@@ -51,11 +51,11 @@ static const struct kind *find_kind(const char *spec)
 static void list_forms(char out[FORMS_TEXT_SIZE])
 {
     size_t n = 0;
-    for (size_t i = 0; i < KINDS && n < FORMS_TEXT_SIZE; i++)
+    for (size_t i = 0; i < KIND_COUNT && n < FORMS_TEXT_SIZE; i++)
         n += (size_t)snprintf(out + n, FORMS_TEXT_SIZE - n, "%s%s",
-                              i == 0          ? ""
-                              : i + 1 < KINDS ? ", "
-                                              : " or ",
+                              i == 0               ? ""
+                              : i + 1 < KIND_COUNT ? ", "
+                                                   : " or ",
                               kinds[i].form);
 }
 

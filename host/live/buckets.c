@@ -5,7 +5,7 @@
 
 #include "common/catalogue.h"
 
-#define MISSING               ((float)NAN)
+#define MISSING_VALUE         ((float)NAN)
 /* a block this much older than the newest one means that the board has restarted */
 #define RESTART_BLOCKS        1000
 /* if the newest record is not older than this, values from CAN are ignored */
@@ -16,8 +16,8 @@
 static void reset_buckets(struct live_buckets *b)
 {
     for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-        b->reading[i] =
-            (struct live_reading){.value = MISSING, .block = -1, .min = MISSING, .max = MISSING};
+        b->reading[i] = (struct live_reading){
+            .value = MISSING_VALUE, .block = -1, .min = MISSING_VALUE, .max = MISSING_VALUE};
     for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
         b->open_bucket[i].number = -1;
     b->newest[LINK_CAN] = b->newest[LINK_SERIAL] = b->closed_to = b->record_block = -1;
@@ -87,7 +87,7 @@ static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
     if (bucket->number != number) {
         bucket->number = number;
         for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-            bucket->min[i] = bucket->max[i] = MISSING;
+            bucket->min[i] = bucket->max[i] = MISSING_VALUE;
     }
     return bucket;
 }
@@ -195,7 +195,7 @@ void live_buckets_add_message(struct live_buckets *b, const struct mr_message *m
 void live_buckets_reset_extremes(struct live_buckets *b)
 {
     for (unsigned i = 0; i < LIVE_CHANNELS; i++)
-        b->reading[i].min = b->reading[i].max = MISSING;
+        b->reading[i].min = b->reading[i].max = MISSING_VALUE;
 }
 
 int64_t live_buckets_newest_block(const struct live_buckets *b)

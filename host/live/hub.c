@@ -61,7 +61,7 @@ struct live_hub {
     uint32_t hub_id;
 
     struct message_slot slot[SLOTS_MAX]; /* slots in order of arrival */
-    unsigned slots;
+    unsigned slot_count;
     bool has_other_layout; /* the board has another layout, so its other messages are ignored */
     bool warned, armed;
     struct config_words config[LINK_KINDS];
@@ -331,7 +331,7 @@ void live_hub_close(struct live_hub *hub)
         return;
     while (hub->first_event < hub->next_event)
         drop_oldest(hub);
-    for (unsigned i = 0; i < hub->slots; i++)
+    for (unsigned i = 0; i < hub->slot_count; i++)
         free(hub->slot[i].text);
     if (hub->pending)
         fclose(hub->pending);
@@ -514,7 +514,7 @@ static uint32_t make_slot_key(unsigned place, enum link_kind link, unsigned whic
 
 static struct message_slot *find_slot(struct live_hub *hub, uint32_t key)
 {
-    for (unsigned i = 0; i < hub->slots; i++) {
+    for (unsigned i = 0; i < hub->slot_count; i++) {
         if (hub->slot[i].key == key)
             return &hub->slot[i];
     }
@@ -524,8 +524,8 @@ static struct message_slot *find_slot(struct live_hub *hub, uint32_t key)
 static void remove_slot(struct live_hub *hub, struct message_slot *slot)
 {
     free(slot->text);
-    hub->slots--;
-    memmove(slot, slot + 1, (size_t)(hub->slot + hub->slots - slot) * sizeof *slot);
+    hub->slot_count--;
+    memmove(slot, slot + 1, (size_t)(hub->slot + hub->slot_count - slot) * sizeof *slot);
 }
 
 /* Stores `text` in its slot, and takes ownership of it. */
@@ -534,16 +534,16 @@ static void store_slot(struct live_hub *hub, uint32_t key, char *text)
     struct message_slot *old = find_slot(hub, key);
     if (old)
         remove_slot(hub, old);
-    else if (hub->slots == SLOTS_MAX)
+    else if (hub->slot_count == SLOTS_MAX)
         remove_slot(hub, &hub->slot[0]);
     if (text)
-        hub->slot[hub->slots++] = (struct message_slot){key, text};
+        hub->slot[hub->slot_count++] = (struct message_slot){key, text};
 }
 
 /* Discards the messages of a landing when a new landing is armed or the board has restarted. */
 static void discard_landing(struct live_hub *hub, bool faults)
 {
-    for (unsigned i = hub->slots; i-- > 0;) {
+    for (unsigned i = hub->slot_count; i-- > 0;) {
         unsigned place = hub->slot[i].key >> 16;
         if (belongs_to_landing(place) || (faults && place == MR_INDEX_FAULT))
             remove_slot(hub, &hub->slot[i]);
@@ -685,7 +685,7 @@ static char *make_slots_text(const struct live_hub *hub)
     if (!out)
         return NULL;
     fputc('[', out);
-    for (unsigned i = 0; i < hub->slots; i++)
+    for (unsigned i = 0; i < hub->slot_count; i++)
         fprintf(out, "%s%s", i ? "," : "", hub->slot[i].text);
     fputc(']', out);
     return fclose(out) == 0 ? text : (free(text), NULL);

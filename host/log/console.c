@@ -664,7 +664,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 #define TYPING_HOLD_US     15000000u
 
 /* reply to an unknown command */
-#define HELP "type arm [N] (0 to 65535; default: the next number), or disarm"
+#define COMMAND_HELP "type arm [N] (0 to 65535; default: the next number), or disarm"
 
 void typed_begin(struct typed_commands *typed, bool commands, bool listen)
 {
@@ -773,7 +773,7 @@ static void handle_command(struct logger *logger, const char *line)
     struct typed_commands *typed = &logger->typed;
     if (line[strspn(line, " \t\r")] == '\0') {
         typed->typing_until_us = monotonic_us() + TYPING_HOLD_US;
-        print_reply(logger, "%s: ", HELP);
+        print_reply(logger, "%s: ", COMMAND_HELP);
         return;
     }
     typed->typing_until_us = 0;
@@ -781,7 +781,7 @@ static void handle_command(struct logger *logger, const char *line)
         (typed->command.code != MR_COMMAND_ARM &&
          (typed->command.code != MR_COMMAND_DISARM || typed->command.argument != 0)) ||
         typed->command.argument < 0 || typed->command.argument > ARM_CLIENT_LANDING_MAX) {
-        print_reply(logger, "not a command: '%.40s'; %s\n", line, HELP);
+        print_reply(logger, "not a command: '%.40s'; %s\n", line, COMMAND_HELP);
         return;
     }
     bool arm = typed->command.code == MR_COMMAND_ARM;

@@ -9,7 +9,7 @@
 #include "common/catalogue.h"
 #include "host/base/units.h"
 
-#define DIGITS 15 /* number of digits of numbers in reports, as many as a double has */
+#define NUMBER_DIGITS 15 /* number of digits of numbers in reports, as many as a double has */
 
 /* A message without its own block gets the newest block that its link had delivered. The block may
  * be wrong by this much, because frames can change order on the bus. */
@@ -468,9 +468,10 @@ static void compare_blocks(struct comparison *c)
     static const struct mr_message_info record = {.name = "block", .id = MR_ID_BLOCK};
     static const struct board_message any = {.info = &record};
     size_t i = 0, k = 0;
-    while (i < c->recorded->blocks || k < c->replayed->blocks) {
-        int64_t at = i < c->recorded->blocks ? (int64_t)c->recorded->block[i].index : INT64_MAX;
-        int64_t replayed_at = k < c->replayed->blocks
+    while (i < c->recorded->block_count || k < c->replayed->block_count) {
+        int64_t at = i < c->recorded->block_count ? (int64_t)c->recorded->block[i].index
+                                                  : INT64_MAX;
+        int64_t replayed_at = k < c->replayed->block_count
                                 ? (int64_t)c->replayed->block[k].index + c->options->shift_blocks
                                 : INT64_MAX;
         if (at == replayed_at)
@@ -495,7 +496,7 @@ static int64_t count_circumstance_faults(const struct board_messages *answers, i
 
 static void begin_row(struct comparison *c, const char *message, int link)
 {
-    c->row = &c->diff->row[c->diff->rows];
+    c->row = &c->diff->row[c->diff->row_count];
     *c->row = (struct diff_row){.message = message, .link = link};
 }
 
@@ -506,8 +507,8 @@ static void end_row(struct comparison *c)
     c->diff->fields += row->fields;
     c->diff->differing_fields += row->differing_fields + row->only_recorded + row->only_replayed;
     if ((row->pairs || row->only_recorded || row->only_replayed) &&
-        c->diff->rows + 1 < DIFF_MESSAGES_MAX)
-        c->diff->rows++;
+        c->diff->row_count + 1 < DIFF_MESSAGES_MAX)
+        c->diff->row_count++;
 }
 
 static int64_t count_messages(const struct board_messages *answers, int link,
@@ -528,7 +529,7 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
     const struct mr_message_info *info = mr_catalogue(&count);
     *diff = (struct diff){.is_exact = options->is_exact};
     c.first_block = recorded->block[0].index;
-    c.end_block = recorded->block[recorded->blocks - 1].index;
+    c.end_block = recorded->block[recorded->block_count - 1].index;
     c.landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
     c.links_faultless = true;
     for (int link = 0; link < LINK_KINDS; link++)
@@ -585,10 +586,10 @@ static void add_difference_answer(const struct difference *d, struct answer *ans
     answer_words(answer, "link", NULL, "%s", link_text[d->link]);
     answer_words(answer, "message", NULL, "%s", d->message);
     answer_words(answer, "field", NULL, "%s", d->field);
-    answer_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits = DIGITS;
+    answer_value(answer, "t", NULL, UNIT_TIME, (double)d->block / 1e3, 3)->digits = NUMBER_DIGITS;
     answer_count(answer, "block", NULL, d->block);
-    answer_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = DIGITS;
-    answer_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = DIGITS;
+    answer_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = NUMBER_DIGITS;
+    answer_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = NUMBER_DIGITS;
     answer_close(answer);
 }
 
@@ -629,7 +630,7 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
         answer_words(answer, NULL, "first", "%s", text);
     }
     answer_table(answer, "by_message", "");
-    for (size_t i = 0; i < diff->rows; i++)
+    for (size_t i = 0; i < diff->row_count; i++)
         add_row(&diff->row[i], answer);
     answer_close(answer);
     add_uncompared(answer, "after_record", diff->after_record, "not compared",

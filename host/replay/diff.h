@@ -37,7 +37,7 @@ struct diff_row { /* comparison of one message on one link */
 struct diff {
     bool is_exact;
     struct diff_row row[DIFF_MESSAGES_MAX];
-    size_t rows;
+    size_t row_count;
     /* totals; a message that only one side has counts as one difference */
     int64_t messages, fields, differing_fields;
     /* largest time difference, in blocks, of messages that are sent in turn and that a full bus

@@ -93,17 +93,17 @@ static enum mr_status handle_block(void *context, const uint8_t *record, size_t 
     (void)link;
     struct loader *loading = context;
     struct board_messages *answers = loading->answers;
-    if (answers->blocks == loading->capacity)
+    if (answers->block_count == loading->capacity)
         return error_set(loading->error, MR_MALFORMED,
                          "more block records than counted: RUN %lld of %s; wait until no program "
                          "writes to the campaign",
                          (long long)loading->run, loading->path);
-    if (mr_block_get(&answers->block[answers->blocks], record, length) != MR_OK)
+    if (mr_block_get(&answers->block[answers->block_count], record, length) != MR_OK)
         return error_set(
             loading->error, MR_MALFORMED,
             "block record %zu is damaged: RUN %lld of %s; use a different copy of the campaign",
-            answers->blocks + 1, (long long)loading->run, loading->path);
-    answers->blocks++;
+            answers->block_count + 1, (long long)loading->run, loading->path);
+    answers->block_count++;
     return MR_OK;
 }
 
@@ -185,7 +185,7 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
 {
     const struct store_landing *landing = &recorded->landing;
     struct record_gaps record_gaps = {0};
-    if (recorded->blocks == 0)
+    if (recorded->block_count == 0)
         return error_set(
             error, MR_TRUNCATED,
             "no block records: RUN %lld of %s; replay a landing that was logged over serial",
@@ -202,7 +202,7 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
                          (long long)landing->id, path);
     if ((int64_t)recorded->block[0].index > landing->armed_block)
         add_gap(&record_gaps, landing->armed_block, (int64_t)recorded->block[0].index - 1);
-    for (size_t i = 1; i < recorded->blocks; i++) {
+    for (size_t i = 1; i < recorded->block_count; i++) {
         if (recorded->block[i].index != recorded->block[i - 1].index + 1u)
             add_gap(&record_gaps, (int64_t)recorded->block[i - 1].index + 1,
                     (int64_t)recorded->block[i].index - 1);
@@ -515,7 +515,7 @@ static enum mr_status put_all(struct writer *writer, struct store *store,
     enum mr_status status = put_commands(writer, store, recorded, input, error);
     if (status == MR_OK)
         status = put_captures(writer, store, recorded, input, error);
-    for (size_t i = 0; status == MR_OK && i < recorded->blocks; i++)
+    for (size_t i = 0; status == MR_OK && i < recorded->block_count; i++)
         put_block(writer, recorded->block[i], input->shift_blocks);
     fprintf(writer->file, "end %08x\n", (unsigned)writer->crc);
     return status;
@@ -530,7 +530,7 @@ enum mr_status replay_input_write(struct store *store, const struct board_messag
     *input = (struct replay_input){
         .shift_blocks = shift_blocks(recorded->landing.armed_block),
         .first_block = recorded->block[0].index,
-        .last_block = recorded->block[recorded->blocks - 1].index,
+        .last_block = recorded->block[recorded->block_count - 1].index,
         .armed_block = recorded->landing.armed_block,
         .uses_crystal = recorded->landing.clock_source != HELLO_CLOCK_INTERNAL,
     };

@@ -23,7 +23,7 @@ struct board_messages {
     struct board_message *message[LINK_KINDS]; /* messages in order of reception */
     size_t messages[LINK_KINDS];
     struct mr_block *block; /* block records, ascending by index */
-    size_t blocks;
+    size_t block_count;
     unsigned board_type; /* type of the board: common/boards.def */
     bool board_known;    /* the record names the board */
 };

@@ -618,7 +618,7 @@ static void write_warnings(const struct report *report, FILE *out)
     struct answer *answer = answer_new(report->si);
     record_to_answer(record, false, answer);
     answer_table(answer, NULL, "");
-    for (size_t i = 0; i < record->rows; i++)
+    for (size_t i = 0; i < record->row_count; i++)
         add_record_row(&record->row[i], answer);
     answer_close(answer);
     answer_sentence(
@@ -760,14 +760,14 @@ static void write_journal(const struct report *report, FILE *out)
         journal_load(report->store, &landing[i], &said, report->error);
         store_recalibrated_channels(report->store, landing[i].id, &recalibrated, report->error);
         add_journal_row(&landing[i], &said, recalibrated != 0, tables[0]);
-        for (size_t k = 0; k < said.observations; k++) {
+        for (size_t k = 0; k < said.observation_count; k++) {
             if (said.observation[k].withdrawn)
                 continue;
             answer_row(tables[1]);
             answer_count(tables[1], NULL, "RUN", landing[i].id);
             journal_add_observation(&said.observation[k], tables[1]);
         }
-        for (size_t k = 0; k < said.changes; k++) {
+        for (size_t k = 0; k < said.change_count; k++) {
             answer_row(tables[2]);
             answer_count(tables[2], NULL, "RUN", landing[i].id);
             journal_add_change(&said.change[k], tables[2]);

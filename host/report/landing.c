@@ -105,7 +105,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         curve.half[i] = SUMMARY_HALF_WIDTH_95 * error_ft_s;
     }
     draw_curve(figure, &curve);
-    for (size_t i = 1; i < measured->gates; i++) {
+    for (size_t i = 1; i < measured->gate_count; i++) {
         const struct mr_gate *from = &measured->gate[i - 1], *to = &measured->gate[i];
         t_s[count] = 0.5 * (from->t_s + to->t_s);
         mean[count++] = (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
@@ -159,7 +159,7 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
     figure_plot(figure, &axes);
     figure_shape(figure, "band", (double)NAN, (double)NAN, -tolerance, tolerance, NULL);
     figure_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
-    for (size_t i = 0; i < measured->gates; i++) {
+    for (size_t i = 0; i < measured->gate_count; i++) {
         struct mr_motion_estimate motion;
         mr_gates_motion_at(&measured->fit, measured->gate[i].t_s, &motion);
         t_s[count] = measured->gate[i].t_s;
@@ -191,7 +191,7 @@ static void write_speed(const struct report *report, const struct report_landing
                "Fit: polynomial of order %u through %u of %zu switches, residual standard "
                "deviation %.3f %s. Residual: station of a switch minus the fit at the time when it "
                "opened. Shaded: 95 %% interval of the position of a switch, &plusmn; %.3f %s.",
-               measured->fit.order, measured->fit.count, measured->gates,
+               measured->fit.order, measured->fit.count, measured->gate_count,
                measured->fit.residual_ft * IN_PER_FT * length->factor, length->text,
                SUMMARY_HALF_WIDTH_95 * measured->landing.switch_error_ft * IN_PER_FT *
                    length->factor,
@@ -440,7 +440,7 @@ static void write_zone_map(const struct report *report, const struct report_land
     }
     figure_series(&figure, &(struct chart_series){"wheel and the switches that it opened", 0,
                                                   "line", x, t_s, NULL, PATH_POINTS + 1});
-    for (size_t i = 0; i < measured->gates; i++) {
+    for (size_t i = 0; i < measured->gate_count; i++) {
         gate_ft[gates] = measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
         gates += measured->gate[i].station_ft >= 0.0;

@@ -122,7 +122,7 @@ static void set_comparison(const struct report_landing *landing, struct report_f
         return;
     snprintf(facts->compared.compared_with, sizeof facts->compared.compared_with, "%s",
              figures->model_file);
-    facts->compared.channels = figures->channels;
+    facts->compared.channels = figures->channel_count;
     facts->compared.mean = compare_average(figures);
     facts->compared.longest = find_overlap(&figures->zones, false, false);
     facts->compared.longest_board = find_overlap(&figures->zones, false, true);
@@ -136,11 +136,11 @@ static unsigned find_problems(const struct summary *summary, const struct report
 {
     unsigned wrong = (facts->incomplete ? REPORT_INCOMPLETE : 0u) |
                      (facts->has_motion_fit ? 0u : REPORT_NO_STOP) |
-                     (summary->faults ? REPORT_FAULT : 0u) |
+                     (summary->fault_count ? REPORT_FAULT : 0u) |
                      (facts->lost_frames ? REPORT_LOST : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         wrong |= summary->link[kind].is_used && summary->link[kind].was_silent ? REPORT_LOST : 0u;
-    for (size_t i = 0; i < summary->channel_events; i++)
+    for (size_t i = 0; i < summary->channel_event_count; i++)
         wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_CHANNEL : 0u;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &summary->measured.channel[c];
@@ -198,9 +198,10 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->marks = measured_marks_text(measured);
     facts->recalibrated = measured->recalibrated_channels;
     facts->has_motion_fit = measured->fit_status == MR_OK;
-    facts->gates = measured->gates;
+    facts->gates = measured->gate_count;
     facts->switches = measured->switches;
-    facts->command_rights = summary->keys ? mr_key_state_text((unsigned)summary->key->code) : NULL;
+    facts->command_rights = summary->key_count ? mr_key_state_text((unsigned)summary->key->code)
+                                               : NULL;
     facts->surveyed = landing->survey.surveyed_segments;
     facts->speed_ft_s = facts->has_motion_fit ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->has_motion_fit ? measured->summary.mean_deceleration_ft_s2
@@ -260,7 +261,7 @@ static void compute_derived(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct compare_board_reports reported = {.zone = landing->summary.zones.row,
-                                                   .zones = landing->summary.zones.count};
+                                                   .zone_count = landing->summary.zones.count};
     if (measured->fit_status != MR_OK || measured->samples == 0)
         return;
     landing->station_ft = xmalloc(measured->samples * sizeof *landing->station_ft);

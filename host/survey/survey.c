@@ -337,7 +337,7 @@ size_t survey_progress_count_read(const struct survey_progress *progress)
 #define LINE_MAX_BYTES 2000
 #define COLUMNS_MAX    32
 
-enum column { KIND, LINE, PLACE, READING, NOTE, COLUMNS };
+enum column { COLUMN_KIND, COLUMN_LINE, COLUMN_PLACE, COLUMN_READING, COLUMN_NOTE, COLUMNS };
 
 void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si)
 {
@@ -375,17 +375,17 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
         for (int i = 0; i < COLUMNS; i++)
             column[i] = strcmp(cell[c], names[i]) == 0 ? (int)c : column[i];
         if (strcmp(cell[c], "reading_mm") == 0) {
-            column[READING] = (int)c;
+            column[COLUMN_READING] = (int)c;
             *mm = true;
         }
     }
     const char *separator = strpbrk(cell[0], ";\t");
-    if (column[KIND] < 0 && separator)
+    if (column[COLUMN_KIND] < 0 && separator)
         return error_set(error, MR_MALFORMED,
                          "columns separated by %s: %s, line 1; save the file with commas "
                          "between columns and points in numbers",
                          *separator == ';' ? "semicolons" : "tabs", path);
-    for (int i = 0; i < NOTE; i++) {
+    for (int i = 0; i < COLUMN_NOTE; i++) {
         if (column[i] < 0)
             return error_set(error, MR_MALFORMED,
                              "no column %s: %s, line 1; matrig survey DB --sheet writes a sheet "
@@ -412,28 +412,29 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                          "more cells than column names: %s, line %zu; write numbers with a point, "
                          "and text with a comma in quotes",
                          path, line);
-    if (text[READING][0] == '\0')
+    if (text[COLUMN_READING][0] == '\0')
         return MR_OK;
-    int at = survey_kind_parse(text[KIND], &item.kind) &&
-                     read_whole_number(text[LINE], &item.line) &&
-                     read_whole_number(text[PLACE], &item.place)
+    int at = survey_kind_parse(text[COLUMN_KIND], &item.kind) &&
+                     read_whole_number(text[COLUMN_LINE], &item.line) &&
+                     read_whole_number(text[COLUMN_PLACE], &item.place)
                ? survey_plan_find(plan, &item)
                : -1;
     if (at < 0)
         return error_set(error, MR_MALFORMED,
                          "no such gage point, '%s' %s %s: %s, line %zu; matrig survey DB --sheet "
                          "lists all points",
-                         text[KIND], text[LINE], text[PLACE], path, line);
+                         text[COLUMN_KIND], text[COLUMN_LINE], text[COLUMN_PLACE], path, line);
     if (!isnan(sheet->value_in[at]))
         return error_set(error, MR_MALFORMED, "%s %s %s appears twice: %s, line %zu; leave one out",
-                         text[KIND], text[LINE], text[PLACE], path, line);
+                         text[COLUMN_KIND], text[COLUMN_LINE], text[COLUMN_PLACE], path, line);
     double value;
     struct quantity_error wrong = {"", ""};
-    if (!quantity_parse(text[READING], "in", mm ? "mm" : "in", &value, &wrong) ||
+    if (!quantity_parse(text[COLUMN_READING], "in", mm ? "mm" : "in", &value, &wrong) ||
         !(fabs(value) <= READING_MAX_IN))
         return error_set(error, MR_MALFORMED,
                          "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
-                         text[READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
+                         text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "",
+                         wrong.what);
     bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
     if (distance &&
         /* the logarithm is 3.2 for a value in mm */
@@ -441,9 +442,9 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
         return error_set(error, MR_MALFORMED,
                          "gage points are about 33.5 in or 851 mm apart, not '%s': %s, line %zu; "
                          "if the unit is different, name the column reading_%s",
-                         text[READING], path, line, mm ? "in" : "mm");
+                         text[COLUMN_READING], path, line, mm ? "in" : "mm");
     sheet->value_in[at] = value;
-    snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[NOTE]);
+    snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[COLUMN_NOTE]);
     sheet->count++;
     return MR_OK;
 }

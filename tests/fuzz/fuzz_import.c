@@ -11,7 +11,7 @@
 
 static bool is_short(const struct mapping *mapping)
 {
-    for (size_t c = 0; c < mapping->channels; c++) {
+    for (size_t c = 0; c < mapping->channel_count; c++) {
         const struct series *s = &mapping->channel[c].series;
         for (size_t i = 0; i < s->count; i++)
             FUZZ_REQUIRE(isfinite(s->time_s[i]) && (i == 0 || s->time_s[i] > s->time_s[i - 1]));

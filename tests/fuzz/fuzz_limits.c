@@ -7,7 +7,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     struct compare_limits limits = {NULL};
     struct compare_verdict verdict = {0};
     struct compare_figures figures = {
-        .run = 1, .channels = 1, .channel = {{.number = 1, .is_compared = true}}};
+        .run = 1, .channel_count = 1, .channel = {{.number = 1, .is_compared = true}}};
     struct error error = {0};
     if (compare_limits_load(&limits, fuzz_file("limits.json", data, size), &error) == MR_OK) {
         compare_judge(&figures, &limits, &verdict);

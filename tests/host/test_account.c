@@ -36,7 +36,7 @@ TEST(serial_sequence)
     account_add_serial_frame(&account, 5, 16); /* 1, 2, 3, 4 are missing */
     assert_int_equal(account.counts.lost, 4);
     assert_int_equal(account.counts.received, 4);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].message, "frame");
     assert_string_equal(account.gap[0].cause, "link");
     assert_int_equal(account.gap[0].count, 4);
@@ -69,7 +69,7 @@ TEST(blocks_lost_on_the_way_or_never_sent)
     account_add_block(&account, 103);
     account_add_serial_frame(&account, 4, 110);
     account_add_block(&account, 110);
-    assert_int_equal(account.gaps, 3);
+    assert_int_equal(account.gap_count, 3);
     assert_string_equal(account.gap[1].message, "block");
     assert_string_equal(account.gap[1].cause, "link");
     assert_int_equal(account.gap[1].from_block, 101);
@@ -89,7 +89,7 @@ TEST(can_without_loss)
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
     assert_int_equal(account.counts.received, 109);
-    assert_int_equal(account.gaps, 0);
+    assert_int_equal(account.gap_count, 0);
 }
 
 TEST(can_loss_by_count)
@@ -101,7 +101,7 @@ TEST(can_loss_by_count)
     assert_int_equal(account.counts.lost, 0);
     can_interval(&account, 50, 1071, 5, 143); /* 60 were sent between the two */
     assert_int_equal(account.counts.lost, 10);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_int_equal(account.gap[0].count, 10);
     assert_int_equal(account.gap[0].from_block, 43);
     assert_int_equal(account.gap[0].to_block, 143);
@@ -131,7 +131,7 @@ TEST(steps_are_believed_only_with_a_loss)
                                113);      /* 105 and 109 are missing, perhaps */
     can_interval(&account, 0, 5, 0, 143); /* 1..4 were sent, two came */
     assert_int_equal(account.counts.lost, 2);
-    assert_int_equal(account.gaps, 2);
+    assert_int_equal(account.gap_count, 2);
     assert_string_equal(account.gap[0].message, "tension_4_6");
     assert_string_equal(account.gap[0].channels, "t4-t6");
     assert_int_equal(account.gap[0].count, 2);
@@ -147,7 +147,7 @@ TEST(steps_are_believed_only_with_a_loss)
                                200); /* the board was idle in between: all it sent has come */
     can_interval(&account, 0, 3, 0, 243);
     assert_int_equal(account.counts.lost, 0);
-    assert_int_equal(account.gaps, 0);
+    assert_int_equal(account.gap_count, 0);
 }
 
 TEST(steps_count_when_no_health_comes_any_more)
@@ -168,7 +168,7 @@ TEST(steps_count_when_no_health_comes_any_more)
     account_add_series_message(&account, MR_PACK_DISPLACEMENT_7_8, 11600);
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
-    assert_int_equal(account.gaps, 0);
+    assert_int_equal(account.gap_count, 0);
 }
 
 TEST(restart_begins_afresh)
@@ -247,7 +247,7 @@ TEST(losses_have_their_causes)
     account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
-    assert_int_equal(account.gaps, 2);
+    assert_int_equal(account.gap_count, 2);
     assert_string_equal(account.gap[0].cause, "queue");
     assert_int_equal(account.gap[0].count, 5);
     assert_int_equal(account.gap[0].from_block, 1000);
@@ -262,7 +262,7 @@ TEST(losses_have_their_causes)
     account_add_trouble(&account, LINK_QUEUE_LOST, 50);
     can_interval(&account, 99, 400, 0, 4000);
     assert_int_equal(account.counts.lost, 10);
-    assert_int_equal(account.gaps, 3);
+    assert_int_equal(account.gap_count, 3);
     account_add_trouble(&account, LINK_BUS_OFF, 1);
     account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 0, 500, 0, 5000);
@@ -282,7 +282,7 @@ TEST(losses_by_a_full_queue)
     account_add_trouble(&account, LINK_LOST_FULL_DISK, 2);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
-    assert_int_equal(account.gaps, 3);
+    assert_int_equal(account.gap_count, 3);
     assert_string_equal(account.gap[0].cause, "lock");
     assert_int_equal(account.gap[0].count, 6);
     assert_string_equal(account.gap[1].cause, "full disk");
@@ -298,7 +298,7 @@ TEST(losses_by_a_full_queue)
     account.bytes += 100;
     account_add_serial_frame(&account, (uint16_t)(100u + 70000u), 200);
     assert_int_equal(account.counts.lost, 70000);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].cause, "slow disk");
     assert_int_equal(account.gap[0].count, 70000);
     account.bytes += 100;
@@ -316,7 +316,7 @@ TEST(troubles_at_the_end)
     account_add_trouble(&account, LINK_QUEUE_LOST, 7);
     account_end(&account);
     assert_int_equal(account.counts.lost, 7);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].cause, "queue");
     assert_int_equal(account.gap[0].count, 7);
 
@@ -325,7 +325,7 @@ TEST(troubles_at_the_end)
     account_add_trouble(&account, LINK_BUS_OFF, 1);
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].cause, "bus-off");
     assert_int_equal(account.gap[0].count, STORE_NONE); /* nobody knows how many */
     assert_int_equal(account.gap[0].from_block, 1000);
@@ -334,7 +334,7 @@ TEST(troubles_at_the_end)
     can_interval(&account, 10, 11, 0, 1000);
     account_add_trouble(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
     account_end(&account);
-    assert_int_equal(account.gaps, 0);
+    assert_int_equal(account.gap_count, 0);
 }
 
 /* The queue loses frames before the first can_health: they are lost, not sent before logging
@@ -384,7 +384,7 @@ TEST(bytes_lost_before_a_restart)
     account_restart(&account, true);
     account_add_serial_frame(&account, 0, -1);
     assert_int_equal(account.counts.lost, 20);
-    assert_int_equal(account.gaps, 1);
+    assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].cause, "lock");
     assert_int_equal(account.gap[0].count, 20);
     assert_int_equal(account.gap[0].from_block, 799);

@@ -127,7 +127,7 @@ TEST(differences_of_a_known_series)
                      MR_OK);
     compare_run_landing(s.store, 1, &model, 0, &landing, &s.error);
     assert_no_error(&s.error);
-    assert_int_equal(landing.rows, 8);
+    assert_int_equal(landing.row_count, 8);
     measure(&m, 2, &landing.row[2], 1.0, 0.0, 0.0);
     measure(&m, 3, &landing.row[3], 1.0, 0.1, 0.0);
     measure(&m, 4, &landing.row[4], 1.0, 0.0, 0.04);
@@ -135,8 +135,8 @@ TEST(differences_of_a_known_series)
         m.channel[5].raw[i] = NAN;
         m.channel[5].validity[i] = MR_INVALID_OPEN;
     }
-    compare_find_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.rows, &f);
-    assert_int_equal(f.channels, 8);
+    compare_find_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.row_count, &f);
+    assert_int_equal(f.channel_count, 8);
     assert_near(f.channel[2].figures.rms, 0.0, 1e-5);
     assert_near(f.channel[2].figures.bias, 0.0, 1e-5);
     assert_near(f.channel[2].end_en, 0.0, 1e-3);
@@ -387,7 +387,7 @@ static struct compare_limits limits_of(const char *text, struct error *error)
 
 static struct compare_figures two_channels(void)
 {
-    struct compare_figures f = {.run = 7, .channels = 2};
+    struct compare_figures f = {.run = 7, .channel_count = 2};
     for (int c = 0; c < 2; c++)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
@@ -479,7 +479,7 @@ TEST(limits_that_are_wrong)
 /* Two transducers that agree in all six values. */
 static struct compare_figures agreeing(void)
 {
-    struct compare_figures figures = {.run = 7, .model_file = "x.json", .channels = 2};
+    struct compare_figures figures = {.run = 7, .model_file = "x.json", .channel_count = 2};
     for (size_t i = 0; i < 2; i++) {
         struct compare_channel *c = &figures.channel[i];
         c->number = (int64_t)(3 + i);

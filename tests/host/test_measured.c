@@ -33,7 +33,7 @@ static void check_gear(const struct measured *m)
 {
     assert_int_equal(m->fit_status, MR_OK);
     assert_true(m->t0_is_touchdown);
-    assert_int_equal(m->gates, 16); /* 2.5 to 77.5 ft */
+    assert_int_equal(m->gate_count, 16); /* 2.5 to 77.5 ft */
     assert_int_equal(m->switches, 24);
     /* Within the 0.2 % that is promised: this brake comes at once, two standard errors before the
      * usual 25 ms. */
@@ -193,7 +193,7 @@ TEST(torn_with_its_rest)
         lost_from = 310;
         log_lossy(&s, n ? lose_edges : lose_the_beginning, &m);
         assert_true(m.torn && !m.has_no_baseline);
-        assert_int_equal(m.gates > 0, !n);
+        assert_int_equal(m.gate_count > 0, !n);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             assert_near(m.channel[i].peak, moved_in(i), 0.001);
         measured_free(&m);
@@ -220,7 +220,7 @@ TEST(armed_long_before)
     double first_edge_s = 130.3 - 0.5 / truth.v0_ft_s;
     assert_int_equal(m.first_block, (int64_t)(first_edge_s * 1000.0) - 60000);
     assert_int_equal(m.skipped_blocks, m.first_block - 300);
-    assert_int_equal(m.stretches, 1);
+    assert_int_equal(m.stretch_count, 1);
     assert_near(m.summary.touchdown_speed_ft_s.value, 35.0, 0.07);
     assert_near(m.summary.stop_station_ft.value, 79.5625, 0.005);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -254,7 +254,7 @@ TEST(warning_and_wheel)
                 (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);
     assert_true(isnan(measured_arrival_s(&summary.measured, 79.7)));
     assert_int_equal(summary.link[LINK_CAN].lost, 0);
-    assert_int_equal(summary.faults, 0);
+    assert_int_equal(summary.fault_count, 0);
     summary_free(&summary);
     session_end(&s);
 }

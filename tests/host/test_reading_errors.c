@@ -214,7 +214,7 @@ static void measure(const struct world *w, const struct spread *stated)
     m.first_block = llround(3.6e6 * w->hours);
     m.t0_us = 1000 * (m.first_block + REST);
     m.gate[0] = (struct mr_gate){0.0, 0.0};
-    m.gates = 1;
+    m.gate_count = 1;
     configure(w, stated, &m);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         m.channel[c].raw = raw[c];

@@ -152,7 +152,7 @@ TEST(each_kind)
     see(6, "wave", "");
     see(7, "wave", "two-panel");
     load(&record);
-    assert_int_equal(record.rows, 13);
+    assert_int_equal(record.row_count, 13);
     is(&record, 1, RECORD_HIT, OUTCOME_TRANSDUCERS);
     is(&record, 2, RECORD_MISS, OUTCOME_TRANSDUCERS);
     is(&record, 3, RECORD_FALSE_ALARM, OUTCOME_TRANSDUCERS);

@@ -60,15 +60,15 @@ static bool measure(const struct case_ *c, struct measured *m)
         double t_s = isnan(c->landing.open_s[i]) ? (double)NAN
                                                  : crossing_s(c, c->landing.placed_ft[i]);
         if (!isnan(t_s))
-            m->gate[m->gates++] = (struct mr_gate){t_s, -2.5 + 5.0 * i};
+            m->gate[m->gate_count++] = (struct mr_gate){t_s, -2.5 + 5.0 * i};
     }
     for (int turn = 0; turn < 2; turn++) { /* the second time with touchdown as the origin */
-        m->fit_status = mr_gates_summarise(m->gate, m->gates, SEEDED_TOUCHDOWN_FT,
+        m->fit_status = mr_gates_summarise(m->gate, m->gate_count, SEEDED_TOUCHDOWN_FT,
                                            m->landing.switch_error_ft, &m->summary);
         if (m->fit_status != MR_OK)
             return false;
         double shift_s = turn ? 0.0 : m->summary.touchdown_t_s.value;
-        for (size_t i = 0; i < m->gates; i++)
+        for (size_t i = 0; i < m->gate_count; i++)
             m->gate[i].t_s -= shift_s;
         m->t0_us += (int64_t)llround(shift_s * 1e9); /* nanoseconds here */
     }
@@ -89,12 +89,12 @@ static void check(const char *name, double most_ripple, double least, double mos
         c.ripple_ft_s2 = most_ripple * seeded_uniform(&state) * c.landing.deceleration_ft_s2;
         c.hz = 0.5 + 2.0 * seeded_uniform(&state);
         c.turn = seeded_uniform(&state);
-        if (!measure(&c, &m) || m.gates < 8)
+        if (!measure(&c, &m) || m.gate_count < 8)
             continue;
         landings++;
         track_make(&m, &track);
         assert_true(track.is_known);
-        double first_s = (double)m.t0_us * 1e-9, last_s = m.gate[m.gates - 1].t_s + first_s;
+        double first_s = (double)m.t0_us * 1e-9, last_s = m.gate[m.gate_count - 1].t_s + first_s;
         for (unsigned i = 0; i < MOMENTS; i++) {
             double t_s = SEEDED_TOUCHDOWN_S + 0.05 +
                          (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);

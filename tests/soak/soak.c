@@ -219,7 +219,7 @@ static void understand(struct soak *soak, unsigned link, uint16_t id, const uint
         soak->free_record[soak->free_records++] = record.record;
     soak->touchdowns += link == LINK_SERIAL && id == MR_ID_TOUCHDOWN;
     soak->messages_after_faults[link]++;
-    account->gaps = 0;
+    account->gap_count = 0;
 }
 
 static void can_came(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
