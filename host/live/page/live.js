@@ -295,6 +295,7 @@
     return '; risk ' + fixed(r.risk, 2) + (r.lamp_limit !== null ? ' (lamp limit ' + fixed(r.lamp_limit, 2) + ')' : '') + (r.of_chart ? ', from chart and plan' : r.of_plan ? ', from the plan' : '') +
       (r.failure_s !== null ? ', failure expected at ' + shown(r.failure_ft, 'station', 1) + ' in ' + fixed(r.failure_s, 2) + ' s' : '');
   };
+  const outcomeWords = () => state.outcome.split(': ', 2).join(': '); /* without its evidence, which the events have: tiles keep their height */
   const showWarning = () => {
     const w = state.warning, box = $('warning'), past = !w.on && w.since_us > 0;
     box.hidden = !(w.on || (past && seen !== w.since_us));
@@ -302,7 +303,7 @@
     document.body.classList.toggle('warned', w.on);
     if (w.on || past) {
       say('warning-title', w.on ? 'WARNING: JOINTS CLOSED AHEAD' : 'The board warned at ' + clock(w.since_us) + '; the warning is over');
-      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? state.outcome.split(': ', 2).join(': ') + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
+      say('warning-text', w.on ? zoneWords(w.off_us ? w.zone : state.zone, !w.off_us) : (state.outcome ? outcomeWords() + '; ' : 'first warning in block ' + w.first_decided_block + '; ') + 'zone warned of: ' + zoneWords(w.zone, false));
     }
     $('warning-seen').hidden = w.on;
     const advises = advised() && !w.on; /* looked at each time: it keeps the newest */
@@ -310,7 +311,7 @@
     sound(w.on);
     if (w.on) tile('warning', 'hot', '▲', 'WARNING', leadWords(w.off_us ? w.zone : state.zone) + riskWords());
     else if (advises) tile('warning', 'advised', '!', 'advisory', adviceWords(advice) + '. The lamp is off' + riskWords());
-    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', state.outcome || quietWords() + riskWords());
+    else tile('warning', past ? '' : 'good', past ? '△' : '○', past ? 'over' : 'none', state.outcome ? outcomeWords() : quietWords() + riskWords());
   };
   const silentMs = () => (state && state.heard_us ? (state.now_us - state.heard_us) / 1000 + (performance.now() - stateAt) : Infinity);
   const lost = () => !!configuration && configuration.source.commands && isFinite(silentMs()) && silentMs() > LOST_MS;
