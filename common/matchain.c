@@ -58,7 +58,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
         for (unsigned i = 0; i < group; i++) {
-            /* joint `single` + 1 of the runway has this index */
+            /* index of joint `single` + 1 of the runway */
             unsigned single = (j - 1u) * group + i;
             if (single > params->mats)
                 break;

@@ -61,8 +61,8 @@ static void read_register(struct thermometer *t, enum step step, uint32_t index,
     begin_transfer(t, step, index, 1, 2);
 }
 
-/* After an error the chip may have lost its supply or its register pointer: starts again in the
- * next second. */
+/* After an error, the chip may have lost its supply or its register pointer. It is set up again in
+ * the next second. */
 static void handle_failure(struct thermometer *t, enum thermometer_fault detail)
 {
     health_count(MR_FAULT_THERMOMETER, (uint8_t)detail);

@@ -1,5 +1,5 @@
 /* Input and messages of the predictor for each block. The host also runs this code, to check that a
- * board's messages follow from its record (tests/again). Pure. */
+ * board's messages follow from its record (tests/again).  The functions have no side effects. */
 #ifndef MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 #define MATRIG_COMMON_ONBOARD_PREDICT_FEED_H
 

@@ -89,7 +89,7 @@ void board_start(void)
     identity.reset_cause = read_reset_cause();
     is_quiet = fault_read_record(identity.reset_cause);
     clock_reset();
-    /* Before the crystal, which may take 100 ms to start: outputs float until here. */
+    /* Set outputs before starting the crystal, which may take 100 ms: until then outputs float. */
     pins_configure();
     enum mr_clock_source clock = clock_start(!fault_has_crystal_stopped_twice());
     memory_start();

@@ -393,8 +393,8 @@ struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycl
 
 /* Refusals: an access that is not modelled stops the run with a message. */
 
-/* Stops the run for a function that a peripheral does not model, described by `what`: "TIM4:
- * centre-aligned mode". Returns 0, which a read can return. */
+/* Stops the run because the firmware uses a function that the emulated peripheral lacks; `what`
+ * describes it: "TIM4: centre-aligned mode". Returns 0, which a read can return. */
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what);
 /* As hil_bus_refuse, for a register that is not modelled. */
 uint32_t hil_bus_refuse_register(struct hil_core *core);

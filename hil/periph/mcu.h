@@ -60,8 +60,8 @@ struct hil_mcu {
     struct hil_pin line_in;
 };
 
-/* Connects the parts. `mcu` must be zeroed; the other arguments must outlive it. Its pin listeners
- * are called after those added before. */
+/* Connects the peripherals of the microcontroller. `mcu` must be zeroed; the other arguments must
+ * outlive it. Pin listeners are called in the order in which they were added. */
 void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_options *options,
                     struct hil_mcu_state *state);
 /* Resets everything on the chip except the core. `csr_flags`: reset flags for RCC_CSR. */

@@ -61,8 +61,8 @@ static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
         if (!inspection_is_valid(entry, NULL, 0) || !how || !(first <= end) || run <= from ||
             run > to || (strcmp(how, "replaced") != 0 && strcmp(how, "relaid") != 0))
             continue;
-        advise_redraw_joints(&advise->members, (unsigned)lround(first),
-                             (unsigned)lround(fmin(first + mats, end)));
+        advise_resample_joints(&advise->members, (unsigned)lround(first),
+                               (unsigned)lround(fmin(first + mats, end)));
         advise->applied_repairs++;
     }
 }

@@ -131,7 +131,7 @@ void advise_relay_mats(struct advise_members *members)
     members->is_surveyed = false;
 }
 
-void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last)
+void advise_resample_joints(struct advise_members *members, unsigned first, unsigned last)
 {
     for (size_t m = 0; m < members->count; m++) {
         struct advise_member *member = &members->member[m];

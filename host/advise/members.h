@@ -141,7 +141,7 @@ void advise_members_free(struct advise_members *members);
 void advise_relay_mats(struct advise_members *members);
 /* Draws openings and closing resistances of joints `first` to `last` (counted from 0) again,
  * because their mats were replaced or relaid. */
-void advise_redraw_joints(struct advise_members *members, unsigned first, unsigned last);
+void advise_resample_joints(struct advise_members *members, unsigned first, unsigned last);
 /* Sets the openings to the surveyed sums (NaN: not read), with an independent survey error for each
  * member. */
 void advise_apply_survey(struct advise_members *members, const double sum_in[MR_SEGMENTS],

@@ -77,7 +77,7 @@ void summary_format_troubles(const int64_t *trouble, char *out, size_t size)
     for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
         if (trouble[i] > 0)
             used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
-                                     link_trouble_text(i), (long long)trouble[i]);
+                                     link_fault_text(i), (long long)trouble[i]);
     }
 }
 
@@ -86,7 +86,7 @@ json_t *summary_troubles_json(const int64_t *trouble)
     json_t *object = json_object();
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
         if (trouble[i] > 0)
-            json_object_set_new(object, link_trouble_text(i), json_integer((json_int_t)trouble[i]));
+            json_object_set_new(object, link_fault_text(i), json_integer((json_int_t)trouble[i]));
     }
     return object;
 }

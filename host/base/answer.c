@@ -15,7 +15,7 @@ enum answer_kind {
     ANSWER_ESTIMATE,
     ANSWER_COUNT,
     ANSWER_FLAG,
-    ANSWER_WORDS,
+    ANSWER_TEXT,
     ANSWER_SENTENCE,
     ANSWER_NONE,
     ANSWER_JSON,
@@ -171,7 +171,7 @@ void answer_flag(struct answer *answer, const char *name, const char *label, boo
 struct answer_fact *answer_words(struct answer *answer, const char *name, const char *label,
                                  const char *format, ...)
 {
-    struct answer_item *item = add_item(answer, ANSWER_WORDS, name, label);
+    struct answer_item *item = add_item(answer, ANSWER_TEXT, name, label);
     va_list arguments;
     va_start(arguments, format);
     item->words = format_text(format, arguments);
@@ -462,7 +462,7 @@ struct block {
 
 static bool is_left_aligned(const struct answer_item *column)
 {
-    return !column->fact.number && (column->kind == ANSWER_WORDS || column->kind == ANSWER_NONE ||
+    return !column->fact.number && (column->kind == ANSWER_TEXT || column->kind == ANSWER_NONE ||
                                     column->kind == ANSWER_SENTENCE);
 }
 
@@ -642,7 +642,7 @@ static void put_item(const struct answer_item *item, json_t *group)
                                                 : json_integer((json_int_t)item->count));
         break;
     case ANSWER_FLAG: put_value(group, item->name, json_boolean(item->count)); break;
-    case ANSWER_WORDS:
+    case ANSWER_TEXT:
     case ANSWER_SENTENCE: put_value(group, item->name, json_string(item->words)); break;
     case ANSWER_NONE: put_value(group, item->name, json_null()); break;
     case ANSWER_JSON: put_value(group, item->name, json_incref(item->json)); break;

@@ -59,7 +59,7 @@ void plot_add_series(struct plot *plot, const struct plot_series *series);
  * overwritten. MR_IO: gnuplot is missing or failed. */
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error);
 
-/* Checks, before work that takes long, that plot_write would accept `path` and that gnuplot is
+/* Checks before a long computation that plot_write would accept `path` and that gnuplot is
  * installed. `path` NULL: nothing is drawn. `input`: as for output_check. */
 enum mr_status plot_check(const char *path, const char *input, struct error *error);
 

@@ -57,7 +57,7 @@ struct budget_row {
     double divisor;              /* divisor that belongs to the source's distribution */
     double standard_uncertainty; /* u(x): input divided by divisor */
     double sensitivity;          /* sensitivity coefficient c, in or lb per input_unit */
-    double contribution;         /* contribution c u(x) to the reading, in or lb */
+    double contribution;         /* to the reading's standard error: c u(x), in inches or pounds */
 };
 
 struct budget {

@@ -152,7 +152,7 @@ struct collector_event {
     int64_t board_us; /* board time of the message; STORE_NONE: not known */
 };
 /* A listener to incoming data: messages, and block records with this computer's time. The data is
- * stored all the same. `listener` must outlive the collector; NULL: no listener. */
+ * stored as well. `listener` must outlive the collector; NULL: no listener. */
 struct collector_listener {
     void (*message)(void *context, const struct collector_event *event);
     void (*record)(void *context, const struct mr_block *block, uint64_t host_us);

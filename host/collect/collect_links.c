@@ -415,8 +415,9 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
  * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
  * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define HOLD_MAX_US  1000000u /* how long frames are held if the board sends no time */
-#define FIRST_FRAMES 64u      /* a smaller sequence number means that the board has just started */
+#define HOLD_MAX_US 1000000u /* how long frames are held if the board sends no time */
+#define RESTART_SEQUENCE_LIMIT \
+    64u /* a smaller sequence number means that the board has just started */
 
 enum start { START_UNKNOWN, START_SAME, START_NEW };
 
@@ -468,7 +469,7 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
                          read_frame(collector, &first->frame, &hello);
         status = handle_restart(collector, side, count ? first->frame.host_us : host_us,
                                 has_hello ? &hello.as.hello : NULL, error);
-        if (count && side->kind == LINK_SERIAL && first->seq < FIRST_FRAMES)
+        if (count && side->kind == LINK_SERIAL && first->seq < RESTART_SEQUENCE_LIMIT)
             account_expect_first_frame(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)

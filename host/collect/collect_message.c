@@ -66,7 +66,7 @@ static enum mr_status count_message(struct collector *collector, struct link_sid
     return MR_OK;
 }
 
-/* Makes the event of a message, as defined by the EVENT rows of the catalogue. */
+/* Creates the event that the EVENT rows of the catalogue define for a message. */
 static bool make_event(const struct mr_message *message, struct store_event *event)
 {
     switch (message->index) {

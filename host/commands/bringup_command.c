@@ -156,7 +156,7 @@ static int check_values(const struct request *request, const struct bringup *b)
 
 /* ---- the board ---- */
 
-static int start_rom(const struct request *request, struct link *link, struct error *error)
+static int start_boot_rom(const struct request *request, struct link *link, struct error *error)
 {
     if (bringup_start_rom(link, error) != MR_OK)
         return cli_fail(error);
@@ -174,7 +174,7 @@ static int run_sections(const struct request *request, const char *section)
     int exit_code;
     enum mr_status status = link_open(request->serial, LINK_SERIAL, &link, &error);
     if (status == MR_OK && strcmp(section, "rom") == 0)
-        exit_code = start_rom(request, link, &error);
+        exit_code = start_boot_rom(request, link, &error);
     else if (status == MR_OK && bringup_request(b, link, section, &error) == MR_OK)
         exit_code = check_values(request, b);
     else

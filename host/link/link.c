@@ -118,7 +118,7 @@ bool link_device_can_return(const char *spec)
 
 /* ---- links ---- */
 
-const char *link_trouble_text(unsigned trouble)
+const char *link_fault_text(unsigned trouble)
 {
     static const char *const texts[] = {
 #define LINK_TROUBLE_TEXT(name, text) text,
@@ -649,7 +649,7 @@ static const char *find_most_common_error(const struct link_counters *counters)
     unsigned most = 0;
     for (unsigned i = 0; i < LINK_QUEUE_LOST; i++)
         most = counters->trouble[i] > counters->trouble[most] ? i : most;
-    return link_trouble_text(most);
+    return link_fault_text(most);
 }
 
 static enum diagnosis diagnose_can(const struct link *link, const struct link_counters *counters,

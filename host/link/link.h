@@ -31,7 +31,7 @@
 
 /* Returns the name of a link error; "unknown trouble" for a number that is not in the table. Static
  * storage. */
-const char *link_trouble_text(unsigned trouble);
+const char *link_fault_text(unsigned trouble);
 
 #define LINK_BOARD_BAUD 2000000 /* baud rate of the board's USART1 */
 

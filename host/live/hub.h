@@ -30,7 +30,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
 /* Closes a hub; NULL is allowed. No viewer may be in a call: stop the server first. */
 void live_hub_close(struct live_hub *hub);
 
-/* Adds a message of the board from the collector, or a block record. */
+/* Adds a message that the board sent, or a block record. */
 void live_hub_add_message(struct live_hub *hub, const struct collector_event *event);
 void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, int64_t host_us);
 /* Adds a line to the list "Events" of the page. */

@@ -52,7 +52,7 @@ void logger_note_troubles(struct logger *logger, unsigned link)
         logger_clear_progress(logger);
         logger->noted_troubles[link][i] = counters->trouble[i];
         logger->noted_us[link][i] = now_us;
-        cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_trouble_text(i),
+        cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_fault_text(i),
                  (unsigned long long)more);
     }
 }

@@ -118,7 +118,7 @@ static void make_profile(const struct report_facts *facts, const struct profile 
     }
 }
 
-/* Draws the profiles. The named ones are spread evenly; the last profile is one of them. */
+/* Draws the profiles. Labels are spread evenly over them, and the last profile has one. */
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {

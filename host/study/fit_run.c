@@ -405,7 +405,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     sim_scene_defaults(&joints);
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
-    fit_landings_draw_joints(list, answer->z, find_nearest_draw(list, answer), &joints, &share);
+    fit_landings_sample_joints(list, answer->z, find_nearest_draw(list, answer), &joints, &share);
     set_scene(scene, list, value, &joints, share);
     output_write_json(path, scene, 9, error);
     sim_scene_free(&joints);

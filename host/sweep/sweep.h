@@ -103,7 +103,7 @@ struct sweep {
     size_t index_points;
     struct sweep_search search;
     size_t cases;
-    uint64_t hash; /* hash of the file with its base */
+    uint64_t hash; /* hash of the sweep file and its base scene */
 };
 
 /* Reads FILE; a base given as a file is read from the folder of FILE. The first case must be valid

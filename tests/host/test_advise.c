@@ -353,7 +353,7 @@ TEST(a_repair_resets_its_joints)
             members.member[m].gap_ft[j] = -1.0f;
             members.member[m].grit[j] = 9.0f;
         }
-    advise_redraw_joints(&members, 10, 19);
+    advise_resample_joints(&members, 10, 19);
     for (size_t m = 0; m < COUNT; m++)
         for (unsigned j = 0; j <= MATS; j++) {
             double is = (double)members.member[m].gap_ft[j], g = (double)members.member[m].grit[j];

@@ -353,7 +353,7 @@ TEST(gaps_given_their_sum)
     list.landing[0].survey_in[0] = 0.03;
     for (uint64_t n = 0; n < DRAWS; n++) {
         double sum_in = 0.0;
-        fit_landings_draw_joints(&list, z, 500 + n, &scene, &share);
+        fit_landings_sample_joints(&list, z, 500 + n, &scene, &share);
         for (int j = 1; j <= 10; j++) {
             double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
             sum_in += gap_in;
@@ -367,7 +367,7 @@ TEST(gaps_given_their_sum)
     list.parameter[FIT_GAP].value = 0.024;
     list.landing[0].survey_in[0] = (double)NAN;
     for (uint64_t n = 0; n < DRAWS; n++) {
-        fit_landings_draw_joints(&list, z, 500 + n, &scene, &share);
+        fit_landings_sample_joints(&list, z, 500 + n, &scene, &share);
         double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
         hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
         mean_in += gap_in / DRAWS;

@@ -309,7 +309,7 @@ TEST(error_frames_are_counted)
     assert_int_equal(LINK_BUS_OFF, 0);
     assert_int_equal(LINK_QUEUE_LOST, 14);
     assert_int_equal(LINK_BACK, 18);
-    assert_string_equal(link_trouble_text(LINK_TROUBLES), "unknown trouble");
+    assert_string_equal(link_fault_text(LINK_TROUBLES), "unknown trouble");
 }
 
 /* A board's end of a socket: `far` is what it writes to. */

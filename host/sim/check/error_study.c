@@ -23,7 +23,7 @@
 /* Steps times mats of a reference run. A larger run is not repeated at a smaller tolerance. */
 #define REFERENCE_MAT_STEPS 2e7
 #define TABLE_MAT_STEPS     6e7   /* limit of a run in the table, steps times mats */
-#define TABLE_STEPS         30000 /* limit of every run, steps */
+#define MAX_RUN_STEPS       30000 /* limit of every run, steps */
 #define TABLE_STEPS_PER_MAT 700   /* additional steps for each mat */
 /* Largest stable step of `event` / shortest time constant, approximately */
 #define EXPLICIT_REACH      6.0
@@ -270,7 +270,7 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
                                      const struct sim_scene *scene, const struct stepper_kind *kind,
                                      struct error *error)
 {
-    double most = fmin(TABLE_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
+    double most = fmin(MAX_RUN_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
                        fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
     for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
         const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0, 0.0};

@@ -3,7 +3,7 @@
 
 #include "host/sim/models/kernel.h"
 
-#define HOLD_PART  1.25e-7 /* speed of a bounce / sqrt(g L); slower bounces are ignored */
+#define HOLD_PART  1.25e-7 /* bounces slower than this times sqrt(g L) are ignored */
 /* Mats; a joint keeps its mode up to this distance beyond its edge. The motion far from a wave
  * opens joints by 1e-30 ft, which must not switch them. */
 #define SLACK_EDGE 1e-12

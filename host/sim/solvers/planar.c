@@ -155,7 +155,7 @@ static void set_divergence(const struct model *m, const struct pass_request *req
 /* Error estimate / difference of two passes that sample their switches. The method is then of order
  * 1, so the finer pass has an error as large as the difference. */
 #define ERROR_FACTOR               2.0
-#define FINER_ERROR_FACTOR         1.2 /* the same for the difference to a finer pass */
+#define FINER_ERROR_FACTOR         1.2 /* factor for the difference from a finer pass */
 #define LONGER_ERROR_FACTOR        4.0 /* the same if the result is the coarser pass */
 #define OTHERS_ERROR_FACTOR        1.5 /* the same for the difference to a pass of another method */
 /* Smallest number of steps allowed to a run of another method. */

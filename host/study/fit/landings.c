@@ -535,8 +535,8 @@ static void simulate(const void *context, size_t count, const double *z, const u
     }
 }
 
-void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                              struct sim_scene *scene, double *share)
+void fit_landings_sample_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                                struct sim_scene *scene, double *share)
 {
     struct drawing drawing;
     size_t joints = (size_t)scene->mats + 1;

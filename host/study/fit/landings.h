@@ -113,8 +113,8 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 struct fit_model fit_landings_model(const struct fit_landings *list);
 /* Sets the joints of a scene as one draw has them at the start of the first landing. The scene must
  * have the same number of mats. `share` receives the share of the thrust in that draw. */
-void fit_landings_draw_joints(const struct fit_landings *list, const double *z, uint64_t draw,
-                              struct sim_scene *scene, double *share);
+void fit_landings_sample_joints(const struct fit_landings *list, const double *z, uint64_t draw,
+                                struct sim_scene *scene, double *share);
 
 /* Parallel simulation of the landing of a scene on eight runways (sim/models/chains), which differ
  * in joints, friction, stiffness and share of the thrust. It uses single precision and no second
