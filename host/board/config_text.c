@@ -457,7 +457,7 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
         at->field++;
     if (at->field == found->field_count) {
         snprintf(what, sizeof what, "%s has no field `%s`", group, field);
-        return refuse_text(r, MR_UNKNOWN, what, "see the comment before each group for its fields");
+        return refuse_text(r, MR_UNKNOWN, what, "the comment above each group lists its fields");
     }
     *p = rest + used;
     skip_blanks(p);

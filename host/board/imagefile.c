@@ -54,8 +54,8 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
             (unsigned long long)address, place, image->path);
     if (at >= IMAGEFILE_CONFIGURATION_START && at < IMAGEFILE_CONFIGURATION_END)
         return error_set(error, MR_MALFORMED,
-                         "the image has data at 0x%08llx, in the area of the configuration (0x%08x "
-                         "to 0x%08x): %s of %s; flash the image as it was built",
+                         "the image has data at 0x%08llx, inside the configuration area (0x%08x to "
+                         "0x%08x): %s of %s; flash the unmodified image",
                          (unsigned long long)address, (unsigned)MR_CONFIGURATION,
                          (unsigned)(MR_CONFIGURATION + MR_CONFIGURATION_BYTES - 1), place,
                          image->path);

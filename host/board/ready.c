@@ -184,7 +184,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
         snprintf(name, sizeof name, "calibration %s", input);
         jump_mistake_hint(channel, mistake, sizeof mistake);
         ready_add(report, READY_NO_GO, name, NULL,
-                  "see matrig board config get and check; calibrate the channel again",
+                  "run matrig board config get and config check; calibrate the channel again",
                   "%.4g %s per code: no sensor of the rig has such a gain%s",
                   (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
     }

@@ -653,7 +653,7 @@ static void check_runway(struct request *r)
         error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
     if (load != (file != NULL))
         error_set(fatal, MR_USAGE,
-                  load ? "no runway: matrig board runway load needs a FILE"
+                  load ? "FILE is missing: give matrig board runway load FILE"
                        : "only load takes a FILE: '%s'; leave it out",
                   file);
     if (file)

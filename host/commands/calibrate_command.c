@@ -346,8 +346,8 @@ static void read_board(const struct request *r, struct mr_config *config,
     config_client_begin_idle(&talk, dialogue, config, &crc, fatal);
     if (!mr_channel_is_sensor(&config->channel[r->channel]))
         error_set(fatal, MR_USAGE,
-                  "%s is not fitted: the configuration of %s; see matrig board config", r->word,
-                  r->serial);
+                  "%s is not fitted according to the configuration of %s; see matrig board config",
+                  r->word, r->serial);
     guide_calibration(r, dialogue, config, points);
     dialogue_close(dialogue);
 }

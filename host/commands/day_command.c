@@ -27,14 +27,14 @@
 #include "host/survey/survey.h"
 
 /* Key and description of each step. */
-#define DAY_STEP_TABLE(X)                                                    \
-    X(LOOK, look, "inspect the mat after the landing and note observations") \
-    X(SERIES, series, "name the series of landings")                         \
-    X(CALIBRATE, calibrate, "calibrate the channels that are due")           \
-    X(SURVEY, survey, "read the gage points of the mat")                     \
-    X(LOAD, load, "load the openings of the survey into the board")          \
-    X(ADVISE, advise, "predict zones, and how hard to brake")                \
-    X(READY, ready, "check board, sensors, links, disk: go, no-go")          \
+#define DAY_STEP_TABLE(X)                                                          \
+    X(LOOK, look, "inspect the mat after the landing and note observations")       \
+    X(SERIES, series, "name the series of landings")                               \
+    X(CALIBRATE, calibrate, "calibrate the channels that are due")                 \
+    X(SURVEY, survey, "read the gage points of the mat")                           \
+    X(LOAD, load, "load the joint openings measured in the survey into the board") \
+    X(ADVISE, advise, "predict zones, and how hard to brake")                      \
+    X(READY, ready, "check board, sensors, links, disk: go, no-go")                \
     X(LAND, land, "log in another terminal, arm, land")
 
 enum day_step {

@@ -165,8 +165,9 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
     }
     copy_last_line(output, why);
     return error_set(error, MR_TIMEOUT,
-                     "no boot ROM answers (stm32flash: %s): %s; start the board with BOOT0 high, "
-                     "on USART1; power-cycle the board if an earlier attempt was interrupted",
+                     "the boot ROM does not answer (stm32flash: %s): %s; connect to USART1 and "
+                     "start the board with BOOT0 high; after an interrupted attempt, power-cycle "
+                     "first",
                      why, to->spec);
 }
 

@@ -213,8 +213,8 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
             make_printable(text, length, seen);
     }
     if (!buses)
-        status = error_set(error, MR_FULL, "out of memory, with link %s; close other programs",
-                           link->spec);
+        status = error_set(error, MR_FULL,
+                           "out of memory while reading link %s; close other programs", link->spec);
     else if (!room)
         status = error_set(error, MR_LIMIT,
                            "frames of more than %u buses, or a bus name that is too long: %s line "

@@ -186,7 +186,8 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
         free(made);
         free(name);
         free(whole);
-        return error_set(error, MR_FULL, "out of memory, with link %s; close other programs", spec);
+        return error_set(error, MR_FULL,
+                         "out of memory while opening link %s; close other programs", spec);
     }
     made->ops = found->ops;
     made->form = found->form;

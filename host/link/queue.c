@@ -538,7 +538,8 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
 {
     struct link_reader *made = calloc(1, sizeof *made);
     if (!made)
-        return error_set(error, MR_FULL, "out of memory, with link %s; close other programs",
+        return error_set(error, MR_FULL,
+                         "out of memory while opening link %s; close other programs",
                          link_spec(link));
     made->link = link;
     made->kind = kind;

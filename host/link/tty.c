@@ -48,9 +48,10 @@ static enum mr_status pts_open(struct link *link, const char *path, int baud, st
 {
     link->fd = open(path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (link->fd < 0)
-        return error_set(error, MR_IO,
-                         "cannot open the terminal (%s): %s; start the emulated board there first",
-                         strerror(errno), link->spec);
+        return error_set(
+            error, MR_IO,
+            "cannot open the terminal (%s): %s; start the emulated board on this terminal first",
+            strerror(errno), link->spec);
     /* two readers would each get only a part of the bytes */
     if (flock(link->fd, LOCK_EX | LOCK_NB) != 0)
         return error_set(error, MR_IO, "another matrig uses the terminal: %s; end it first",
@@ -286,8 +287,8 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     }
     struct tty *tty = calloc(1, sizeof *tty);
     if (!tty)
-        return error_set(error, MR_FULL, "out of memory, with link %s; close other programs",
-                         link->spec);
+        return error_set(error, MR_FULL,
+                         "out of memory while opening link %s; close other programs", link->spec);
     tty->spec = link->spec;
     tty->fd = -1;
     link->tty = tty;

@@ -46,7 +46,8 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
                          "cannot connect (other programs are waiting): %s; an emulated board "
                          "serves only its first program: end the programs and restart the board",
                          link->spec);
-    return error_set(error, MR_IO, "cannot connect (%s): %s; start the emulated board there first",
+    return error_set(error, MR_IO,
+                     "cannot connect (%s): %s; start the emulated board on this socket first",
                      strerror(reason), link->spec);
 }
 

@@ -105,7 +105,7 @@ not_during_a_landing() { # the run file arms in the first second
 }
 nobody_there() {
     start_board --elf $firmware/bringup.elf || return 1 # no firmware, and no boot ROM
-    fails_with 3 'no boot ROM answers .*BOOT0 high' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
+    fails_with 3 'the boot ROM does not answer .*BOOT0 high' build/matrig --quiet flash "pty:$tty" $firmware/matrig.elf --baud 460800
     local found=$?
     stop_board && return $found
 }

@@ -155,7 +155,7 @@ static void bad_bin(void **state)
     content[0x9000] = 'c';
     scratch_write("d.bin", content, sizeof content);
     refused("d.bin", MR_MALFORMED,
-            "the image has data at 0x08009000, in the area of the configuration");
+            "the image has data at 0x08009000, inside the configuration area");
     make_content();
     /* cut off: the header knows how long it was */
     scratch_write("d.bin", content, sizeof content - 1);
