@@ -257,7 +257,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
 {
     landing->profile_count = json_array_size(list);
     if (landing->profile_count > SERIES_PROFILE_MAX) {
-        refuse_key(r, where, "profile", "at most 16 rows [station_ft, ft/s2]");
+        refuse_key(r, where, "profile", "at most 16 rows [station in ft, deceleration in ft/s2]");
         return;
     }
     for (size_t i = 0; i < landing->profile_count && !has_failed(r); i++) {
@@ -269,9 +269,9 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
             !quantity_read_json(a, "ft/s2", &knot->deceleration_ft_s2, &wrong) ||
             !(knot->deceleration_ft_s2 >= 0.0) || !(knot->deceleration_ft_s2 <= 1e4) ||
             !isfinite(knot->station_ft) || (i > 0 && knot->station_ft <= knot[-1].station_ft))
-            refuse_key(
-                r, where, "profile",
-                "rows [station_ft, ft/s2] in order of station, decelerations from 0 to 10000");
+            refuse_key(r, where, "profile",
+                       "rows [station in ft, deceleration in ft/s2] in order of station, "
+                       "decelerations from 0 to 10000");
     }
 }
 

@@ -559,8 +559,8 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
 {
     json_t *list = json_array();
     answer_table(answer, "landings",
-                 "landings: median and, in brackets, 5th to 95th percentile over the runways with "
-                 "this landing");
+                 "each landing: median over the simulated runways that reached it; in brackets, "
+                 "5th to 95th percentile");
     for (size_t i = 0; i < c->landing_count; i++)
         add_landing(answer, c, &s->landing[i], i + 1);
     answer_close(answer);

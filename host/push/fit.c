@@ -237,7 +237,8 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
         t.line++;
         status = strlen(line) == sizeof line - 1
                    ? error_set(error, MR_MALFORMED,
-                               "line too long: %s, line %u; write %s and a row for each reading",
+                               "line too long: %s, line %u; write the header %s, then one line per "
+                               "reading",
                                path, t.line, HEADER_EXAMPLE)
                    : parse_line(&t, line);
     }
@@ -247,9 +248,8 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
     fclose(file);
     if (status == MR_OK && readings->count == 0)
         status = error_set(error, MR_MALFORMED,
-                           "no readings: %s; the first line names the columns, as in %s, then a "
-                           "row for each reading",
-                           path, HEADER_EXAMPLE);
+                           "no readings: %s; write the header %s, then one line per reading", path,
+                           HEADER_EXAMPLE);
     if (status != MR_OK)
         push_readings_free(readings);
     for (size_t i = 0; i < readings->count; i++) {

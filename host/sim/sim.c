@@ -159,7 +159,9 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     if (scene->model == SIM_MODEL_CHAIN && scene->friction_law != SIM_FRICTION_NONE &&
         scene->friction_normal == SIM_NORMAL_SOIL)
         return error_set(error, MR_USAGE,
-                         "no soil in model chain: %s: friction_normal is soil; give weight", where);
+                         "the chain model has no soil: %s: friction_normal is soil; set "
+                         "friction_normal to weight",
+                         where);
     struct sim_scene counted;
     sim_scene_shift_times(&counted, scene);
     result->start_s = sim_scene_start_s(scene);

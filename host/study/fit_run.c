@@ -264,11 +264,11 @@ static void format_misfit(const struct misfit *misfit, char *text, size_t size)
                  "the priors",
                  misfit->replicas, MISFIT_REPLICAS_MIN);
     else
-        snprintf(
-            text, size,
-            "the model %s describe the data: %.0f %% of the data sets that it generates deviate at "
-            "least as much as the measurements (the model fails at %.0f %% or less)",
-            misfit->is_rejected ? "cannot" : "can", 100.0 * misfit->p_value, 100.0 * MISFIT_LEVEL);
+        snprintf(text, size,
+                 "the model %s describe the data: p = %.0f %% (share of simulated data sets at "
+                 "least as far from the model as the measurements; rejected at %.0f %% or below)",
+                 misfit->is_rejected ? "cannot" : "can", 100.0 * misfit->p_value,
+                 100.0 * MISFIT_LEVEL);
 }
 
 static void add_misfit(struct answer *answer, const struct fit_landings *list,

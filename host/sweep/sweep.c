@@ -483,10 +483,10 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
             return error->status;
         struct sweep_axis *axis = &sweep->axis[sweep->axis_count - 1];
         if (indices && axis->range.levels)
-            return error_set(
-                error, MR_MALFORMED,
-                "wrong type: %s: sobol %s is a list; give a range, so that all cases differ", path,
-                name);
+            return error_set(error, MR_MALFORMED,
+                             "wrong type: %s: %s is a list, but a Sobol sweep needs a range, so "
+                             "that all cases differ",
+                             path, name);
         axis->u = xcalloc(sweep->samples, sizeof *axis->u);
         if (indices)
             design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
@@ -524,16 +524,14 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
                        "tolerance", &find->tolerance, "beyond_when", &when) != 0 ||
         !isnan(above) + !isnan(below) + (is >= 0) != 1 || !(scan >= 1.0 && scan <= SCAN_MAX) ||
         !(find->tolerance >= 1e-9 && find->tolerance <= 1.0) || (when && !json_is_array(when)))
-        return error_set(error, MR_MALFORMED,
-                         "wrong value: %s: find: %s; give {\"key\": KEY, \"from\": A, \"to\": B, "
-                         "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
-                         "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
-                         "\"beyond_when\" a list",
-                         path,
-                         wrong.text[0]
-                             ? wrong.text
-                             : "exactly one condition is needed, with values within their ranges",
-                         SCAN_MAX);
+        return error_set(
+            error, MR_MALFORMED,
+            "wrong value: %s: find: %s; give {\"key\": KEY, \"from\": A, \"to\": B, "
+            "\"field\": FIELD, and one of \"above\": NUMBER, \"below\": NUMBER, "
+            "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
+            "\"beyond_when\" a list",
+            path, wrong.text[0] ? wrong.text : "not exactly one condition, or a value out of range",
+            SCAN_MAX);
     if (read_axis(sweep, &find->key, path, "find", name, root, error) != MR_OK)
         return error->status;
     if (find->key.range.levels || find->key.range.from > find->key.range.to)
@@ -565,11 +563,12 @@ static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct
                              "wrong type: %s: outputs[%zu]; give the name of a field of the result",
                              path, i);
     }
-    return json_array_size(outputs) > 0
-             ? MR_OK
-             : error_set(error, MR_MALFORMED,
-                         "key missing: %s: outputs; give [\"FIELD\", ...] of matrig --json %s",
-                         path, sweep->is_study ? "study" : "sim");
+    if (json_array_size(outputs) > 0)
+        return MR_OK;
+    return error_set(error, MR_MALFORMED,
+                     "key missing: %s: outputs; list fields that matrig --json %s prints, as "
+                     "[\"FIELD\", ...]",
+                     path, sweep->is_study ? "study" : "sim");
 }
 
 static enum mr_status check_names(const struct sweep *sweep, const char *path, struct error *error)

@@ -194,7 +194,7 @@ check "no file" fails_with 3 'cannot open sweep: .*none.json' $m sweep "$tmp/non
 check "no word" fails_with 2 'needs FILE' $m sweep
 bad "no JSON" 4 'sweep ends too early: .*bad.json line 1' '{"base":'
 bad "not a sweep" 4 'not a sweep' '[]'
-bad "a list has no index" 4 'sobol F is a list' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
+bad "a list has no index" 4 'F is a list, but a Sobol sweep needs a range' "{$b, \"sobol\": {\"n\": 8, \"seed\": 1, \"keys\": {\"F\": [1, 2]}}, $o}"
 bad "two samples of one sweep" 4 'lhs and sobol' "{$b, \"sobol\": {}, \"lhs\": {}, $o}"
 bad "whole numbers from a half" 4 'whole ends for whole numbers' "{$b, \"vary\": {\"N\": {\"from\": 0.5, \"to\": 9, \"count\": 3, \"scale\": \"whole\"}}, $o}"
 bad "an unknown key" 4 'unknown key: .*"varies"' "{$b, \"varies\": {}, $o}"

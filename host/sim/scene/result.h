@@ -146,7 +146,7 @@ struct sim_result {
     double mats_mean; /* mean over time of the number of integrated mats */
     /* features that the model omits, static texts; NULL ends the list */
     const char *left_out[SIM_LEFT_OUT_MAX];
-    char notes[SIM_NOTES_MAX][160]; /* an empty text ends the list */
+    char notes[SIM_NOTES_MAX][200]; /* an empty text ends the list */
 };
 
 /* Name of a status: "ok", "unstable", "folded", "step_underflow", "interrupted",

@@ -149,7 +149,7 @@ static const struct sim_key keys[] = {
                  "consistent model presses it down"),
     NOT_NEGATIVE("f", friction, "", "coefficient of friction"),
     CHOICE("friction", friction_law, frictions, "friction law"),
-    POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of the friction law tanh"),
+    POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of the tanh friction law"),
     CHOICE("friction_normal", friction_normal, normals,
            "normal force for friction (soil: consistent model only)"),
     ANY("V", shear_lb, "lb", "report model: lift shear"),
@@ -948,12 +948,14 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     for (size_t i = 0; i < scene->u_mats.count; i++) {
         double mat = scene->u_mats.values[i];
         if (mat > scene->mats || mat != floor(mat))
-            return error_set(error, MR_MALFORMED, "no such mat: %s: u_mats[%zu] is %g; N is %d",
-                             where, i, mat, scene->mats);
+            return error_set(
+                error, MR_MALFORMED,
+                "no such mat: %s: u_mats[%zu] is %g; give a whole number from 1 to %d (N)", where,
+                i, mat, scene->mats);
     }
     if (scene->v0_mat > scene->mats)
-        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; N is %d", where,
-                         scene->v0_mat, scene->mats);
+        return error_set(error, MR_MALFORMED, "no such mat: %s: v0_mat is %d; give at most %d (N)",
+                         where, scene->v0_mat, scene->mats);
     if (scene->bump_ft.count > 0 &&
         (size_t)scene->bump_first + scene->bump_ft.count > (size_t)scene->mats + 2)
         return error_set(error, MR_MALFORMED,

@@ -397,10 +397,10 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     if (!is_sensitive(m, runs, result))
         return;
     sim_result_add_note(result,
-                        "sensitive: errors grow %s; the error estimate includes a finer run and %d "
-                        "runs with stiffnesses that differ by %g",
+                        "sensitive: errors grow %s; the error estimate also uses one run with a "
+                        "smaller %s and %d runs with stiffnesses changed by %g of their value",
                         fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
-                        DIVERGENCE_RUNS, DIVERGENCE_PART);
+                        fixed ? "step" : "tolerance", DIVERGENCE_RUNS, DIVERGENCE_PART);
     const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
     struct pass_request finer = runs->request;
     finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
@@ -706,8 +706,10 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
             "or --solver implicit",
             sim_scene_name(m->scene), end, dt);
     sim_result_add_note(
-        result, "error estimate: from the largest differences to runs with 1.9 times and, where "
-                "that is stable, 3.6 times the step");
+        result, given ? "error estimate: from the largest difference to runs with a smaller step "
+                        "(1/1.9) and, where needed and stable, a larger step (1.9 times)"
+                      : "error estimate: from the largest difference to runs with larger steps "
+                        "(1.9 times and, where needed and stable, 3.6 times)");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
         sim_result_set_status(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);

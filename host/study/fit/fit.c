@@ -285,7 +285,7 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
         set_terms(q, ensemble->w + i * q, gsl_matrix_ptr(design, i, 0));
     if (!invert_normal(design, surface->inverse_normal)) {
         error_set(error, MR_NUMERICS,
-                  "the response surface is not determined: %zu draws; use more draws", n);
+                  "too few draws to determine the response surface: %zu; use more draws", n);
     } else {
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
         gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->inverse_normal, moment, 0.0,
