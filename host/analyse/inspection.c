@@ -208,7 +208,8 @@ static enum mr_status read_text(const struct inspection_field *field, const char
     if (field->type != INSPECTION_PICTURE)
         return MR_OK;
     if (!SHA256File(text, digest))
-        return error_set(error, MR_IO, "cannot read: %s for %s; check the path", text, field->name);
+        return error_set(error, MR_IO, "cannot read %s (given for %s); check the path", text,
+                         field->name);
     set_value(values, field, "_sha256", json_string(digest));
     return MR_OK;
 }

@@ -433,8 +433,8 @@ enum mr_status run_parse(const char *text, int64_t *run, struct error *error)
     long long value = strtoll(digits, &end, 10);
     if (end == digits || *end != '\0' || errno != 0 || value < 1)
         return error_set(error, MR_USAGE,
-                         "not a RUN: '%s'; write the number of a landing, from 1, or landing5 for "
-                         "landing 5 of the board",
+                         "not a RUN: '%s'; give the landing's number in the campaign (1, 2, ...), "
+                         "or landing5 for the board's own landing number 5",
                          text);
     *run = boards ? -value : value;
     return MR_OK;

@@ -368,9 +368,8 @@ static void check_request(struct request *r)
                   "--void or --unvoid; see matrig landing --help");
     if ((r->make_void || r->unvoid || r->correct || r->withdraw || r->withdraw_series) &&
         !(r->reason && r->reason[0]))
-        error_set(
-            fatal, MR_USAGE,
-            "no reason: matrig landing needs --reason TEXT for a correction, withdrawal or void");
+        error_set(fatal, MR_USAGE,
+                  "no reason: to correct, withdraw, void or unvoid, give --reason TEXT");
     if (r->note && !r->note[0])
         error_set(fatal, MR_USAGE, "the text of --note is empty; give a text");
     if (details && !r->observe)

@@ -96,7 +96,7 @@ static enum mr_status find_time_base(struct import_work *w, const struct mapping
                          w->request->path);
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
-                         "no edge for align: '%s' never crosses %g in %s; see align in the mapping",
+                         "cannot align: '%s' never crosses %g in %s; see align in the mapping",
                          channel->column, channel->threshold, w->request->path);
     for (size_t e = 0; e < w->edge_count; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))

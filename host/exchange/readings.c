@@ -449,7 +449,8 @@ enum mr_status import_read_signals(const struct textfile *file,
     result->other_interface = log.other_interface;
     if (result->rows == 0)
         return error_set(error, MR_MALFORMED,
-                         "no signal of the mapping in %zu frames: %s; check the ids in the mapping",
+                         "none of the signals in the mapping occurs in the %zu frames: %s; check "
+                         "the ids in the mapping",
                          frames, request->path);
     return MR_OK;
 }

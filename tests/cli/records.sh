@@ -110,7 +110,7 @@ csv_round_trip() {
 pictures() { # the digest is the file's
     printf 'not really a picture' >"$tmp/bow.jpg"
     record picture 2 file="$tmp/bow.jpg" station_ft=88 shows='two small waves' >/dev/null && [ "$(sqlite3 "$db" "select json_extract(fields, '\$.file_sha256') from records where kind = 'picture'")" = "$(sha256sum "$tmp/bow.jpg" | cut -c 1-64)" ] &&
-        fails_with 3 'cannot read: .*none.jpg' $matrig record "$db" picture 2 file="$tmp/none.jpg"
+        fails_with 3 'cannot read .*none.jpg .given for file' $matrig record "$db" picture 2 file="$tmp/none.jpg"
 }
 # 2 ft are 400 pixels, 60 of them 0.3 ft; the errors are worked by hand in tests/host/test_rig.c. The page itself: tests/browser/picture.py.
 heights() {
