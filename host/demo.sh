@@ -1,7 +1,7 @@
 #!/bin/sh
 # matrig demo: a day on the emulated board, with landings that are synthetic (tests/runs/README.md). Two landings teach what the runway is
 # like, it is surveyed, and matrig advise recommends against the next landing as planned. That landing is then played three times, each
-# time on the runway and with the board's memory as the survey found them: against the advice, as advised, and braked hard from touchdown on.
+# time on the runway and with the board's memory as the survey found them: as planned, as advised, and with hard braking from touchdown on.
 # demo.sh FOLDER MATRIG BOARD IMAGE RUNS [OPTIONS OF MATRIG...]
 set -eu
 folder=$1 matrig=$2 board=$3 image=$4 runs=$5
@@ -60,7 +60,7 @@ surveyed "$runs/landing5.run" <"$work/sheet.csv" >"$work/read.csv"
 "$matrig" --quiet survey "$db" --edges none --error 0.01 --from "$work/read.csv" >"$work/said"
 "$matrig" "$@" advise "$db" --speed 35.5ft/s --deceleration 7.8ft/s2 --keep || [ $? = 1 ] || fail 3 'matrig advise failed; its own message stands above'
 
-echo '== Landing 5, against the advice: braked at 6.6 to 9.2 ft/s2'
+echo '== Landing 5 as planned, against the advice: braked at 6.6 to 9.2 ft/s2'
 play 5 "$@"
 echo '== The same landing on the same runway as advised: braked at 6.5 ft/s2'
 cp "$work/surveyed" "$work/memory"

@@ -705,7 +705,7 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
         if (measured_lb.value > 0.0) {
             answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION,
                             measured_lb.value, measured_lb.error, 1);
-            answer_remark(answer, ", in the last landing from the brake's edge to the stop");
+            answer_remark(answer, ", in the last landing, from the brake signal to the stop");
         }
         answer_value(answer, "critical", "critical thrust", UNIT_TENSION, critical_lb, 1);
         answer_remark(answer,

@@ -118,8 +118,8 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     OPTION_TEXT("-o", "F.db", path,
-                "file to write: a campaign with this landing as RUN 1, the firmware image, and "
-                "SHA-256 of image and record (table bundles). All commands can read it"),
+                "file to write: a campaign with this landing as RUN 1 and the firmware image; its "
+                "table bundles has the SHA-256 of the image and the record"),
     OPTION_TEXT("--elf", "F", elf,
                 "image that recorded the landing (any other is refused); default: the installed "
                 "image, if it matches"),

@@ -126,7 +126,7 @@ static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
                                  unit);
     }
     snprintf(out + used - 2, FIELD_TOLERANCES_TEXT + 2 - used,
-             "; counts, states, switches and ticks equal");
+             "; counts, states, switches and ticks must be identical");
 }
 
 /* ---- two lists of messages ---- */

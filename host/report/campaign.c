@@ -503,9 +503,9 @@ static void write_compared(const struct report *report, FILE *out)
             answer, NULL,
             "Newest comparison of each landing. Differences are measured minus simulated, over all "
             "samples of all channels. En: difference divided by its expanded (95 %%) uncertainty; "
-            "up to 1 means agreement. Zones: number of mats that are closed in both measurement "
-            "and simulation, of those closed in either. Simulation error: the simulation's own "
-            "estimate, one standard error.");
+            "up to 1 means agreement. Zones: \"3 of 5\" means that 3 mats are closed in both "
+            "measurement and simulation, and 5 in at least one of them. Simulation error: the "
+            "simulation's own estimate, one standard error.");
     report_answer(answer, out);
 }
 
