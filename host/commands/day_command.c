@@ -718,7 +718,7 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
     add_word(&line, kind->name);
     add_word(&line, run_text);
     for (const struct inspection_field *field = kind->field; field->name && goes_on; field++) {
-        const char *unit = inspection_unit(field, false);
+        const char *unit = field->choices ? field->choices : inspection_unit(field, false);
         if (field->marked)
             continue;
         bool ends = field == kind->field && !inspection_is_single(kind);

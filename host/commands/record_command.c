@@ -62,7 +62,7 @@ static int list_kinds(const struct cli *cli)
     answer_close(answer);
     answer_sentence(answer, NULL,
                     "If you leave out a field marked kept, it gets the value from the last record "
-                    "of its kind.");
+                    "of its kind, for a landing that of the nearest earlier one.");
     return answer_show(cli, answer, 0);
 }
 
@@ -91,11 +91,18 @@ static void read_place(const struct request *r, struct store *store, struct stor
                   needs[r->kind->place]);
 }
 
-/* Copies the fields that the user left out from the last record, and reports them. */
+/* Copies the fields that the user left out from the newest record of the kind, of `run` or the
+ * nearest landing before it, and reports them. */
 static void copy_previous_fields(const struct inspections *all, const struct inspection_kind *kind,
-                                 json_t *values, struct answer *answer)
+                                 int64_t run, json_t *values, struct answer *answer)
 {
-    const struct inspection *last = inspection_newest(all, kind, 0);
+    const struct inspection *last = NULL;
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (inspection_is_valid(entry, kind, 0) && entry->row.run <= run &&
+            (!last || entry->row.run >= last->row.run))
+            last = entry;
+    }
     char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
     answer_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; last && field->name; field++) {
@@ -130,7 +137,7 @@ static enum mr_status add_record(const struct request *r, struct store *store,
     struct store_record row = store_blank_record;
     const struct inspection_kind *kind = r->kind;
     const int64_t id = r->correct ? r->correct : r->withdraw;
-    const struct inspection *old = id ? find_valid(r, all, id) : NULL;
+    const struct inspection *old = id ? find_valid(r, all, id) : NULL, *present;
     json_t *values = json_object();
     if (old) {
         kind = old->kind;
@@ -142,8 +149,14 @@ static enum mr_status add_record(const struct request *r, struct store *store,
         read_place(r, store, &row, error);
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
         inspection_read(kind, r->field[i], values, error);
-    if (!old && !r->csv)
-        copy_previous_fields(all, kind, values, answer);
+    if (!old && error->status == MR_OK && inspection_is_single(kind) &&
+        (present = inspection_newest(all, kind, row.run)))
+        error_set(error, MR_USAGE,
+                  "recorded already: %s of RUN %lld; matrig record DB --correct %lld FIELD=VALUE "
+                  "--reason TEXT changes it",
+                  kind->words, (long long)row.run, (long long)present->row.id);
+    if (!old && !r->csv && error->status == MR_OK)
+        copy_previous_fields(all, kind, row.run, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
@@ -294,6 +307,8 @@ static void check_request(const struct request *r)
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
+        {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
+         "no field: without FIELD=VALUE, matrig record DB KIND lists all records of this kind"},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++)
         if (checks[i].is_wrong)
@@ -313,12 +328,15 @@ static void show_records(const struct cli *cli, const struct request *r,
 
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
-    const struct inspection *last = &all->entry[all->count - 1];
+    enum inspection_verdict worst = INSPECTION_NO_LIMIT;
+    for (size_t i = before; i < all->count; i++)
+        if (all->entry[i].values && inspection_judge(&all->entry[i]) > worst)
+            worst = inspection_judge(&all->entry[i]);
     answer_count(answer, "added", "records added", (int64_t)(all->count - before));
-    answer_count(answer, "record", "record", last->row.id);
-    if (last->values && inspection_judge(last) != INSPECTION_NO_LIMIT)
-        answer_words(answer, "result", "result", "%s",
-                     inspection_verdict_text(inspection_judge(last)));
+    answer_count(answer, "record", "record", all->entry[all->count - 1].row.id);
+    if (worst != INSPECTION_NO_LIMIT)
+        answer_words(answer, "result", all->count - before > 1 ? "worst result" : "result", "%s",
+                     inspection_verdict_text(worst));
 }
 
 static int record_command(int argc, char **argv, const struct cli *cli)
@@ -373,10 +391,10 @@ static const struct command_part parts[] = {
               "campaign database; kind of record; place: depending on the kind a RUN, the number "
               "of a mat "
               "or joint, a station in ft, or none. Without fields, the records are listed"),
-    HELP_ITEM(
-        "FIELD=VALUE",
-        "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
-        "0.1 mm'. A field marked kept (see --kinds) defaults to its value in the last record"),
+    HELP_ITEM("FIELD=VALUE",
+              "add a record. A number may have a unit and a standard error: slack_in='0.9 mm +- "
+              "0.1 mm'. A field marked kept (see --kinds) defaults to its last value, for a RUN to "
+              "that of the nearest earlier one"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
     OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
                  "change fields of record N; FIELD= removes one. Needs --reason"),

@@ -157,10 +157,18 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     #     look  operator weight waves | coast kept, release height, plywood x 2, tires wrong and right, the rest | damage at 88, none more | note
     day '1\njk\n\n\n\n8.5\nno\n\n500\n5.5\n\n\n\n\n\n\n\n\n70\n\n\n\n\n\n88\nweld\n\n\n\n\n\n\n\n\nq\n' "$tmp/d.db"
     cat "$tmp/said"
-    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
+    [ "$(grep -o 'run conditions: ' "$tmp/said" | wc -l)" = 20 ] && grep -q 'propulsion on the track, coast|truck (Enter: coast): ' "$tmp/said" && grep -q 'tire pressure, psi (Enter: 5): ' "$tmp/said" || return 1
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
     day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them
+}
+from_the_landing_before() { # not from a later one that was recorded first
+    cp "$tmp/none.db" "$tmp/e.db"
+    $matrig --quiet record "$tmp/e.db" conditions 2 tire_psi=7 >/dev/null && $matrig record "$tmp/e.db" conditions 1 drive=coast >"$tmp/said" && ! grep 'tire_psi' "$tmp/said"
+}
+worst_of_a_sheet() {
+    printf 'mat,joint_lb_in\n10,9\n11,14\n' >"$tmp/sheet.csv"
+    $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" | tee "$tmp/said" | grep 'worst result *fail$' || { cat "$tmp/said"; return 1; }
 }
 during_a_log() { # the table is made while another program writes to the campaign
     local board log status=1
@@ -181,6 +189,7 @@ slips() {
         fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
+        fails_with 2 'recorded already: run conditions of RUN 1; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'KIND lists all records' $matrig record "$db" mat 9 &&
         fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
@@ -212,6 +221,8 @@ check "a map of damage and acceptance" map_in_the_report
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
+check "values are kept from the landing before" from_the_landing_before
+check "a sheet has the worst result of its lines" worst_of_a_sheet
 check "the first records while a log runs" during_a_log
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
