@@ -247,7 +247,7 @@ static const struct option {
               "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
               "hil/README.md)"),
     OF_OWN("--board-seed", "N", parse_board_seed,
-           "seed of the electronics: gains, zeros, noise, INL, kick and resistors vary as in "
+           "seed of the component tolerances (gains, zeros, noise, INL, kickback, resistors) of "
            "the\nreference circuits; default: ideal electronics"),
     OF_NUMBER("--hse", "HZ", KIND_UNSIGNED, options.hse_hz, 0, 26e6,
               "crystal frequency; 0: the crystal does not start; default: 8000000"),

@@ -421,7 +421,7 @@ void hil_usart_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
         break;
     case CR1:
         if (!(value & CR1_PCE) != !(value & CR1_M))
-            hil_bus_refuse(dev->core, "frames other than 8N1, 8E1, 8O1, break, mute");
+            hil_bus_refuse(dev->core, "break, mute, and frames other than 8N1, 8E1 and 8O1");
         if ((value & ~u->cr1) & (CR1_UE | CR1_RE))
             u->listens_since_ps = hil_now_ps(dev->core);
         u->cr1 = value;

@@ -652,8 +652,8 @@ static void add_notes(const struct advise *advise, struct answer *answer)
     const struct history *history = &advise->history;
     const bool surveyed = advise->members.is_surveyed;
     answer_words(answer, NULL, "note",
-                 "%.0f %%: no simulated runway reached a zone; %.0f %%: all did. advise gives no "
-                 "smaller and no larger probability, because its model is not exact",
+                 "%.0f %%: no simulated runway reached a zone; %.0f %%: all did. a probability "
+                 "stays between these, because the model is not exact",
                  100.0 * advise_calibrate(0.0, surveyed), 100.0 * advise_calibrate(1.0, surveyed));
     if (!advise->members.updates)
         answer_words(

@@ -604,7 +604,8 @@ static const struct command_part parts[] = {
         "--certificate", "C", certificate,
         "store the sensor's calibration certificate in the campaign of --db:\n  'number=2026-4711, "
         "laboratory=L, calibrated=2026-03-02, due=2027-03-01, uncertainty=0.4%, coverage=2'\nState "
-        "the expanded uncertainty: in inches or pounds, with a unit (0.05mm), or as a share of the "
+        "the expanded uncertainty: in inches or pounds, with a unit (0.05mm), or as a "
+        "share of the "
         "reading (0.4%). due=never is allowed. The newest certificate applies; after its due date "
         "matrig ready reports no-go. matrig ready also compares --sensor S with the configuration"),
     OPTION_TEXT(

@@ -465,8 +465,8 @@ static const struct command_part parts[] = {
     OPTION_FLAG("--force", force,
                 "flash even if the board already runs this image or is of a different type, or the "
                 "image has no header"),
-    HELP_NOTE("If the board sends a hello within 2.5 s, matrig restarts it into its boot ROM. The "
-              "board refuses this from arming until the landing is done. If no hello arrives, "
+    HELP_NOTE("If the board sends a hello within 2.5 s, matrig restarts it into its boot ROM. An "
+              "armed board refuses this until the landing is over. If no hello arrives, "
               "restart the board with BOOT0 high. stm32flash programs the chip and reads every "
               "byte back; the configuration is kept. If the cable was pulled, switch the board off "
               "and on and repeat the command: a board with an incomplete image starts its boot "

@@ -246,7 +246,8 @@ static const struct command_part parts[] = {
     OPTION_RUN(
         "--like", "RUN", readings.template_run,
         "the file has readings of the same landing as RUN: gear, switches, survey and stations are "
-        "copied from RUN. Time 0 of the file is the touchdown of RUN unless align names an edge"),
+        "copied from RUN. Time 0 of the file is the touchdown of RUN, unless `align` gives an "
+        "edge"),
     OPTION_TEXT("--base", "B", base, "CAN base of the board, such as 0x190; default: 0"),
     OPTION_TEXT("--interface", "I", readings.interface,
                 "bus to read from a log of several buses, such as can1"),

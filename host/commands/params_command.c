@@ -390,8 +390,8 @@ static void read_subgrade(struct reader *r)
         }
         if (isinf(nearest_ft))
             error_set(fatal, MR_MALFORMED,
-                      "no plate test: %s: subgrade: %s; give records: a campaign whose records of "
-                      "subgrade have bearing_lb_in3",
+                      "no plate test: %s: subgrade: %s; set records to a campaign with subgrade "
+                      "records that have bearing_lb_in3",
                       r->path, path);
         kv = params_area(k, mat_ft2); /* params_area returns the product of its arguments */
         json_array_append_new(along, cli_json_number(kv.value, 6));

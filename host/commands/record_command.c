@@ -308,7 +308,7 @@ static void check_request(const struct request *r)
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
         {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
-         "no field: without FIELD=VALUE, matrig record DB KIND lists all records of this kind"},
+         "no field: add FIELD=VALUE; to list all records of this kind, give matrig record DB KIND"},
     };
     for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++)
         if (checks[i].is_wrong)

@@ -97,7 +97,7 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
     if (!isnan(rho->value) && rho->low > UNLOADING_MAX)
         answer_sentence(
             answer, NULL,
-            "The mat moved back further than it had moved forward (ratio %.2f, at least %.2f): "
+            "The mat moved back further than it had moved forward (ratio %.2f, lower bound %.2f): "
             "check the zero of the dial and the load. gear_unloading is set to 1.",
             rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->undetermined_count > 0)

@@ -95,8 +95,8 @@ static enum mr_status handle_block(void *context, const uint8_t *record, size_t 
     struct board_messages *answers = loading->answers;
     if (answers->block_count == loading->capacity)
         return error_set(loading->error, MR_MALFORMED,
-                         "more block records than counted: RUN %lld of %s; wait until no program "
-                         "writes to the campaign",
+                         "block records were added during reading: RUN %lld of %s; wait until no "
+                         "program writes to the campaign",
                          (long long)loading->run, loading->path);
     if (mr_block_get(&answers->block[answers->block_count], record, length) != MR_OK)
         return error_set(

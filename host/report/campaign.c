@@ -710,7 +710,7 @@ static void write_advice(const struct report *report, FILE *out)
         answer_sentence(
             answer, NULL,
             "Recommendations of matrig advise. Each is shown with the next landing, and with later "
-            "landings that started on the same, restored runway. Followed, yes: the advice was "
+            "landings that started on the same, restored runway. \"Followed: yes\": the advice was "
             "against the plan, and the landing braked no harder than advised. Zone probability: "
             "probability of a zone of 50 closed mats, with its sampling interval. At or above the "
             "limit, matrig advises against a landing.");

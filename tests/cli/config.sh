@@ -89,7 +89,7 @@ files_are_refused_with_line_and_advice() {
         refused 4 'channel\[2\].expires_day cannot be .2026-02-30.: .*; it is YYYY-MM-DD up to 2243-10-17, or never' 's/^(channel\[2\]\.expires_day = ).*/\12026-02-30/' &&
         refused 2 'no such gate: 25: .*; use gate\[1\] to gate\[24\]' 's/^gate\[24\]/gate[25]/' &&
         refused 2 'no such group: .mat.: .*; use site, channel, gate, band or predict' 's/^site\.mats/mat.mats/' &&
-        refused 2 'gate has no field .place.: .*; see the comment' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
+        refused 2 'gate has no field .place.: .*; the comment above' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
         refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives it" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
         refused 4 'field site.mats is missing: .*; give every field' '/^site\.mats/d' &&
         refused 4 'not a field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&

@@ -189,7 +189,7 @@ slips() {
         fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
-        fails_with 2 'recorded already: run conditions of RUN 1; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'KIND lists all records' $matrig record "$db" mat 9 &&
+        fails_with 2 'recorded already: run conditions of RUN 1; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
         fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }

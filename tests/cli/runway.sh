@@ -52,6 +52,6 @@ check "one with a joint wider than its slack is refused" too_wide
 sed -i 's/^joint 9 .*/joint 9 wide/' "$tmp/seven.txt"
 check "a line that is none is named" fails_with 4 'seven.txt:12' $matrig board --serial unix:x runway load "$tmp/seven.txt"
 check "no verb it knows" fails_with 2 "not show, load or forget: 'keep'" $matrig board --serial unix:x runway keep
-check "load without a file" fails_with 2 'needs a FILE' $matrig board --serial unix:x runway load
+check "load without a file" fails_with 2 'FILE is missing' $matrig board --serial unix:x runway load
 check "no link" fails_with 2 'needs --serial' $matrig board runway
 finish

@@ -43,9 +43,9 @@ check "an aircraft that does not stop: exit 5, and why" fails_with 5 "could not 
 check "the reason is on stdout" grep -q 'no stop: .*landing 3' "$tmp/out"
 # A median is told as finely as its interval is wide: two digits of half of it, and no more than the quantity has.
 digits_as_the_interval() { # OPTION...
-    $m "$@" study "$tmp/small.json" >"$tmp/spread" && sed -n '/^landings: median/,$p' "$tmp/spread" && python3 - "$tmp/spread" <<'P'
+    $m "$@" study "$tmp/small.json" >"$tmp/spread" && sed -n '/^each landing: median/,$p' "$tmp/spread" && python3 - "$tmp/spread" <<'P'
 import math, re, sys
-found = re.findall(r"(-?[0-9.]+) \((-?[0-9.]+)-(-?[0-9.]+)\)", open(sys.argv[1]).read().split("landings: median")[1])
+found = re.findall(r"(-?[0-9.]+) \((-?[0-9.]+)-(-?[0-9.]+)\)", open(sys.argv[1]).read().split("each landing: median")[1])
 assert len(found) > 5, found
 for value, low, high in found:
     half, told = (float(high) - float(low)) / 2, len(value.partition(".")[2])

@@ -60,7 +60,7 @@ static const char *const shears[] = {"rising", "none", "following", "both", NULL
         POSITIVE(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"),       \
         POSITIVE(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),                 \
         INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                      \
-                "spacing of the rivets in mats"),                                                 \
+                "spacing of the rivets along the runway"),                                        \
         INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
         INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
                 "last mat that may be riveted"),                                                  \
@@ -145,8 +145,8 @@ static const struct sim_key keys[] = {
     CHOICE("thrust", thrust, thrusts,
            "thrust acts on the mat under the wheel (jump) or is shared by two mats (linear)"),
     NOT_NEGATIVE("wheel_load", wheel_load_lb, "lb",
-                 "load on the mat under the wheel; increases the friction of the mat, and in the "
-                 "consistent model presses it down"),
+                 "load on the mat under the wheel; increases the friction of the mat; model "
+                 "`consistent` also presses the mat down"),
     NOT_NEGATIVE("f", friction, "", "coefficient of friction"),
     CHOICE("friction", friction_law, frictions, "friction law"),
     POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of the tanh friction law"),
@@ -453,8 +453,8 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
     struct quantity_error wrong;
     if (json_array_size(row) != 3 || first < 1 || last < first || last > (long long)count)
         return error_set(error, MR_MALFORMED,
-                         "not a range: %s: %s[%zu]; give a number, then rows [first, last, value] "
-                         "with whole numbers first and last from 1 to %zu",
+                         "not a range: %s: %s[%zu]; give a number, then rows [first, last, value]; "
+                         "first and last are whole numbers from 1 to %zu",
                          path, key->name, at, count);
     if (!sim_unit_read(key, json_array_get(row, 2), &value, &wrong))
         return refuse_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);

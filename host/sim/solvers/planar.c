@@ -318,9 +318,8 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     repeat_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
-        sim_result_add_note(result,
-                            "the error estimate includes a run of --solver event, which locates "
-                            "every event (contact, sticking, slipping)");
+        sim_result_add_note(result, "the error estimate also uses a run with --solver event, which "
+                                    "locates every event (contact, sticking, slipping)");
         const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
         widen_error(result, pass_compare(answer, &pass), OTHERS_ERROR_FACTOR);
     }
