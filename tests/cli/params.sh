@@ -61,7 +61,7 @@ PY
 check "plate tests by station give KV along the runway" acceptance_gives_kv
 echo '{"subgrade": {"records": "kv2.db", "mats": 5, "mat_length_ft": 2, "mat_width_ft": 12}}' >"$tmp/readings.json"
 $m --quiet record "$tmp/kv2.db" subgrade 9 cbr_percent=20 >/dev/null
-check "no plate test among the records" fails_with 4 'no plate test: .*kv2.db; give records' $m params "$tmp/readings.json"
+check "no plate test among the records" fails_with 4 'no plate test: .*kv2.db; set records' $m params "$tmp/readings.json"
 cat >"$tmp/readings.json" <<'J'
 {"tension": {"slope_lb_in_in": {"value": 9500, "error": 300}, "joint_in": 144}, "pull": {"weight_lb": 160, "pull_lb": {"readings": [78, 82, 80]}}}
 J

@@ -136,7 +136,8 @@ TEST(wrong_lengths_and_ranges_are_named)
             "path row 1: x_ft is 1e+16; give -1e+15 to 1e+15");
     refused("{\"N\": 1, \"grit\": [1, -2]}", MR_MALFORMED, "grit[1] is -2");
     refused("{\"t_dwell\": -1}", MR_MALFORMED, "t_dwell");
-    refused("{\"N\": 5, \"u_mats\": [6]}", MR_MALFORMED, "u_mats[0] is 6; N is 5");
+    refused("{\"N\": 5, \"u_mats\": [6]}", MR_MALFORMED,
+            "u_mats[0] is 6; give a whole number from 1 to 5 (N)");
     refused("{\"N\": 5, \"u_mats\": [1.5]}", MR_MALFORMED, "u_mats[0]");
     refused("{\"N\": 5, \"v0_mat\": 6}", MR_MALFORMED, "v0_mat");
     refused("{\"N\": 5, \"bump\": [1, 1, 1]}", MR_MALFORMED, "bump ends at node 7; N + 1 is 6");

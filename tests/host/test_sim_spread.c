@@ -131,7 +131,7 @@ TEST(a_lift_that_rises_to_the_end_is_the_largest)
     assert_true(truth.max_lift_ft == truth.outputs[OUTPUTS - 1].lift_ft);
     assert_true(fixed.max_lift_ft >= fixed.outputs[OUTPUTS - 1].lift_ft);
     assert_true(fabs(fixed.max_lift_ft - truth.max_lift_ft) <= fixed.error_lift_ft);
-    assert_true(fixed.error_lift_ft < 1e-7);
+    assert_true(fixed.error_lift_ft <= 1e-4 * fixed.max_lift_ft); /* the least that is stated */
     sim_result_free(&fixed);
     sim_result_free(&truth);
     sim_scene_free(&scene);
