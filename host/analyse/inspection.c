@@ -116,13 +116,16 @@ void inspection_format(const struct inspection_field *field, const json_t *value
 }
 
 /* Reads a number with its unit. A temperature in C is relative to the zero of F. */
+/* quantity_read knows differences of temperature only; `is_value`: this is not the error of one. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
-                                    double zero_f, double *value, struct error *error)
+                                    bool is_value, double *value, struct error *error)
 {
     enum mr_status status = quantity_read(text, field->name, quantity_unit_of_name(field->name),
                                           NULL, value, error);
-    if (status == MR_OK && is_temperature(field) && text[strlen(text) - 1] == 'C')
-        *value += zero_f;
+    if (status == MR_OK && is_temperature(field) && is_value) {
+        char unit = text[strlen(text) - 1];
+        *value += unit == 'C' || unit == 'c' ? 32.0 : unit == 'K' || unit == 'k' ? -459.67 : 0.0;
+    }
     return status;
 }
 
@@ -143,8 +146,8 @@ static enum mr_status read_estimate(const struct inspection_field *field, const 
     for (int i = 0; i < 2; i++)
         if (!unit[i][strspn(unit[i], " ")])
             snprintf(strchr(part[i], '\0'), 60, "%s", unit[!i]);
-    if (read_quantity(field, part[0], 32.0, &number->value, error) != MR_OK ||
-        read_quantity(field, part[1], 0.0, &number->error, error) != MR_OK)
+    if (read_quantity(field, part[0], true, &number->value, error) != MR_OK ||
+        read_quantity(field, part[1], false, &number->error, error) != MR_OK)
         return error->status;
     if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
@@ -302,6 +305,19 @@ const struct inspection *inspection_newest(const struct inspections *all,
         if (inspection_is_valid(&all->entry[i], kind, run))
             return &all->entry[i];
     return NULL;
+}
+
+const struct inspection *inspection_previous(const struct inspections *all,
+                                             const struct inspection_kind *kind, int64_t run)
+{
+    const struct inspection *last = NULL;
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (inspection_is_valid(entry, kind, 0) && entry->row.run <= run &&
+            (!last || entry->row.run >= last->row.run))
+            last = entry;
+    }
+    return last;
 }
 
 /* ---- limits ---- */

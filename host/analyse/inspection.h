@@ -75,6 +75,10 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
 /* Returns the newest valid record of this kind and landing; NULL: none. */
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
+/* Returns the newest valid record of this kind, of the landing or the nearest one before it; NULL:
+ * none. */
+const struct inspection *inspection_previous(const struct inspections *all,
+                                             const struct inspection_kind *kind, int64_t run);
 
 /* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. The value of a marked field may be
  * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_height in pixels (default ERROR: 1). Fails with

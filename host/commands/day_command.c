@@ -750,7 +750,7 @@ static void ask_records(struct day *day)
     struct inspections all;
     inspection_load(day->store, &all, fatal);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection *last = inspection_newest(&all, kind, 0);
+        const struct inspection *last = inspection_previous(&all, kind, day->facts.run);
         if (kind->place != INSPECTION_LANDING || !last ||
             (inspection_is_single(kind) && inspection_newest(&all, kind, day->facts.run)))
             continue;

@@ -96,13 +96,7 @@ static void read_place(const struct request *r, struct store *store, struct stor
 static void copy_previous_fields(const struct inspections *all, const struct inspection_kind *kind,
                                  int64_t run, json_t *values, struct answer *answer)
 {
-    const struct inspection *last = NULL;
-    for (size_t i = 0; i < all->count; i++) {
-        const struct inspection *entry = &all->entry[i];
-        if (inspection_is_valid(entry, kind, 0) && entry->row.run <= run &&
-            (!last || entry->row.run >= last->row.run))
-            last = entry;
-    }
+    const struct inspection *last = inspection_previous(all, kind, run);
     char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
     answer_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; last && field->name; field++) {
@@ -197,7 +191,7 @@ static void write_csv(const struct request *r, const struct inspections *all, in
 }
 
 /* The first line names the columns. Each other line is one record to add. */
-static void read_csv(const struct request *r, struct store *store, const struct inspections *all,
+static void read_csv(const struct request *r, struct store *store, struct inspections *all,
                      struct answer *answer)
 {
     static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
@@ -227,6 +221,10 @@ static void read_csv(const struct request *r, struct store *store, const struct 
         }
         if (error.status == MR_OK)
             add_record(&one, store, all, answer, &error);
+        if (inspection_is_single(r->kind)) { /* two lines may be of one landing */
+            inspection_free(all);
+            inspection_load(store, all, fatal);
+        }
         if (error.status != MR_OK)
             error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
     }
@@ -307,6 +305,8 @@ static void check_request(const struct request *r)
          "no kind: give matrig record DB KIND; matrig record --kinds lists the kinds"},
         {r->compare && !r->place, "one landing only: give matrig record DB --compare RUN RUN"},
         {r->correct && !r->fields, "no field: --correct N needs FIELD=VALUE"},
+        {(r->correct || r->withdraw) && (r->kind || r->place),
+         "unexpected KIND or PLACE: --correct and --withdraw need the number of the record only"},
         {r->kind && r->place && r->kind->place != INSPECTION_LANDING && !acts && !r->fields,
          "no field: add FIELD=VALUE; to list all records of this kind, give matrig record DB KIND"},
     };
@@ -379,6 +379,9 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         store_commit(store, fatal);
         inspection_free(&all);
         inspection_load(store, &all, fatal);
+        if (all.count == before)
+            error_set(fatal, MR_MALFORMED, "no records: %s; its first line names the columns",
+                      r.csv);
         show_added(&all, before, answer);
     }
     inspection_free(&all);

@@ -166,6 +166,20 @@ from_the_landing_before() { # not from a later one that was recorded first
     cp "$tmp/none.db" "$tmp/e.db"
     $matrig --quiet record "$tmp/e.db" conditions 2 tire_psi=7 >/dev/null && $matrig record "$tmp/e.db" conditions 1 drive=coast >"$tmp/said" && ! grep 'tire_psi' "$tmp/said"
 }
+temperatures() {
+    local i=0
+    for t in '24 degC' '24 degc' '297.15 K' '75.2' '75.2 F'; do
+        cp "$tmp/none.db" "$tmp/t.db"
+        $matrig --quiet record "$tmp/t.db" conditions 1 temperature_f="$t" >/dev/null && [ "$(sqlite3 "$tmp/t.db" "select round(fields ->> 'temperature_f', 9) from records")" = 75.2 ] || { echo "$t"; sqlite3 "$tmp/t.db" 'select fields from records'; return 1; }
+    done
+}
+bad_sheets() {
+    cp "$tmp/none.db" "$tmp/t.db"
+    printf 'run,drive\n1,coast\n1,truck\n' >"$tmp/twice.csv"
+    printf 'run,drive\n' >"$tmp/head.csv"
+    fails_with 2 'twice.csv, line 3: recorded already' $matrig record "$tmp/t.db" conditions --csv "$tmp/twice.csv" && fails_with 4 'no records: .*head.csv' $matrig record "$tmp/t.db" conditions --csv "$tmp/head.csv" &&
+        [ "$($matrig --json record "$tmp/t.db" | grep -c '"id"')" = 0 ]
+}
 worst_of_a_sheet() {
     printf 'mat,joint_lb_in\n10,9\n11,14\n' >"$tmp/sheet.csv"
     $matrig record "$tmp/e.db" mat --csv "$tmp/sheet.csv" | tee "$tmp/said" | grep 'worst result *fail$' || { cat "$tmp/said"; return 1; }
@@ -190,7 +204,7 @@ slips() {
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
         fails_with 2 'recorded already: run conditions of RUN 1; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
-        fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
+        fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'unexpected KIND' $matrig record "$db" conditions --correct 1 tire_psi=5 --reason x && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
 kinds() { # every limit has its section of the report; no kind has more than 25 lines
@@ -222,6 +236,8 @@ check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
 check "values are kept from the landing before" from_the_landing_before
+check "temperatures in every unit" temperatures
+check "sheets with two records of a landing, and with none" bad_sheets
 check "a sheet has the worst result of its lines" worst_of_a_sheet
 check "the first records while a log runs" during_a_log
 check "slips are refused with the near word" slips
