@@ -7,6 +7,7 @@
 #ifndef MATRIG_HOST_ANALYSE_RECORD_H
 #define MATRIG_HOST_ANALYSE_RECORD_H
 
+#include "common/closure.h"
 #include "host/analyse/measured.h"
 #include "host/analyse/zones.h"
 #include "host/base/answer.h"
@@ -31,7 +32,8 @@
  * `reason` has the reason. */
 
 #define OUTCOME_MATS       50 /* length of a zone at which buckling begins (report 6.1.4) */
-#define OUTCOME_RESOLUTION 10 /* mats of a survey segment: the resolution of a zone's length */
+/* mats of a survey segment: the resolution of a zone's length */
+#define OUTCOME_RESOLUTION ((int)MR_MATS_PER_SEGMENT)
 /* a zone counts as reached at this distance (seven mats), as in tests/score */
 #define OUTCOME_NEAR_FT    2.0
 
