@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "common/decimal.h"
 #include "host/analyse/rig.h"
@@ -115,18 +116,21 @@ void inspection_format(const struct inspection_field *field, const json_t *value
                  n.error);
 }
 
-/* Reads a number with its unit. A temperature in C is relative to the zero of F. */
-/* quantity_read knows differences of temperature only; `is_value`: this is not the error of one. */
+/* Temperatures are converted here, because their units differ in zero as well as in scale.
+ * `is_value`: the number is not the standard error of a temperature. */
 static enum mr_status read_quantity(const struct inspection_field *field, const char *text,
                                     bool is_value, double *value, struct error *error)
 {
-    enum mr_status status = quantity_read(text, field->name, quantity_unit_of_name(field->name),
-                                          NULL, value, error);
-    if (status == MR_OK && is_temperature(field) && is_value) {
-        char unit = text[strlen(text) - 1];
-        *value += unit == 'C' || unit == 'c' ? 32.0 : unit == 'K' || unit == 'k' ? -459.67 : 0.0;
-    }
-    return status;
+    const char *end;
+    double number = mr_decimal_read(text, &end);
+    end += strspn(end, " ");
+    end += strncmp(end, DEGREE, 2) == 0 ? 2u : strncasecmp(end, "deg", 3) == 0 ? 3u : 0u;
+    const bool celsius = strcasecmp(end, "C") == 0;
+    if (!is_temperature(field) || !(celsius || strcasecmp(end, "K") == 0))
+        return quantity_read(text, field->name, quantity_unit_of_name(field->name), NULL, value,
+                             error);
+    *value = 1.8 * number + (!is_value ? 0.0 : celsius ? 32.0 : -459.67);
+    return MR_OK;
 }
 
 /* "12.3+-0.4 lb/in": a unit after one number applies to both. */
@@ -329,7 +333,7 @@ static enum inspection_verdict judge_field(const struct inspection_field *field,
     double above = n.value - field->pass_low, below = field->pass_high - n.value;
     if (isnan(n.value) || !field->limit)
         return INSPECTION_NO_LIMIT;
-    if (fabs(above) < n.error || fabs(below) < n.error)
+    if (n.error > 0.0 && (fabs(above) <= n.error || fabs(below) <= n.error))
         return INSPECTION_MARGINAL;
     return above < 0.0 || below < 0.0 ? INSPECTION_FAIL : INSPECTION_PASS;
 }

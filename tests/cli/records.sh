@@ -168,10 +168,14 @@ from_the_landing_before() { # not from a later one that was recorded first
 }
 temperatures() {
     local i=0
-    for t in '24 degC' '24 degc' '297.15 K' '75.2' '75.2 F'; do
+    for t in '24 degC' '24 degc' '24 C' '24 °C' '297.15 K' '75.2' '75.2 F'; do
         cp "$tmp/none.db" "$tmp/t.db"
         $matrig --quiet record "$tmp/t.db" conditions 1 temperature_f="$t" >/dev/null && [ "$(sqlite3 "$tmp/t.db" "select round(fields ->> 'temperature_f', 9) from records")" = 75.2 ] || { echo "$t"; sqlite3 "$tmp/t.db" 'select fields from records'; return 1; }
     done
+}
+at_one_error() { # of the limit of 12 lb/in
+    cp "$tmp/none.db" "$tmp/t.db"
+    $matrig record "$tmp/t.db" mat 1 joint_lb_in=12.5+-0.5 | grep 'result *within its error of the limit$'
 }
 bad_sheets() {
     cp "$tmp/none.db" "$tmp/t.db"
@@ -237,6 +241,7 @@ check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
 check "values are kept from the landing before" from_the_landing_before
 check "temperatures in every unit" temperatures
+check "a value one error from its limit" at_one_error
 check "sheets with two records of a landing, and with none" bad_sheets
 check "a sheet has the worst result of its lines" worst_of_a_sheet
 check "the first records while a log runs" during_a_log
