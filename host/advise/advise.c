@@ -315,7 +315,7 @@ static enum mr_status compute_rows(struct advise *advise, struct error *error)
 static void format_max_braking(const struct advise *advise, bool si,
                                char out[MAX_BRAKING_TEXT_SIZE])
 {
-    char value[UNIT_TEXT], from[UNIT_TEXT];
+    char value[UNIT_TEXT_SIZE], from[UNIT_TEXT_SIZE];
     unit_value_text(UNIT_DECELERATION, si, advise->max_braking.value, 1, value);
     unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
     if (isfinite(advise->max_braking.value))
@@ -368,7 +368,7 @@ static void set_verdict(struct advise *advise, bool si)
 {
     const struct advise_row *row = &advise->row[advise->plan_row];
     const double limit = advise->request.risk_limit;
-    char braking[UNIT_TEXT], hardest[MAX_BRAKING_TEXT_SIZE], zone[ZONE_TEXT_SIZE],
+    char braking[UNIT_TEXT_SIZE], hardest[MAX_BRAKING_TEXT_SIZE], zone[ZONE_TEXT_SIZE],
         roll_off[ROLL_OFF_TEXT_SIZE];
     const char *lacks = !advise->members.updates ? "the model has not been updated from any landing"
                       : advise->is_outside_range ? "no earlier landing was like this plan"
@@ -401,9 +401,9 @@ static void set_verdict(struct advise *advise, bool si)
 /* Writes a limit and its interval: "with at most 6.9 ft/s2 (6.5 to 7.2)". Omits an end of the
  * interval that is outside the rows. */
 static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
-                         char out[3 * UNIT_TEXT])
+                         char out[3 * UNIT_TEXT_SIZE])
 {
-    char at[UNIT_TEXT], interval[UNIT_TEXT] = "";
+    char at[UNIT_TEXT_SIZE], interval[UNIT_TEXT_SIZE] = "";
     const int decimals = unit_decimals(unit, si, 1);
     double low = reach->low * unit_of(unit, si)->factor,
            high = reach->high * unit_of(unit, si)->factor;
@@ -416,9 +416,9 @@ static void format_bound(const struct advise_bound *reach, enum unit_kind unit, 
     else if (isfinite(high))
         snprintf(interval, sizeof interval, " (95 %%: %.*f or less)", decimals, high);
     if (reach->is_unbounded)
-        snprintf(out, 3 * UNIT_TEXT, "with up to %s (the largest value tried)", at);
+        snprintf(out, 3 * UNIT_TEXT_SIZE, "with up to %s (the largest value tried)", at);
     else
-        snprintf(out, 3 * UNIT_TEXT, "with at most %s%s", at, interval);
+        snprintf(out, 3 * UNIT_TEXT_SIZE, "with at most %s%s", at, interval);
 }
 
 /* Returns the subject of a sentence. Braking that stops short of the closed mats is not
@@ -431,8 +431,9 @@ static const char *describe_no_braking(const struct advise *advise)
 /* Writes one sentence that recommends to the operator what to do. */
 static void set_action(struct advise *advise, bool si)
 {
-    char speed[UNIT_TEXT], slowest[UNIT_TEXT], braking[UNIT_TEXT], from[UNIT_TEXT],
-        least[UNIT_TEXT], brake[3 * UNIT_TEXT], land[3 * UNIT_TEXT];
+    char speed[UNIT_TEXT_SIZE], slowest[UNIT_TEXT_SIZE], braking[UNIT_TEXT_SIZE],
+        from[UNIT_TEXT_SIZE], least[UNIT_TEXT_SIZE], brake[3 * UNIT_TEXT_SIZE],
+        land[3 * UNIT_TEXT_SIZE];
     const char *none = describe_no_braking(advise);
     const double percent = 100.0 * advise->request.risk_limit,
                  min_ft_s2 = min_braking_ft_s2(advise);
@@ -569,22 +570,22 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
     const struct unit *station = unit_of(UNIT_STATION, si);
     double length_ft = (double)advise->history.runway.chain.mat_length_ft *
                        advise->history.runway.chain.mats;
-    answer_row(answer);
+    answer_open_row(answer);
     bool plan = row == &advise->row[advise->plan_row];
     answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
     add_probability(answer, "zone", "zone, 95 %", &row->zone_probability);
-    answer_list(answer, "by_station", NULL);
+    answer_open_list(answer, "by_station", NULL);
     for (unsigned s = 0; s < ADVISE_RUNWAY_PARTS; s++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_value(answer, "station", NULL, UNIT_STATION,
                      length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
         answer_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].p, 3);
         answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
         answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     for (unsigned s = 1; s + 1u < ADVISE_RUNWAY_PARTS; s++) {
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
@@ -600,7 +601,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
 static void add_plan(const struct advise *advise, struct answer *answer)
 {
     const struct advise_plan *plan = &advise->plan;
-    answer_open(answer, "plan", "Plan");
+    answer_open_group(answer, "plan", "Plan");
     answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
     answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
     answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
@@ -618,7 +619,7 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
                  2);
     answer_flag(answer, "as_before", NULL, advise->uses_previous);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_parameters(const struct advise *advise, struct answer *answer)
@@ -632,7 +633,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
                 {"friction", "friction of a mat", ADVISE_FRICTION, UNIT_TENSION, 3},
                 {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
                 {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
-    answer_open(answer, "learned", "Estimates from the landings");
+    answer_open_group(answer, "learned", "Estimates from the landings");
     answer_count(answer, "landings", "landings", advise->members.updates);
     answer_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
     answer_count(answer, "voided", NULL, (int64_t)advise->history.voided);
@@ -643,7 +644,7 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
         answer_estimate(answer, rows[i].name, rows[i].label, rows[i].unit, mean, mean * spread,
                         rows[i].decimals);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Adds a note for everything that makes the advice less certain. */
@@ -711,8 +712,8 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
         answer_remark(answer,
                       ", for the assumed irregularity; bow waves form above about 1.2 times this");
     } else {
-        answer_none(answer, "critical", "critical thrust",
-                    "unknown: the board has no irregularity set (predict.bump_in)");
+        answer_no_value(answer, "critical", "critical thrust",
+                        "unknown: the board has no irregularity set (predict.bump_in)");
     }
 }
 
@@ -733,14 +734,14 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_words(answer, "reason", NULL, "%s", advise->reason);
     answer_sentence(answer, NULL, "%s: %s.", advise_verdict_text(advise->verdict), advise->reason);
     add_plan(advise, answer);
-    answer_table(
+    answer_open_table(
         answer, "rows",
         "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration "
         "(rows), and up to each station (columns). In brackets: 95 % interval of the "
         "sampling error of the ensemble");
     for (size_t i = 0; i < advise->rows; i++)
         add_row(advise, &advise->row[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
     if (isnan(advise->max_braking.value))

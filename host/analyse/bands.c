@@ -161,7 +161,7 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
     answer_value(answer, NULL, e->at_heading, UNIT_STATION,
                  c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
-    answer_open(answer, e->name, "");
+    answer_open_group(answer, e->name, "");
     answer_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
@@ -169,7 +169,7 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     answer_value(answer, "ahead_of_wheel", e->ahead_heading, UNIT_STATION,
                  compute_ahead_ft(measured, e->gage, e->block), 1)
         ->digits = 5;
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_band(const struct store_band *band, const struct measured *measured,
@@ -182,7 +182,7 @@ static void add_band(const struct store_band *band, const struct measured *measu
                                  band->most_lb,   band->most_error_lb, band->most_gage,
                                  band->most_block};
     double recovered = band->before_lb > 0.0 ? band->after_lb / band->before_lb : (double)NAN;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, "band", "band", band->band);
     answer_estimate(answer, "before", "before", UNIT_TENSION, band->before_lb,
                     band->before_error_lb, 1)
@@ -200,7 +200,7 @@ static void add_band(const struct store_band *band, const struct measured *measu
 
 static void add_event(const struct store_band_event *event, struct answer *answer)
 {
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, "band", "band", event->band);
     answer_words(answer, "text", "finding", "%s", mr_band_reason_text((unsigned)event->reason));
     answer_count(answer, "gage", "at gage", event->gage);
@@ -212,7 +212,7 @@ static void add_event(const struct store_band_event *event, struct answer *answe
 
 static void add_shunt(const struct bands_shunt *s, struct answer *answer)
 {
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, "gage", "gage", s->gage);
     answer_value(answer, "expected", "shunt", UNIT_TENSION, s->expected_lb, 2)->digits = 7;
     answer_value(answer, "span_before", "span before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
@@ -225,16 +225,16 @@ static void add_shunt(const struct bands_shunt *s, struct answer *answer)
 void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,
                      struct answer *answer)
 {
-    answer_table(answer, "bands",
-                 bands->band_count ? "band tension (+- is one standard error)" : NULL);
+    answer_open_table(answer, "bands",
+                      bands->band_count ? "band tension (+- is one standard error)" : NULL);
     for (size_t i = 0; i < bands->band_count; i++)
         add_band(&bands->band[i], measured, answer);
-    answer_close(answer);
-    answer_table(answer, "band_events",
-                 bands->event_count ? "band events reported by the board" : NULL);
+    answer_close_group(answer);
+    answer_open_table(answer, "band_events",
+                      bands->event_count ? "band events reported by the board" : NULL);
     for (size_t i = 0; i < bands->event_count; i++)
         add_event(&bands->event[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 void bands_add_shunts(const struct bands_summary *bands, bool each, struct answer *answer)
@@ -243,8 +243,8 @@ void bands_add_shunts(const struct bands_summary *bands, bool each, struct answe
     format_shunts(bands, answer_is_si(answer), text, sizeof text);
     if (text[0])
         answer_words(answer, NULL, "shunts", "%s", text);
-    answer_table(answer, "shunts", each && bands->shunt_count ? "" : NULL);
+    answer_open_table(answer, "shunts", each && bands->shunt_count ? "" : NULL);
     for (size_t i = 0; i < bands->shunt_count; i++)
         add_shunt(&bands->shunt[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }

@@ -215,7 +215,7 @@ void braking_to_answer(const struct braking *braking, struct answer *answer)
 {
     if (!braking->has_edge && !braking->pulses)
         return;
-    answer_open(answer, "braking", "");
+    answer_open_group(answer, "braking", "");
     if (braking->has_edge)
         add_time(answer, "onset", "brake applied", braking->onset_s, 4);
     answer_count(answer, "pulses", NULL, (int64_t)braking->pulses);
@@ -223,13 +223,13 @@ void braking_to_answer(const struct braking *braking, struct answer *answer)
         answer_estimate(answer, "slip", "slip of the wheel", UNIT_NUMBER, braking->slip.value,
                         braking->slip.error, 3);
         add_time(answer, "locked", "wheel locked", braking->locked_s, 3);
-        answer_table(answer, "locks", braking->locks ? "wheel locked" : NULL);
+        answer_open_table(answer, "locks", braking->locks ? "wheel locked" : NULL);
         for (size_t i = 0; i < braking->locks && i < BRAKING_LOCKS; i++) {
-            answer_row(answer);
+            answer_open_row(answer);
             add_time(answer, "from", "from", braking->lock[i].from_s, 3);
             add_time(answer, "to", "to", braking->lock[i].to_s, 3);
         }
-        answer_close(answer);
+        answer_close_group(answer);
     }
     if (braking->has_edge) {
         answer_estimate(answer, "deceleration", "braked", UNIT_DECELERATION,
@@ -237,5 +237,5 @@ void braking_to_answer(const struct braking *braking, struct answer *answer)
         answer_estimate(answer, "thrust", "thrust on the strip", UNIT_TENSION,
                         braking->thrust_lb.value, braking->thrust_lb.error, 1);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }

@@ -11,7 +11,7 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
 {
     const struct zone_warning *w = &summary->zones.warning;
     const bool si = answer_is_si(answer);
-    char wheel[UNIT_TEXT];
+    char wheel[UNIT_TEXT_SIZE];
     if (!w->was_warned || w->predicted_mats <= 0 || isnan(w->predicted_wheel_ft))
         return;
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
@@ -72,7 +72,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
 static void add_movement(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *most = NULL;
-    char station[UNIT_TEXT];
+    char station[UNIT_TEXT_SIZE];
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         if (channel->config.kind == MR_KIND_DISPLACEMENT && isfinite(channel->peak) &&
@@ -91,7 +91,8 @@ static void add_movement(const struct measured *measured, struct answer *answer)
 static void add_tension(const struct measured *measured, struct answer *answer)
 {
     const struct measured_channel *low = NULL, *high = NULL;
-    char least[UNIT_TEXT], most[UNIT_TEXT], at_least[UNIT_TEXT], at_most[UNIT_TEXT];
+    char least[UNIT_TEXT_SIZE], most[UNIT_TEXT_SIZE], at_least[UNIT_TEXT_SIZE],
+        at_most[UNIT_TEXT_SIZE];
     const bool si = answer_is_si(answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
@@ -143,7 +144,7 @@ bool brief_print(struct store *store, const struct summary *summary, bool all, b
         brief_add_outcome(store, summary, answer);
     } else {
         summary_format_heading(summary, heading);
-        answer_open(answer, NULL, heading);
+        answer_open_group(answer, NULL, heading);
         summary_add_alerts(summary, answer);
         zones_add_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
         add_prediction(summary, answer);
@@ -154,7 +155,7 @@ bool brief_print(struct store *store, const struct summary *summary, bool all, b
         add_data_quality(summary, answer);
         answer_words(answer, NULL, "more", "matrig show %s %lld", store_path(store),
                      (long long)summary->measured.landing.id);
-        answer_close(answer);
+        answer_close_group(answer);
     }
     bool printed = answer_text(answer, out);
     answer_free(answer);

@@ -35,7 +35,7 @@ const struct inspection_kind inspection_kinds[] = {
 static enum mr_status refuse_name(const struct spell_suggest *near, const char *what,
                                   const char *where, const char *advice, struct error *error)
 {
-    char text[SPELL_SUGGEST_TEXT];
+    char text[SPELL_SUGGEST_TEXT_SIZE];
     spell_suggest_text(near, text);
     return error_set(error, MR_UNKNOWN, "%s: '%s' for %s%s%s %s", what, near->word, where, text,
                      text[0] ? "" : ";", advice);
@@ -77,7 +77,7 @@ const char *inspection_unit(const struct inspection_field *field, bool si)
         return "";
     if (is_temperature(field))
         return si ? DEGREE "C" : DEGREE "F";
-    for (enum unit_kind of = 0; si && of < UNIT_ALL; of++)
+    for (enum unit_kind of = 0; si && of < UNIT_KIND_COUNT; of++)
         if (strcmp(unit_of(of, false)->text, unit) == 0)
             return unit_of(of, true)->text;
     return si && kind && kind->si_unit && strcmp(unit, "deg") != 0 ? kind->si_unit : unit;
@@ -393,8 +393,8 @@ static void add_cell(const struct inspection *entry, const struct inspection_fie
     struct answer_fact *fact = answer_words(answer, NULL, label,
                                             strcmp(is, was) != 0 ? "%s (was %s)" : "%s",
                                             is[0] ? is : "-", was[0] ? was : "-");
-    fact->warn = judge_field(field, entry->values) == INSPECTION_FAIL;
-    fact->number = field->type == INSPECTION_NUMBER;
+    fact->is_warning = judge_field(field, entry->values) == INSPECTION_FAIL;
+    fact->is_number = field->type == INSPECTION_NUMBER;
 }
 
 static void add_place(const struct inspection *entry, const char *name, const char *label,
@@ -445,10 +445,10 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     qsort(rows, count, sizeof(struct inspection *), compare_rows);
     const bool judged = verdicts[INSPECTION_PASS] + verdicts[INSPECTION_MARGINAL] +
                         verdicts[INSPECTION_FAIL];
-    answer_table(answer, NULL, kind->words);
+    answer_open_table(answer, NULL, kind->words);
     for (size_t i = 0; i < count; i++) {
         enum inspection_verdict verdict = inspection_judge(rows[i]);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, NULL, "record", rows[i]->row.id);
         if (!run)
             add_place(rows[i], NULL,
@@ -457,8 +457,8 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         if (withdrawal_reason(rows[i]))
             answer_words(answer, NULL, "withdrawn", "%s", withdrawal_reason(rows[i]));
         if (judged)
-            answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))->warn =
-                verdict == INSPECTION_FAIL;
+            answer_words(answer, NULL, "result", "%s", inspection_verdict_text(verdict))
+                ->is_warning = verdict == INSPECTION_FAIL;
         for (size_t f = 0; kind->field[f].name; f++)
             if (used[f])
                 add_cell(rows[i], &kind->field[f], answer);
@@ -466,7 +466,7 @@ void inspection_add_table(const struct inspections *all, const struct inspection
         if (rows[i]->row.reason[0])
             answer_words(answer, NULL, "reason", "%s", rows[i]->row.reason);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     if (judged)
         answer_sentence(answer, NULL, "%zu pass, %zu fail, %zu within the error of a limit.",
                         verdicts[INSPECTION_PASS], verdicts[INSPECTION_FAIL],
@@ -477,13 +477,13 @@ void inspection_add_table(const struct inspections *all, const struct inspection
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer)
 {
-    answer_table(answer, "records", "");
+    answer_open_table(answer, "records", "");
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
         const struct store_record *row = &entry->row;
         if ((kind && entry->kind != kind) || (run && row->run != run))
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "id", NULL, row->id);
         answer_words(answer, "kind", NULL, "%s", row->kind);
         add_place(entry, inspection_place_name(entry->kind), NULL, answer);
@@ -498,7 +498,7 @@ void inspection_add_json(const struct inspections *all, const struct inspection_
         answer_words_or_none(answer, "reason", NULL, row->reason, NULL);
         answer_count(answer, "made_us", NULL, row->made_us);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* ---- two landings ---- */
@@ -515,7 +515,7 @@ static void add_difference(struct difference *d, const char *kind, const char *f
     if (strcmp(from, to) == 0)
         return;
     d->count++;
-    answer_row(d->answer);
+    answer_open_row(d->answer);
     answer_words(d->answer, "kind", NULL, "%s", kind);
     answer_words(d->answer, "field", NULL, "%s", field);
     answer_words(d->answer, NULL, "difference", "%s", label);
@@ -551,7 +551,7 @@ size_t inspection_add_differences(struct store *store, const struct inspections 
 {
     struct difference d = {answer, {from, to}, 0};
     const bool si = answer_is_si(answer);
-    answer_table(answer, "differences", "");
+    answer_open_table(answer, "differences", "");
     add_journal_differences(store, &d, error);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
         const struct inspection *a = inspection_newest(all, kind, from),
@@ -565,6 +565,6 @@ size_t inspection_add_differences(struct store *store, const struct inspections 
             add_difference(&d, kind->name, field->name, label, is[0], is[1]);
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return d.count;
 }

@@ -77,16 +77,16 @@ void journal_free(struct journal *j)
 
 void journal_add_tables(const struct journal *j, struct answer *answer)
 {
-    answer_table(answer, "observations", "waves and breaks");
+    answer_open_table(answer, "observations", "waves and breaks");
     for (size_t i = 0; i < j->observation_count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         journal_add_observation(&j->observation[i], answer);
     }
-    answer_close(answer);
-    answer_table(answer, "changes", "notes and corrections");
+    answer_close_group(answer);
+    answer_open_table(answer, "changes", "notes and corrections");
     for (size_t i = 0; i < j->change_count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         journal_add_change(&j->change[i], answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }

@@ -680,28 +680,28 @@ static void add_warnings(const struct record *record, struct answer *answer)
 {
     static const char *const names[RECORD_VERDICTS] = {"unknown", "hits",  "late",
                                                        "misses",  "false", "silences"};
-    answer_open(answer, "warnings", "warnings");
+    answer_open_group(answer, "warnings", "warnings");
     for (size_t i = 1; i <= RECORD_VERDICTS; i++) {
         enum record_verdict verdict = (enum record_verdict)(i % RECORD_VERDICTS);
         answer_count(answer, names[verdict], record_verdict_text(verdict),
                      (int64_t)record->verdict[verdict]);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_advice(const struct record *record, struct answer *answer)
 {
     static const char *const names[RECORD_ADVICES] = {"clear", "caution", "against"};
-    answer_table(answer, "advice", "advice before landings");
+    answer_open_table(answer, "advice", "advice before landings");
     for (size_t i = 0; i < RECORD_ADVICES; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "advice", "advice", "%s", names[i]);
         answer_count(answer, "came", "zone reached", (int64_t)record->advice[i][OUTCOME_REACHED]);
         answer_count(answer, "did_not", "not reached",
                      (int64_t)record->advice[i][OUTCOME_NOT_REACHED]);
         answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_landings);
 }
 
@@ -727,13 +727,13 @@ static void add_summary_line(const struct record *record, struct answer *answer)
 
 void record_to_answer(const struct record *record, bool brief, struct answer *answer)
 {
-    answer_open(answer, "record", brief ? NULL : "");
+    answer_open_group(answer, "record", brief ? NULL : "");
     answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landings);
     answer_count(answer, "voided", brief ? NULL : "void, not counted",
                  (int64_t)record->void_landings);
     add_warnings(record, answer);
     add_advice(record, answer);
-    answer_close(answer);
+    answer_close_group(answer);
     if (brief)
         add_summary_line(record, answer);
 }

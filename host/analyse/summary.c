@@ -119,7 +119,7 @@ static const char *get_gap_reason(const char *cause)
 
 static void add_gap(const struct store_gap *gap, struct answer *answer)
 {
-    answer_row(answer);
+    answer_open_row(answer);
     answer_words(answer, NULL, "link", "%s", summary_link_name(gap->link));
     answer_words(answer, "link", NULL, gap->link == LINK_CAN ? "can" : "serial");
     answer_count(answer, "count", "count", gap->count);
@@ -146,27 +146,27 @@ static void add_link(const struct summary_link *link, int kind, struct answer *a
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
         answer_words(answer, NULL, label, "%s", line);
-    answer_open(answer, kind == LINK_CAN ? "can" : "serial", NULL);
+    answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", NULL);
     answer_count(answer, "received", NULL, link->received);
     answer_count(answer, "lost", NULL, link->lost);
     answer_count(answer, "dropped", NULL, link->dropped);
     answer_flag(answer, "silent", NULL, link->was_silent);
     answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_links(const struct summary *summary, struct answer *answer)
 {
-    answer_open(answer, "links", "");
+    answer_open_group(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++)
         add_link(&summary->link[kind], kind, answer);
-    answer_close(answer);
+    answer_close_group(answer);
     if (summary->gap_count == 0)
         answer_words(answer, NULL, "gaps", "none");
-    answer_table(answer, "gaps", "gaps");
+    answer_open_table(answer, "gaps", "gaps");
     for (size_t i = 0; i < summary->gap_count; i++)
         add_gap(&summary->gap[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static enum mr_status load_mean(struct store *store, int64_t run, struct store_mean *mean,
@@ -313,22 +313,22 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
             answer_words(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
                          r->is_go ? "go" : "NO-GO", r->minutes_before_arming,
                          r->failed_checks[0] ? ": " : "", r->failed_checks)
-                ->warn = !r->is_go;
+                ->is_warning = !r->is_go;
     }
-    answer_open(answer, "readiness", NULL);
+    answer_open_group(answer, "readiness", NULL);
     for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
         if (!ready[kind].is_known) {
-            answer_none(answer, get_ready_kind_name(kind), NULL, "");
+            answer_no_value(answer, get_ready_kind_name(kind), NULL, "");
             continue;
         }
-        answer_open(answer, get_ready_kind_name(kind), NULL);
+        answer_open_group(answer, get_ready_kind_name(kind), NULL);
         answer_flag(answer, "go", NULL, ready[kind].is_go);
         answer_value(answer, "before_min", NULL, UNIT_NUMBER, ready[kind].minutes_before_arming, 0)
             ->digits = 4;
         answer_words(answer, "no_go", NULL, "%s", ready[kind].failed_checks);
-        answer_close(answer);
+        answer_close_group(answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 #define TIME_MAX_US 1e17 /* a time in the year 5138 */
@@ -404,7 +404,7 @@ static void add_clock(const struct summary *summary, struct answer *answer)
     char day[60];
     if (!summary->clock_known)
         return;
-    answer_open(answer, "clock", "");
+    answer_open_group(answer, "clock", "");
     answer_flag(answer, "good", NULL, good);
     answer_words(answer, "text", NULL, "%s", timemap_refusal_text((unsigned)clock->refusal));
     if (good) {
@@ -428,7 +428,7 @@ static void add_clock(const struct summary *summary, struct answer *answer)
         format_time_of_day(touchdown.host_us, day, sizeof day);
         answer_words(answer, NULL, "touchdown at", "%s", day);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_film(const struct summary *summary, struct answer *answer)
@@ -450,13 +450,13 @@ static void add_film(const struct summary *summary, struct answer *answer)
         snprintf(gear, sizeof gear,
                  "; the position of the gear is known on %zu of them within %.3f %s (95 %%)",
                  placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
-    answer_open(answer, "film", "");
+    answer_open_group(answer, "film", "");
     answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s",
                  film->frame_count, film->rate_hz, (long long)film->missing_frames, gear);
     answer_count(answer, "frames", NULL, (int64_t)film->frame_count);
     answer_count(answer, "missing", NULL, film->missing_frames);
     answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 void summary_add_time(const struct summary *summary, struct answer *answer)
@@ -577,17 +577,17 @@ static void add_channel_events(const struct summary *summary, struct answer *ans
 {
     for (size_t i = 0; i < summary->channel_event_count; i++)
         add_channel_fault(summary, i, answer);
-    answer_table(answer, "channel_events", NULL);
+    answer_open_table(answer, "channel_events", NULL);
     for (size_t i = 0; i < summary->channel_event_count; i++) {
         const struct store_fault *event = &summary->channel_event[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "channel", NULL, event->detail);
         answer_count(answer, "validity", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_validity_text((unsigned)event->code));
         answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, event), 3)
             ->digits = 9;
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_restarts(const struct summary *summary, struct answer *answer)
@@ -595,7 +595,7 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
     const struct measured *measured = &summary->measured;
     char cause[100], after[40] = "";
     if (summary->restart_count == 0) {
-        answer_none(answer, "restart", NULL, "");
+        answer_no_value(answer, "restart", NULL, "");
         return;
     }
     health_reset_text(summary->restart->detail, cause, sizeof cause);
@@ -604,11 +604,11 @@ static void add_restarts(const struct summary *summary, struct answer *answer)
                  measured_time_s(measured, measured->samples - 1));
     answer_words(answer, NULL, "restart", "the board restarted (%s): the record ends%s",
                  cause[0] ? cause : "cause not known", after)
-        ->warn = true;
-    answer_open(answer, "restart", "");
+        ->is_warning = true;
+    answer_open_group(answer, "restart", "");
     answer_words(answer, "cause", NULL, "%s", cause);
     answer_count(answer, "reset_cause", NULL, summary->restart->detail);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Adds one line for each command except an accepted arming, which every landing has. */
@@ -624,33 +624,33 @@ static void add_commands(const struct summary *summary, struct answer *answer)
                          get_event_time_s(&summary->measured, order),
                          status == MR_OK ? "executed" : "refused, ",
                          status == MR_OK ? "" : mr_status_text(status))
-                ->warn = status != MR_OK;
+                ->is_warning = status != MR_OK;
     }
-    answer_table(answer, "orders", NULL);
+    answer_open_table(answer, "orders", NULL);
     for (size_t i = 0; i < summary->command_count; i++) {
         const struct store_fault *order = &summary->command[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "command", NULL, "%s", mr_command_name((unsigned)order->code));
         answer_count(answer, "status", NULL, order->detail);
         answer_flag(answer, "own", NULL, order->count);
         answer_value(answer, "t", NULL, UNIT_TIME, get_event_time_s(&summary->measured, order), 3)
             ->digits = 9;
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_switch_events(const struct summary *summary, struct answer *answer)
 {
-    answer_table(answer, "switch_events", NULL);
+    answer_open_table(answer, "switch_events", NULL);
     for (size_t i = 0; i < summary->switch_event_count; i++) {
         const struct store_fault *event = &summary->switch_event[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "switch", NULL, event->detail);
         answer_count(answer, "reason", NULL, event->code);
         answer_words(answer, "text", NULL, "%s", mr_switch_reason_text((unsigned)event->code));
         answer_count(answer, "count", NULL, event->count);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     for (size_t i = 0; i < summary->switch_event_count; i++) {
         const struct store_fault *event = &summary->switch_event[i];
         char times[32] = "", which[32] = "edge";
@@ -669,7 +669,7 @@ static void add_motion_estimate(const char *name, const char *label, enum unit_k
     struct answer_fact *fact = answer_estimate(answer, name, label, unit, value.value, value.error,
                                                decimals);
     fact->digits = 9;
-    fact->interval = true;
+    fact->shows_interval = true;
 }
 
 static void add_motion(const struct summary *summary, struct answer *answer)
@@ -753,15 +753,15 @@ void summary_add_channels(const struct measured *measured, enum mr_channel_kind 
         add_missing(measured, kind, answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         any |= measured->channel[c].config.kind == kind;
-    answer_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
-                 any ? label : NULL);
+    answer_open_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
+                      any ? label : NULL);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (measured->channel[c].config.kind != kind)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         add_channel(measured, &measured->channel[c], answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_channels(const struct measured *measured, struct answer *answer)
@@ -779,26 +779,26 @@ static void add_faults(const struct summary *summary, struct answer *answer)
 {
     if (summary->fault_count == 0)
         answer_words(answer, NULL, "faults", "none");
-    answer_table(answer, "faults", "faults");
+    answer_open_table(answer, "faults", "faults");
     for (size_t i = 0; i < summary->fault_count; i++) {
         const struct store_fault *fault = &summary->fault[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "code", NULL, fault->code);
         answer_words(answer, "text", "fault", "%s", mr_fault_text((unsigned)fault->code));
         answer_count(answer, "detail", "[detail]", fault->detail);
         answer_count(answer, "count", "times", fault->count);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_import(const struct summary *summary, struct answer *answer)
 {
     const struct store_import *import = &summary->import;
     if (!summary->is_imported) {
-        answer_none(answer, "import", NULL, "");
+        answer_no_value(answer, "import", NULL, "");
         return;
     }
-    answer_open(answer, "import", "");
+    answer_open_group(answer, "import", "");
     answer_words(answer, NULL, "imported from", "%s (%s%s%s, %lld bytes, SHA-256 %s)", import->file,
                  import->format, import->bus[0] ? " of " : "", import->bus,
                  (long long)import->bytes, import->sha256);
@@ -807,7 +807,7 @@ static void add_import(const struct summary *summary, struct answer *answer)
     answer_words(answer, "verdict", "file state", "%s", import->verdict);
     answer_words(answer, "sha256", NULL, "%s", import->sha256);
     answer_count(answer, "bytes", NULL, import->bytes);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_source(const struct measured *measured, struct answer *answer)
@@ -816,15 +816,15 @@ static void add_source(const struct measured *measured, struct answer *answer)
     measured_format_source(measured, source);
     answer_words(answer, NULL, "readings", "%s", source);
     answer_words(answer, "source", NULL, "%s", measured_source_name(measured->source));
-    answer_table(answer, "stretches", NULL);
+    answer_open_table(answer, "stretches", NULL);
     for (size_t i = 0; i < measured->stretch_count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "source", NULL, "%s",
                      measured_source_name(measured->stretch[i].source));
         answer_count(answer, "from_block", NULL, measured->stretch[i].from_block);
         answer_count(answer, "to_block", NULL, measured->stretch[i].to_block);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_json_value(answer, "set_aside", measured_excluded_json(measured));
 }
 
@@ -876,12 +876,13 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
     char torn[MEASURED_TORN_SIZE];
     measured_format_torn(measured, torn);
     if (torn[0])
-        answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->warn = true;
+        answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->is_warning =
+            true;
     answer_flag(answer, "torn", NULL, measured->torn);
     if (summary->duplicate_run)
         answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
                      (long long)summary->duplicate_run)
-            ->warn = true;
+            ->is_warning = true;
     answer_count(answer, "same_as", NULL,
                  summary->duplicate_run ? summary->duplicate_run : ANSWER_UNKNOWN);
     summary_add_calibration(measured, answer);
@@ -921,7 +922,7 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     const struct store_landing *landing = &summary->measured.landing;
     char heading[SUMMARY_HEADING_SIZE];
     summary_format_heading(summary, heading);
-    answer_open(answer, NULL, heading);
+    answer_open_group(answer, NULL, heading);
     answer_count(answer, "run", NULL, landing->id);
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
@@ -931,7 +932,7 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     bands_to_answer(&summary->bands, &summary->measured, answer);
     bands_add_shunts(&summary->bands, false, answer);
     summary_add_health(summary, answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 json_t *summary_json(const struct summary *summary, bool si)

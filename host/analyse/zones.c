@@ -211,12 +211,12 @@ static const char *get_label_if_known(const char *label, double value)
 static void add_reason(const struct zone_warning *w, struct answer *answer)
 {
     if (w->reason == STORE_NONE)
-        answer_none(answer, "reason", NULL, "");
+        answer_no_value(answer, "reason", NULL, "");
     else
         answer_words(answer, "reason", "reason", "%s",
                      mr_predictor_reason_text((unsigned)w->reason));
     if (w->level == STORE_NONE)
-        answer_none(answer, "level", NULL, "");
+        answer_no_value(answer, "level", NULL, "");
     else
         answer_words(answer, "level", "model", "%s", mr_predictor_level_text((unsigned)w->level));
     answer_count(answer, "coming_mats", w->predicted_mats > 0 ? "zone predicted, mats" : NULL,
@@ -246,7 +246,7 @@ static void add_lead(const struct zone_warning *w, struct answer *answer)
     answer_value(answer, "lead_t", NULL, UNIT_TIME, w->lead_t_s, 3)->digits = 9;
     answer_value(answer, "lead_start", NULL, UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
     if (isnan(w->lead_actual_s))
-        answer_none(answer, "lead_became_s", NULL, get_not_reached_text(w));
+        answer_no_value(answer, "lead_became_s", NULL, get_not_reached_text(w));
     else
         answer_value(answer, "lead_became", NULL, UNIT_TIME, w->lead_actual_s, 3);
 }
@@ -274,7 +274,7 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
         answer_value(answer, "true_lead", "wheel in the first zone", UNIT_TIME, w->true_lead_s, 3)
             ->suffix = " after the warning";
     else
-        answer_none(answer, "true_lead_s", "wheel in the first zone", get_not_reached_text(w));
+        answer_no_value(answer, "true_lead_s", "wheel in the first zone", get_not_reached_text(w));
     add_reason(w, answer);
     add_lead(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
@@ -311,13 +311,13 @@ static void add_warned(const struct zones *zones, struct answer *answer)
     if (w->was_warned)
         answer_words(answer, NULL, "zone", "warned %s, decided in block %lld",
                      format_moment(w->t_s, zones->received.origin, when), (long long)w->block)
-            ->warn = true;
+            ->is_warning = true;
     else
-        answer_words(answer, NULL, "zone", "%s", quiet)->warn =
+        answer_words(answer, NULL, "zone", "%s", quiet)->is_warning =
             zones_format_doubt(&zones->received, (double)INFINITY, doubt);
     if (zones_format_earlier(zones, doubt))
         answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
-            ->warn = true;
+            ->is_warning = true;
 }
 
 void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer)
@@ -336,10 +336,10 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
     char doubt[ZONES_DOUBT_SIZE];
     zones_add_warned(zones, watched, answer);
     bool first = !zones_format_earlier(zones, doubt);
-    answer_open(answer, "zone",
-                !w->was_warned ? NULL
-                : first        ? "first warning as the board reported it (+- is one standard error)"
-                               : "first warning that was received (+- is one standard error)");
+    answer_open_group(answer, "zone",
+                      !w->was_warned ? NULL
+                      : first ? "first warning as the board reported it (+- is one standard error)"
+                              : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->was_warned);
     answer_flag(answer, "all_heard", NULL,
                 watched && !zones_format_doubt(received, (double)INFINITY, doubt));
@@ -347,7 +347,7 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
     answer_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
     if (w->was_warned)
         add_warning(w, answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void append_reason(char out[ZONES_DOUBT_SIZE], const char *text)
@@ -580,7 +580,7 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
 void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
                          struct answer *answer)
 {
-    answer_list(answer, "predictor", "");
+    answer_open_list(answer, "predictor", "");
     if (foresight->messages)
         add_start(foresight, answer);
     for (unsigned i = 0; foresight->messages && i < FORESIGHT_CONDITIONS; i++)
@@ -589,5 +589,5 @@ void foresight_to_answer(const struct foresight *foresight, const struct measure
         add_doubt(foresight, measured, i, answer);
     if (foresight->messages)
         add_risk(foresight, answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }

@@ -17,12 +17,12 @@ enum answer_kind {
     ANSWER_FLAG,
     ANSWER_TEXT,
     ANSWER_SENTENCE,
-    ANSWER_NONE,
+    ANSWER_NO_VALUE,
     ANSWER_JSON,
-    ANSWER_OPEN,
-    ANSWER_LIST,
-    ANSWER_TABLE,
-    ANSWER_CLOSE
+    ANSWER_OPEN_GROUP,
+    ANSWER_OPEN_LIST,
+    ANSWER_OPEN_TABLE,
+    ANSWER_CLOSE_GROUP
 };
 
 struct answer_item {
@@ -51,7 +51,7 @@ struct answer {
 
 static bool is_group(enum answer_kind kind)
 {
-    return kind == ANSWER_OPEN || kind == ANSWER_LIST || kind == ANSWER_TABLE;
+    return kind == ANSWER_OPEN_GROUP || kind == ANSWER_OPEN_LIST || kind == ANSWER_OPEN_TABLE;
 }
 
 /* Index of the first item after item `i` and its contents. */
@@ -60,7 +60,7 @@ static size_t index_after(const struct answer *answer, size_t i)
     size_t depth = 0;
     do {
         depth += is_group(answer->item[i].kind);
-        depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE;
+        depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE_GROUP;
         i++;
     } while (depth > 0 && i < answer->count);
     return i;
@@ -135,7 +135,7 @@ struct answer_fact *answer_value(struct answer *answer, const char *name, const 
     const struct unit *shown = unit_of(unit, answer->is_si);
     item->unit = shown;
     item->value = value * shown->factor;
-    item->json_unit = answer->keeps_units ? unit_of_callers(unit) : shown;
+    item->json_unit = answer->keeps_units ? unit_of_passed_value(unit) : shown;
     item->json_value = value * item->json_unit->factor;
     item->decimals = decimals;
     if (decimals >= 0)
@@ -196,9 +196,9 @@ void answer_remark(struct answer *answer, const char *format, ...)
     va_end(arguments);
 }
 
-void answer_none(struct answer *answer, const char *name, const char *label, const char *why)
+void answer_no_value(struct answer *answer, const char *name, const char *label, const char *why)
 {
-    add_item(answer, ANSWER_NONE, name, label)->words = why ? xstrdup(why) : NULL;
+    add_item(answer, ANSWER_NO_VALUE, name, label)->words = why ? xstrdup(why) : NULL;
 }
 
 void answer_words_or_none(struct answer *answer, const char *name, const char *label,
@@ -207,7 +207,7 @@ void answer_words_or_none(struct answer *answer, const char *name, const char *l
     if (text && text[0])
         answer_words(answer, name, label, "%s", text);
     else
-        answer_none(answer, name, label, why);
+        answer_no_value(answer, name, label, why);
 }
 
 void answer_json_value(struct answer *answer, const char *name, json_t *json)
@@ -224,23 +224,23 @@ static void open_group(struct answer *answer, enum answer_kind kind, const char 
 
 static void close_group(struct answer *answer)
 {
-    add_item(answer, ANSWER_CLOSE, NULL, NULL);
+    add_item(answer, ANSWER_CLOSE_GROUP, NULL, NULL);
     answer->open_group_count--;
 }
 
-void answer_open(struct answer *answer, const char *name, const char *label)
+void answer_open_group(struct answer *answer, const char *name, const char *label)
 {
-    open_group(answer, ANSWER_OPEN, name, label);
+    open_group(answer, ANSWER_OPEN_GROUP, name, label);
 }
 
-void answer_list(struct answer *answer, const char *name, const char *label)
+void answer_open_list(struct answer *answer, const char *name, const char *label)
 {
-    open_group(answer, ANSWER_LIST, name, label);
+    open_group(answer, ANSWER_OPEN_LIST, name, label);
 }
 
-void answer_table(struct answer *answer, const char *name, const char *label)
+void answer_open_table(struct answer *answer, const char *name, const char *label)
 {
-    open_group(answer, ANSWER_TABLE, name, label);
+    open_group(answer, ANSWER_OPEN_TABLE, name, label);
 }
 
 /* True if the innermost open group is a row of a table or list. */
@@ -250,15 +250,15 @@ static bool is_in_row(const struct answer *answer)
            answer->open_row_bits >> (answer->open_group_count - 1) & 1u;
 }
 
-void answer_row(struct answer *answer)
+void answer_open_row(struct answer *answer)
 {
     if (is_in_row(answer))
         close_group(answer);
     answer->open_row_bits |= 1ull << answer->open_group_count;
-    open_group(answer, ANSWER_OPEN, NULL, NULL);
+    open_group(answer, ANSWER_OPEN_GROUP, NULL, NULL);
 }
 
-void answer_close(struct answer *answer)
+void answer_close_group(struct answer *answer)
 {
     if (is_in_row(answer))
         close_group(answer);
@@ -302,7 +302,7 @@ static int format_number(const struct answer_item *item, double value, bool plus
 {
     if (!isfinite(value))
         return snprintf(text, size, "%s", isnan(value) ? "-" : value < 0 ? "-inf" : "inf");
-    if (item->fact.bounded && value >= 999.5)
+    if (item->fact.is_capped && value >= 999.5)
         return snprintf(text, size, ">999");
     if (item->decimals < 0)
         /* adding 0.0 changes -0.0 to 0.0, so that "-0" is never printed */
@@ -319,7 +319,7 @@ static void format_cell(const struct answer_item *item, const char *plus_minus,
     switch (item->kind) {
     case ANSWER_VALUE:
     case ANSWER_ESTIMATE:
-        length = format_number(item, item->value, item->fact.plus, text, CELL_SIZE);
+        length = format_number(item, item->value, item->fact.shows_sign, text, CELL_SIZE);
         break;
     case ANSWER_COUNT:
         if (item->count == ANSWER_UNKNOWN)
@@ -342,7 +342,7 @@ static void format_line(const struct answer_item *item, const char *plus_minus,
     const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
     char interval[80] = "";
     format_cell(item, plus_minus, text);
-    if (item->fact.interval && isfinite(item->error))
+    if (item->fact.shows_interval && isfinite(item->error))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
                  item->value - NORMAL_95 * item->error, item->decimals,
                  item->value + NORMAL_95 * item->error);
@@ -462,13 +462,14 @@ struct block {
 
 static bool is_left_aligned(const struct answer_item *column)
 {
-    return !column->fact.number && (column->kind == ANSWER_TEXT || column->kind == ANSWER_NONE ||
-                                    column->kind == ANSWER_SENTENCE);
+    return !column->fact.is_number &&
+           (column->kind == ANSWER_TEXT || column->kind == ANSWER_NO_VALUE ||
+            column->kind == ANSWER_SENTENCE);
 }
 
 static bool shows_number(const struct answer_item *item)
 {
-    return item->kind <= ANSWER_COUNT || item->fact.number;
+    return item->kind <= ANSWER_COUNT || item->fact.is_number;
 }
 
 static void print_block(const struct answer *answer, size_t table, const struct block *block,
@@ -551,7 +552,7 @@ static size_t label_width(const struct answer *answer, size_t from, size_t to)
         size_t width = 0;
         if (item->label && !is_group(item->kind))
             width = wrap_width(item->label, strlen(item->label));
-        else if (item->label && item->kind != ANSWER_TABLE && !item->label[0])
+        else if (item->label && item->kind != ANSWER_OPEN_TABLE && !item->label[0])
             width = label_width(answer, i + 1, index_after(answer, i));
         labels = width > labels ? width : labels;
     }
@@ -570,7 +571,7 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
             continue;
         if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);
-        if (group && item->kind == ANSWER_TABLE)
+        if (group && item->kind == ANSWER_OPEN_TABLE)
             print_table(answer, i, (size_t)indent, out);
         else if (group && item->label[0])
             print_items(answer, i + 1, end, indent + 2, label_width(answer, i + 1, end), out);
@@ -621,7 +622,7 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
         put_items(answer, i + 1, index_after(answer, i), group);
         return;
     }
-    json_t *inner = item->kind == ANSWER_OPEN ? json_object() : json_array();
+    json_t *inner = item->kind == ANSWER_OPEN_GROUP ? json_object() : json_array();
     put_items(answer, i + 1, index_after(answer, i), inner);
     put_value(group, item->name, inner);
 }
@@ -644,7 +645,7 @@ static void put_item(const struct answer_item *item, json_t *group)
     case ANSWER_FLAG: put_value(group, item->name, json_boolean(item->count)); break;
     case ANSWER_TEXT:
     case ANSWER_SENTENCE: put_value(group, item->name, json_string(item->words)); break;
-    case ANSWER_NONE: put_value(group, item->name, json_null()); break;
+    case ANSWER_NO_VALUE: put_value(group, item->name, json_null()); break;
     case ANSWER_JSON: put_value(group, item->name, json_incref(item->json)); break;
     default: break;
     }
@@ -655,7 +656,7 @@ static void put_items(const struct answer *answer, size_t from, size_t to, json_
     for (size_t i = from; i < to; i = index_after(answer, i)) {
         if (is_group(answer->item[i].kind))
             put_group(answer, i, group);
-        else if (answer->item[i].kind == ANSWER_CLOSE)
+        else if (answer->item[i].kind == ANSWER_CLOSE_GROUP)
             break;
         else
             put_item(&answer->item[i], group);
@@ -701,10 +702,10 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
                                                                  : "<th>",
               out);
         for (const char *at = column->label; *at; at++)
-            html_bytes(out, *at == '|' ? " " : at, 1);
+            html_write_bytes(out, *at == '|' ? " " : at, 1);
         if (column->unit && column->unit->text[0]) {
             fputs(" (", out);
-            html_text(out, column->unit->text);
+            html_write_text(out, column->unit->text);
             fputc(')', out);
         }
         fputs("</th>", out);
@@ -716,7 +717,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
             const struct answer_item *item = find_in_row(answer, row, answer->item[index[c]].label);
-            bool is_number = item && shows_number(item), warns = item && item->fact.warn;
+            bool is_number = item && shows_number(item), warns = item && item->fact.is_warning;
             text[0] = '\0';
             if (item)
                 format_cell(item, " \xc2\xb1 ", text);
@@ -725,10 +726,10 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
                   : warns            ? "<td class=\"warn\">"
                                      : "<td>",
                   out);
-            bool run = item && item->fact.run;
+            bool run = item && item->fact.is_run_number;
             if (run)
                 fprintf(out, "<a href=\"#run%s\">", text);
-            html_text(out, is_number && strcmp(text, "-") == 0 ? "\xe2\x80\x93" : text);
+            html_write_text(out, is_number && strcmp(text, "-") == 0 ? "\xe2\x80\x93" : text);
             fputs(run ? "</a></td>" : "</td>", out);
         }
         fputs("</tr>\n", out);
@@ -741,9 +742,9 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
     char text[CELL_SIZE];
     format_line(item, " \xc2\xb1 ", text);
     fputs("<div><dt>", out);
-    html_text(out, item->label);
-    fputs(item->fact.warn ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
-    html_text(out, text);
+    html_write_text(out, item->label);
+    fputs(item->fact.is_warning ? "</dt><dd class=\"warn\">" : "</dt><dd>", out);
+    html_write_text(out, text);
     fputs("</dd></div>\n", out);
 }
 
@@ -757,7 +758,7 @@ static bool html_print_items(const struct answer *answer, size_t from, size_t to
         bool group = is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
         if (!item->label || group_is_empty(answer, i))
             continue;
-        if (group && !item->label[0] && item->kind != ANSWER_TABLE) {
+        if (group && !item->label[0] && item->kind != ANSWER_OPEN_TABLE) {
             in_list = html_print_items(answer, i + 1, index_after(answer, i), in_list, out);
             continue;
         }
@@ -766,14 +767,14 @@ static bool html_print_items(const struct answer *answer, size_t from, size_t to
         in_list = !(group || sentence);
         if (group && item->label[0]) {
             fputs("<h3>", out);
-            html_text(out, item->label);
+            html_write_text(out, item->label);
             fputs("</h3>\n", out);
         }
         if (sentence) {
             fputs("<p>", out);
-            html_text(out, item->words ? item->words : "");
+            html_write_text(out, item->words ? item->words : "");
             fputs("</p>\n", out);
-        } else if (group && item->kind == ANSWER_TABLE)
+        } else if (group && item->kind == ANSWER_OPEN_TABLE)
             html_print_table(answer, i, out);
         else if (group)
             in_list = html_print_items(answer, i + 1, index_after(answer, i), false, out);

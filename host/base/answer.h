@@ -25,14 +25,14 @@
 struct answer;
 
 struct answer_fact {
-    int digits;         /* significant digits in the JSON; default: 6 */
-    bool interval;      /* text also shows the 95 % interval */
-    bool bounded;       /* a ratio: text shows ">999" for a value above 999 */
-    bool plus;          /* text also shows the sign of a positive value */
-    bool warn;          /* pages show the fact in the warning colour */
-    bool number;        /* words that show a number: tables align them right */
-    bool run;           /* a RUN number: HTML pages link it to the section of that landing */
-    const char *suffix; /* text after the value, for people; static. NULL: none */
+    int digits;          /* significant digits in the JSON; default: 6 */
+    bool shows_interval; /* text also shows the 95 % interval */
+    bool is_capped;      /* a ratio: text shows ">999" for a value above 999 */
+    bool shows_sign;     /* text also shows the sign of a positive value */
+    bool is_warning;     /* pages show the fact in the warning colour */
+    bool is_number;      /* words that show a number: tables align them right */
+    bool is_run_number;  /* a RUN number: HTML pages link it to the section of that landing */
+    const char *suffix;  /* text after the value, for people; static. NULL: none */
 };
 
 struct answer *answer_new(bool si);
@@ -65,29 +65,29 @@ void answer_sentence(struct answer *answer, const char *name, const char *format
 void answer_remark(struct answer *answer, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 /* Adds a missing value: null in the JSON; text shows the reason. */
-void answer_none(struct answer *answer, const char *name, const char *label, const char *why);
-/* Adds the text, or a missing value (answer_none) if the text is NULL or "". */
+void answer_no_value(struct answer *answer, const char *name, const char *label, const char *why);
+/* Adds the text, or a missing value (answer_no_value) if the text is NULL or "". */
 void answer_words_or_none(struct answer *answer, const char *name, const char *label,
                           const char *text, const char *why);
 /* Adds any JSON value; text does not show it. Takes ownership of `json`. */
 void answer_json_value(struct answer *answer, const char *name, json_t *json);
 
-/* Opens a group of facts, until answer_close: an object in the JSON. Text shows a heading with the
- * facts below it; if the label is "", it shows only the facts. Text omits an empty group, list or
- * table. */
-void answer_open(struct answer *answer, const char *name, const char *label);
+/* Opens a group of facts, until answer_close_group: an object in the JSON. Text shows a heading
+ * with the facts below it; if the label is "", it shows only the facts. Text omits an empty group,
+ * list or table. */
+void answer_open_group(struct answer *answer, const char *name, const char *label);
 /* Opens an array of values without names. */
-void answer_list(struct answer *answer, const char *name, const char *label);
-/* Opens an array of objects, which text shows as a table. Each object begins with answer_row. The
- * labels of its facts, including those in groups, head the columns; a label must be unique within a
- * row. Text omits a row without labels. A label that occurs only in some rows is placed after the
- * label that precedes it there. `|` starts a new line of the column head. A table that is too wide
- * continues below, with the first column repeated. */
-void answer_table(struct answer *answer, const char *name, const char *label);
+void answer_open_list(struct answer *answer, const char *name, const char *label);
+/* Opens an array of objects, which text shows as a table. Each object begins with answer_open_row.
+ * The labels of its facts, including those in groups, head the columns; a label must be unique
+ * within a row. Text omits a row without labels. A label that occurs only in some rows is placed
+ * after the label that precedes it there. `|` starts a new line of the column head. A table that is
+ * too wide continues below, with the first column repeated. */
+void answer_open_table(struct answer *answer, const char *name, const char *label);
 /* Starts a row of the open table, or an object of the open list. The row ends at the next
- * answer_row or at answer_close. */
-void answer_row(struct answer *answer);
-void answer_close(struct answer *answer);
+ * answer_open_row or at answer_close_group. */
+void answer_open_row(struct answer *answer);
+void answer_close_group(struct answer *answer);
 
 /* Returns false if `out` cannot be written. */
 bool answer_text(const struct answer *answer, FILE *out);

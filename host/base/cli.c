@@ -98,10 +98,10 @@ int cli_fail(const struct error *error)
 /* Adds kind and exit code of the error to `object`, and the error text unless `object` has one. */
 static void add_error(json_t *object)
 {
-    char kind[ERROR_KIND];
+    char kind[ERROR_KIND_SIZE];
     if (first_error.status == MR_OK)
         return;
-    error_kind(first_error.status, kind);
+    error_kind_text(first_error.status, kind);
     if (!json_is_string(json_object_get(object, "error")))
         json_object_set_new(object, "error", text_to_json(first_error.text));
     json_object_set_new(object, "kind", json_string(kind));
@@ -121,8 +121,8 @@ int cli_end(int exit_code)
     return exit_code;
 }
 
-enum mr_status cli_number(const char *text, const char *what, double low, double high,
-                          double *value, struct error *error)
+enum mr_status cli_parse_number(const char *text, const char *what, double low, double high,
+                                double *value, struct error *error)
 {
     const char *end;
     double number = mr_decimal_read(text, &end);

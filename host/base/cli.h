@@ -27,7 +27,7 @@ void cli_fill_end_signals(sigset_t *set);
  * size limit is a write error and does not raise a signal. */
 void cli_begin(const struct cli *cli);
 /* Prints `matrig: <line>` on stderr and returns the exit code of the error's status. With --json,
- * stdout also gets an object: {"error": line, "kind": word (error_kind), "exit": code}. */
+ * stdout also gets an object: {"error": line, "kind": word (error_kind_text), "exit": code}. */
 int cli_fail(const struct error *error);
 /* A shared error for commands that run once. Setting it prints the error (cli_fail) and ends the
  * program, so the caller needs no check. Do not use it while a resource is open that the end of the
@@ -39,8 +39,8 @@ int cli_end(int exit_code);
 
 /* Converts the whole text to a number from `low` to `high`. Fails with MR_USAGE and `what` in the
  * message. */
-enum mr_status cli_number(const char *text, const char *what, double low, double high,
-                          double *value, struct error *error);
+enum mr_status cli_parse_number(const char *text, const char *what, double low, double high,
+                                double *value, struct error *error);
 
 /* Prints a note on stderr, unless --quiet. */
 void cli_note(const struct cli *cli, const char *format, ...) __attribute__((format(printf, 2, 3)));

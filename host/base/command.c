@@ -67,7 +67,7 @@ static enum mr_status refuse_unknown_option(const struct command *command, const
                                             const char *word, struct error *error)
 {
     struct spell_suggest near;
-    char text[SPELL_SUGGEST_TEXT], bare[40];
+    char text[SPELL_SUGGEST_TEXT_SIZE], bare[40];
     snprintf(bare, sizeof bare, "%.*s", (int)strcspn(word, "="), word);
     spell_suggest_begin(&near, bare);
     for (size_t i = 0; i < command->count; i++) {
@@ -84,7 +84,7 @@ static enum mr_status refuse_unknown_option(const struct command *command, const
 
 /* ---- options before the command ---- */
 
-#define VALUES struct global_options
+#define OPTION_VALUES struct global_options
 static const struct command_part parts[] = {
     OPTION_FLAG("--json", cli.json, "print the result as one JSON object"),
     OPTION_FLAG("--quiet", cli.quiet, "print no progress and no notes"),
@@ -157,8 +157,8 @@ static enum mr_status read_integer(const struct parser *p, const struct command_
                                    const char *text, struct error *error)
 {
     double number;
-    enum mr_status status = cli_number(text, option->name, option->low, option->high, &number,
-                                       error);
+    enum mr_status status = cli_parse_number(text, option->name, option->low, option->high, &number,
+                                             error);
     if (status == MR_OK && number != floor(number))
         status = error_set(error, MR_USAGE,
                            "not a whole number: '%s' for %s; write digits such as %g", text,
@@ -172,7 +172,7 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
                                const char *text, struct error *error)
 {
     struct error why = {0};
-    if (run_parse(text, value_address(p, option), &why) != MR_OK)
+    if (run_number_parse(text, value_address(p, option), &why) != MR_OK)
         return error_set(error, why.status,
                          "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
                          text, option->name);
@@ -196,7 +196,7 @@ static void format_choices(const char *choices, char *out, size_t size)
 static enum mr_status read_choice(const struct parser *p, const struct command_option *option,
                                   const char *text, struct error *error)
 {
-    char all[160], suggestion[SPELL_SUGGEST_TEXT];
+    char all[160], suggestion[SPELL_SUGGEST_TEXT_SIZE];
     struct spell_suggest near;
     if (spell_suggest_choice(&near, text, option->choices)) {
         *(const char **)value_address(p, option) = text;
@@ -238,7 +238,7 @@ static enum mr_status store_value(const struct parser *p, const struct command_o
         *(const char **)value_address(p, option) = text;
         return check_extension(option, text, error);
     case OPTION_IS_NUMBER: return read_number(p, option, text, error);
-    case OPTION_IS_WHOLE: return read_integer(p, option, text, error);
+    case OPTION_IS_INTEGER: return read_integer(p, option, text, error);
     case OPTION_IS_RUN: return read_run(p, option, text, error);
     case OPTION_IS_CHOICE: return read_choice(p, option, text, error);
     default: return MR_OK;
@@ -251,7 +251,7 @@ static void set_defaults(const struct parser *p)
         const struct command_option *option = &p->command->parts[i].option;
         if (option->kind == OPTION_IS_NUMBER)
             *(double *)value_address(p, option) = option->default_value;
-        else if (option->kind == OPTION_IS_WHOLE || option->kind == OPTION_IS_RUN)
+        else if (option->kind == OPTION_IS_INTEGER || option->kind == OPTION_IS_RUN)
             *(int64_t *)value_address(p, option) = (int64_t)option->default_value;
     }
 }
@@ -305,7 +305,7 @@ static bool is_second_word(const struct parser *p, char **argv, int i, size_t co
     int64_t run;
     struct error ignored = {0};
     return count == 1 && strstr(p->command->operands.names, "RUN") && follows_text(p, argv, i) &&
-           run_parse(argv[i], &run, &ignored) != MR_OK;
+           run_number_parse(argv[i], &run, &ignored) != MR_OK;
 }
 
 static bool has_ending(const char *text, const char *ending)
@@ -424,7 +424,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
     return MR_OK;
 }
 
-enum mr_status run_parse(const char *text, int64_t *run, struct error *error)
+enum mr_status run_number_parse(const char *text, int64_t *run, struct error *error)
 {
     char *end;
     errno = 0;

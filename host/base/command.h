@@ -6,13 +6,13 @@
  * and host/base/help.c prints help from the same rows. A new command needs a file with its
  * descriptor in host/commands/ and a row in host/commands/commands.def.
  *
- * Above the rows, the file of a command defines VALUES, the struct that receives the values of the
- * options (all zero before command_parse):
+ * Above the rows, the file of a command defines OPTION_VALUES, the struct that receives the values
+ * of the options (all zero before command_parse):
  *
- *     #define VALUES struct request
+ *     #define OPTION_VALUES struct request
  *     static const struct command_part parts[] = {
  *         HELP_ITEM("DB", "campaign database"),
- *         OPTION_WHOLE("--port", "P", port, 1, 65535, 8473, "port of the page on this computer"),
+ *         OPTION_INTEGER("--port", "P", port, 1, 65535, 8473, "port of the page on this computer"),
  *         HELP_EXAMPLE("matrig live campaign.db --port 8474"),
  *     };
  *     const struct command command_live = {"live", live_command, "DB [--port P]", "watch a board",
@@ -28,19 +28,19 @@
 
 enum option_kind {
     OPTION_NONE,
-    OPTION_IS_FLAG,   /* bool; takes no value */
-    OPTION_IS_TEXT,   /* const char *; NULL: not given */
-    OPTION_IS_NUMBER, /* double, in `unit` */
-    OPTION_IS_WHOLE,  /* int64_t, a whole number within the limits */
-    OPTION_IS_RUN,    /* int64_t, a RUN as run_parse returns it; 0: not given */
-    OPTION_IS_CHOICE  /* const char *, one of `choices`; NULL: not given */
+    OPTION_IS_FLAG,    /* bool; takes no value */
+    OPTION_IS_TEXT,    /* const char *; NULL: not given */
+    OPTION_IS_NUMBER,  /* double, in `unit` */
+    OPTION_IS_INTEGER, /* int64_t, a whole number within the limits */
+    OPTION_IS_RUN,     /* int64_t, a RUN as run_number_parse returns it; 0: not given */
+    OPTION_IS_CHOICE   /* const char *, one of `choices`; NULL: not given */
 };
 
 struct command_option {
     const char *name;     /* name with its dashes: "--for", "-o" */
     const char *argument; /* placeholder of its value in help: "S"; NULL: a flag */
     enum option_kind kind;
-    size_t offset; /* offset of its value in VALUES */
+    size_t offset; /* offset of its value in OPTION_VALUES */
     /* For a number: the unit of the stored value, and the unit of a plain number with --si. NULL:
      * no unit; if only unit_si is NULL, `unit` applies with --si too. */
     const char *unit, *unit_si;
@@ -123,14 +123,14 @@ struct command_table {
 /* Lines that a user can run; "Example: " precedes the first line. */
 #define HELP_EXAMPLE(lines) {.text = (lines), .is_example = true}
 /* Includes the rows of another descriptor. */
-#define HELP_WITH(descriptor) {.included = &(descriptor)}
+#define HELP_INCLUDE(descriptor) {.included = &(descriptor)}
 
-/* Offset of a member of VALUES. Does not compile if the member does not have the type of its
+/* Offset of a member of OPTION_VALUES. Does not compile if the member does not have the type of its
  * option. */
 #define OPTION_HAS_TYPE(member, type) \
-    __builtin_types_compatible_p(__typeof__(((VALUES *)0)->member), type)
+    __builtin_types_compatible_p(__typeof__(((OPTION_VALUES *)0)->member), type)
 #define OPTION_OFFSET(member, type) \
-    (offsetof(VALUES, member) + 0 * sizeof(char[OPTION_HAS_TYPE(member, type) ? 1 : -1]))
+    (offsetof(OPTION_VALUES, member) + 0 * sizeof(char[OPTION_HAS_TYPE(member, type) ? 1 : -1]))
 #define OPTION(its_name, its_kind, member, type, help, ...)                       \
     {.text = (help), .option = {.name = (its_name), .kind = OPTION_IS_##its_kind, \
                                 .offset = OPTION_OFFSET(member, type), __VA_ARGS__}}
@@ -145,8 +145,8 @@ struct command_table {
            .unit_si = (in_si), .low = (least), .high = (most), .default_value = (normal))
 #define OPTION_NUMBER(its_name, of_value, member, its_unit, least, most, otherwise, help) \
     OPTION_NUMBER_SI(its_name, of_value, member, its_unit, NULL, least, most, otherwise, help)
-#define OPTION_WHOLE(its_name, of_value, member, least, most, otherwise, help)             \
-    OPTION(its_name, WHOLE, member, int64_t, help, .argument = (of_value), .low = (least), \
+#define OPTION_INTEGER(its_name, of_value, member, least, most, otherwise, help)             \
+    OPTION(its_name, INTEGER, member, int64_t, help, .argument = (of_value), .low = (least), \
            .high = (most), .default_value = (otherwise))
 #define OPTION_RUN(its_name, of_value, member, help) \
     OPTION(its_name, RUN, member, int64_t, help, .argument = (of_value))
@@ -170,8 +170,8 @@ extern const struct command command_matrig;
  * option. */
 int command_begin(int argc, char **argv, struct global_options *before, struct error *error);
 
-/* Sorts argv into options, whose values go to `values` (a VALUES), and other words (`words` has
- * room for operands.most; unused entries are NULL). Options are written `--name value` or
+/* Sorts argv into options, whose values go to `values` (an OPTION_VALUES), and other words (`words`
+ * has room for operands.most; unused entries are NULL). Options are written `--name value` or
  * `--name=value`, one-letter options also `-n4`. Numbers that are not given get their default.
  * MR_USAGE: an unknown option, an option given twice, a missing value, a value outside its limits,
  * too few or too many words. Texts point into argv. */
@@ -182,6 +182,6 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
 /* Parses a RUN, the number of a landing in its database: a whole number from 1. Also accepts the
  * number of a landing on the board, such as landing5, and returns it as -5; store_find_run converts
  * it to the RUN. MR_USAGE: any other text. */
-enum mr_status run_parse(const char *text, int64_t *run, struct error *error);
+enum mr_status run_number_parse(const char *text, int64_t *run, struct error *error);
 
 #endif

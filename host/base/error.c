@@ -22,7 +22,7 @@ enum mr_status error_set(struct error *error, enum mr_status status, const char 
     return status;
 }
 
-void error_kind(enum mr_status status, char out[static ERROR_KIND])
+void error_kind_text(enum mr_status status, char out[static ERROR_KIND_SIZE])
 {
     static const struct {
         enum mr_status status;
@@ -38,7 +38,7 @@ void error_kind(enum mr_status status, char out[static ERROR_KIND])
         if (kinds[i].status == status)
             name = kinds[i].name;
     }
-    for (const char *c = name + 3; *c && length + 1 < ERROR_KIND; c++)
+    for (const char *c = name + 3; *c && length + 1 < ERROR_KIND_SIZE; c++)
         out[length++] = *c == '_' ? '-' : (char)tolower((unsigned char)*c);
     out[length] = '\0';
 }

@@ -21,7 +21,7 @@ enum mr_status error_set(struct error *error, enum mr_status status, const char 
     __attribute__((format(printf, 3, 4)));
 
 /* Writes the status as a word for programs: "usage", "unknown", "not-now", "io", ... */
-#define ERROR_KIND 24
-void error_kind(enum mr_status status, char out[static ERROR_KIND]);
+#define ERROR_KIND_SIZE 24
+void error_kind_text(enum mr_status status, char out[static ERROR_KIND_SIZE]);
 
 #endif

@@ -119,7 +119,7 @@ static void suggest_words(const struct command *command, struct words *words,
 }
 
 void help_suggest_word(const struct command *command, const char *word,
-                       char out[static SPELL_SUGGEST_TEXT])
+                       char out[static SPELL_SUGGEST_TEXT_SIZE])
 {
     struct words words = {.count = 0};
     struct spell_suggest near;
@@ -132,7 +132,7 @@ enum mr_status help_refuse_unknown(const struct command_table *table, const char
                                    struct error *error)
 {
     struct spell_suggest near;
-    char text[SPELL_SUGGEST_TEXT];
+    char text[SPELL_SUGGEST_TEXT_SIZE];
     spell_suggest_begin(&near, word);
     for (size_t i = 0; i < table->count; i++)
         spell_suggest_add(&near, table->commands[i].command->name);

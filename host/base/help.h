@@ -17,7 +17,7 @@ enum mr_status help_refuse_unknown(const struct command_table *table, const char
                                    struct error *error);
 /* Writes "; did you mean config?" with the nearest word of the command, or "". */
 void help_suggest_word(const struct command *command, const char *word,
-                       char out[static SPELL_SUGGEST_TEXT]);
+                       char out[static SPELL_SUGGEST_TEXT_SIZE]);
 void help_print_version(const struct cli *cli);
 
 /* Runs matrig help [COMMAND]. Returns the exit code. */

@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-void html_bytes(FILE *out, const char *text, size_t length)
+void html_write_bytes(FILE *out, const char *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
         switch (text[i]) {
@@ -25,12 +25,12 @@ void html_bytes(FILE *out, const char *text, size_t length)
     }
 }
 
-void html_text(FILE *out, const char *text)
+void html_write_text(FILE *out, const char *text)
 {
-    html_bytes(out, text, strlen(text));
+    html_write_bytes(out, text, strlen(text));
 }
 
-void html_base64(FILE *out, const unsigned char *bytes, size_t count)
+void html_write_base64(FILE *out, const unsigned char *bytes, size_t count)
 {
     static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     for (size_t i = 0; i < count; i += 3) {

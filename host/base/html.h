@@ -6,9 +6,9 @@
 #include <stdio.h>
 
 /* Writes text with <, >, & and quotes escaped. */
-void html_text(FILE *out, const char *text);
-void html_bytes(FILE *out, const char *text, size_t length);
+void html_write_text(FILE *out, const char *text);
+void html_write_bytes(FILE *out, const char *text, size_t length);
 /* Writes bytes as base64. */
-void html_base64(FILE *out, const unsigned char *bytes, size_t count);
+void html_write_base64(FILE *out, const unsigned char *bytes, size_t count);
 
 #endif

@@ -171,27 +171,28 @@ static void add_levels(struct plot *plot, const struct plot_series *series, cons
 
 void plot_add_series(struct plot *plot, const struct plot_series *series)
 {
-    static const char *const colours[PLOT_COLOURS] = {"#0072b2", "#d55e00", "#009e73", "#b8529a",
-                                                      "#a67c00", "#222222", "#56b4e9", "#8a9099"};
+    static const char *const colours[PLOT_COLOUR_COUNT] = {
+        "#0072b2", "#d55e00", "#009e73", "#b8529a", "#a67c00", "#222222", "#56b4e9", "#8a9099"};
     /* gnuplot point types of filled shapes; the hollow shape is one less */
-    static const int shapes[PLOT_SHAPES] = {7, 5, 9, 13, 11, 15};
-    int shape = shapes[series->shape % PLOT_SHAPES] - series->is_hollow;
+    static const int shapes[PLOT_SHAPE_COUNT] = {7, 5, 9, 13, 11, 15};
+    int shape = shapes[series->shape % PLOT_SHAPE_COUNT] - series->is_hollow;
     char look[48];
     if (series->count == 0)
         return;
-    snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d", colours[series->colour % PLOT_COLOURS],
-             series->is_dashed ? 2 : 1);
+    snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d",
+             colours[series->colour % PLOT_COLOUR_COUNT], series->is_dashed ? 2 : 1);
     if (plot->drawn_series++ > 0)
         fputs(", ", plot->series_list);
-    if (series->kind == PLOT_RULES)
+    if (series->kind == PLOT_VERTICAL_LINES)
         add_rules(plot, series, look);
-    else if (series->kind == PLOT_LEVELS)
+    else if (series->kind == PLOT_HORIZONTAL_LINES)
         add_levels(plot, series, look);
     else {
         put_data(plot, series);
         fprintf(plot->series_list, "$d%u ", plot->data_blocks++);
     }
-    if (series->kind == PLOT_LINE || series->kind == PLOT_RULES || series->kind == PLOT_LEVELS)
+    if (series->kind == PLOT_LINE || series->kind == PLOT_VERTICAL_LINES ||
+        series->kind == PLOT_HORIZONTAL_LINES)
         fprintf(plot->series_list, "with lines %s", look);
     else if (series->kind == PLOT_POINTS)
         fprintf(plot->series_list, "with points %s pt %d ps 0.6", look, shape);

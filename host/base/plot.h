@@ -29,20 +29,21 @@ enum plot_kind {
     PLOT_LINE, /* a line through the points; a NaN interrupts it, and thinning keeps spikes */
     PLOT_POINTS,
     PLOT_LINE_POINTS,
-    PLOT_BAND,  /* the area between y and high; a NaN interrupts it */
-    PLOT_RULES, /* a vertical line through the panel at every x */
-    PLOT_LEVELS /* a horizontal line through the panel at every y */
+    PLOT_BAND,            /* the area between y and high; a NaN interrupts it */
+    PLOT_VERTICAL_LINES,  /* a vertical line through the panel at every x */
+    PLOT_HORIZONTAL_LINES /* a horizontal line through the panel at every y */
 };
 
-#define PLOT_COLOURS 8
-#define PLOT_GREY    7u
+#define PLOT_COLOUR_COUNT 8
+#define PLOT_GREY         7u
 /* in this order: circle, square, triangle up, diamond, triangle down, pentagon */
-#define PLOT_SHAPES  6
+#define PLOT_SHAPE_COUNT  6
 
 struct plot_series {
     enum plot_kind kind;
-    const char *key;           /* text in the key; NULL: the series is not in the key */
-    unsigned colour, shape;    /* index of colour and shape, modulo PLOT_COLOURS and PLOT_SHAPES */
+    const char *key; /* text in the key; NULL: the series is not in the key */
+    unsigned colour,
+        shape; /* index of colour and shape, modulo PLOT_COLOUR_COUNT and PLOT_SHAPE_COUNT */
     bool is_dashed, is_hollow; /* the line is dashed; the shape is not filled */
     const double *x, *y, *y_high;
     size_t count;

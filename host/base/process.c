@@ -71,11 +71,11 @@ void shell_quote(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *name,
+enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER_SIZE], const char *name,
                                        struct error *error)
 {
     const char *base = getenv("TMPDIR");
-    snprintf(path, TEMPORARY_FOLDER, "%s/matrig-%s.XXXXXX",
+    snprintf(path, TEMPORARY_FOLDER_SIZE, "%s/matrig-%s.XXXXXX",
              base && *base && strlen(base) < 150 ? base : "/tmp", name);
     if (mkdtemp(path))
         return MR_OK;
@@ -88,7 +88,7 @@ enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *
 
 void temporary_folder_remove(const char *path, const char *const names[], size_t count)
 {
-    char file[TEMPORARY_FOLDER + 40];
+    char file[TEMPORARY_FOLDER_SIZE + 40];
     if (!path[0])
         return;
     for (size_t i = 0; i < count; i++) {

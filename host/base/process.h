@@ -26,10 +26,10 @@ void shell_quote(FILE *out, const char *text);
 
 /* Size of the path of a temporary folder, which is in $TMPDIR or /tmp. */
 
-#define TEMPORARY_FOLDER 200
+#define TEMPORARY_FOLDER_SIZE 200
 
 /* Makes matrig-NAME.XXXXXX; the caller removes it. MR_IO: it cannot be made, and `path` is "". */
-enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER], const char *name,
+enum mr_status temporary_folder_create(char path[TEMPORARY_FOLDER_SIZE], const char *name,
                                        struct error *error);
 /* Removes those of the named files that exist, and then the folder. Does nothing if `path` is
  * "". */

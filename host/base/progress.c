@@ -20,7 +20,7 @@ static void *print_lines(void *context)
             fprintf(stderr, "matrig: %s: running for %.0f s: %s%s%s%s\n", progress->command,
                     now_s - progress->begin_s, progress->text, *progress->advice ? "; " : "",
                     progress->advice, *progress->advice ? " would be quicker" : "");
-            progress->next_s = now_s + PROGRESS_EVERY_S;
+            progress->next_s = now_s + PROGRESS_INTERVAL_S;
         }
         pthread_mutex_unlock(&progress->lock);
     }
@@ -31,7 +31,7 @@ void progress_begin(struct progress *progress, const char *who, const char *quic
 {
     *progress = (struct progress){.command = who, .advice = quicker, .text = "started"};
     progress->begin_s = monotonic_s();
-    progress->next_s = progress->begin_s + PROGRESS_EVERY_S;
+    progress->next_s = progress->begin_s + PROGRESS_INTERVAL_S;
     pthread_mutex_init(&progress->lock, NULL);
     if (quiet || pipe(progress->stop_pipe) != 0)
         return;

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 /* Seconds between two lines. Users consider a minute without a line too long. */
-#define PROGRESS_EVERY_S 30.0
+#define PROGRESS_INTERVAL_S 30.0
 
 struct progress {
     const char *command; /* name of the command, such as "study"; not copied */

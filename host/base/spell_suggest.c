@@ -88,7 +88,8 @@ bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const
     return found;
 }
 
-void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT])
+void spell_suggest_text(const struct spell_suggest *suggest,
+                        char out[static SPELL_SUGGEST_TEXT_SIZE])
 {
     static const struct {
         const char *words, *answer;
@@ -112,8 +113,8 @@ void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPE
     out[0] = '\0';
     snprintf(word, sizeof word, " %.30s ", skip_dashes(suggest->word));
     if (suggest->best)
-        snprintf(out, SPELL_SUGGEST_TEXT, "; did you mean %.90s?", suggest->best);
+        snprintf(out, SPELL_SUGGEST_TEXT_SIZE, "; did you mean %.90s?", suggest->best);
     for (size_t i = 0; i < sizeof otherwise / sizeof otherwise[0] && !suggest->best; i++)
         if (strstr(otherwise[i].words, word))
-            snprintf(out, SPELL_SUGGEST_TEXT, "; %s;", otherwise[i].answer);
+            snprintf(out, SPELL_SUGGEST_TEXT_SIZE, "; %s;", otherwise[i].answer);
 }

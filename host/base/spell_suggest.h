@@ -24,7 +24,8 @@ bool spell_suggest_choice(struct spell_suggest *suggest, const char *word, const
 
 /* Writes "; did you mean BEST?". For some words of other programs (delete, undo), writes advice
  * between "; " and ";". Writes "" if no word is near. */
-#define SPELL_SUGGEST_TEXT 200
-void spell_suggest_text(const struct spell_suggest *suggest, char out[static SPELL_SUGGEST_TEXT]);
+#define SPELL_SUGGEST_TEXT_SIZE 200
+void spell_suggest_text(const struct spell_suggest *suggest,
+                        char out[static SPELL_SUGGEST_TEXT_SIZE]);
 
 #endif

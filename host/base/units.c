@@ -9,7 +9,7 @@
 
 /* The factors are exact by definition: 1 ft = 0.3048 m, 1 in = 25.4 mm, 1 lb = 4.4482216152605
  * N. */
-static const struct unit units[2][UNIT_ALL] = {
+static const struct unit units[2][UNIT_KIND_COUNT] = {
     {{"ft", "ft", 1.0},
      {"in", "in", 1.0},
      {"ft/s", "ft_s", 1.0},
@@ -36,7 +36,7 @@ const struct unit *unit_of(enum unit_kind kind, bool si)
     return &units[si][kind];
 }
 
-const struct unit *unit_of_callers(enum unit_kind kind)
+const struct unit *unit_of_passed_value(enum unit_kind kind)
 {
     return unit_of(kind == UNIT_MOVEMENT ? UNIT_STATION : kind, false);
 }
@@ -83,26 +83,26 @@ int unit_decimals(enum unit_kind kind, bool si, int decimals)
 }
 
 static const char *format_value(enum unit_kind kind, bool si, double value, int decimals, bool plus,
-                                char out[UNIT_TEXT])
+                                char out[UNIT_TEXT_SIZE])
 {
     const struct unit *unit = unit_of(kind, si);
     const int kept = unit_decimals(kind, si, decimals);
     const double shown = unit_round_to_zero(value * unit->factor, pow(10.0, -kept));
     if (isfinite(value))
-        snprintf(out, UNIT_TEXT, plus ? "%+.*f %s" : "%.*f %s", kept, shown, unit->text);
+        snprintf(out, UNIT_TEXT_SIZE, plus ? "%+.*f %s" : "%.*f %s", kept, shown, unit->text);
     else
-        snprintf(out, UNIT_TEXT, "-");
+        snprintf(out, UNIT_TEXT_SIZE, "-");
     return out;
 }
 
 const char *unit_value_text(enum unit_kind kind, bool si, double value, int decimals,
-                            char out[UNIT_TEXT])
+                            char out[UNIT_TEXT_SIZE])
 {
     return format_value(kind, si, value, decimals, false, out);
 }
 
 const char *unit_signed_text(enum unit_kind kind, bool si, double value, int decimals,
-                             char out[UNIT_TEXT])
+                             char out[UNIT_TEXT_SIZE])
 {
     return format_value(kind, si, value, decimals, true, out);
 }

@@ -12,13 +12,13 @@ enum unit_kind {
     UNIT_SPEED,
     UNIT_DECELERATION,
     UNIT_TENSION,
-    UNIT_MEASURED_KINDS, /* a board measures the kinds of quantities above; this is their number */
+    UNIT_MEASURED_KIND_COUNT, /* number of the kinds above, which a board measures */
     UNIT_NUMBER =
-        UNIT_MEASURED_KINDS, /* a number without a unit, or whose name contains the unit */
+        UNIT_MEASURED_KIND_COUNT, /* a number without a unit, or whose name contains the unit */
     UNIT_TIME,
     UNIT_MOVEMENT, /* passed in ft; shown in inches or mm */
     UNIT_STIFFNESS,
-    UNIT_ALL
+    UNIT_KIND_COUNT
 };
 
 struct unit {
@@ -29,7 +29,7 @@ struct unit {
 
 const struct unit *unit_of(enum unit_kind kind, bool si);
 /* The unit in which callers pass values of this kind. */
-const struct unit *unit_of_callers(enum unit_kind kind);
+const struct unit *unit_of_passed_value(enum unit_kind kind);
 /* A unit that users may write after a displacement or a tension. */
 struct unit_word {
     const char *word; /* spelling for output: "mm", "kN" */
@@ -49,10 +49,10 @@ int unit_decimals(enum unit_kind kind, bool si, int decimals);
 /* Formats a value in the report's unit, rounded to `decimals` decimals in that unit: "93.9 lb" or
  * "417.7 N"; "-" if it is not known. unit_signed_text also prints the sign of a positive value.
  * Both return `out`. */
-#define UNIT_TEXT 40
+#define UNIT_TEXT_SIZE 40
 const char *unit_value_text(enum unit_kind kind, bool si, double value, int decimals,
-                            char out[UNIT_TEXT]);
+                            char out[UNIT_TEXT_SIZE]);
 const char *unit_signed_text(enum unit_kind kind, bool si, double value, int decimals,
-                             char out[UNIT_TEXT]);
+                             char out[UNIT_TEXT_SIZE]);
 
 #endif

@@ -89,7 +89,7 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
 {
     const struct dialogue_command order = {.code = code,
                                            .argument = number,
-                                           .answer_s = ARM_CLIENT_ANSWER_S,
+                                           .answer_s = ARM_CLIENT_ANSWER_TIMEOUT_S,
                                            .was_executed = has_changed,
                                            .context = client};
     struct mr_ack ack;
@@ -101,7 +101,7 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
         return error_set(
             error, MR_TIMEOUT,
             "the board did not answer `%s` within %d s: %s; check its state before you try again",
-            mr_command_name(code), ARM_CLIENT_ANSWER_S, dialogue_spec(client->dialogue));
+            mr_command_name(code), ARM_CLIENT_ANSWER_TIMEOUT_S, dialogue_spec(client->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return set_refusal_error(client, &ack, error);
     if (status == MR_OK)

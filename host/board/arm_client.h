@@ -5,9 +5,9 @@
 
 #include "host/board/dialogue.h"
 
-#define ARM_CLIENT_LANDING_MAX 65535
+#define ARM_CLIENT_LANDING_MAX      65535
 /* Time limit for the answer to arm or disarm, also in matrig log and on the live page. */
-#define ARM_CLIENT_ANSWER_S    3
+#define ARM_CLIENT_ANSWER_TIMEOUT_S 3
 
 struct arm_client {
     struct dialogue *dialogue;

@@ -102,7 +102,7 @@ static enum mr_status send_command(struct config_client *client, uint8_t code, u
                                    struct mr_ack *ack, struct error *error)
 {
     const struct dialogue_command order = {
-        .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_S};
+        .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
     client->was_refused = false;
     enum mr_status status = dialogue_send_command(client->dialogue, &order, ack, error);
     return status == MR_TIMEOUT ? dialogue_set_no_answer_error(client->dialogue, code, error)
@@ -181,10 +181,10 @@ enum mr_status config_client_begin_idle(struct config_client *client, struct dia
     enum mr_status status = config_client_begin(client, dialogue, error);
     /* a finished landing is stored already, so disarming is safe */
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
-        status = dialogue_execute(
-            dialogue,
-            &(struct dialogue_command){.code = MR_COMMAND_DISARM, .answer_s = DIALOGUE_ANSWER_S},
-            NULL, error);
+        status = dialogue_execute(dialogue,
+                                  &(struct dialogue_command){.code = MR_COMMAND_DISARM,
+                                                             .answer_s = DIALOGUE_ANSWER_TIMEOUT_S},
+                                  NULL, error);
     return status ?: config_client_get(client, config, crc, error);
 }
 
@@ -193,7 +193,7 @@ enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, st
     return dialogue_execute(dialogue,
                             &(struct dialogue_command){.code = MR_COMMAND_LIVE,
                                                        .argument = seconds,
-                                                       .answer_s = DIALOGUE_ANSWER_S},
+                                                       .answer_s = DIALOGUE_ANSWER_TIMEOUT_S},
                             "the board must be idle", error);
 }
 

@@ -186,7 +186,7 @@ double dialogue_now_s(const struct dialogue *dialogue)
 
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context)
 {
-    assert(dialogue->subscribers < DIALOGUE_SUBSCRIBERS);
+    assert(dialogue->subscribers < DIALOGUE_SUBSCRIBERS_MAX);
     dialogue->subscriber[dialogue->subscribers].handle = handle;
     dialogue->subscriber[dialogue->subscribers++].context = context;
 }
@@ -303,7 +303,7 @@ static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool
                                   struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
-    int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_TURN_S));
+    int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_RECEIVE_MAX_S));
     enum mr_status status = receive(dialogue, ready, received, error);
     if (status == MR_OK && !*received && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
         errno != EINTR)
@@ -320,7 +320,7 @@ enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct
     return receive_for(dialogue, most_s, &received, error);
 }
 
-enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_done *done,
+enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_condition *done,
                                              const void *context, const size_t *progress,
                                              double within_s, struct error *error)
 {
@@ -343,7 +343,7 @@ enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue
     return MR_OK;
 }
 
-enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_done *done,
+enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_condition *done,
                                    const void *context, double within_s, struct error *error)
 {
     return dialogue_wait_while_receiving(dialogue, done, context, NULL, within_s, error);
@@ -356,7 +356,7 @@ bool dialogue_is_flag_set(const void *flag)
 
 struct greeting {
     const struct dialogue *dialogue;
-    dialogue_done *done;
+    dialogue_condition *done;
     const void *context;
 };
 
@@ -367,12 +367,12 @@ static bool has_greeted(const void *context)
            (!greeting->done || greeting->done(greeting->context));
 }
 
-enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_done *done,
+enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_condition *done,
                                        const void *context, struct error *error)
 {
     const struct greeting greeting = {dialogue, done, context};
-    enum mr_status status = dialogue_wait_until(dialogue, has_greeted, &greeting, DIALOGUE_HELLO_S,
-                                                error);
+    enum mr_status status = dialogue_wait_until(dialogue, has_greeted, &greeting,
+                                                DIALOGUE_HELLO_TIMEOUT_S, error);
     return status == MR_TIMEOUT ? dialogue_set_no_hello_error(dialogue, error) : status;
 }
 

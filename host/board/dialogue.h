@@ -36,11 +36,12 @@
 #include "host/base/error.h"
 #include "host/link/link.h"
 
-#define DIALOGUE_HELLO_S     10.0 /* time limit for a hello, which a board sends once a second */
+#define DIALOGUE_HELLO_TIMEOUT_S \
+    10.0 /* time limit for a hello, which a board sends once a second */
 /* time limit for an answer; the slowest command, a shunt calibration, takes 0.9 s */
-#define DIALOGUE_ANSWER_S    10.0
-#define DIALOGUE_TURN_S      0.1 /* longest duration of one call of dialogue_receive */
-#define DIALOGUE_SUBSCRIBERS 4u
+#define DIALOGUE_ANSWER_TIMEOUT_S 10.0
+#define DIALOGUE_RECEIVE_MAX_S    0.1 /* longest duration of one call of dialogue_receive */
+#define DIALOGUE_SUBSCRIBERS_MAX  4u
 
 /* A board's messages about itself and its image, sent once a second: hello and the messages after
  * it. */
@@ -93,7 +94,7 @@ typedef enum mr_status dialogue_handler(void *context, const struct dialogue_mes
 
 /* Returns true when the awaited data has arrived. Called after each turn; it must not have side
  * effects. */
-typedef bool dialogue_done(const void *context);
+typedef bool dialogue_condition(const void *context);
 
 struct dialogue {
     /* built from the board's messages about itself, since the beginning or since dialogue_reset */
@@ -109,7 +110,7 @@ struct dialogue {
     struct {
         dialogue_handler *handle;
         void *context;
-    } subscriber[DIALOGUE_SUBSCRIBERS];
+    } subscriber[DIALOGUE_SUBSCRIBERS_MAX];
     unsigned subscribers;
     bool awaits_answer, answered;
     struct mr_ack answer; /* first the code and tag of the awaited answer, then the answer */
@@ -135,7 +136,7 @@ double dialogue_now_s(const struct dialogue *dialogue);
 
 /* Calls `handle` for every later message, after the dialogue itself and earlier subscribers.
  * `context` belongs to the caller and must exist as long as the dialogue is used. There is room for
- * DIALOGUE_SUBSCRIBERS subscribers. */
+ * DIALOGUE_SUBSCRIBERS_MAX subscribers. */
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context);
 /* Resets the identity; called when the board restarts or another board is expected. The board must
  * send its identity again. */
@@ -144,24 +145,24 @@ void dialogue_reset(struct dialogue *dialogue);
 /* Sets the CAN base that the board uses from now on (common/canbase.h). */
 void dialogue_set_base(struct dialogue *dialogue, uint16_t base);
 
-/* Reads messages for at most `most_s` and at most DIALOGUE_TURN_S. Returns MR_OK also if there are
- * none. For callers that also wait for other inputs. */
+/* Reads messages for at most `most_s` and at most DIALOGUE_RECEIVE_MAX_S. Returns MR_OK also if
+ * there are none. For callers that also wait for other inputs. */
 enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error);
 /* Reads the board's messages until `done`, for at most `within_s`. MR_OK: done; MR_TIMEOUT: not
  * done in time. */
-enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_done *done,
+enum mr_status dialogue_wait_until(struct dialogue *dialogue, dialogue_condition *done,
                                    const void *context, double within_s, struct error *error);
 /* As dialogue_wait_until, but `within_s` starts again whenever `*progress` has changed. For answers
  * of many messages. */
-enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_done *done,
+enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_condition *done,
                                              const void *context, const size_t *progress,
                                              double within_s, struct error *error);
 /* A `done` function for a `bool` that a subscriber sets. */
 bool dialogue_is_flag_set(const void *flag);
 /* Reads messages until the board's hello and `done` (NULL: only the hello), for at most
- * DIALOGUE_HELLO_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received instead,
- * with advice. */
-enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_done *done,
+ * DIALOGUE_HELLO_TIMEOUT_S. MR_TIMEOUT or MR_IO: no hello; `error` describes what was received
+ * instead, with advice. */
+enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_condition *done,
                                        const void *context, struct error *error);
 /* Reads messages until the board has sent its identity and that of its image, for at most
  * `within_s`. Returns MR_OK also without the commit, which older firmware does not send.
@@ -185,7 +186,7 @@ struct dialogue_command {
     double answer_s; /* time limit for the answer to each try */
     unsigned tries;  /* 0: one try */
     /* NULL: the board's state does not show whether the command was executed */
-    dialogue_done *was_executed;
+    dialogue_condition *was_executed;
     const void *context; /* context of `was_executed` */
 };
 

@@ -38,37 +38,37 @@ void crash_headline(const struct crash_report *report, char *out, size_t size)
 static void add_crash(const struct crash_report *report, struct answer *answer)
 {
     char text[300], label[20];
-    answer_open(answer, "crash", "");
+    answer_open_group(answer, "crash", "");
     crash_headline(report, text, sizeof text);
     answer_sentence(answer, "text", "%s", text);
     answer_count(answer, "age", NULL, report->age);
     answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
     answer_words(answer, NULL, "called from", "0x%08x", (unsigned)report->word[MR_CRASH_LR]);
     answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
-    answer_open(answer, "words", "registers");
+    answer_open_group(answer, "words", "registers");
     for (unsigned i = 0; i < MR_CRASH_STACK_FIRST; i++) {
         answer_count(answer, mr_crash_item_name(i), NULL, report->word[i]);
         if (i >= MR_CRASH_R0)
             answer_words(answer, NULL, mr_crash_item_name(i), "%08x", (unsigned)report->word[i]);
     }
-    answer_close(answer);
-    answer_list(answer, "stack", NULL);
+    answer_close_group(answer);
+    answer_open_list(answer, "stack", NULL);
     for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++)
         answer_count(answer, NULL, NULL, report->word[MR_CRASH_STACK_FIRST + i]);
-    answer_close(answer);
-    answer_open(answer, NULL, "stack, starting at sp");
+    answer_close_group(answer);
+    answer_open_group(answer, NULL, "stack, starting at sp");
     for (unsigned i = 0; i < MR_CRASH_STACK_WORDS; i++) {
         snprintf(label, sizeof label, "sp + %u", 4 * i);
         answer_words(answer, NULL, label, "0x%08x",
                      (unsigned)report->word[MR_CRASH_STACK_FIRST + i]);
     }
-    answer_close(answer);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
 }
 
 /* ---- commands ---- */
 
-#define ANSWER_TIMEOUT_S DIALOGUE_ANSWER_S
+#define ANSWER_TIMEOUT_S DIALOGUE_ANSWER_TIMEOUT_S
 
 #define HANDLE_MESSAGE(name, into, flag)                  \
     if (mr_##name##_get(&(into), bytes, length) == MR_OK) \
@@ -210,7 +210,7 @@ void health_reset_text(int64_t cause, char *out, size_t size)
 
 static void add_faults(const struct health_client *client, struct answer *answer)
 {
-    answer_table(answer, "faults", "faults");
+    answer_open_table(answer, "faults", "faults");
     for (unsigned i = 0; i < MR_FAULT_COUNT; i++) {
         const struct mr_fault *fault = &client->fault[i];
         const char *which = i == MR_FAULT_SELFTEST  ? mr_self_test_text(fault->detail)
@@ -218,7 +218,7 @@ static void add_faults(const struct health_client *client, struct answer *answer
                                                     : "";
         if (!fault->count)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "code", NULL, i);
         answer_words(answer, "text", "fault", "%s", mr_fault_text(i));
         answer_count(answer, "detail", "detail", fault->detail);
@@ -226,7 +226,7 @@ static void add_faults(const struct health_client *client, struct answer *answer
         if (*which)
             answer_words(answer, NULL, "which", "%s", which);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_health(const struct health_client *client, struct answer *answer)
@@ -261,17 +261,17 @@ static void add_health(const struct health_client *client, struct answer *answer
     answer_count(answer, NULL, "REC", client->alarm.rec);
     answer_count(answer, "can_outages", "CAN outages", client->alarm.outages);
     answer_value(answer, NULL, "last outage", UNIT_TIME, (double)client->alarm.outage_s, 2);
-    answer_open(answer, NULL, "CAN frames dropped");
+    answer_open_group(answer, NULL, "CAN frames dropped");
     answer_count(answer, "dropped_queue_full", "queue full", client->drops.queue_full);
     answer_count(answer, "dropped_bus_off", "bus-off", client->drops.bus_off);
     answer_count(answer, "dropped_timeout", "no frame got through", client->drops.timeout);
     answer_count(answer, "dropped_silent", "silent", client->drops.silent);
-    answer_close(answer);
+    answer_close_group(answer);
     add_faults(client, answer);
     if (client->crash_reported)
         add_crash(&client->crash, answer);
     else
-        answer_none(answer, "crash", NULL, NULL);
+        answer_no_value(answer, "crash", NULL, NULL);
 }
 
 static void add_test(const struct mr_self_test *test, struct answer *answer)

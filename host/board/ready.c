@@ -35,8 +35,8 @@ const char *ready_verdict_text(enum ready_verdict verdict)
     return text[verdict];
 }
 
-void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
-               const char *limit, const char *advice, const char *format, ...)
+void ready_add_check(struct ready_report *report, enum ready_verdict verdict, const char *name,
+                     const char *limit, const char *advice, const char *format, ...)
 {
     if (report->count == READY_CHECKS_MAX)
         return;
@@ -159,16 +159,17 @@ static void judge_days(const struct ready_facts *f, struct ready_report *report)
     }
     report->is_uncalibrated = never > 0;
     if (expired)
-        ready_add(report, READY_NO_GO, "calibration", limit,
-                  "calibrate, then matrig board config set with the new values and dates",
-                  "expired: %s", text);
+        ready_add_check(report, READY_NO_GO, "calibration", limit,
+                        "calibrate, then matrig board config set with the new values and dates",
+                        "expired: %s", text);
     else if (never)
-        ready_add(report, READY_NOT_DONE, "calibration", NULL,
-                  "run matrig calibrate CHANNEL; until then every record is marked UNCALIBRATED",
-                  "UNCALIBRATED: %u of %u sensors have no calibration date", never, sensors);
+        ready_add_check(
+            report, READY_NOT_DONE, "calibration", NULL,
+            "run matrig calibrate CHANNEL; until then every record is marked UNCALIBRATED",
+            "UNCALIBRATED: %u of %u sensors have no calibration date", never, sensors);
     else if (sensors)
-        ready_add(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
-                  sensors);
+        ready_add_check(report, READY_GO, "calibration", limit, NULL, "%u sensors, none expired",
+                        sensors);
 }
 
 /* Checks the gains: older firmware may have stored a gain that is refused today. */
@@ -183,10 +184,11 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
         jump_channel_name(i, input);
         snprintf(name, sizeof name, "calibration %s", input);
         jump_mistake_hint(channel, mistake, sizeof mistake);
-        ready_add(report, READY_NO_GO, name, NULL,
-                  "run matrig board config get and config check; calibrate the channel again",
-                  "%.4g %s per code: no sensor of the rig has such a gain%s",
-                  (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb", mistake);
+        ready_add_check(report, READY_NO_GO, name, NULL,
+                        "run matrig board config get and config check; calibrate the channel again",
+                        "%.4g %s per code: no sensor of the rig has such a gain%s",
+                        (double)mr_channel_gain(channel), i < MR_TRANSDUCERS ? "in" : "lb",
+                        mistake);
     }
 }
 
@@ -194,7 +196,7 @@ static void judge_gains(const struct ready_facts *f, struct ready_report *report
  * measured before the landing with the bands slack. */
 static void judge_zeros(const struct ready_facts *f, struct ready_report *report)
 {
-    char is[UNIT_TEXT];
+    char is[UNIT_TEXT_SIZE];
     unsigned gages = 0, measured = 0;
     float worst_lb = 0.0f;
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
@@ -207,9 +209,10 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
             worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
     }
     if (gages && measured == gages)
-        ready_add(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset", gages);
+        ready_add_check(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset",
+                        gages);
     else if (gages)
-        ready_add(
+        ready_add_check(
             report, READY_NOT_DONE, "gage zeros", NULL,
             "valid for trimmed bridges; otherwise slacken the bands and run matrig board zero 2",
             "%u of %u not measured since reset: configured values used, +- %s", gages - measured,
@@ -224,12 +227,12 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
     certificates_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
-    ready_add(report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
-              state == CERTIFICATE_OVERDUE
-                  ? "have the sensor calibrated, then matrig calibrate CHANNEL --certificate"
-                  : "enter the certificate or the serial number of the fitted sensor",
-              "%s: No. %s%s%s", text, certificate->number, certificate->laboratory[0] ? ", " : "",
-              certificate->laboratory);
+    ready_add_check(report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
+                    state == CERTIFICATE_OVERDUE
+                        ? "have the sensor calibrated, then matrig calibrate CHANNEL --certificate"
+                        : "enter the certificate or the serial number of the fitted sensor",
+                    "%s: No. %s%s%s", text, certificate->number,
+                    certificate->laboratory[0] ? ", " : "", certificate->laboratory);
 }
 
 void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report)
@@ -247,8 +250,8 @@ void ready_judge_certificates(const struct ready_facts *f, struct ready_report *
             append_text(text, sizeof text, "%s%s", without++ ? ", " : "", name);
     }
     if (without)
-        ready_add(report, READY_NOT_DONE, "certificates", NULL, NULL, "no certificate for %s",
-                  without == sensors ? "any sensor" : text);
+        ready_add_check(report, READY_NOT_DONE, "certificates", NULL, NULL, "no certificate for %s",
+                        without == sensors ? "any sensor" : text);
 }
 
 /* ---- image and configuration ---- */
@@ -274,15 +277,16 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
     else if (compared)
         snprintf(limit, sizeof limit, "image %08x, as in RUN %lld", (unsigned)f->previous_image_crc,
                  (long long)f->previous_run);
-    ready_add(report, verdict, "firmware", limit,
-              !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
-              : f->image ? "not the image of --image: flash that one with matrig flash LINK IMAGE"
-              : verdict == READY_NOT_DONE
-                  ? "the campaign has no landing of this board: give --image FILE"
-                  : "not that landing's image: flash that one, or confirm with --image FILE",
-              "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor,
-              id->hello.patch, runs, (unsigned)id->image_crc,
-              mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
+    ready_add_check(
+        report, verdict, "firmware", limit,
+        !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
+        : f->image ? "not the image of --image: flash that one with matrig flash LINK IMAGE"
+        : verdict == READY_NOT_DONE
+            ? "the campaign has no landing of this board: give --image FILE"
+            : "not that landing's image: flash that one, or confirm with --image FILE",
+        "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor, id->hello.patch,
+        runs, (unsigned)id->image_crc,
+        mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
 }
 
 /* Returns the CRC that the board must have for the expected configuration. */
@@ -306,12 +310,13 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     else if (compared)
         snprintf(limit, sizeof limit, "CRC %08x, as in RUN %lld", (unsigned)wanted,
                  (long long)f->previous_run);
-    ready_add(report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE,
-              "configuration", limit,
-              compared ? "send the right one with config set, or confirm with --expect-config"
-                       : "the campaign has no landing of this board: give --expect-config FILE",
-              "CRC %08x, revision %u, %s", (unsigned)f->config_crc,
-              (unsigned)f->config.site[0].revision, mr_config_source_text(f->config_state.source));
+    ready_add_check(
+        report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
+        limit,
+        compared ? "send the right one with config set, or confirm with --expect-config"
+                 : "the campaign has no landing of this board: give --expect-config FILE",
+        "CRC %08x, revision %u, %s", (unsigned)f->config_crc, (unsigned)f->config.site[0].revision,
+        mr_config_source_text(f->config_state.source));
 }
 
 /* ---- clock ---- */
@@ -321,30 +326,31 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
     char limit[20];
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time_fit;
-    ready_add(report, verdict_if(source == 0), "clock", "crystal",
-              "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal", "%s",
-              mr_clock_source_text(source));
+    ready_add_check(report, verdict_if(source == 0), "clock", "crystal",
+                    "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal",
+                    "%s", mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
     if (t->refusal == TIMEMAP_OK)
-        ready_add(report,
-                  verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
-                             READY_CLOCK_ERROR_MAX_PPM),
-                  "time of day", limit,
-                  "check programs that set this computer's clock, and the board's crystal",
-                  "board %+.0f +- %.0f ppm, from %zu messages",
-                  unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width, t->pairs);
+        ready_add_check(report,
+                        verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
+                                   READY_CLOCK_ERROR_MAX_PPM),
+                        "time of day", limit,
+                        "check programs that set this computer's clock, and the board's crystal",
+                        "board %+.0f +- %.0f ppm, from %zu messages",
+                        unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width,
+                        t->pairs);
     else
-        ready_add(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
-                  timemap_refusal_text((unsigned)t->refusal));
+        ready_add_check(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
+                        timemap_refusal_text((unsigned)t->refusal));
 }
 
 static void judge_key(const struct ready_facts *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
-    ready_add(report,
-              !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
-              "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
-              who->key_known ? mr_key_state_text(who->key.state) : "not reported");
+    ready_add_check(report,
+                    !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
+                    "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear",
+                    "%s", who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
 /* Checks the brown-out reset. Off, the factory setting, is go: supply dips are rare. */
@@ -352,11 +358,11 @@ static void judge_brown_out(const struct ready_facts *f, struct ready_report *re
 {
     bool set = f->restarts.brown_out > 0;
     if (f->restarts_known)
-        ready_add(report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
-                  "below 2.7 V the processor is unreliable: set the level once, with the bring-up "
-                  "image (matrig board bringup brown-out)",
-                  set ? "below %s" : "%s, the factory setting",
-                  mr_brown_out_text(f->restarts.brown_out));
+        ready_add_check(
+            report, set ? READY_GO : READY_NOT_DONE, "brown-out reset", "on",
+            "below 2.7 V the processor is unreliable: set the level once, with the bring-up "
+            "image (matrig board bringup brown-out)",
+            set ? "below %s" : "%s, the factory setting", mr_brown_out_text(f->restarts.brown_out));
 }
 
 /* ---- channels ---- */
@@ -393,11 +399,11 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
 
 /* Formats a range, for example "100 +- 25 lb". */
 static const char *format_tolerance(const struct ready_facts *f, float wanted_lb, float by_lb,
-                                    char out[UNIT_TEXT])
+                                    char out[UNIT_TEXT_SIZE])
 {
-    char by[UNIT_TEXT];
+    char by[UNIT_TEXT_SIZE];
     const struct unit *unit = unit_of(UNIT_TENSION, f->si);
-    snprintf(out, UNIT_TEXT, "%.0f +- %.20s", (double)wanted_lb * unit->factor,
+    snprintf(out, UNIT_TEXT_SIZE, "%.0f +- %.20s", (double)wanted_lb * unit->factor,
              unit_value_text(UNIT_TENSION, f->si, (double)by_lb, 0, by));
     return out;
 }
@@ -408,18 +414,19 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
     const struct ready_channel *m = &f->channel[i];
     bool transducer = channel->kind == MR_KIND_DISPLACEMENT, open = m->validity == MR_INVALID_OPEN,
          noisy = m->noise_codes > READY_NOISE_MAX_CODES;
-    char name[20], is[UNIT_TEXT], most[UNIT_TEXT], limit[80] = "";
+    char name[20], is[UNIT_TEXT_SIZE], most[UNIT_TEXT_SIZE], limit[80] = "";
     write_channel_name(channel, name);
     if (m->invalid || isnan(m->mean)) {
-        ready_add(report, READY_NO_GO, name, "all valid",
-                  open ? "check its connector and wiring"
-                  : m->validity == MR_INVALID_REFERENCE
-                      ? "the reference voltage is out of range: check the converter's supply"
-                  : m->validity == MR_INVALID_RANGE ? "out of its range: move it back to its zero"
-                                                    : "check its wiring and excitation",
-                  "%s, %u of %u readings not valid",
-                  !transducer && open ? "bridge open" : mr_validity_text(m->validity), m->invalid,
-                  m->blocks);
+        ready_add_check(report, READY_NO_GO, name, "all valid",
+                        open ? "check its connector and wiring"
+                        : m->validity == MR_INVALID_REFERENCE
+                            ? "the reference voltage is out of range: check the converter's supply"
+                        : m->validity == MR_INVALID_RANGE
+                            ? "out of its range: move it back to its zero"
+                            : "check its wiring and excitation",
+                        "%s, %u of %u readings not valid",
+                        !transducer && open ? "bridge open" : mr_validity_text(m->validity),
+                        m->invalid, m->blocks);
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
@@ -437,19 +444,19 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add(report, verdict_if(!off && !noisy), name, limit,
-              !off         ? "noise: check its shield and ground"
-              : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
-                           : "check the band (slack, uneven), then the zero of the gage",
-              "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
-              (double)m->noise_codes);
+    ready_add_check(report, verdict_if(!off && !noisy), name, limit,
+                    !off         ? "noise: check its shield and ground"
+                    : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
+                                 : "check the band (slack, uneven), then the zero of the gage",
+                    "%s%s, noise %.2f codes", is, transducer ? " from its zero" : "",
+                    (double)m->noise_codes);
 }
 
 static void judge_band(const struct ready_facts *f, unsigned band, struct ready_report *report)
 {
     float wanted_lb = f->config.band[band - 1].pretension_lb, sum = 0.0f;
     unsigned gages = 0;
-    char name[20], is[UNIT_TEXT], limit[UNIT_TEXT];
+    char name[20], is[UNIT_TEXT_SIZE], limit[UNIT_TEXT_SIZE];
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band &&
             !isnan(f->channel[i].mean) && f->channel[i].blocks) {
@@ -461,17 +468,18 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
         return;
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
-    ready_add(report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb),
-              name, format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
-              mean < wanted_lb ? "tension the band" : "slacken the band",
-              "pretension %s, mean of %u gages",
-              unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
+    ready_add_check(
+        report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb), name,
+        format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
+        mean < wanted_lb ? "tension the band" : "slacken the band",
+        "pretension %s, mean of %u gages",
+        unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
 }
 
 static void judge_shunts(const struct ready_facts *f, struct ready_report *report)
 {
     static const char name[] = "shunt calibration";
-    char text[READY_VALUE_SIZE - 40] = "", is[UNIT_TEXT], of[UNIT_TEXT];
+    char text[READY_VALUE_SIZE - 40] = "", is[UNIT_TEXT_SIZE], of[UNIT_TEXT_SIZE];
     unsigned bad = 0, compared = 0;
     float worst = 0.0f;
     bool any = false;
@@ -480,8 +488,9 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
     if (!any)
         return;
     if (!f->shunt_done || f->shunts.count == 0) {
-        ready_add(report, READY_NO_GO, name, NULL, "the board must be idle; try again", "%s",
-                  f->shunt_done ? mr_status_text(f->shunt_status) : "the board did not answer");
+        ready_add_check(report, READY_NO_GO, name, NULL, "the board must be idle; try again", "%s",
+                        f->shunt_done ? mr_status_text(f->shunt_status)
+                                      : "the board did not answer");
         return;
     }
     for (unsigned i = 0; i < f->shunts.count; i++) {
@@ -509,8 +518,8 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                           : "no earlier calibration is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
-    ready_add(report, verdict_if(!bad), name, "1 % and three standard errors",
-              "check this bridge and its amplifier; see matrig board shunt", "%s", text);
+    ready_add_check(report, verdict_if(!bad), name, "1 % and three standard errors",
+                    "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
 /* Checks that all switches are closed; an open switch adds its step to the staircase. */
@@ -535,25 +544,25 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
         snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
                  level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
-    ready_add(report, verdict_if(closed), "switches", limit,
-              level > 0.0f ? "close all switches along the runway"
-                           : "check the wiring and supply of the staircase",
-              "%s", text);
+    ready_add_check(report, verdict_if(closed), "switches", limit,
+                    level > 0.0f ? "close all switches along the runway"
+                                 : "check the wiring and supply of the staircase",
+                    "%s", text);
 }
 
 static void judge_channels(const struct ready_facts *f, struct ready_report *report)
 {
     char limit[40];
     if (f->blocks == 0) {
-        ready_add(report, READY_NO_GO, "readings", NULL,
-                  "the board must be idle, with its scans running: matrig board health",
-                  "no block records were received");
+        ready_add_check(report, READY_NO_GO, "readings", NULL,
+                        "the board must be idle, with its scans running: matrig board health",
+                        "no block records were received");
         return;
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_WANTED / 2);
-    ready_add(report, verdict_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS_WANTED / 2),
-              "readings", limit, "see matrig board health",
-              "%u blocks checked, %u lost by the board", f->blocks, f->blocks_lost);
+    ready_add_check(report, verdict_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS_WANTED / 2),
+                    "readings", limit, "see matrig board health",
+                    "%u blocks checked, %u lost by the board", f->blocks, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_is_sensor(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -570,12 +579,13 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     char wait[60] = "", limit[40];
     const struct mr_box_state *box = &f->box_state;
     if (!f->config.site[0].black_box) {
-        ready_add(report, READY_NOT_DONE, "black box", NULL, NULL, "none in the configuration");
+        ready_add_check(report, READY_NOT_DONE, "black box", NULL, NULL,
+                        "none in the configuration");
         return;
     }
     if (!f->box_known) {
-        ready_add(report, READY_NO_GO, "black box", NULL, "try again; check the serial cable",
-                  "the board did not report its black box");
+        ready_add_check(report, READY_NO_GO, "black box", NULL, "try again; check the serial cable",
+                        "the board did not report its black box");
         return;
     }
     if (isnan(box->wait_s))
@@ -583,7 +593,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
     else if (box->wait_s > 0.0f)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
-    ready_add(
+    ready_add_check(
         report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
         box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
             ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
@@ -603,42 +613,43 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
              undone = SELF_TESTS_ALWAYS & ~(unsigned)f->self_test.done;
     unsigned named = failed ? failed : undone ? undone : f->self_test.done & SELF_TESTS_LISTED;
     if (!f->self_test_done) {
-        ready_add(report, READY_NO_GO, "self-test", NULL,
-                  "the board must be idle; try again, or reset the board",
-                  "the board did not run the self-test");
+        ready_add_check(report, READY_NO_GO, "self-test", NULL,
+                        "the board must be idle; try again, or reset the board",
+                        "the board did not run the self-test");
         return;
     }
     for (unsigned i = 0; i < MR_SELF_TEST_COUNT; i++) {
         if (named >> i & 1u)
             append_text(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
-    ready_add(report, verdict_if(!failed && !undone), "self-test", NULL,
-              "see matrig board self-test and matrig board health", "%s: %s",
-              failed   ? "failed"
-              : undone ? "not tested"
-                       : "good",
-              text);
+    ready_add_check(report, verdict_if(!failed && !undone), "self-test", NULL,
+                    "see matrig board self-test and matrig board health", "%s: %s",
+                    failed   ? "failed"
+                    : undone ? "not tested"
+                             : "good",
+                    text);
     bool lit = (f->self_test.done & lamp) == lamp && !(f->self_test.failed & lamp);
-    ready_add(report, verdict_if(lit), "warning lamp", NULL,
-              "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
-              lit                                                 ? "lights and goes out"
-              : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
-              : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
-                                                                  : "not tested");
+    ready_add_check(report, verdict_if(lit), "warning lamp", NULL,
+                    "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
+                    lit                                                 ? "lights and goes out"
+                    : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
+                    : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_OFF ? "does not go out"
+                                                                        : "not tested");
 }
 
 static void judge_temperature(const struct ready_facts *f, struct ready_report *report)
 {
     if (!f->config.site[0].thermometer)
-        ready_add(report, READY_NOT_DONE, "thermometer", NULL, NULL, "none in the configuration");
+        ready_add_check(report, READY_NOT_DONE, "thermometer", NULL, NULL,
+                        "none in the configuration");
     else if (f->temperature_known && !isnan(f->temperature.temperature_c))
-        ready_add(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
-                  unit_round_to_zero((double)f->temperature.temperature_c, 0.01),
-                  (double)f->temperature.error_c);
+        ready_add_check(report, READY_GO, "thermometer", NULL, NULL, "%.2f +- %.2f C",
+                        unit_round_to_zero((double)f->temperature.temperature_c, 0.01),
+                        (double)f->temperature.error_c);
     else
-        ready_add(report, READY_NO_GO, "thermometer", NULL,
-                  "see matrig board health; if none is fitted, set site.thermometer = 0", "%s",
-                  f->temperature_known ? "no reading" : "not reported");
+        ready_add_check(report, READY_NO_GO, "thermometer", NULL,
+                        "see matrig board health; if none is fitted, set site.thermometer = 0",
+                        "%s", f->temperature_known ? "no reading" : "not reported");
 }
 
 static void judge_faults(const struct ready_facts *f, struct ready_report *report)
@@ -656,12 +667,12 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append_text(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add(report, verdict_if(!rising), "faults", "no present fault", "see matrig board health",
-              "%s%s",
-              rising  ? "present: "
-              : count ? "none present; since reset: "
-                      : "none since reset",
-              text);
+    ready_add_check(report, verdict_if(!rising), "faults", "no present fault",
+                    "see matrig board health", "%s%s",
+                    rising  ? "present: "
+                    : count ? "none present; since reset: "
+                            : "none since reset",
+                    text);
 }
 
 /* ---- links and computer ---- */
@@ -673,8 +684,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report its CAN state";
     if (!f->can_used) {
-        ready_add(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
-                  "not used here; the board reports: %s", state);
+        ready_add_check(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
+                        "not used here; the board reports: %s", state);
         return;
     }
     /* on a shared bus, messages at this base may come from another board */
@@ -683,24 +694,24 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
         bool is_identified = (can[0] | can[1]) != 0;
         identity_uid_text(&f->board_on_can, uid);
         identity_uid_text(&f->identity, own);
-        ready_add(report, READY_NO_GO, "CAN", "the board itself",
-                  "give its CAN base, such as can:can0,base=0x190, or its own serial link",
-                  "%s at base 0x%03x: UID on CAN %s, on serial %s",
-                  is_identified ? "another board" : "frames not from this board", f->can_base,
-                  is_identified ? uid : "unknown", own);
+        ready_add_check(report, READY_NO_GO, "CAN", "the board itself",
+                        "give its CAN base, such as can:can0,base=0x190, or its own serial link",
+                        "%s at base 0x%03x: UID on CAN %s, on serial %s",
+                        is_identified ? "another board" : "frames not from this board", f->can_base,
+                        is_identified ? uid : "unknown", own);
         return;
     }
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
-    ready_add(report,
-              verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD && f->can_frames > 0 &&
-                         f->can_lost == 0 && f->can_dropped == 0),
-              "CAN", "good, none lost",
-              kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
-              : f->can_frames == 0 ? "check connector, terminators and bit rate"
-                                   : "check the bus and the load of this computer",
-              "%s; %lld frames, %lld lost, %lld dropped by the board", state,
-              (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
+    ready_add_check(report,
+                    verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
+                               f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
+                    "CAN", "good, none lost",
+                    kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
+                    : f->can_frames == 0 ? "check connector, terminators and bit rate"
+                                         : "check the bus and the load of this computer",
+                    "%s; %lld frames, %lld lost, %lld dropped by the board", state,
+                    (long long)f->can_frames, (long long)f->can_lost, (long long)f->can_dropped);
 }
 
 static void judge_computer(const struct ready_facts *f, struct ready_report *report)
@@ -709,15 +720,16 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
     double wanted = READY_FREE_LANDINGS_MIN * f->landing_bytes;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / BYTES_PER_MB,
              READY_FREE_LANDINGS_MIN);
-    ready_add(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
-              "free space on the disk of the campaign, or use a different disk",
-              "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
-              f->landing_bytes / BYTES_PER_MB);
-    ready_add(report, verdict_if(!f->database_fault[0]), "database", NULL,
-              "check access rights and programs that write; otherwise begin a new campaign", "%s",
-              f->database_fault[0]  ? f->database_fault
-              : f->database_checked ? "writable, all pages intact"
-                                    : "writable; too large to be checked in time");
+    ready_add_check(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
+                    "free space on the disk of the campaign, or use a different disk",
+                    "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
+                    f->landing_bytes / BYTES_PER_MB);
+    ready_add_check(report, verdict_if(!f->database_fault[0]), "database", NULL,
+                    "check access rights and programs that write; otherwise begin a new campaign",
+                    "%s",
+                    f->database_fault[0]  ? f->database_fault
+                    : f->database_checked ? "writable, all pages intact"
+                                          : "writable; too large to be checked in time");
 }
 
 void ready_judge(const struct ready_facts *f, struct ready_report *report)
@@ -725,7 +737,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     char uid[IDENTITY_UID_SIZE];
     report->count = 0;
     identity_uid_text(&f->identity, uid);
-    ready_add(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
+    ready_add_check(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
     judge_image(f, report);
     judge_configuration(f, report);
     judge_days(f, report);
@@ -742,10 +754,11 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_temperature(f, report);
     judge_faults(f, report);
     judge_can(f, report);
-    ready_add(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial", "none lost",
-              "check the cable and the load of this computer",
-              "%lld frames, %lld lost, %lld dropped by the board", (long long)f->serial_frames,
-              (long long)f->serial_lost, (long long)f->serial_dropped);
+    ready_add_check(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial",
+                    "none lost", "check the cable and the load of this computer",
+                    "%lld frames, %lld lost, %lld dropped by the board",
+                    (long long)f->serial_frames, (long long)f->serial_lost,
+                    (long long)f->serial_dropped);
     judge_computer(f, report);
 }
 
@@ -911,7 +924,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 }
 
 /* Waits, but not beyond the deadline of the whole check. Facts that did not arrive stay unknown. */
-static void wait_for(struct query *a, dialogue_done *done, const void *context, double most_s)
+static void wait_for(struct query *a, dialogue_condition *done, const void *context, double most_s)
 {
     if (a->error->status == MR_OK)
         (void)dialogue_wait_until(a->dialogue, done, context,

@@ -142,8 +142,8 @@ unsigned ready_count_checks(const struct ready_report *report, enum ready_verdic
 const char *ready_verdict_text(enum ready_verdict verdict);
 /* Adds a check; the value is formatted as by printf. `limit` and `advice` may be NULL; advice is
  * dropped if the check is go. More than READY_CHECKS_MAX checks are ignored. */
-void ready_add(struct ready_report *report, enum ready_verdict verdict, const char *name,
-               const char *limit, const char *advice, const char *format, ...)
+void ready_add_check(struct ready_report *report, enum ready_verdict verdict, const char *name,
+                     const char *limit, const char *advice, const char *format, ...)
     __attribute__((format(printf, 6, 7)));
 /* Prints each check in lines of at most `columns` characters (minimum 60), then the verdict. */
 void ready_print(const struct ready_report *report, double took_s, unsigned columns, FILE *out);

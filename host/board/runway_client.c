@@ -49,12 +49,12 @@ static enum mr_status wait_for(struct runway_client *client, const bool *what, c
                                struct error *error)
 {
     enum mr_status status = dialogue_wait_until(client->dialogue, dialogue_is_flag_set, what,
-                                                DIALOGUE_ANSWER_S, error);
+                                                DIALOGUE_ANSWER_TIMEOUT_S, error);
     return status == MR_TIMEOUT
              ? error_set(error, MR_TIMEOUT,
                          "the board did not %s within %.0f s: %s; check that it "
                          "is running and has a predictor",
-                         name, DIALOGUE_ANSWER_S, dialogue_spec(client->dialogue))
+                         name, DIALOGUE_ANSWER_TIMEOUT_S, dialogue_spec(client->dialogue))
              : status;
 }
 
@@ -73,7 +73,7 @@ static enum mr_status send_command(struct dialogue *dialogue, unsigned code, uns
     const struct dialogue_command order = {.code = (uint8_t)code,
                                            .index = (uint8_t)index,
                                            .argument = argument,
-                                           .answer_s = DIALOGUE_ANSWER_S};
+                                           .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
     const char *link = dialogue_spec(dialogue);
     struct mr_ack ack;
     enum mr_status status = dialogue_send_command(dialogue, &order, &ack, error);

@@ -200,10 +200,10 @@ static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned 
              answered ? " in that order, swap their leads, or their numbers in the configuration"
                       : ", check its wiring and contact");
     if (answered)
-        ready_add(report, READY_NO_GO, name, "in order", advice, "responded when %u was next",
-                  meant);
+        ready_add_check(report, READY_NO_GO, name, "in order", advice, "responded when %u was next",
+                        meant);
     else
-        ready_add(report, READY_NO_GO, name, "responds once", advice, "did not respond");
+        ready_add_check(report, READY_NO_GO, name, "responds once", advice, "did not respond");
 }
 
 static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
@@ -217,7 +217,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
     if (!fitted)
         return;
     if (!count) {
-        ready_add(report, READY_NOT_DONE, name, NULL, NULL, "none of %u responded", fitted);
+        ready_add_check(report, READY_NOT_DONE, name, NULL, NULL, "none of %u responded", fitted);
         return;
     }
     /* ascending or descending, whichever fits most of the walk */
@@ -234,7 +234,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
             judge_item(kind, n, i < count, i < count ? meant[i] : 0, report);
     }
     if (report->count == before)
-        ready_add(report, READY_GO, name, NULL, NULL, "all %u responded, in order", fitted);
+        ready_add_check(report, READY_GO, name, NULL, NULL, "all %u responded, in order", fitted);
 }
 
 void walk_judge(const struct walk *walk, struct ready_report *report)
@@ -242,7 +242,7 @@ void walk_judge(const struct walk *walk, struct ready_report *report)
     for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++)
         judge_kind(walk, kind, report);
     if (walk->unexpected_events)
-        ready_add(
+        ready_add_check(
             report, READY_NO_GO, "edges", NULL,
             "compare the steps of the configuration with the resistors, and check the contacts",
             "%u edges that match no switch of the table", walk->unexpected_events);

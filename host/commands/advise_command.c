@@ -150,7 +150,7 @@ static void add_relation(const struct request *r, struct store *store,
                         predicted.error, 2);
         answer_remark(answer, " in the next landing, from %zu landings", count);
     } else
-        answer_none(answer, relation->name, relation->label, error.text);
+        answer_no_value(answer, relation->name, relation->label, error.text);
     free(x);
     free(word);
     json_decref(values);
@@ -231,7 +231,7 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
     return run_advise(&r, cli);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database. The advice is for the runway after the last landing; all "
                     "landings of its board update the model"),
@@ -259,12 +259,12 @@ static const struct command_part parts[] = {
                   "advise against a landing if a zone has this probability or more, in %; "
                   "default: {standard}, because a missed zone costs four times as much as a "
                   "needlessly gentle landing"),
-    OPTION_WHOLE(
+    OPTION_INTEGER(
         "--members", "N", advise.members, (double)ADVISE_MEMBERS_MIN, (double)ADVISE_MEMBERS_MAX,
         (double)ADVISE_MEMBERS_DEFAULT,
         "number of simulated runways in the ensemble, {low} to {high}; default: {standard}"),
-    OPTION_WHOLE("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
-                 "seed of all random draws; default: {standard}"),
+    OPTION_INTEGER("--seed", "N", advise.seed, 0.0, 1e9, 1.0,
+                   "seed of all random draws; default: {standard}"),
     OPTION_RUN("--before", "RUN", advise.before_run,
                "give the advice for landing RUN from earlier data only"),
     OPTION_FLAG("--keep", keep_runway, "store plan and advice in the campaign"),

@@ -235,7 +235,7 @@ __attribute__((format(printf, 2, 3))) static void add_finding(struct findings *f
 }
 
 struct force_text {
-    char text[UNIT_TEXT];
+    char text[UNIT_TEXT_SIZE];
 };
 static struct force_text format_force(const struct findings *f, double lb)
 {
@@ -312,17 +312,17 @@ static struct answer *make_answer(const struct band_design *d, const struct find
     struct answer *answer = answer_new(f->si);
     bool placed = d->spacing_ft > 0.0;
     answer_keep_units(answer);
-    answer_open(answer, "design", "design by Appendix C, per band");
+    answer_open_group(answer, "design", "design by Appendix C, per band");
     add_design_values(d, answer);
     answer_value(answer, "spacing", placed ? "s" : NULL, UNIT_STATION,
                  placed ? d->spacing_ft : (double)NAN, 2)
         ->digits = 9;
     answer_remark(answer, " from band to band (C.2)");
-    answer_close(answer);
-    answer_list(answer, "findings", "");
+    answer_close_group(answer);
+    answer_open_list(answer, "findings", "");
     for (size_t i = 0; i < f->count; i++)
         answer_words(answer, NULL, "finding", "%s", f->text[i]);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_flag(answer, "holds_by_theory", NULL, f->count == 0);
     return answer;
 }
@@ -340,7 +340,7 @@ static int bands_command(int argc, char **argv, const struct cli *cli)
     return answer_show(cli, make_answer(&request.design, &findings), findings.count ? 1 : 0);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
               "an input; default: the report's example. Inputs and their units: weight (lb), "

@@ -155,12 +155,12 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
 {
     struct dialogue *dialogue = client->dialogue;
     const struct dialogue_command order = {
-        .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_S};
+        .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
     struct mr_ack ack;
-    double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_S;
+    double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_TIMEOUT_S;
     enum mr_status status = dialogue_send_command(dialogue, &order, &ack, fatal);
     while (status == MR_OK && ack.status == MR_WAIT && dialogue_now_s(dialogue) < until_s)
-        status = dialogue_receive(dialogue, DIALOGUE_TURN_S, fatal)
+        status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, fatal)
                    ?: dialogue_send_command(dialogue, &order, &ack, fatal);
     if (status == MR_TIMEOUT)
         dialogue_set_no_answer_error(dialogue, code, fatal);
@@ -179,7 +179,7 @@ static void box_client_list(struct box_client *client)
     client->is_list_complete = false;
     send_box_command(client, MR_COMMAND_BOX_LIST, 0);
     if (dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->is_list_complete,
-                            DIALOGUE_ANSWER_S, fatal) == MR_TIMEOUT)
+                            DIALOGUE_ANSWER_TIMEOUT_S, fatal) == MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT, "the list of records timed out: %s; try again",
                   dialogue_spec(client->dialogue));
 }
@@ -209,7 +209,7 @@ static void box_client_read(struct box_client *client, const struct box_client_r
                                    find_first_missing(client)));
         /* the next round requests the pages that are still missing */
         dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->has_ended,
-                                      &client->received_parts, DIALOGUE_ANSWER_S, fatal);
+                                      &client->received_parts, DIALOGUE_ANSWER_TIMEOUT_S, fatal);
     }
     client->pages = NULL;
 }
@@ -240,12 +240,12 @@ static int list_records(const struct request *request, const struct box_client *
     answer_count(answer, "bad_sectors", "bad", client->space.bad);
     answer_value(answer, "wear", "erases per sector", UNIT_NUMBER, (double)client->space.wear, 2);
     answer_value(answer, "wait", NULL, UNIT_TIME, (double)client->state.wait_s, 1);
-    answer_table(answer, "records", "");
+    answer_open_table(answer, "records", "");
     for (size_t i = 0; i < client->count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         add_record(&client->records[i], answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return answer_show(request->cli, answer, 0);
 }
 
@@ -368,7 +368,7 @@ static int print_identity(const struct request *request, const struct identity *
         answer_words(answer, "kind", "kind of board", "%s",
                      mr_board_by_number(identity->board_type)->name);
     else
-        answer_none(answer, "kind", NULL, NULL);
+        answer_no_value(answer, "kind", NULL, NULL);
     answer_words(answer, "firmware", "firmware", "%s", version);
     answer_words(answer, "commit", "commit", "%s", commit);
     answer_count(answer, "image_crc", NULL, identity->image_crc);
@@ -377,15 +377,15 @@ static int print_identity(const struct request *request, const struct identity *
     if (identity->key_known)
         answer_words(answer, "orders", "orders", "%s", mr_key_state_text(identity->key.state));
     else
-        answer_none(answer, "orders", NULL, NULL);
+        answer_no_value(answer, "orders", NULL, NULL);
     if (image) {
-        answer_open(answer, "compared", "");
+        answer_open_group(answer, "compared", "");
         answer_words(answer, "file", "compared", "%s", image->path);
         answer_flag(answer, "same", "running this image", same);
         answer_words(answer, "difference", same ? NULL : "difference", "%s", why);
-        answer_close(answer);
+        answer_close_group(answer);
     } else
-        answer_none(answer, "compared", NULL, NULL);
+        answer_no_value(answer, "compared", NULL, NULL);
     return answer_show(request->cli, answer, exit_code);
 }
 
@@ -398,7 +398,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
         error_set(fatal, MR_UNKNOWN,
                   "image without the matrig header: %s; give an image built by matrig",
                   request->image);
-    if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_S, fatal) == MR_TIMEOUT)
+    if (dialogue_wait_for_identity(dialogue, DIALOGUE_HELLO_TIMEOUT_S, fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(dialogue, fatal);
     struct error late = {0}; /* older firmware does not send the board type */
     (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known,
@@ -413,31 +413,31 @@ static int report_identity(const struct request *request, struct dialogue *dialo
 
 static void add_shunts(const struct gage_client *client, struct answer *answer)
 {
-    answer_table(answer, "shunts", "");
+    answer_open_table(answer, "shunts", "");
     for (unsigned i = 0; i < client->shunts.count; i++) {
         const struct mr_shunt_result *r = &client->shunts.result[i];
         const struct mr_shunt_check *c = &client->shunts.check[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "gage", "gage", r->gage);
         answer_value(answer, "span", "span", UNIT_TENSION, (double)r->span_lb, 3)->digits = 7;
         answer_value(answer, "expected", "expected", UNIT_TENSION, (double)c->expected_lb, 2);
         answer_value(answer, "noise", "noise", UNIT_TENSION, (double)r->noise_lb, 3);
-        answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)->plus =
-            true;
-        answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)->plus =
-            true;
+        answer_value(answer, "change", "change", UNIT_TENSION, (double)c->change_lb, 3)
+            ->shows_sign = true;
+        answer_value(answer, NULL, "at rest", UNIT_TENSION, (double)c->zero_change_lb, 3)
+            ->shows_sign = true;
         answer_words(answer, "verdict", "verdict", "%s", shunts_verdict_text(r->verdict));
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_zeros(const struct gage_client *client, struct answer *answer)
 {
-    answer_table(answer, "zeros", "");
+    answer_open_table(answer, "zeros", "");
     for (unsigned i = 0; i < client->zero_count; i++) {
         const struct mr_zero_result *z = &client->zero[i];
         bool tension = z->index >= MR_TRANSDUCERS;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "channel", "%s %u", tension ? "gage" : "transducer",
                      tension ? z->index - MR_TRANSDUCERS + 1u : z->index + 1u);
         answer_count(answer, "channel", NULL, z->index);
@@ -447,7 +447,7 @@ static void add_zeros(const struct gage_client *client, struct answer *answer)
                      2);
         answer_words(answer, "verdict", "verdict", "%s", mr_zero_verdict_text(z->verdict));
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static int run_gages(const struct request *request, struct dialogue *dialogue)
@@ -555,14 +555,14 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     answer_count(answer, "closed_joints", NULL, count_closed(state));
     answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", count_closed(state),
                  state->mats + 1u);
-    answer_list(answer, "gap_in", NULL);
+    answer_open_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
         answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
-    answer_close(answer);
-    answer_table(answer, NULL,
-                 "openings in rows of joints, starting with the joint in the first column");
+    answer_close_group(answer);
+    answer_open_table(answer, NULL,
+                      "openings in rows of joints, starting with the joint in the first column");
     for (unsigned s = 0; 10 * s <= state->mats; s += OPENINGS_PER_ROW) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, NULL, "joint", 10 * s + 1);
         for (unsigned i = 0; i < OPENINGS_PER_ROW && 10 * (s + i) <= state->mats; i++) {
             char label[12];
@@ -571,7 +571,7 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
                          4);
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return answer_show(cli, answer, 0);
 }
 
@@ -719,7 +719,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     enum mr_status status; /* not MR_OK while the black box uses the memory */
     do {
         error = (struct error){0};
-        status = dialogue_receive(dialogue, DIALOGUE_TURN_S, &error)
+        status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, &error)
                    ?: dialogue_execute(dialogue, &order, "a landing is armed or in progress",
                                        &error);
     } while (status == MR_WAIT && dialogue_now_s(dialogue) < until_s);
@@ -775,7 +775,7 @@ static const struct verb {
 
 static const struct verb *find_verb(const char *word)
 {
-    char near[SPELL_SUGGEST_TEXT];
+    char near[SPELL_SUGGEST_TEXT_SIZE];
     for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
         if (strcmp(verbs[i].name, word ? word : "") == 0)
             return &verbs[i];
@@ -835,7 +835,7 @@ static void check_words(struct request *r, const struct verb *verb)
                   "no record number: matrig board %s needs one; see matrig board list", verb->name);
     if (!verb->number_name || !word)
         return;
-    cli_number(word, verb->number_name, verb->min, verb->max, &number, fatal);
+    cli_parse_number(word, verb->number_name, verb->min, verb->max, &number, fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
         error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",
@@ -859,7 +859,7 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     return verb->run(&request, dialogue_open_for_command(request.can, request.serial));
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     OPTION_TEXT("--serial", "LINK", serial,
                 "the board's serial port (see matrig log --help); the board must be idle"),
@@ -872,7 +872,7 @@ static const struct command_part parts[] = {
               "added to landing RUN; default: the landing with the same board, number and time of "
               "arming, created if missing. Exit 1 when a page cannot be read"),
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
-    HELP_WITH(command_board_config),
+    HELP_INCLUDE(command_board_config),
     HELP_WORD("runway",
               "show the predictor's runway: landings, joints, origin; -o writes it to a file. "
               "runway load F sends a file to the board; runway forget resets the runway to "
@@ -894,7 +894,7 @@ static const struct command_part parts[] = {
     HELP_WORD("key new|clear", "set or clear the key for operator commands (arm, disarm, zero, "
                                "shunt, survey, runway, chart), with the maintenance jumper fitted. "
                                "The key is stored for this user, and matrig uses it automatically"),
-    HELP_WITH(command_board_bringup),
+    HELP_INCLUDE(command_board_bringup),
     HELP_WORD(
         "health",
         "show restarts and their causes, the state of memories, stack and CAN, "

@@ -101,7 +101,7 @@ static void print_row(struct answer *answer, const struct bringup_result *j, siz
         snprintf(name, sizeof name, "%s (%zu)", j->limit->name, group);
     else
         snprintf(name, sizeof name, "%s", j->name);
-    answer_row(answer);
+    answer_open_row(answer);
     answer_words(answer, NULL, "verdict", "%s", bringup_verdict_text(j->verdict));
     answer_words(answer, NULL, "line", "%s", name);
     answer_words(answer, NULL, "value", "%s", value);
@@ -140,13 +140,13 @@ static int check_values(const struct request *request, const struct bringup *b)
     answer_words_or_none(answer, "board", NULL, uid ? uid->value : NULL, NULL);
     answer_words(answer, "verdict", NULL, "%s", bringup_verdict_text(worst));
     answer_json_value(answer, "lines", lines);
-    answer_table(answer, NULL, b->section);
+    answer_open_table(answer, NULL, b->section);
     for (size_t i = 0; i < count;) {
         size_t group = find_group_size(judged, count, i);
         print_row(answer, &judged[i], group);
         i += group;
     }
-    answer_close(answer);
+    answer_close_group(answer);
     print_advice(answer, judged, count);
     answer_sentence(answer, NULL, "%zu ok, %zu to look at, %zu wrong", verdicts[BRINGUP_OK],
                     verdicts[BRINGUP_SUSPECT], verdicts[BRINGUP_WRONG]);
@@ -214,7 +214,7 @@ static int bringup_command(int argc, char **argv, const struct cli *cli)
     return run_sections(&r, section);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_WORD("bringup",
               "check the output of a new board's bring-up image (make bringup; 115200 baud) "

@@ -102,7 +102,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     if ((!r.path || strcmp(r.path, "-") == 0))
         error_set(fatal, MR_USAGE,
                   "no file to write: matrig bundle needs -o F; see matrig bundle --help");
-    run_parse(r.words[1], &r.run, fatal);
+    run_number_parse(r.words[1], &r.run, fatal);
     if (make_bundle(&r, cli, &image, &error) != MR_OK)
         return cli_fail(&error);
     if (cli->json)
@@ -114,7 +114,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     return 0;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     OPTION_TEXT("-o", "F.db", path,

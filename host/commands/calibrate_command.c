@@ -80,16 +80,17 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
                  fit->linearity_error, 5)
         ->suffix = end;
     answer_count(answer, "table_points", NULL, channel->points);
-    answer_table(answer, "points", "");
+    answer_open_table(answer, "points", "");
     for (size_t i = 0; i < points->count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_value(answer, "value", unit, UNIT_NUMBER, points->point[i].value, 4)->digits = 8;
         answer_value(answer, "code", "codes", UNIT_NUMBER, points->point[i].code, 3)->digits = 9;
-        answer_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)->plus = true;
+        answer_value(answer, "residual", "residual", UNIT_NUMBER, fit->residual[i], 5)->shows_sign =
+            true;
         if (i == fit->worst_point)
             answer_words(answer, NULL, " ", "worst");
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_words_or_none(answer, "accepted", r->accept ? "accepted" : NULL, r->accept, NULL);
     answer_words_or_none(answer, "file", r->output ? "written to" : NULL, r->output, NULL);
     return answer_show(r->cli, answer, code);
@@ -289,7 +290,7 @@ static bool read_typed_line(struct dialogue *dialogue, char *line, size_t size)
                 line[length++] = byte;
             continue;
         }
-        (void)dialogue_receive(dialogue, DIALOGUE_TURN_S, fatal);
+        (void)dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, fatal);
     }
 }
 
@@ -573,7 +574,7 @@ static int calibrate_command(int argc, char **argv, const struct cli *cli)
     return code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("CHANNEL", "d1 to d8, t1 to t14"),
     OPTION_TEXT("--serial", "LINK", serial,

@@ -44,7 +44,7 @@ static void read_words(const char *const words[3], struct request *request)
                   "argument missing: matrig compare needs DB RUN, DB FILE or DB --series NAME; see "
                   "matrig compare --help");
     if (words[1] && file != words[1])
-        run_parse(words[1], &request->run, fatal);
+        run_number_parse(words[1], &request->run, fatal);
     if (file == words[1] && words[2])
         error_set(fatal, MR_USAGE,
                   "unexpected argument: '%s' of compare; see matrig compare --help", words[2]);
@@ -163,7 +163,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("FILE",
@@ -182,8 +182,8 @@ static const struct command_part parts[] = {
         " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when the rms difference of a channel exceeds IN"),
-    OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "number of seeds (runways); default: the number in the study file"),
+    OPTION_INTEGER("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
+                   "number of seeds (runways); default: the number in the study file"),
     OPTION_TEXT("-o", "F.csv", output,
                 "one landing: write measured and simulated values every millisecond"),
     OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),

@@ -304,7 +304,7 @@ static int config_command(int argc, char **argv, const struct cli *cli)
     return is_get ? run_get(&request) : is_set ? run_set(&request) : run_check(&request);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_WORD(
         "config get",

@@ -931,14 +931,14 @@ static int show_day(const struct day *day)
     answer_flag(answer, "logging", NULL, day->facts.is_logging);
     answer_count(answer, "run", NULL, day->facts.run);
     answer_count(answer, "landings_today", NULL, day->facts.landings_today);
-    answer_table(answer, "steps", "");
+    answer_open_table(answer, "steps", "");
     for (enum day_step step = 0; step < DAY_STEPS; step++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "step", NULL, "%s", step_words[step].key);
         answer_words(answer, "state", NULL, "%s", state_text(day->plan.state[step]));
         answer_words(answer, "reason", NULL, "%s", day->plan.reason[step]);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return answer_show(day->cli, answer, 0);
 }
 
@@ -972,7 +972,7 @@ static int day_command(int argc, char **argv, const struct cli *cli)
     return cli->json ? show_day(&day) : run_day(&day);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
     HELP_NOTE(

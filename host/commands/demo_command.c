@@ -35,7 +35,7 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
     return cli_fail(&error);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DIR", "folder for campaign.db and report.html, created if missing; default: "
                      "./matrig-demo. An existing campaign is not overwritten (exit 2)"),

@@ -281,7 +281,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     if (r.base)
         link_read_base(r.base, "--base", &r.can_base, fatal);
     if (!dbc) {
-        run_parse(words[1], &run, fatal);
+        run_number_parse(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);
         store = program_open_campaign(words[0], STORE_READ);
         store_find_run(store, &run, fatal);
@@ -296,7 +296,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     return 0;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB RUN", "campaign database and number of a landing"),
     HELP_ITEM("--format dbc", "the CAN messages as a Vector DBC file, without DB RUN"),

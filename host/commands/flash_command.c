@@ -174,7 +174,7 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
 static enum mr_status write_part(const struct session *to, const char *folder,
                                  const struct part *part, struct error *error)
 {
-    char path[TEMPORARY_FOLDER + 40], at[12], output[OUTPUT_SIZE], why[120];
+    char path[TEMPORARY_FOLDER_SIZE + 40], at[12], output[OUTPUT_SIZE], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->starts_program ? "-g" : NULL,
                            at,   NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);
@@ -216,7 +216,7 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
                          false};
     struct part program = {.name = "program"},
                 vectors = {.name = "vectors", .starts_program = true};
-    char folder[TEMPORARY_FOLDER];
+    char folder[TEMPORARY_FOLDER_SIZE];
     enum mr_status status = temporary_folder_create(folder, "flash", error);
     if (status == MR_OK &&
         find_extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
@@ -371,10 +371,10 @@ static void add_image(const struct imagefile *image, struct answer *answer)
     char commit[MR_IMAGE_COMMIT_TEXT] = "";
     answer_words(answer, "image", "image", "%s", image->path);
     if (!image->has_header) {
-        answer_none(answer, "version", "version", "no header");
-        answer_none(answer, "commit", NULL, NULL);
-        answer_none(answer, "program_crc", NULL, NULL);
-        answer_none(answer, "for_board", NULL, NULL);
+        answer_no_value(answer, "version", "version", "no header");
+        answer_no_value(answer, "commit", NULL, NULL);
+        answer_no_value(answer, "program_crc", NULL, NULL);
+        answer_no_value(answer, "for_board", NULL, NULL);
         return;
     }
     mr_image_commit_text(header->commit, header->commit_more, header->is_modified, commit);
@@ -454,14 +454,14 @@ static int flash_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct session
+#define OPTION_VALUES struct session
 static const struct command_part parts[] = {
     HELP_ITEM("LINK", "the board's serial port: serial:TTY, or pty:PATH of an emulated board. A "
                       "baud rate in LINK is that of the firmware, not of the boot ROM"),
     HELP_ITEM("IMAGE", "firmware image, .elf or .bin"),
-    OPTION_WHOLE("--baud", "N", baud, BAUD_MIN, BAUD_MAX, ROM_BAUD,
-                 "baud rate of the boot ROM, {low} to {high}; default: {standard}, the highest "
-                 "rate guaranteed for the chip"),
+    OPTION_INTEGER("--baud", "N", baud, BAUD_MIN, BAUD_MAX, ROM_BAUD,
+                   "baud rate of the boot ROM, {low} to {high}; default: {standard}, the highest "
+                   "rate guaranteed for the chip"),
     OPTION_FLAG("--force", force,
                 "flash even if the board already runs this image or is of a different type, or the "
                 "image has no header"),

@@ -66,10 +66,10 @@ static enum mr_status add_result(struct store *store, const struct import_reques
     answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));
     if (troubles[0])
         answer_words(answer, NULL, "CAN link", "%s", troubles);
-    answer_list(answer, "runs", NULL);
+    answer_open_list(answer, "runs", NULL);
     for (size_t i = 0; i < result->run_count; i++)
         answer_count(answer, NULL, NULL, result->run[i]);
-    answer_close(answer);
+    answer_close_group(answer);
     return add_landings(store, result, answer, error);
 }
 
@@ -220,7 +220,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing"),
     HELP_ITEM("FILE", "a candump -L log of a matrig board, imported as if logged live; with --map, "

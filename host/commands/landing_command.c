@@ -53,7 +53,7 @@ static void list_series(struct store *store, struct answer *answer)
     size_t count = 0, landed = 0;
     store_series_all(store, &rows, &count, fatal);
     store_landings(store, &landings, &landed, fatal);
-    answer_table(answer, "series", "");
+    answer_open_table(answer, "series", "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
         int64_t its = 0;
@@ -63,7 +63,7 @@ static void list_series(struct store *store, struct answer *answer)
             its += of.id == rows[i].id;
         }
         survey_time_text(rows[i].made_us, when, sizeof when);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "name", "series", "%s", rows[i].name);
         answer_words(answer, "begun", "begun", "%s", when);
         answer_words_or_none(answer, "runway", "runway", rows[i].runway, "-");
@@ -74,7 +74,7 @@ static void list_series(struct store *store, struct answer *answer)
             answer_words(answer, NULL, "notes", "%s", rows[i].notes);
         answer_words_or_none(answer, "who", NULL, rows[i].who, "-");
     }
-    answer_close(answer);
+    answer_close_group(answer);
     free(rows);
     free(landings);
 }
@@ -131,18 +131,18 @@ static void list_withdrawn(struct store *store, struct answer *answer)
     struct store_withdrawal *rows = NULL;
     size_t count = 0;
     store_withdrawals(store, &rows, &count, fatal);
-    answer_table(answer, "withdrawn", "");
+    answer_open_table(answer, "withdrawn", "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "kind", "withdrawn", "%s", rows[i].kind);
         answer_words(answer, "name", "name", "%s", rows[i].name);
         answer_words(answer, "made", "entered", "%s", when);
         answer_words_or_none(answer, "who", "by", rows[i].who, "-");
         answer_words(answer, "reason", "reason", "%s", rows[i].reason);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     free(rows);
 }
 
@@ -164,7 +164,7 @@ static void store_change(const struct request *r, struct store *store, const cha
 
 static void refuse_field(const char *argument)
 {
-    char word[40], text[SPELL_SUGGEST_TEXT];
+    char word[40], text[SPELL_SUGGEST_TEXT_SIZE];
     struct spell_suggest near;
     snprintf(word, sizeof word, "%.*s", (int)strcspn(argument, "="), argument);
     spell_suggest_begin(&near, word);
@@ -304,7 +304,7 @@ static void add_journal(const struct store_landing *landing, const struct journa
              mr_landing_state_text((unsigned)landing->state), j->is_void ? ", VOID" : "",
              text_or_dash(j->series.name), text_or_dash(j->series.runway),
              text_or_dash(j->series.pattern), text_or_dash(j->series.modification));
-    answer_open(answer, NULL, heading);
+    answer_open_group(answer, NULL, heading);
     answer_count(answer, "run", NULL, landing->id);
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_flag(answer, "void", NULL, j->is_void);
@@ -313,7 +313,7 @@ static void add_journal(const struct store_landing *landing, const struct journa
     answer_words_or_none(answer, "pattern", NULL, j->series.pattern, NULL);
     answer_words_or_none(answer, "modification", NULL, j->series.modification, NULL);
     journal_add_tables(j, answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void show_landing(const struct request *r, struct store *store, struct answer *answer)
@@ -344,7 +344,7 @@ static void check_request(struct request *r)
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
     if (r->words[1])
-        run_parse(r->words[1], &r->run, fatal);
+        run_number_parse(r->words[1], &r->run, fatal);
     if ((r->runway || r->pattern || r->modification) && !r->series)
         error_set(fatal, MR_USAGE,
                   "no series: --runway, --pattern and --modification need --series NAME; see "
@@ -396,9 +396,9 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
         withdraw_series(&r, store);
     else if (acts)
         add_observation(&r, store);
-    answer_list(answer, "landings", "");
+    answer_open_list(answer, "landings", "");
     show_landing(&r, store, answer);
-    answer_close(answer);
+    answer_close_group(answer);
     if (!r.run)
         list_series(store, answer);
     if (!r.run)
@@ -406,7 +406,7 @@ static int landing_command(int argc, char **argv, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]",
               "campaign database and landing; without RUN, all landings are listed. Nothing is "
@@ -422,8 +422,8 @@ static const struct command_part parts[] = {
                   "record a wave, break or other observation, with --station FT, --panels N, "
                   "--height IN, --side left|right|centre|across, --form T (two-panel, end "
                   "connector, ...), --at S (after touchdown), --note T"),
-    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "withdraw observation N; needs --reason"),
+    OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
+                   "withdraw observation N; needs --reason"),
     OPTION_TEXT("--series", "NAME", series,
                 "begin a series: all later landings belong to it. With --runway T, --pattern T, "
                 "--modification T, --note T. matrig landing DB lists the series"),
@@ -435,7 +435,7 @@ static const struct command_part parts[] = {
                  "--side left --form two-panel"),
     OPTION_TEXT("--reason", "T", reason, NULL),
     OPTION_NUMBER_SI("--station", "FT", station_ft, "ft", "m", 0.0, 120.0, (double)NAN, NULL),
-    OPTION_WHOLE("--panels", "N", panels, 1.0, 60.0, 0.0, NULL),
+    OPTION_INTEGER("--panels", "N", panels, 1.0, 60.0, 0.0, NULL),
     OPTION_NUMBER_SI("--height", "IN", height_in, "in", "mm", 0.0, 7.0, (double)NAN, NULL),
     OPTION_CHOICE("--side", "S", side, "side", "left|right|centre|across", NULL),
     OPTION_NUMBER("--at", "S", at_s, "s", -1.0, 60.0, (double)NAN, NULL),

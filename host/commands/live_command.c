@@ -151,7 +151,7 @@ static int live_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database that a running matrig log writes; opened read-only"),
     OPTION_TEXT("--port", "PORT", port,

@@ -420,7 +420,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     OPTION_TEXT("--can", "LINK", can, "the board's CAN bus"),
     OPTION_TEXT("--serial", "LINK", serial,

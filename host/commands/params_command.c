@@ -517,16 +517,16 @@ static void add_parameter_row(struct answer *answer, const struct parameter *p)
 static struct answer *make_answer(const struct reader *r, json_t *scene, const struct push *push)
 {
     struct answer *answer = answer_new(false);
-    answer_open(answer, "parameters", "");
+    answer_open_group(answer, "parameters", "");
     for (size_t i = 0; i < r->count; i++)
         add_parameter_row(answer, &r->parameters[i]);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_json_value(answer, "scene", json_incref(scene));
     if (push) {
-        answer_open(answer, "push", "");
+        answer_open_group(answer, "push", "");
         push_add_law(answer, &push->ground, &push->setting);
         push_add_tests(answer, &push->readings, &push->ground);
-        answer_close(answer);
+        answer_close_group(answer);
     }
     return answer;
 }
@@ -571,7 +571,7 @@ static int params_command(int argc, char **argv, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-#define VALUES struct params_request
+#define OPTION_VALUES struct params_request
 static const struct command_part parts[] = {
     HELP_ITEM("READINGS",
               "JSON with any of these tests. A reading is a number, {\"value\": V, \"error\": E} "
@@ -593,8 +593,8 @@ static const struct command_part parts[] = {
     OPTION_TEXT("--push", "F.csv", push_path,
                 "readings in order; the first line names the columns with their units (also N, kg, "
                 "mm): test,load (lb),force (lb),displacement (in). See docs/howto/push-test.md"),
-    OPTION_WHOLE("--mats", "N", mats, 1, PUSH_MATS_MAX, 0,
-                 "number of mats under the load that moved together; k is given per mat"),
+    OPTION_INTEGER("--mats", "N", mats, 1, PUSH_MATS_MAX, 0,
+                   "number of mats under the load that moved together; k is given per mat"),
     OPTION_TEXT("--plot", "F", plot_path,
                 "plot each test with the elastic and the rigid fit (.svg, .png, .pdf)"),
     OPTION_NUMBER("--axle-load", "LB", axle_load_lb, "lb", 1e-3, 1e9, 0.0,

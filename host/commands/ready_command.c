@@ -238,7 +238,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
             renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEW_S);
         }
         if (status == MR_OK)
-            status = dialogue_receive(dialogue, DIALOGUE_TURN_S, error);
+            status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, error);
     }
     if (status == MR_CLOSED) { /* answers before the link closed are valid */
         *error = (struct error){0};
@@ -330,7 +330,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. The result is stored with the landings "
                     "of the next 12 h"),

@@ -38,11 +38,11 @@ static int list_kinds(const struct cli *cli)
 {
     struct answer *answer = answer_new(false);
     char range[80];
-    answer_table(answer, "kinds", "");
+    answer_open_table(answer, "kinds", "");
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
         for (const struct inspection_field *field = kind->field; field->name; field++) {
             const char *unit = inspection_unit(field, false);
-            answer_row(answer);
+            answer_open_row(answer);
             answer_words(answer, "kind", "kind", "%s", kind->name);
             answer_words(answer, "of", "of", "%s", inspection_place_name(kind));
             answer_words(answer, "field", "field", "%s", field->name);
@@ -59,7 +59,7 @@ static int list_kinds(const struct cli *cli)
             answer_words(answer, "source", NULL, "report %s", kind->source);
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_sentence(answer, NULL,
                     "If you leave out a field marked kept, it gets the value from the last record "
                     "of its kind, for a landing that of the nearest earlier one.");
@@ -80,7 +80,7 @@ static void read_place(const struct request *r, struct store *store, struct stor
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
                   r->kind->name, needs[r->kind->place]);
     else if (r->place && r->kind->place == INSPECTION_LANDING)
-        (void)(run_parse(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
+        (void)(run_number_parse(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
     else if (r->place &&
              quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
@@ -98,19 +98,19 @@ static void copy_previous_fields(const struct inspections *all, const struct ins
 {
     const struct inspection *last = inspection_previous(all, kind, run);
     char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
-    answer_table(answer, "kept", "");
+    answer_open_table(answer, "kept", "");
     for (const struct inspection_field *field = kind->field; last && field->name; field++) {
         inspection_format(field, last->values, text);
         if (!field->from_last || !text[0] || json_object_get(values, field->name))
             continue;
         snprintf(word, sizeof word, "%s=%s", field->name, text);
         inspection_read(kind, word, values, fatal);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "field", "kept", "%s", field->name);
         answer_words(answer, "value", "value", "%s", text);
         answer_count(answer, "record", "from record", last->row.id);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static const struct inspection *find_valid(const struct request *r, const struct inspections *all,
@@ -255,9 +255,9 @@ static void write_marks_page(const struct request *r, const struct inspections *
     output_begin(&output, r->path, fatal);
     fwrite(page->bytes, 1, (size_t)(page->end - page->bytes), output.file);
     fputs("<svg id=\"picture\" data-file=\"", output.file);
-    html_text(output.file, path = realpath(file, NULL));
+    html_write_text(output.file, path = realpath(file, NULL));
     fputs("\" data-campaign=\"", output.file);
-    html_text(output.file, r->words[0]);
+    html_write_text(output.file, r->words[0]);
     fprintf(output.file, "\" data-record=\"%lld\"></svg>\n", (long long)r->measure);
     output_end(&output, fatal);
     json_decref(now);
@@ -356,7 +356,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
                             ? program_open_or_create_campaign(cli, r.words[0])
                             : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
-        run_parse(r.place, &run, fatal);
+        run_number_parse(r.place, &run, fatal);
     store_find_run(store, &run, fatal);
     store_find_run(store, &r.compare, fatal);
     if (adds)
@@ -388,7 +388,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB [KIND] [PLACE]",
               "campaign database; kind of record; place: depending on the kind a RUN, the number "
@@ -399,16 +399,16 @@ static const struct command_part parts[] = {
               "0.1 mm'. A field marked kept (see --kinds) defaults to its last value, for a RUN to "
               "that of the nearest earlier one"),
     OPTION_FLAG("--kinds", kinds, "list kinds and fields, with units, ranges and limits"),
-    OPTION_WHOLE("--correct", "N", correct, 1.0, 1e15, 0.0,
-                 "change fields of record N; FIELD= removes one. Needs --reason"),
-    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
-                 "withdraw record N; needs --reason. Old values stay in the campaign"),
+    OPTION_INTEGER("--correct", "N", correct, 1.0, 1e15, 0.0,
+                   "change fields of record N; FIELD= removes one. Needs --reason"),
+    OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e15, 0.0,
+                   "withdraw record N; needs --reason. Old values stay in the campaign"),
     OPTION_RUN("--compare", "RUN", compare,
                "list the differences between the records of two landings"),
-    OPTION_WHOLE("--measure", "N", measure, 1.0, 1e15, 0.0,
-                 "write a web page with the picture of record N (-o F.html). There you mark two "
-                 "points of known distance and a third point; the page prints the command that "
-                 "records the height of the third point with its error"),
+    OPTION_INTEGER("--measure", "N", measure, 1.0, 1e15, 0.0,
+                   "write a web page with the picture of record N (-o F.html). There you mark two "
+                   "points of known distance and a third point; the page prints the command that "
+                   "records the height of the third point with its error"),
     OPTION_TEXT("--csv", "F.csv", csv,
                 "add records from a file: its first line names place and fields, as "
                 "in a file that -o wrote"),

@@ -24,7 +24,7 @@ struct replay {
     bool exact_asked;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* installed files, used by default */
-    char directory[TEMPORARY_FOLDER];      /* temporary folder; "": not created yet */
+    char directory[TEMPORARY_FOLDER_SIZE]; /* temporary folder; "": not created yet */
     char elf_unpacked[PATH_MAX + 20];      /* path of the image from a bundle, in `directory` */
     struct board_messages recorded, replayed;
     struct replay_input input;
@@ -204,7 +204,7 @@ static enum mr_status parse_request(struct replay *replay, int argc, char **argv
     enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
     replay->run = 1;
     if (status == MR_OK && words[1])
-        status = run_parse(words[1], &replay->run, error);
+        status = run_number_parse(words[1], &replay->run, error);
     replay->db = words[0];
     replay->board.is_real_time = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;
@@ -235,7 +235,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     return exit_code;
 }
 
-#define VALUES struct replay
+#define OPTION_VALUES struct replay
 static const struct command_part parts[] = {
     HELP_ITEM("DB [RUN]", "campaign database and landing; default: RUN 1. If DB is a bundle, its "
                           "digests are checked and its image is used"),

@@ -56,7 +56,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     return 0;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),

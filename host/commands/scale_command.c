@@ -126,13 +126,13 @@ static int show_ratios(const struct request *request, const struct cli *cli)
     struct answer *answer = make_answer(request);
     answer_sentence(answer, NULL, "prototype / model at n = %g, %s kept", request->length_scale,
                     request->keeps_modulus ? "modulus" : "density");
-    answer_table(answer, "ratios", "");
+    answer_open_table(answer, "ratios", "");
     for (size_t i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         char power[16];
         int halves = find_half_powers(request, quantity->unit);
         format_power(halves, power);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
@@ -140,7 +140,7 @@ static int show_ratios(const struct request *request, const struct cli *cli)
                      pow(request->length_scale, 0.5 * halves), -6)
             ->digits = 12;
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return answer_show(cli, answer, 0);
 }
 
@@ -186,18 +186,18 @@ static int scale_values(const struct request *request, const struct cli *cli)
         values[i].to = values[i].from * find_factor(request, values[i].quantity->unit);
     }
     struct answer *answer = make_answer(request);
-    answer_open(answer, "values", "");
+    answer_open_group(answer, "values", "");
     for (size_t i = 0; i < request->count; i++) {
         const struct quantity *quantity = values[i].quantity;
         answer_words(answer, NULL, quantity->name, "%14.8g  ->  %14.8g %s", values[i].from,
                      values[i].to, quantity->unit);
-        answer_open(answer, quantity->name, NULL);
+        answer_open_group(answer, quantity->name, NULL);
         answer_value(answer, "from", NULL, UNIT_NUMBER, values[i].from, 0)->digits = 12;
         answer_value(answer, "to", NULL, UNIT_NUMBER, values[i].to, 0)->digits = 12;
         answer_words(answer, "unit", NULL, "%s", quantity->unit);
-        answer_close(answer);
+        answer_close_group(answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     return answer_show(cli, answer, 0);
 }
 
@@ -416,7 +416,7 @@ static int scale_command(int argc, char **argv, const struct cli *cli)
     return file ? scale_file(&request, cli) : scale_values(&request, cli);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("NAME=VALUE",
               "a quantity, by name or symbol; without any argument, all ratios are listed"),

@@ -107,7 +107,7 @@ static void add_warning(const struct preview *preview, struct answer *answer)
     if (w->was_warned)
         answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
                      station->factor * w->longest_end_ft)
-            ->warn = true;
+            ->is_warning = true;
     else
         answer_words(answer, NULL, label, "%s",
                      !watched    ? "no board"
@@ -179,12 +179,12 @@ static void add_notes(const struct preview *preview, struct answer *answer)
         append_text(text, sizeof text, part);
     }
     answer_words(answer, NULL, "notes", "%s", text);
-    answer_list(answer, "notes", NULL);
+    answer_open_list(answer, "notes", NULL);
     for (size_t i = 0; i < preview->journal.change_count; i++) {
         if (strcmp(preview->journal.change[i].field, "note") == 0)
             answer_words(answer, NULL, NULL, "%s", preview->journal.change[i].value);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_count(answer, "seen", NULL, (int64_t)preview->observations);
     answer_count(answer, "same_as", NULL,
                  preview->repeated_run ? preview->repeated_run : ANSWER_UNKNOWN);
@@ -228,14 +228,14 @@ static void add_landings(struct store *store, const struct store_landing *row, s
     uint16_t base = 0;
     for (size_t i = 0; i < count && !base; i++)
         store_can_base_get(store, row[i].id, &base, fatal);
-    answer_table(answer, "landings", "");
+    answer_open_table(answer, "landings", "");
     for (size_t i = 0; i < count; i++) {
         preview_load(store, row[i].id, &preview);
-        answer_row(answer);
+        answer_open_row(answer);
         add_preview(&preview, base != 0, answer);
         preview_free(&preview);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Prints the numbers of series and surveys, and the next step if something is missing. */
@@ -270,7 +270,7 @@ static void add_result(struct store *store, size_t landings, struct answer *answ
     if (landings == 0)
         return;
     if (landings > RECORDS_MAX) {
-        answer_none(answer, "record", NULL, NULL);
+        answer_no_value(answer, "record", NULL, NULL);
         answer_sentence(
             answer, NULL,
             "more than %d landings: see matrig report for the outcomes of their warnings",
@@ -332,7 +332,7 @@ static int show_command(int argc, char **argv, const struct cli *cli)
     int64_t run = 0;
     command_parse(&command_show, argc, argv, cli, NULL, words, fatal);
     if (words[1])
-        run_parse(words[1], &run, fatal);
+        run_number_parse(words[1], &run, fatal);
     struct store *store = program_open_campaign(words[0], STORE_READ);
     store_find_run(store, &run, fatal);
     if (run)

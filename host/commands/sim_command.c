@@ -160,7 +160,7 @@ static int sim_command(int argc, char **argv, const struct cli *cli)
     return code;
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM(
         "SCENE",

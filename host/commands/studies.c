@@ -85,7 +85,7 @@ int study_exec(int argc, char **argv, const struct cli *cli)
 
 /* ---- error ---- */
 
-#define VALUES struct error_request
+#define OPTION_VALUES struct error_request
 static const struct command_part error_parts[] = {
     HELP_ITEM("SCENE", "scene file, JSON"),
     OPTION_TEXT("--plot", "F", plot,
@@ -104,17 +104,17 @@ const struct command command_error = {
     COMMAND_PARTS(error_parts),
     {1, 1, "SCENE"},
 };
-#undef VALUES
+#undef OPTION_VALUES
 
 /* ---- study ---- */
 
-#define VALUES struct study_request
+#define OPTION_VALUES struct study_request
 static const struct command_part study_parts[] = {
     HELP_ITEM(
         "FILE",
         "study file, JSON (host/landing_series/README.md): runway, landings, modifications, seeds"),
-    OPTION_WHOLE("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
-                 "number of seeds, from the first seed of the file on; default: as in the file"),
+    OPTION_INTEGER("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
+                   "number of seeds, from the first seed of the file on; default: as in the file"),
     OPTION_CHOICE("--ground", "G", ground, "ground", "weightless|elastic",
                   "weightless: the gear exerts thrust only. elastic: axle lines have weight, and "
                   "the ground deflects (key elastic); default: as in the file"),
@@ -134,11 +134,11 @@ const struct command command_study = {
     COMMAND_PARTS(study_parts),
     {1, 1, "FILE"},
 };
-#undef VALUES
+#undef OPTION_VALUES
 
 /* ---- sweep ---- */
 
-#define VALUES struct sweep_request
+#define OPTION_VALUES struct sweep_request
 static const struct command_part sweep_parts[] = {
     HELP_ITEM("FILE",
               "sweep file, JSON (host/sweep/README.md): base scene or study file, inputs to vary, "
@@ -164,11 +164,11 @@ const struct command command_sweep = {
     COMMAND_PARTS(sweep_parts),
     {1, 1 + SWEEP_FILES_MAX, "FILE"},
 };
-#undef VALUES
+#undef OPTION_VALUES
 
 /* ---- fit ---- */
 
-#define VALUES struct fit_request
+#define OPTION_VALUES struct fit_request
 static const struct command_part fit_parts[] = {
     HELP_ITEM("DB [RUN...]", "campaign database and landings; default: all landings with known "
                              "motion. Exit 1 when the model cannot describe the data"),
@@ -181,10 +181,10 @@ static const struct command_part fit_parts[] = {
                 "prior value and standard error (lb, in, lb/ft); default: values of the scene, "
                 "with errors of 50 % for grit, KL and an unsurveyed gap, 3 % for a surveyed gap, "
                 "and 20 % for f; share: 1/12, error 15 %"),
-    OPTION_WHOLE("--draws", "N", draws, FIT_DRAWS_MIN, 1e5, 300.0,
-                 "simulated data sets per round, at least {low}; default: {standard}"),
-    OPTION_WHOLE("--seed", "N", seed, 0.0, 1e9, 1.0,
-                 "seed of all random draws; default: {standard}"),
+    OPTION_INTEGER("--draws", "N", draws, FIT_DRAWS_MIN, 1e5, 300.0,
+                   "simulated data sets per round, at least {low}; default: {standard}"),
+    OPTION_INTEGER("--seed", "N", seed, 0.0, 1e9, 1.0,
+                   "seed of all random draws; default: {standard}"),
     OPTION_TEXT("--plot", "F", plot, "plot the residuals (.svg, .png, .pdf)"),
     OPTION_TEXT("-o", "F.json", out_scene, "write a scene with the fitted values"),
     OPTION_FORCE(force),
@@ -200,4 +200,4 @@ const struct command command_fit = {
     COMMAND_PARTS(fit_parts),
     {1, 1 + FIT_RUNS_MAX, "DB [RUN...]"},
 };
-#undef VALUES
+#undef OPTION_VALUES

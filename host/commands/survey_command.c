@@ -31,7 +31,7 @@ static void add_head(const struct survey *survey, struct answer *answer)
     answer_flag(answer, "ended", NULL, ended);
     answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
     if (row->after_run == STORE_NONE)
-        answer_none(answer, "after_run", NULL, NULL);
+        answer_no_value(answer, "after_run", NULL, NULL);
     else
         answer_count(answer, "after_run", "after RUN", row->after_run);
     answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed",
@@ -52,7 +52,7 @@ static void add_spans(const struct survey *survey, const struct survey_results *
                       struct answer *answer)
 {
     bool changed = found->previous != 0;
-    answer_table(
+    answer_open_table(
         answer, NULL,
         changed ? "change of the length of ten mats since the previous survey, and the present "
                   "opening of their joints"
@@ -63,18 +63,18 @@ static void add_spans(const struct survey *survey, const struct survey_results *
             any |= !isnan(survey->readings.gap_in[line][k]);
         if (!any)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             double gap_in = (changed ? found->since_previous.change.gap_in
                                      : survey->readings.gap_in)[line][k];
-            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->plus =
+            answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT, gap_in, 4)->shows_sign =
                 changed;
         }
         answer_estimate(answer, NULL, "opening", UNIT_DISPLACEMENT,
                         found->slack.segment[k].value_in, found->slack.segment[k].error_in, 4);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     if (changed)
         answer_value(answer, NULL, "error of each change", UNIT_DISPLACEMENT,
                      found->since_previous.change.error_in, 4);
@@ -94,14 +94,14 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
                   {"change of the length of ten mats along the 45 degree lines", 0.0,
                    SURVEY_DIAGONALS, SURVEY_DIAGONAL_SPANS, change->diagonal_in[0]}};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++) {
-        answer_table(answer, NULL, tables[t].title);
+        answer_open_table(answer, NULL, tables[t].title);
         for (unsigned k = 0; k < tables[t].places; k++) {
             bool any = false;
             for (unsigned line = 0; line < tables[t].lines; line++)
                 any |= !isnan(tables[t].value_in[line * tables[t].places + k]);
             if (!any)
                 continue;
-            answer_row(answer);
+            answer_open_row(answer);
             if (tables[t].step_ft > 0.0)
                 answer_value(answer, NULL, "at", UNIT_STATION, tables[t].step_ft * k, 1);
             else
@@ -109,31 +109,32 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
             for (unsigned line = 0; line < tables[t].lines; line++)
                 answer_value(answer, NULL, line_names[line], UNIT_DISPLACEMENT,
                              tables[t].value_in[line * tables[t].places + k], 4)
-                    ->plus = true;
+                    ->shows_sign = true;
         }
-        answer_close(answer);
+        answer_close_group(answer);
     }
 }
 
 /* Adds the movement every 10 ft, at the nearest gage point. */
 static void add_movement(const struct survey_results *found, struct answer *answer)
 {
-    answer_table(answer, NULL,
-                 "movement downfield since the previous survey, and bow since the first survey");
+    answer_open_table(
+        answer, NULL,
+        "movement downfield since the previous survey, and bow since the first survey");
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_readings > 0; s++) {
         unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.movement[line][k];
             answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
                             u->error_in, 3)
-                ->plus = true;
+                ->shows_sign = true;
         }
         answer_value(answer, NULL, "bow", UNIT_DISPLACEMENT, found->since_first.bow[k].value_in, 3)
-            ->plus = true;
+            ->shows_sign = true;
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static json_t *estimates_to_json(const struct survey_estimate *e, size_t count, double factor)
@@ -201,13 +202,13 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
                         verdict, limit, length->text);
     if (!found->previous)
         return;
-    answer_open(answer, "worst_bow", NULL);
+    answer_open_group(answer, "worst_bow", NULL);
     answer_value(answer, "value", NULL, UNIT_NUMBER, worst, 3);
     answer_value(answer, "error", NULL, UNIT_NUMBER, error, 3)->digits = 4;
     answer_value(answer, "station", NULL, UNIT_NUMBER, at, 1);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, limit, 3);
     answer_words(answer, "verdict", NULL, "%s", verdict);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Adds the readings of all places, also places without a reading, to the JSON only. */
@@ -819,7 +820,7 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
     return run(&r);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database; created if missing. An unfinished survey is continued"),
     HELP_ITEM("(no option)",
@@ -843,9 +844,9 @@ static const struct command_part parts[] = {
                 "write an empty sheet for all readings, in walking order and with the last values; "
                 "-: to standard output"),
     OPTION_FLAG("--end", end, "end an incomplete survey"),
-    OPTION_WHOLE("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
-                 "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
-                 "landing DB lists it"),
+    OPTION_INTEGER("--withdraw", "N", withdraw, 1.0, 1e9, 0.0,
+                   "withdraw survey N, which is kept but no longer used; needs --reason. matrig "
+                   "landing DB lists it"),
     OPTION_FLAG("--show", show,
                 "show opening and closing per ten mats, movement and in-plane bow of survey N "
                 "(default: the newest)"),
@@ -859,7 +860,7 @@ static const struct command_part parts[] = {
         "is compared with nominal values."),
     HELP_EXAMPLE("matrig survey campaign.db; matrig survey campaign.db --load serial:/dev/ttyUSB0"),
     OPTION_TEXT("--note", "T", note, NULL),
-    OPTION_WHOLE("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
+    OPTION_INTEGER("--survey", "N", number, 1.0, 1e9, 0.0, NULL),
     OPTION_TEXT("--reason", "T", reason, NULL),
     OPTION_FLAG("--can", can, NULL),
     OPTION_FLAG("--doubtful", doubtful, NULL),

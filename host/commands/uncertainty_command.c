@@ -158,7 +158,7 @@ static void add_certificate(struct answer *answer, const struct channel_budget *
         certificates_text(one->certificate, state, &one->channel, text);
     }
     struct answer_fact *fact = answer_words(answer, "certificate", "certificate", "%s", text);
-    fact->warn = state != CERTIFICATE_VALID;
+    fact->is_warning = state != CERTIFICATE_VALID;
     answer_words_or_none(answer, "certificate_number", NULL,
                          one->certificate ? one->certificate->number : "", NULL);
 }
@@ -178,11 +178,11 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
 {
     const struct budget *b = &one->budget;
     bool transducer = one->index < MR_TRANSDUCERS;
-    answer_table(answer, "budget", "");
+    answer_open_table(answer, "budget", "");
     for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
         const struct budget_row *row = &b->row[s];
         double share = row->contribution / b->combined_uncertainty;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "source", NULL, "%s", budget_source_name(s));
         answer_words(answer, NULL, "source", "%s", budget_source_text(s));
         answer_flag(answer, "stated", NULL, s < BUDGET_STATED);
@@ -196,7 +196,7 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
         answer_value(answer, "contribution", "c u(x)", find_unit_kind(one), row->contribution, -3);
         answer_value(answer, NULL, "share, %", UNIT_NUMBER, 100.0 * share * share, 1);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_head(struct answer *answer, const struct channel_budget *one)
@@ -232,20 +232,20 @@ static void add_table(const struct request *r, const struct budget_input *s, con
                       unsigned from, unsigned to, struct answer *answer)
 {
     struct channel_budget one;
-    answer_table(answer, name, "");
+    answer_open_table(answer, name, "");
     for (unsigned i = from; i < to; i++) {
         if (!make_budget(r, s, i, &one))
             continue;
         struct answer *rows = answer_new(false);
         add_rows(rows, &one);
         json_t *made = answer_into_json(rows);
-        answer_row(answer);
+        answer_open_row(answer);
         add_head(answer, &one);
         add_sums(answer, &one);
         answer_json_value(answer, "budget", json_incref(json_object_get(made, "budget")));
         json_decref(made);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_tables(const struct request *r, const struct budget_input *s, struct answer *answer)
@@ -313,7 +313,7 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-#define VALUES struct request
+#define OPTION_VALUES struct request
 static const struct command_part parts[] = {
     HELP_ITEM(
         "DB",

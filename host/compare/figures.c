@@ -639,7 +639,7 @@ void compare_write_sentence(const struct compare_agreement *a, bool si,
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     const enum unit_kind kind = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
-    char measured[UNIT_TEXT], simulated[UNIT_TEXT];
+    char measured[UNIT_TEXT_SIZE], simulated[UNIT_TEXT_SIZE];
     if (!a->channel) {
         snprintf(out, COMPARE_SENTENCE_SIZE,
                  "No peak, end or arrival of RUN %" PRId64 " could be compared with %s", a->run,

@@ -11,7 +11,7 @@
 /* Adds a value of En or chi. */
 static void add_ratio(struct answer *answer, const char *name, const char *label, double value)
 {
-    answer_value(answer, name, label, UNIT_NUMBER, value, 1)->bounded = true;
+    answer_value(answer, name, label, UNIT_NUMBER, value, 1)->is_capped = true;
 }
 
 static void add_moment(struct answer *answer, const char *name, const char *label,
@@ -29,7 +29,7 @@ static void add_peak_time(struct answer *answer, bool is_measured, const struct 
 static void add_channel(const struct compare_channel *c, struct answer *answer)
 {
     const struct signal_figures *f = &c->figures;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, "number", "no", c->number);
     answer_flag(answer, "compared", NULL, c->is_compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
@@ -72,10 +72,10 @@ void compare_add_channels(const struct compare_figures *figures, struct answer *
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
                             c->is_compared ? "" : "not compared: ", c->reason);
     }
-    answer_table(answer, "channels", "");
+    answer_open_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channel_count; i++)
         add_channel(&figures->channel[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_sentence(
         answer, NULL,
         "Differences are measured minus simulated. Errors are standard errors. chi: rms difference "
@@ -88,36 +88,36 @@ static void add_zone(const char *name, const struct compare_zone *zone, struct a
 {
     bool any = zone->mats > 0.0;
     if (!zone->is_known) {
-        answer_none(answer, name, "from", "not known");
+        answer_no_value(answer, name, "from", "not known");
         return;
     }
-    answer_open(answer, name, NULL);
+    answer_open_group(answer, name, NULL);
     answer_value(answer, "mats", "mats", UNIT_NUMBER, zone->mats, 0);
     answer_estimate(answer, "start", "from", UNIT_STATION, any ? zone->start_ft : (double)NAN,
                     any ? zone->start_error_ft : (double)NAN, 1);
     answer_estimate(answer, "end", "to", UNIT_STATION, any ? zone->end_ft : (double)NAN,
                     any ? zone->end_error_ft : (double)NAN, 1);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_overlap(const char *name, const struct compare_overlap *overlap,
                         struct answer *answer)
 {
     if (!overlap->is_known) {
-        answer_none(answer, name, NULL, NULL);
+        answer_no_value(answer, name, NULL, NULL);
         return;
     }
-    answer_open(answer, name, NULL);
+    answer_open_group(answer, name, NULL);
     answer_value(answer, "common_mats", "mats|in common", UNIT_NUMBER, overlap->common_mats, 0);
     answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
     answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
     answer_value(answer, "start_difference", "measured start|minus this one", UNIT_STATION,
                  overlap->start_ft, 1)
-        ->plus = true;
+        ->shows_sign = true;
     answer_value(answer, "end_difference", "measured end|minus this one", UNIT_STATION,
                  overlap->end_ft, 1)
-        ->plus = true;
-    answer_close(answer);
+        ->shows_sign = true;
+    answer_close_group(answer);
 }
 
 void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
@@ -125,16 +125,16 @@ void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
     static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured",
                                                        [COMPARE_BOARD] = "board",
                                                        [COMPARE_SIMULATED] = "simulated"};
-    answer_list(answer, "zones", "");
+    answer_open_list(answer, "zones", "");
     for (size_t i = 0; i < zones->count; i++) {
         const struct compare_zone_moment *m = &zones->moment[i];
-        answer_open(answer, NULL, "");
+        answer_open_group(answer, NULL, "");
         answer_words(answer, "when", "zone", "%s", m->description);
         answer_value(answer, "at", "time", UNIT_TIME, m->t_s, 3);
         answer_value(answer, "wheel", "wheel at", UNIT_STATION, m->wheel_ft, 1);
-        answer_table(answer, NULL, "");
+        answer_open_table(answer, NULL, "");
         for (size_t source = 0; source < COMPARE_SOURCES; source++) {
-            answer_row(answer);
+            answer_open_row(answer);
             answer_words(answer, NULL, "source", "%s", names[source]);
             add_zone(names[source], &m->zone[source], answer);
             if (source == COMPARE_BOARD)
@@ -142,10 +142,10 @@ void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
             else if (source == COMPARE_SIMULATED)
                 add_overlap("overlap_simulated", &m->simulated, answer);
         }
-        answer_close(answer);
-        answer_close(answer);
+        answer_close_group(answer);
+        answer_close_group(answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_agreement(const struct compare_agreement *a, struct answer *answer)
@@ -153,7 +153,7 @@ static void add_agreement(const struct compare_agreement *a, struct answer *answ
     const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char sentence[COMPARE_SENTENCE_SIZE];
     compare_write_sentence(a, answer_is_si(answer), sentence);
-    answer_open(answer, "agreement", "");
+    answer_open_group(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
     answer_count(answer, "judged", NULL, (int64_t)a->values_judged);
     answer_count(answer, "differ", NULL, (int64_t)a->values_differing);
@@ -165,23 +165,23 @@ static void add_agreement(const struct compare_agreement *a, struct answer *answ
         answer_value(answer, "simulated", NULL, unit, a->simulated, 4);
         answer_value(answer, "en", NULL, UNIT_NUMBER, a->en, 1);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_verdict(const struct compare_verdict *verdict, struct answer *answer)
 {
     if (verdict->checked == 0) {
-        answer_none(answer, "limits", NULL, NULL);
+        answer_no_value(answer, "limits", NULL, NULL);
         return;
     }
-    answer_open(answer, "limits", "limits");
+    answer_open_group(answer, "limits", "limits");
     answer_count(answer, "checked", "checked", (int64_t)verdict->checked);
     answer_count(answer, "failed", "failed", (int64_t)verdict->failed);
     answer_flag(answer, "pass", NULL, verdict->failed == 0);
     answer_words(answer, NULL, "verdict", "%s", verdict->failed ? "FAIL" : "pass");
     if (verdict->failed)
         answer_words(answer, "worst", NULL, "%s", verdict->text);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 void compare_to_answer(const struct compare_figures *figures, const struct compare_verdict *verdict,
@@ -191,7 +191,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
     if (figures->torn[0])
         answer_sentence(answer, "torn", "%s", figures->torn);
     else
-        answer_none(answer, "torn", NULL, NULL);
+        answer_no_value(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->model_file);
     answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->suffix = " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)
@@ -253,7 +253,7 @@ static void add_landing(const struct compare_series_landing *landing, struct ans
 {
     const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
     const struct compare_mean mean = compare_average(&landing->figures);
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
     if (!landing->is_compared)
         return;
@@ -272,10 +272,10 @@ static void add_landing(const struct compare_series_landing *landing, struct ans
 
 static void add_landings(const struct compare_series *set, struct answer *answer)
 {
-    answer_list(answer, "landings", NULL);
+    answer_open_list(answer, "landings", NULL);
     for (size_t i = 0; i < set->count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
-        answer_row(answer);
+        answer_open_row(answer);
         if (l->is_compared)
             compare_to_answer(&l->figures, &l->verdict, answer);
         else
@@ -283,32 +283,32 @@ static void add_landings(const struct compare_series *set, struct answer *answer
         if (!l->is_compared)
             answer_words(answer, "not_compared", NULL, "%s", l->reason);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     for (size_t i = 0; i < set->count; i++) {
         if (!set->landing[i].is_compared)
             answer_sentence(answer, NULL, "RUN %lld not compared: %s",
                             (long long)set->landing[i].run, set->landing[i].reason);
     }
-    answer_table(answer, NULL, "landings");
+    answer_open_table(answer, NULL, "landings");
     for (size_t i = 0; i < set->count; i++)
         add_landing(&set->landing[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_channels(const struct compare_series *set, struct answer *answer)
 {
-    answer_table(answer, "channels", "over all landings, weighted by samples");
+    answer_open_table(answer, "channels", "over all landings, weighted by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
         if (set->channel[c].landings == 0)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, "number", "no", set->channel[c].number);
         answer_value(answer, "station", "at", UNIT_STATION, set->channel[c].station_ft, 1);
         answer_count(answer, "landings", "landings", (int64_t)set->channel[c].landings);
         answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel[c].bias_in, 4);
         answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel[c].rms_in, 4);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Adds the agreement of the landing that differs most. */

@@ -306,7 +306,7 @@ static void add_spread(struct answer *answer, const char *name, const char *labe
                        enum unit_kind kind, const struct series_spread *s, int decimals)
 {
     const struct unit *unit = unit_of(kind, answer_is_si(answer));
-    const char *suffix = unit_of_callers(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
+    const char *suffix = unit_of_passed_value(kind)->suffix, *mark = unit->suffix[0] ? ",|" : "";
     char key[40], head[60];
     snprintf(key, sizeof key, "%s%s%s", name, suffix[0] ? "_" : "", suffix);
     answer_json_value(answer, key, make_spread_json(s));
@@ -334,7 +334,7 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
                         const struct series_landing_summary *s, size_t number)
 {
     bool shown = s->runways > 0;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
     answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runways);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
@@ -367,17 +367,17 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
                  "largest force in a joint: mean over the runways; its error needs %d runways or "
                  "more (--seeds)",
                  SERIES_CHECK_EVERY);
-    answer_table(answer, NULL, label);
+    answer_open_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
         const struct series_peak *push = &s[i].push_lb, *pull = &s[i].pull_lb;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         answer_estimate(answer, NULL, "push", UNIT_TENSION, push->mean, push->mean_error, 1);
         answer_value(answer, NULL, "error of|one push", UNIT_TENSION, push->error, 1);
         answer_estimate(answer, NULL, "pull", UNIT_TENSION, pull->mean, pull->mean_error, 1);
         answer_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->error, 1);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_stations(struct answer *answer, const struct landing_series *c,
@@ -388,9 +388,9 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     char label[80];
     snprintf(label, sizeof label, "total movement (%s), median over the runways, by station (%s)",
              movement->text, station->text);
-    answer_table(answer, NULL, label);
+    answer_open_table(answer, NULL, label);
     for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
@@ -399,7 +399,7 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
                          unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static json_t *make_stations_json(const double *stations_ft, size_t count)
@@ -558,12 +558,13 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
                                const struct series_run *runs, const struct series_summary *s)
 {
     json_t *list = json_array();
-    answer_table(answer, "landings",
-                 "each landing: median over the simulated runways that reached it; in brackets, "
-                 "5th to 95th percentile");
+    answer_open_table(
+        answer, "landings",
+        "each landing: median over the simulated runways that reached it; in brackets, "
+        "5th to 95th percentile");
     for (size_t i = 0; i < c->landing_count; i++)
         add_landing(answer, c, &s->landing[i], i + 1);
-    answer_close(answer);
+    answer_close_group(answer);
     add_forces(answer, c, s->landing);
     add_stations(answer, c, s->landing);
     answer_json_value(answer, "stations_ft", make_stations_json(c->stations_ft, c->station_count));

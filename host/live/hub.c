@@ -111,10 +111,10 @@ static json_t *text_to_json(const char *text)
 
 static json_t *make_units_json(bool si)
 {
-    static const char *const names[UNIT_MEASURED_KINDS] = {"station", "displacement", "speed",
-                                                           "deceleration", "tension"};
+    static const char *const names[UNIT_MEASURED_KIND_COUNT] = {"station", "displacement", "speed",
+                                                                "deceleration", "tension"};
     json_t *units = json_object();
-    for (int kind = 0; kind < UNIT_MEASURED_KINDS; kind++) {
+    for (int kind = 0; kind < UNIT_MEASURED_KIND_COUNT; kind++) {
         const struct unit *unit = unit_of((enum unit_kind)kind, si);
         json_object_set_new(units, names[kind],
                             json_pack("{sssf}", "text", unit->text, "factor", unit->factor));
@@ -783,7 +783,7 @@ bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_t argument,
                                      int64_t until_us, enum mr_status *answer)
 {
-    struct timespec until = compute_deadline(1000 * ARM_CLIENT_ANSWER_S);
+    struct timespec until = compute_deadline(1000 * ARM_CLIENT_ANSWER_TIMEOUT_S);
     enum mr_status status = MR_NOT_NOW;
     if ((int64_t)link_now_us() >= until_us)
         return MR_LIMIT;

@@ -558,7 +558,7 @@ static void add_missing(int kind, const int64_t missing[MR_MESSAGES], struct ans
 {
     char text[1000] = "";
     size_t used = 0;
-    answer_open(answer, "missing", "");
+    answer_open_group(answer, "missing", "");
     for (unsigned place = 0; place < MR_MESSAGES; place++) {
         if (missing[place] == 0)
             continue;
@@ -570,7 +570,7 @@ static void add_missing(int kind, const int64_t missing[MR_MESSAGES], struct ans
     if (used)
         answer_sentence(answer, NULL, "messages missed on %s in this session:%s",
                         summary_link_name(kind), text);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_link(const struct logger *logger, unsigned link, const struct collector_progress *p,
@@ -583,7 +583,7 @@ static void add_link(const struct logger *logger, unsigned link, const struct co
     for (unsigned i = 0; i < LINK_TROUBLES; i++)
         trouble[i] = (int64_t)logger->counters[link].trouble[i];
     summary_format_troubles(trouble, line, sizeof line);
-    answer_open(answer, kind == LINK_CAN ? "can" : "serial", "");
+    answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", "");
     answer_count(answer, "received", NULL, c->received);
     answer_count(answer, "lost", NULL, c->lost);
     answer_count(answer, "dropped", NULL, c->dropped);
@@ -602,7 +602,7 @@ static void add_link(const struct logger *logger, unsigned link, const struct co
     }
     if (kind == LINK_CAN && p->before_first >= 0)
         answer_count(answer, "before_logging", NULL, p->before_first);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_board(const struct logger *logger, struct answer *answer)
@@ -612,12 +612,12 @@ static void add_board(const struct logger *logger, struct answer *answer)
     collector_get_progress(logger->collector, &p);
     answer_count(answer, "session", NULL, collector_session(logger->collector));
     answer_count(answer, "base", NULL, logger->can_base);
-    answer_open(answer, "links", "");
+    answer_open_group(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (logger->link[kind])
             add_link(logger, (unsigned)kind, &p, answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_words_or_none(answer, "unheard", NULL,
                          p.hello_received ? NULL : diagnosis_word(diagnose_links(logger, &link)),
                          NULL);
@@ -659,7 +659,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
  *
  * Before it arms, and before it ends a landing in progress, it asks for confirmation. */
 
-#define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_S)
+#define ANSWER_TIMEOUT_US  (1000000u * ARM_CLIENT_ANSWER_TIMEOUT_S)
 #define CONFIRM_TIMEOUT_US 30000000u /* time limit for the confirmation */
 #define TYPING_HOLD_US     15000000u
 

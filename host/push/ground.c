@@ -155,11 +155,11 @@ static void add_interval(struct answer *answer, const char *name, const char *la
 void push_add_tests(struct answer *answer, const struct push_readings *readings,
                     const struct push_ground *ground)
 {
-    answer_table(answer, "tests", "Tests");
+    answer_open_table(answer, "tests", "Tests");
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_series *series = &readings->series[i];
         const struct push_fit *fit = &ground->fit[i];
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "test", "test", "%s", series->name);
         answer_value(answer, "load_lb", "load, lb", UNIT_NUMBER, series->load_lb, 1);
         answer_count(answer, "readings", "readings", (int64_t)series->count);
@@ -173,7 +173,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
         answer_words(answer, NULL, "chi2 elastic,|rigid (freedom)", "%.0f, %.0f (%zu)",
                      fit->chi_square, fit->rigid_chi_square, fit->degrees_of_freedom);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* ---- ground ---- */

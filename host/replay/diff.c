@@ -115,9 +115,9 @@ static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
         double value = tolerances[i].tolerance;
         const char *unit = tolerances[i].unit;
-        for (int kind = 0; si && kind < UNIT_MEASURED_KINDS; kind++) {
+        for (int kind = 0; si && kind < UNIT_MEASURED_KIND_COUNT; kind++) {
             const struct unit *shown = unit_of((enum unit_kind)kind, true);
-            if (strcmp(unit_of_callers((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
+            if (strcmp(unit_of_passed_value((enum unit_kind)kind)->text, tolerances[i].unit) != 0)
                 continue;
             value *= shown->factor;
             unit = shown->text;
@@ -578,10 +578,10 @@ static void add_difference_answer(const struct difference *d, struct answer *ans
 {
     static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
     if (!d) {
-        answer_none(answer, "first", NULL, NULL);
+        answer_no_value(answer, "first", NULL, NULL);
         return;
     }
-    answer_open(answer, "first", NULL);
+    answer_open_group(answer, "first", NULL);
     answer_words(answer, "kind", NULL, "%s", kinds[d->kind]);
     answer_words(answer, "link", NULL, "%s", link_text[d->link]);
     answer_words(answer, "message", NULL, "%s", d->message);
@@ -590,7 +590,7 @@ static void add_difference_answer(const struct difference *d, struct answer *ans
     answer_count(answer, "block", NULL, d->block);
     answer_value(answer, "recorded", NULL, UNIT_NUMBER, d->recorded, 3)->digits = NUMBER_DIGITS;
     answer_value(answer, "replayed", NULL, UNIT_NUMBER, d->replayed, 3)->digits = NUMBER_DIGITS;
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Prints a row if it has differences. */
@@ -598,7 +598,7 @@ static void add_row(const struct diff_row *row, struct answer *answer)
 {
     bool differs = row->differing_fields + row->only_recorded + row->only_replayed > 0;
     char text[300];
-    answer_row(answer);
+    answer_open_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
     answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
     answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
@@ -629,10 +629,10 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
         write_difference(&diff->first, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
-    answer_table(answer, "by_message", "");
+    answer_open_table(answer, "by_message", "");
     for (size_t i = 0; i < diff->row_count; i++)
         add_row(&diff->row[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     add_uncompared(answer, "after_record", diff->after_record, "not compared",
                    " messages of blocks after the last record");
     add_uncompared(answer, "before_record", diff->before_record, "not compared",

@@ -32,8 +32,8 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
 {
     const struct zone_warning *warning = &facts->warning;
     const struct report_movement *largest = report_largest_movement(facts);
-    answer_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
+    answer_open_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_count(answer, NULL, "landing", facts->landing.board_landing);
     answer_words(answer, NULL, "state", "%s%s%s",
                  mr_landing_state_text((unsigned)facts->landing.state), facts->marks,
@@ -53,7 +53,7 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
                  : facts->source == MEASURED_IMPORT ? "no board"
                  : facts->warning_maybe_lost        ? "not known"
                                                     : "none")
-        ->warn = warning->was_warned;
+        ->is_warning = warning->was_warned;
     add_span(answer, "zone", warning->was_warned, warning->longest_start_ft,
              warning->longest_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
@@ -65,10 +65,10 @@ static void write_landings_table(const struct report *report, FILE *out, const c
                                              struct answer *answer))
 {
     struct answer *answer = answer_new(report->si);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < report->landings; i++)
         row(&report->facts[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_sentence(answer, NULL, "%s", note);
     report_answer(answer, out);
 }
@@ -150,9 +150,9 @@ static void draw_profiles(FILE *out, const struct profile *profiles, size_t coun
 static void write_profile_table(FILE *out, const struct profile *profiles, size_t count, bool si)
 {
     struct answer *answer = answer_new(si);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t k = 0; k < count; k++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "after", "%s", profiles[k].name);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
             char head[40];
@@ -164,7 +164,7 @@ static void write_profile_table(FILE *out, const struct profile *profiles, size_
                                 profiles[k].error[i], 4);
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_sentence(answer, NULL,
                     "Cumulative displacement by station; \xc2\xb1 is one standard error.");
     report_answer(answer, out);
@@ -226,7 +226,7 @@ static void write_cumulative(const struct report *report, FILE *out)
         }
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
-            html_text(out, series_name(&report->facts[first]));
+            html_write_text(out, series_name(&report->facts[first]));
             fputs("</h3>\n", out);
         }
         draw_profiles(out, profile, count, "cumulative displacement",
@@ -417,7 +417,7 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
 {
     if (!facts->has_motion_fit)
         return;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
     answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
                     facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
@@ -460,14 +460,14 @@ static void add_compared_row(const struct report_facts *facts, struct answer *an
 {
     const struct report_compared *compared = &facts->compared;
     const struct compare_mean *mean = &compared->mean;
-    answer_row(answer);
-    answer_count(answer, NULL, "RUN", facts->landing.id)->run = true;
+    answer_open_row(answer);
+    answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_words(answer, NULL, "simulation", "%s", compared->compared_with);
     answer_words(answer, NULL, "channels", "%zu of %zu", mean->channels, compared->channels);
     answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
     answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
     answer_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
-    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->peak_en, 1)->bounded =
+    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->peak_en, 1)->is_capped =
         true;
     add_overlap(answer, "longest zone (mats)", &compared->longest);
     add_overlap(answer, "longest zone by the board (mats)", &compared->longest_board);
@@ -480,7 +480,7 @@ static void write_compared(const struct report *report, FILE *out)
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
     struct answer *answer = answer_new(report->si);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < report->landings; i++) {
         const struct compare_mean *mean = &report->facts[i].compared.mean;
         if (mean->channels == 0)
@@ -492,12 +492,12 @@ static void write_compared(const struct report *report, FILE *out)
         squares += mean->samples * mean->rms_in * mean->rms_in;
     }
     if (rows > 1) { /* all landings, weighted by their samples */
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "RUN", "all");
         answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, sum / samples, 4);
         answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, sqrt(squares / samples), 4);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     if (rows)
         answer_sentence(
             answer, NULL,
@@ -516,7 +516,7 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
     const struct zone_warning *w = &facts->warning;
     int64_t worst = facts->worst_verdict;
     const bool watched = facts->source != MEASURED_IMPORT;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
     answer_count(answer, NULL, "zone reports", (int64_t)facts->statements);
     answer_words(answer, NULL, "highest level", "%s%s",
@@ -526,7 +526,7 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
                                        : mr_predictor_verdict_text((unsigned)worst),
                  !w->was_warned && watched && facts->warning_maybe_lost ? ", as far as received"
                                                                         : "")
-        ->warn = w->was_warned;
+        ->is_warning = w->was_warned;
     answer_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : none, 3);
     answer_words(answer, NULL, "reason", "%s",
                  w->was_warned && w->reason != STORE_NONE
@@ -587,14 +587,14 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     static const char *const came[] = {"not known", "yes", "no"};
     const struct outcome *outcome = &row->outcome;
     char advice[RECORD_ADVICE_SIZE];
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", row->run);
     answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
     answer_words(answer, NULL, "advice", "%s", record_advice_text(row, advice));
     answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
                  row->has_advice ? 100.0 * row->advice.zone : none, 0);
-    answer_words(answer, NULL, "warning", "%s", warned[row->warned])->warn = row->warned ==
-                                                                             RECORD_WARNED;
+    answer_words(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
+                                                                                   RECORD_WARNED;
     answer_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
     answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
     answer_words(answer, NULL, "zone reached", "%s",
@@ -617,10 +617,10 @@ static void write_warnings(const struct report *report, FILE *out)
         return;
     struct answer *answer = answer_new(report->si);
     record_to_answer(record, false, answer);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < record->row_count; i++)
         add_record_row(&record->row[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_sentence(
         answer, NULL,
         "Zone reached: the wheel reached at least 50 closed mats before it stopped, according to "
@@ -654,9 +654,9 @@ static const struct report_facts *find_landing_after(const struct report *report
 static void add_advice_row(const struct store_advice *advice, const struct report_facts *facts,
                            size_t number, const char *reason, struct answer *answer)
 {
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "advice", (int64_t)number);
-    answer_words(answer, NULL, "recommendation", "%s", advice->verdict)->warn =
+    answer_words(answer, NULL, "recommendation", "%s", advice->verdict)->is_warning =
         strcmp(advice->verdict, "against") == 0;
     answer_value(answer, NULL, "planned speed", UNIT_SPEED, advice->speed_ft_s, 1);
     answer_value(answer, NULL, "planned braking", UNIT_DECELERATION, advice->deceleration_ft_s2, 2);
@@ -702,10 +702,10 @@ static void write_advice(const struct report *report, FILE *out)
     size_t count = 0;
     struct answer *answer = answer_new(report->si);
     store_advices(report->store, &advice, &count, report->error);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++)
         add_advice_rows(report, &advice[i], i + 1, answer);
-    answer_close(answer);
+    answer_close_group(answer);
     if (count)
         answer_sentence(
             answer, NULL,
@@ -727,7 +727,7 @@ static void add_journal_row(const struct store_landing *landing, const struct jo
     if (!series->name[0] && !series->pattern[0] && !series->runway[0] && !series->modification[0] &&
         !journal->is_void && !recalibrated)
         return;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", landing->id);
     answer_count(answer, NULL, "landing", landing->board_landing);
     answer_words(answer, NULL, "series", "%s", series->name);
@@ -735,7 +735,7 @@ static void add_journal_row(const struct store_landing *landing, const struct jo
     answer_words(answer, NULL, "pattern", "%s", series->pattern);
     answer_words(answer, NULL, "modification", "%s", series->modification);
     if (journal->is_void)
-        answer_words(answer, NULL, "valid", "void: %s", journal->void_reason)->warn = true;
+        answer_words(answer, NULL, "valid", "void: %s", journal->void_reason)->is_warning = true;
     else
         answer_words(answer, NULL, "valid", recalibrated ? "yes, recalibrated" : "yes");
 }
@@ -749,7 +749,7 @@ static void write_journal(const struct report *report, FILE *out)
                                          "Notes and corrections"};
     for (size_t t = 0; t < 3; t++) {
         tables[t] = answer_new(report->si);
-        answer_table(tables[t], NULL, titles[t]);
+        answer_open_table(tables[t], NULL, titles[t]);
     }
     store_landings(report->store, &landing, &count, report->error);
     for (size_t i = 0; i < count && report->error->status == MR_OK; i++) {
@@ -763,19 +763,19 @@ static void write_journal(const struct report *report, FILE *out)
         for (size_t k = 0; k < said.observation_count; k++) {
             if (said.observation[k].withdrawn)
                 continue;
-            answer_row(tables[1]);
+            answer_open_row(tables[1]);
             answer_count(tables[1], NULL, "RUN", landing[i].id);
             journal_add_observation(&said.observation[k], tables[1]);
         }
         for (size_t k = 0; k < said.change_count; k++) {
-            answer_row(tables[2]);
+            answer_open_row(tables[2]);
             answer_count(tables[2], NULL, "RUN", landing[i].id);
             journal_add_change(&said.change[k], tables[2]);
         }
         journal_free(&said);
     }
     for (size_t t = 0; t < 3; t++) {
-        answer_close(tables[t]);
+        answer_close_group(tables[t]);
         report_answer(tables[t], out);
     }
     free(landing);

@@ -679,7 +679,7 @@ static void write_compared_text(FILE *out, const struct compare_figures *figures
     fputs("<p class=\"say\">", out);
     if (figures->model_file[0]) {
         fputs("Simulation: ", out);
-        html_text(out, figures->model_file);
+        html_write_text(out, figures->model_file);
         fputs(", ", out);
     }
     if (figures->seeds > 1)
@@ -691,7 +691,7 @@ static void write_compared_text(FILE *out, const struct compare_figures *figures
     compare_find_agreement(figures, &agreement);
     compare_write_sentence(&agreement, si, sentence);
     fputs("<p class=\"say\"><strong>", out);
-    html_text(out, sentence);
+    html_write_text(out, sentence);
     fputs(".</strong></p>\n", out);
 }
 

@@ -48,7 +48,7 @@ static void put_policy(FILE *out)
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
         "'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; script-src 'sha256-",
         out);
-    html_base64(out, sum, sizeof sum);
+    html_write_base64(out, sum, sizeof sum);
     fputs("'\">", out);
 }
 
@@ -79,7 +79,7 @@ static void put_page_head(FILE *out, const struct report *report)
     fputs("<title>", out);
     if (report->run)
         fprintf(out, "RUN %lld, ", (long long)report->run);
-    html_text(out, report_name(report));
+    html_write_text(out, report_name(report));
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
@@ -120,7 +120,7 @@ static void end_fact(FILE *out)
 static void put_missing(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
-    html_text(out, how);
+    html_write_text(out, how);
     fputs("</small>", out);
 }
 
@@ -150,7 +150,7 @@ static void put_text_fact(const struct report *report, const struct text_row *ro
     }
     for (size_t k = 0; k < count; k++) {
         fputs(k ? "; " : "", out);
-        html_text(out, named[k]);
+        html_write_text(out, named[k]);
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
@@ -197,10 +197,10 @@ static void put_date_fact(const struct report *report, FILE *out)
     if (last_us >= SURVEY_EARLIEST_US) {
         day_text(first_us, first);
         day_text(last_us, last);
-        html_text(out, first);
+        html_write_text(out, first);
         if (strcmp(first, last) != 0) {
             fputs(" to ", out);
-            html_text(out, last);
+            html_write_text(out, last);
         }
         put_local_time(first_us, last_us, out);
     } else if (report->landings) {
@@ -281,7 +281,7 @@ static void put_number_fact(const struct report *report, const struct number_row
         fprintf(out, " &plusmn; %.*f", d, error);
     if (known) {
         fputc(' ', out);
-        html_text(out, unit->text);
+        html_write_text(out, unit->text);
     }
     if (known > 1 && isfinite(error))
         fprintf(out, " <small>each &plusmn; %.*f or less</small>", d, error);
@@ -296,7 +296,7 @@ static void put_movement_fact(const struct report *report, FILE *out)
     int64_t run = 0;
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
     const int decimals = unit_decimals(UNIT_DISPLACEMENT, report->si, 3);
-    char text[UNIT_TEXT];
+    char text[UNIT_TEXT_SIZE];
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
         const struct report_movement *moved = report_largest_movement(&report->facts[i]);
@@ -444,11 +444,11 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE], advice[RECORD_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
-    html_text(out, record_format_outcome(&facts->record, outcome));
+    html_write_text(out, record_format_outcome(&facts->record, outcome));
     fputs(".</strong> ", out);
     record_format_evidence(&facts->record, evidence);
     evidence[0] = (char)toupper((unsigned char)evidence[0]);
-    html_text(out, evidence);
+    html_write_text(out, evidence);
     fputc('.', out);
     if (facts->record.has_advice)
         fprintf(out, " Advice before it: %s.", record_advice_text(&facts->record, advice));
@@ -545,7 +545,7 @@ static void put_front(const struct report *report, FILE *out)
     else
         fputs("Campaign report", out);
     fputs("</h1>\n<p>", out);
-    html_text(out, report_name(report));
+    html_write_text(out, report_name(report));
     fputs(", on the model landing-mat runway</p>\n", out);
     put_emulated_banner(report, out);
     put_facts(report, of, out);
@@ -588,7 +588,7 @@ static void add_landing_row(const struct report_facts *facts, struct answer *ans
     const struct store_landing *row = &facts->landing;
     char when[40];
     survey_time_text(row->armed_us, when, sizeof when);
-    answer_row(answer);
+    answer_open_row(answer);
     answer_count(answer, NULL, "RUN", row->id);
     answer_words(answer, NULL, "armed", "%s", when);
     answer_words(answer, NULL, "board", "%s", row->board_uid[0] ? row->board_uid : "unknown");
@@ -623,24 +623,24 @@ static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_
                  read->serial[0] ? read->serial : "not entered");
     day_text_of(read->calibrated_day, day);
     answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "UNCALIBRATED")
-        ->warn = !read->calibrated_day;
+        ->is_warning = !read->calibrated_day;
     bool expired = read->expires_day && (int64_t)read->expires_day <= used_day;
     day_text_of(read->expires_day, day);
     answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "not stated",
                  expired ? ", before the landing" : "")
-        ->warn = expired;
+        ->is_warning = expired;
 }
 
 /* The calibration that the landing's readings use. */
 static void add_calibrations(const struct report_landing *landing, struct answer *answer)
 {
     const struct measured *measured = &landing->summary.measured;
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &measured->channel[i].config;
         if (!mr_channel_is_sensor(channel))
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "channel", "%s %u",
                      channel->kind == MR_KIND_DISPLACEMENT ? "transducer" : "gage",
                      channel->number);
@@ -653,7 +653,7 @@ static void add_calibrations(const struct report_landing *landing, struct answer
         answer_value(answer, NULL, "error of the zero, in or lb", UNIT_NUMBER,
                      (double)channel->zero_error, 4);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 void provenance_calibration(const struct report_landing *landing, struct answer *answer)
@@ -661,7 +661,7 @@ void provenance_calibration(const struct report_landing *landing, struct answer 
     char heading[60];
     snprintf(heading, sizeof heading, "Calibration from RUN %lld on",
              (long long)landing->summary.measured.landing.id);
-    answer_open(answer, NULL, heading);
+    answer_open_group(answer, NULL, heading);
     if (landing->config) {
         const struct mr_site_config *site = &landing->config->site[0];
         answer_sentence(answer, NULL, "Configuration %.*s, revision %u.", (int)sizeof site->name,
@@ -671,7 +671,7 @@ void provenance_calibration(const struct report_landing *landing, struct answer 
                         "The configuration of the board was not read (matrig log reads it over a "
                         "two-way link).");
     add_calibrations(landing, answer);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void write_provenance(const struct report *report, FILE *out)
@@ -679,10 +679,10 @@ static void write_provenance(const struct report *report, FILE *out)
     struct answer *answer = answer_new(report->si);
     fputs("<section id=\"provenance\"><h2>Provenance</h2>\n", out);
     add_general_facts(report, answer);
-    answer_table(answer, NULL, "Landings");
+    answer_open_table(answer, NULL, "Landings");
     for (size_t i = 0; i < report->landings; i++)
         add_landing_row(&report->facts[i], answer);
-    answer_close(answer);
+    answer_close_group(answer);
     report_answer(answer, out);
     answer_html(report->calibrations, out);
     answer = answer_new(report->si);

@@ -107,11 +107,11 @@ static void draw_since_first(struct figure *figure, const struct since_first *si
 static void write_surveys_table(FILE *out, const struct store_gage_survey *rows, size_t count)
 {
     struct answer *answer = answer_new(false);
-    answer_table(answer, NULL, "");
+    answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
         survey_time_text(rows[i].made_us, when, sizeof when);
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
                      rows[i].ended_us == STORE_NONE ? ", in progress" : "");
         answer_words(answer, NULL, "started", "%s", when);
@@ -119,7 +119,7 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
         answer_words(answer, NULL, "by", "%s", rows[i].who);
         answer_words(answer, NULL, "note", "%s", rows[i].note);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     report_answer(answer, out);
 }
 

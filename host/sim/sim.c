@@ -300,7 +300,7 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
     size_t segment = 0, connection = 0, torn = 0;
     if (!s)
         return;
-    answer_open(answer, "mods", "");
+    answer_open_group(answer, "mods", "");
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         size_t count = (size_t)mods_connections(scene, g);
         if (count == 0)
@@ -321,7 +321,7 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         answer_json_value(answer, "torn", flagged_to_json(s->torn, NULL, s->joints + 1));
     if (may_tear || torn > 0)
         answer_count(answer, NULL, "joints torn", (int64_t)torn);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 #define ROWS_MAX 12 /* largest number of mats that are printed */
@@ -368,17 +368,17 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
         char label[40];
         snprintf(label, sizeof label, "movement at %.*g s", sim_time_digits(result->start_s, 6),
                  result->outputs[k].t_s);
-        answer_table(answer, NULL, label);
+        answer_open_table(answer, NULL, label);
         for (size_t i = 0; i < sim_shown_count(scene); i++) {
             int mat = sim_shown_mat(scene, i);
             if (every > 1 && (mat - 1) % every != 0)
                 continue;
-            answer_row(answer);
+            answer_open_row(answer);
             answer_count(answer, NULL, "mat", mat);
             answer_value(answer, NULL, "station", UNIT_STATION, (mat - 1) * scene->length_ft, 2);
             answer_value(answer, NULL, "movement", UNIT_MOVEMENT, result->outputs[k].u_ft[mat], 6);
         }
-        answer_close(answer);
+        answer_close_group(answer);
     }
 }
 
@@ -410,20 +410,20 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
-        answer_none(answer, "bow_wave", lifts ? "bow wave" : NULL,
-                    unsure ? "in some runs" : "none yet");
+        answer_no_value(answer, "bow_wave", lifts ? "bow wave" : NULL,
+                        unsure ? "in some runs" : "none yet");
     if (unsure) {
         answer_count(answer, "spread_runs", "runs", result->divergence_runs);
         answer_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
                      result->divergence_waves);
     }
-    answer_open(answer, "error_estimate", interrupted ? NULL : "");
+    answer_open_group(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
                  estimate_or_nan(result, result->error_u_ft), -2);
     answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
     answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
                  estimate_or_nan(result, result->error_lift_ft), -2);
-    answer_close(answer);
+    answer_close_group(answer);
     if (result->speed_end_ft_s > 0.0)
         answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)
             ->suffix = " at most";
@@ -431,7 +431,7 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
 
 static void add_active_mats(struct answer *answer, const struct sim_result *result)
 {
-    answer_open(answer, "active", "integration");
+    answer_open_group(answer, "active", "integration");
     answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER, result->mats_mean, 1);
     answer_count(answer, "mats_max", "integrated mats, max", result->mats_max);
     answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
@@ -440,15 +440,15 @@ static void add_active_mats(struct answer *answer, const struct sim_result *resu
     answer_value(answer, "checked_dt", NULL, UNIT_TIME, result->checked_dt_s, -4)->digits = 9;
     answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->suffix =
         " ms";
-    answer_list(answer, "left_out", "left out");
+    answer_open_list(answer, "left_out", "left out");
     for (size_t i = 0; result->left_out[i]; i++)
         answer_sentence(answer, NULL, "%s", result->left_out[i]);
-    answer_close(answer);
-    answer_list(answer, "notes", "notes");
+    answer_close_group(answer);
+    answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; result->notes[i][0]; i++)
         answer_sentence(answer, NULL, "%s", result->notes[i]);
-    answer_close(answer);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
 }
 
 struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_result *result,

@@ -35,7 +35,7 @@ static void add_run(struct answer *answer, const struct error_study *study,
                     const struct error_run *run)
 {
     bool fixed = run->dt_s > 0.0;
-    answer_row(answer);
+    answer_open_row(answer);
     answer_words(answer, "solver", "solver", "%s", run->solver);
     answer_words(answer, NULL, "rtol or dt", fixed ? "dt %.4g s" : "rtol %.0e",
                  fixed ? run->dt_s : run->rtol);
@@ -61,12 +61,12 @@ static void add_run(struct answer *answer, const struct error_study *study,
 static void add_runs(struct answer *answer, const struct error_study *study)
 {
     bool beyond = false;
-    answer_table(answer, "runs", "runs");
+    answer_open_table(answer, "runs", "runs");
     for (size_t i = 0; i < study->run_count; i++) {
         add_run(answer, study, &study->runs[i]);
         beyond = beyond || (study->runs[i].is_unstable && study->runs[i].status == SIM_OK);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     if (beyond)
         answer_sentence(
             answer, NULL,
@@ -98,7 +98,7 @@ static void format_slope(const char *what, const struct error_slope *slope,
 
 static void add_slopes(struct answer *answer, const struct error_study *study)
 {
-    answer_list(answer, "order", "observed orders p");
+    answer_open_list(answer, "order", "observed orders p");
     for (size_t i = 0; i < study->order_count; i++) {
         const struct error_order *order = &study->orders[i];
         const char *law = order->is_of_step ? "error ~ dt^p" : "error ~ rtol^p";
@@ -106,7 +106,7 @@ static void add_slopes(struct answer *answer, const struct error_study *study)
         format_slope("u", &order->u, order, u, sizeof u);
         if (study->has_lift)
             format_slope("lift", &order->lift, order, lift, sizeof lift);
-        answer_open(answer, NULL, "");
+        answer_open_group(answer, NULL, "");
         answer_words(answer, NULL, order->solver, "%s, %s", law, u);
         if (study->has_lift)
             answer_words(answer, NULL, order->solver, "%s, %s", law, lift);
@@ -114,23 +114,24 @@ static void add_slopes(struct answer *answer, const struct error_study *study)
         answer_words(answer, "against", NULL, "%s", order->is_of_step ? "dt" : "rtol");
         answer_json_value(answer, "u", slope_to_json(&order->u));
         answer_json_value(answer, "lift", slope_to_json(&order->lift));
-        answer_close(answer);
+        answer_close_group(answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static void add_cheapest_runs(struct answer *answer, const struct error_study *study)
 {
     const char *names[SOLVERS_MAX];
     size_t count = error_study_solvers(study, names, SOLVERS_MAX);
-    answer_table(answer, NULL,
-                 study->has_lift
-                     ? "shortest run time (ms) with an error of lift up to the value above the "
-                       "column (fixed steps: the worst error of the step and its two neighbours)"
-                     : "shortest run time (ms) with an error of u up to the value above the column "
-                       "(fixed steps: the worst error of the step and its two neighbours)");
+    answer_open_table(
+        answer, NULL,
+        study->has_lift
+            ? "shortest run time (ms) with an error of lift up to the value above the "
+              "column (fixed steps: the worst error of the step and its two neighbours)"
+            : "shortest run time (ms) with an error of u up to the value above the column "
+              "(fixed steps: the worst error of the step and its two neighbours)");
     for (size_t i = 0; i <= count; i++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
         for (size_t k = 0; k < error_level_count; k++) {
             const struct error_run *run =
@@ -143,7 +144,7 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
                 answer_words(answer, NULL, level, "%s", run ? run->solver : "none");
         }
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* All lengths are in feet, as in scenes. */
@@ -154,25 +155,25 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     answer_words(answer, NULL, "model", "%s", sim_model_name(scene->model));
     answer_count(answer, NULL, "mats", scene->mats);
     answer_value(answer, NULL, "end", UNIT_TIME, study->end_s, -6);
-    answer_open(answer, "reference", "reference");
+    answer_open_group(answer, "reference", "reference");
     answer_sentence(answer, "method", "%s", study->method);
-    answer_open(answer, "agreement", "");
+    answer_open_group(answer, "agreement", "");
     answer_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
     answer_value(answer, "lift", "of lift", UNIT_STATION, study->disagreement_lift_ft, -2);
-    answer_close(answer);
+    answer_close_group(answer);
     answer_value(answer, "peak_u", "largest movement", UNIT_STATION, study->peak_u_ft, -6)->digits =
         12;
     answer_value(answer, "max_lift", "largest lift", UNIT_STATION, study->max_lift_ft, -6)->digits =
         12;
-    answer_close(answer);
+    answer_close_group(answer);
     answer_value(answer, "dt_limit", NULL, UNIT_TIME, study->dt_limit_s, 0)->digits = 9;
     add_runs(answer, study);
     add_slopes(answer, study);
     add_cheapest_runs(answer, study);
-    answer_list(answer, "notes", "notes");
+    answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; study->notes[i][0]; i++)
         answer_sentence(answer, NULL, "%s", study->notes[i]);
-    answer_close(answer);
+    answer_close_group(answer);
     return answer;
 }
 
@@ -222,7 +223,7 @@ static void plot_error_panel(struct plot *plot, const struct error_study *study,
         plot_solver(plot, study, names[k], k, lift, true);
     }
     if (floor_ft > 0.0)
-        plot_add_series(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+        plot_add_series(plot, &(struct plot_series){.kind = PLOT_HORIZONTAL_LINES,
                                                     .key = "disagreement of the references",
                                                     .colour = PLOT_GREY,
                                                     .y = &floor_ft,

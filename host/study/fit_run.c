@@ -137,7 +137,7 @@ static void add_named_landings(struct store *store, const struct fit_request *re
 {
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
-        run_parse(request->words[i + 1], &runs[i], fatal);
+        run_number_parse(request->words[i + 1], &runs[i], fatal);
         store_find_run(store, &runs[i], fatal);
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
@@ -199,9 +199,10 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
 {
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
-    answer_table(answer, "parameters",
-                 misfit->is_rejected ? "parameters, with 95 % intervals (not reliable, see below)"
-                                     : "parameters, with 95 % intervals");
+    answer_open_table(answer, "parameters",
+                      misfit->is_rejected
+                          ? "parameters, with 95 % intervals (not reliable, see below)"
+                          : "parameters, with 95 % intervals");
     for (size_t i = 0; i < count; i++) {
         const struct fit_parameter *p = &list->parameter[key[i]];
         const struct fit_name *name = &fit_names[key[i]];
@@ -215,7 +216,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                       {"prior", NULL, 0.0},
                       {"prior_low", "prior|from", -NORMAL_95},
                       {"prior_high", "prior|to", NORMAL_95}};
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "name", NULL, "%s", name->key);
         answer_words(answer, NULL, "parameter", "%-5s %s", name->key, name->words);
         answer_words(answer, "unit", "unit", "%s", unit->text);
@@ -226,7 +227,7 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                      sqrt(fit->covariance[i][i]), 2)
             ->digits = 4;
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static double correlation(const struct fit_result *fit, size_t i, size_t k)
@@ -240,10 +241,10 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
     enum fit_key key[FIT_KEYS];
     size_t count = fit_landings_fitted(list, key);
     json_t *correlations = json_array();
-    answer_table(answer, NULL, "correlation of the estimates");
+    answer_open_table(answer, NULL, "correlation of the estimates");
     for (size_t i = 0; i < count; i++) {
         json_t *row = json_array();
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "of", "%s", fit_names[key[i]].key);
         for (size_t k = 0; k < count; k++) {
             answer_value(answer, NULL, fit_names[key[k]].key, UNIT_NUMBER, correlation(fit, i, k),
@@ -252,7 +253,7 @@ static void add_correlations(struct answer *answer, const struct fit_landings *l
         }
         json_array_append_new(correlations, row);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_json_value(answer, "correlation", correlations);
 }
 
@@ -287,14 +288,14 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
                         "RUN %lld began with joints that earlier landings had moved: start the fit "
                         "with the first landing",
                         (long long)list->landing[0].run);
-    answer_open(answer, "misfit", NULL);
+    answer_open_group(answer, "misfit", NULL);
     answer_flag(answer, "checked", NULL, misfit->is_checked);
     answer_flag(answer, "cannot_be", NULL, misfit->is_rejected);
     answer_value(answer, "share", NULL, UNIT_NUMBER,
                  misfit->is_checked ? misfit->p_value : (double)NAN, 2);
     answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_LEVEL, 2);
     answer_count(answer, "replicas", NULL, (int64_t)misfit->replicas);
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 static struct answer *describe_fit(const struct fit_landings *list, const struct fit_result *fit,
@@ -456,7 +457,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
                                                         .count = count});
         }
     }
-    plot_add_series(plot, &(struct plot_series){.kind = PLOT_LEVELS,
+    plot_add_series(plot, &(struct plot_series){.kind = PLOT_HORIZONTAL_LINES,
                                                 .key = "95 % of data sets",
                                                 .colour = PLOT_GREY,
                                                 .is_dashed = true,

@@ -520,7 +520,7 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
         if (!sweep->axis[i].u)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, "output", "output", "%s", field ? field : "threshold");
         answer_json_value(answer, "at", json_incref(at));
         if (sweep->grid_cases > 1)
@@ -540,16 +540,16 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
 static void add_all_indices(struct answer *answer, const struct sweep_table *table)
 {
     const json_t *outputs = sweep_outputs(table->sweep);
-    answer_table(answer, "indices",
-                 "sensitivity indices: share of the variance that the key causes alone (first "
-                 "order) and together with other keys (total)");
+    answer_open_table(answer, "indices",
+                      "sensitivity indices: share of the variance that the key causes alone (first "
+                      "order) and together with other keys (total)");
     for (size_t place = 0; place < table->sweep->grid_cases; place++) {
         if (table->sweep->search.is_present)
             add_indices(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
             add_indices(answer, table, json_string_value(json_array_get(outputs, i)), place);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* ---- the table ---- */
@@ -579,15 +579,15 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
             reasons[count++] = (struct reason){status, text, i + 1, 0};
         reasons[k].count++;
     }
-    answer_table(answer, NULL, "failed cases");
+    answer_open_table(answer, NULL, "failed cases");
     for (size_t k = 0; k < count; k++) {
-        answer_row(answer);
+        answer_open_row(answer);
         answer_words(answer, NULL, "status", "%s", reasons[k].status);
         answer_count(answer, NULL, "cases", (int64_t)reasons[k].count);
         answer_count(answer, NULL, "first", (int64_t)reasons[k].first);
         answer_words(answer, NULL, "reason", "%s", reasons[k].text);
     }
-    answer_close(answer);
+    answer_close_group(answer);
 }
 
 /* Returns a value as the text of a cell. The caller frees it. */
@@ -643,17 +643,17 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     add_failures(answer, table);
     if (table->sweep->index_points)
         add_all_indices(answer, table);
-    answer_table(answer, NULL, "all cases");
+    answer_open_table(answer, NULL, "all cases");
     for (size_t i = 0; i < table->sweep->cases; i++) {
         if (!table->line[i])
             continue;
         json_array_append(lines, table->line[i]);
         if (!rows)
             continue;
-        answer_row(answer);
+        answer_open_row(answer);
         for_each_cell(table->sweep, table->line[i], add_cell, answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_json_value(answer, "rows", lines);
     return answer;
 }

@@ -45,17 +45,17 @@ static struct answer *landing(bool si)
 {
     struct answer *answer = answer_new(si);
     answer_count(answer, "run", NULL, 5);
-    answer_open(answer, NULL, "RUN 5");
-    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)->interval =
-        true;
+    answer_open_group(answer, NULL, "RUN 5");
+    answer_estimate(answer, "touchdown_speed", "touchdown", UNIT_SPEED, 35.5, 0.112, 3)
+        ->shows_interval = true;
     answer_value(answer, "rms", "rms <all>", UNIT_DISPLACEMENT, -0.00001, 4);
     answer_value(answer, "at", "at", UNIT_TIME, (double)NAN, 3);
     answer_count(answer, "edges", "edges", 17)->suffix = " of 24";
     answer_flag(answer, "pass", "pass", true);
     answer_words(answer, NULL, "board", "%s", "unknown");
-    answer_none(answer, "worst", "worst", "not compared");
+    answer_no_value(answer, "worst", "worst", "not compared");
     answer_json_value(answer, "raw", json_pack("[ii]", 1, 2));
-    answer_close(answer);
+    answer_close_group(answer);
     return answer;
 }
 
@@ -113,9 +113,9 @@ TEST(programs_get_values_as_they_are_given)
         answer_estimate(answer, "lift", "lift", UNIT_MOVEMENT, 0.1, 0.001, 3);
         answer_remark(answer, ", of mat %d", 4);
         answer_value(answer, "spring", "spring", UNIT_STIFFNESS, 2.0, -4);
-        answer_open(answer, "ends", "");
+        answer_open_group(answer, "ends", "");
         answer_value(answer, NULL, "still as it began", UNIT_SPEED, -0.0, -3);
-        answer_close(answer);
+        answer_close_group(answer);
         expect(answer, as_text,
                si ? "lift              30.48 +- 0.30 mm, of mat 4\nspring            29.19 "
                     "N/m\nstill as it began 0 m/s\n"
@@ -131,23 +131,23 @@ TEST(programs_get_values_as_they_are_given)
 TEST(rows_end_by_themselves)
 {
     struct answer *answer = answer_new(false);
-    answer_list(answer, "landings", NULL);
+    answer_open_list(answer, "landings", NULL);
     for (int landing = 0; landing < 2; landing++) {
-        answer_row(answer);
-        answer_open(answer, "wheel", NULL);
+        answer_open_row(answer);
+        answer_open_group(answer, "wheel", NULL);
         answer_count(answer, "at", NULL, landing);
-        answer_close(answer);
-        answer_table(answer, "zones", NULL);
+        answer_close_group(answer);
+        answer_open_table(answer, "zones", NULL);
         for (int zone = 0; zone < landing + 1; zone++) {
-            answer_row(answer);
+            answer_open_row(answer);
             answer_count(answer, "mats", NULL, zone);
         }
-        answer_close(answer);
+        answer_close_group(answer);
         answer_count(answer, "run", NULL, landing + 1);
     }
-    answer_close(answer);
-    answer_table(answer, "none", NULL);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_open_table(answer, "none", NULL);
+    answer_close_group(answer);
     answer_count(answer, "last", NULL, 9);
     expect_json(answer, "{\"landings\":[{\"wheel\":{\"at\":0},\"zones\":[{\"mats\":0}],\"run\":1},"
                         "{\"wheel\":{\"at\":1},\"zones\":[{\"mats\":0},{\"mats\":1}],\"run\":2}],"
@@ -158,9 +158,9 @@ TEST(rows_end_by_themselves)
 static struct answer *channels(size_t columns)
 {
     struct answer *answer = answer_new(false);
-    answer_table(answer, "channels", "channels");
+    answer_open_table(answer, "channels", "channels");
     for (int row = 0; row < 3; row++) {
-        answer_open(answer, NULL, NULL);
+        answer_open_group(answer, NULL, NULL);
         answer_count(answer, "number", "no", row + 8);
         answer_json_value(answer, "hidden", json_integer(row));
         if (row == 0)
@@ -170,13 +170,13 @@ static struct answer *channels(size_t columns)
             snprintf(name, sizeof name, "x%zu", c);
             snprintf(label, sizeof label, "peak|number %zu", c);
             answer_value(answer, name, label, UNIT_DISPLACEMENT, row == 1 ? 1000.0 : (double)NAN, 2)
-                ->bounded = true;
+                ->is_capped = true;
         }
         if (row > 0)
             answer_words(answer, "why", "why", "%s", "");
-        answer_close(answer);
+        answer_close_group(answer);
     }
-    answer_close(answer);
+    answer_close_group(answer);
     answer_count(answer, "last", "last", 1);
     return answer;
 }
@@ -212,23 +212,23 @@ TEST(a_table_in_three_forms)
 TEST(columns_of_all_rows)
 {
     struct answer *answer = answer_new(false);
-    answer_table(answer, "zones", "zones");
-    answer_open(answer, NULL, NULL);
+    answer_open_table(answer, "zones", "zones");
+    answer_open_group(answer, NULL, NULL);
     answer_words(answer, NULL, "of", "board");
-    answer_none(answer, "board", "start", "not known");
+    answer_no_value(answer, "board", "start", "not known");
     answer_words(answer, "doubt", "doubt", "yes");
-    answer_close(answer);
-    answer_open(answer, NULL, NULL);
+    answer_close_group(answer);
+    answer_open_group(answer, NULL, NULL);
     answer_words(answer, NULL, "of", "measured");
-    answer_open(answer, "measured", NULL);
+    answer_open_group(answer, "measured", NULL);
     answer_count(answer, "mats", "mats", 12);
-    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1)->plus = true;
-    answer_close(answer);
-    answer_close(answer);
-    answer_open(answer, NULL, NULL); /* for programs alone */
+    answer_estimate(answer, "start", "start", UNIT_STATION, 74.25, 0.5, 1)->shows_sign = true;
+    answer_close_group(answer);
+    answer_close_group(answer);
+    answer_open_group(answer, NULL, NULL); /* for programs alone */
     answer_count(answer, "mats", NULL, 1);
-    answer_close(answer);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
     expect(answer, as_text,
            "zones\n"
            "                         start\n"
@@ -271,18 +271,18 @@ TEST(a_sentence_in_lines_that_fit)
 TEST(nested_groups_and_lists)
 {
     struct answer *answer = answer_new(false);
-    answer_open(answer, "zone", "zone");
-    answer_open(answer, "measured", "measured");
+    answer_open_group(answer, "zone", "zone");
+    answer_open_group(answer, "measured", "measured");
     answer_value(answer, "mats", "mats", UNIT_NUMBER, 12.0, 0);
-    answer_close(answer);
-    answer_list(answer, "overruns_ft", NULL);
+    answer_close_group(answer);
+    answer_open_list(answer, "overruns_ft", NULL);
     answer_value(answer, NULL, NULL, UNIT_NUMBER, 1.5, 1);
     answer_words(answer, NULL, NULL, "x");
-    answer_close(answer);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
     answer_flag(answer, "after", NULL, false);
-    answer_table(answer, "nothing", "nothing yet");
-    answer_close(answer);
+    answer_open_table(answer, "nothing", "nothing yet");
+    answer_close_group(answer);
     expect(answer, as_text, "zone\n  measured\n    mats          12\n");
     expect_json(answer, "{\"zone\":{\"measured\":{\"mats\":12.0},\"overruns_ft\":[1.5,\"x\"]},"
                         "\"after\":false,\"nothing\":[]}");
@@ -294,21 +294,21 @@ TEST(nested_groups_and_lists)
 TEST(what_is_not_there_and_what_is_there_twice)
 {
     struct answer *answer = answer_new(false);
-    answer_open(answer, NULL, "RUN 1");
+    answer_open_group(answer, NULL, "RUN 1");
     answer_count(answer, "lost", "lost", ANSWER_UNKNOWN);
-    answer_table(answer, "gaps", "gaps");
-    answer_close(answer);
-    answer_list(answer, "lines", "");
+    answer_open_table(answer, "gaps", "gaps");
+    answer_close_group(answer);
+    answer_open_list(answer, "lines", "");
     answer_words(answer, NULL, "foresight", "one");
-    answer_words(answer, NULL, "foresight", "two")->warn = true;
-    answer_close(answer);
+    answer_words(answer, NULL, "foresight", "two")->is_warning = true;
+    answer_close_group(answer);
     answer_estimate(answer, "lasted", "lasted", UNIT_TIME, 20.0, 0.29, 2);
-    answer_table(answer, "rows", "rows");
-    answer_open(answer, NULL, NULL);
+    answer_open_table(answer, "rows", "rows");
+    answer_open_group(answer, NULL, NULL);
     answer_count(answer, "number", "no", 8);
-    answer_close(answer);
-    answer_close(answer);
-    answer_close(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
+    answer_close_group(answer);
     expect(answer, as_text,
            "RUN 1\n"
            "  lost          -\n"

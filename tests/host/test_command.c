@@ -19,14 +19,14 @@ struct given {
     bool loud;
 };
 
-#define VALUES struct given
+#define OPTION_VALUES struct given
 static const struct command_part parts[] = {
     HELP_ITEM("DB", "a file"),
     OPTION_TEXT("--db", "DB", db, "another; of {low}"),
     OPTION_NUMBER("--for", "S", for_s, "s", 0.5, 7200.0, 60.0,
                   "from {low} to {high}; else {standard}"),
     OPTION_NUMBER_SI("--gap", "IN", gap_in, "in", "mm", 0.0, 10.0, (double)NAN, "a gap"),
-    OPTION_WHOLE("-n", "N", seeds, 1.0, 9.0, 4.0, "so many"),
+    OPTION_INTEGER("-n", "N", seeds, 1.0, 9.0, 4.0, "so many"),
     OPTION_RUN("--run", "RUN", run, "of one"),
     OPTION_CHOICE("--format", "F", format, "format", "csv|candump|mdf4", "how"),
     OPTION_FLAG("--loud", loud, "be so"),
@@ -263,7 +263,7 @@ static void sound_rows(const struct command *c)
             if (c->parts[k].option.name && strcmp(c->parts[k].option.name, o->name) == 0)
                 fail_msg("matrig %s has %s twice", c->name, o->name);
         }
-        bool number = o->kind == OPTION_IS_NUMBER || o->kind == OPTION_IS_WHOLE;
+        bool number = o->kind == OPTION_IS_NUMBER || o->kind == OPTION_IS_INTEGER;
         if (o->name && option_length(o->name) != strlen(o->name))
             fail_msg("matrig %s: %s is no name of an option", c->name, o->name);
         if (o->name && (o->argument == NULL) != (o->kind == OPTION_IS_FLAG))

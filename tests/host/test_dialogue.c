@@ -166,7 +166,7 @@ TEST_IN(a_silent_board_is_given_up_in_time, begin, end)
     double begun_s = scripted_now_s;
     assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "no hello from a board: scripted; no byte received");
-    assert_took(begun_s, DIALOGUE_HELLO_S);
+    assert_took(begun_s, DIALOGUE_HELLO_TIMEOUT_S);
     error = (struct error){0};
     assert_int_equal(dialogue_set_no_answer_error(&dialogue, MR_COMMAND_STATE, &error), MR_TIMEOUT);
     assert_error(&error, MR_TIMEOUT, "the board did not answer `state`: scripted;");

@@ -17,10 +17,10 @@ static struct plot *small(const char *title)
                               .kind = PLOT_LINE_POINTS, .key = "rk4", .x = x, .y = y, .count = 5});
     plot_add_series(
         plot, &(struct plot_series){.kind = PLOT_BAND, .x = x, .y = y, .y_high = x, .count = 5});
-    plot_add_series(
-        plot, &(struct plot_series){.kind = PLOT_RULES, .x = x, .count = 2, .is_dashed = true});
-    plot_add_series(plot,
-                    &(struct plot_series){.kind = PLOT_LEVELS, .key = "limit", .y = y, .count = 1});
+    plot_add_series(plot, &(struct plot_series){
+                              .kind = PLOT_VERTICAL_LINES, .x = x, .count = 2, .is_dashed = true});
+    plot_add_series(plot, &(struct plot_series){
+                              .kind = PLOT_HORIZONTAL_LINES, .key = "limit", .y = y, .count = 1});
     plot_begin_panel(plot, NULL, (struct plot_axis){"empty", 0, 1, false},
                      (struct plot_axis){NULL, 1, 0, false});
     return plot;

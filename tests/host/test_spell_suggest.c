@@ -53,7 +53,7 @@ TEST(dashes_do_not_count)
 TEST(it_is_said_as_a_question)
 {
     struct spell_suggest near;
-    char text[SPELL_SUGGEST_TEXT];
+    char text[SPELL_SUGGEST_TEXT_SIZE];
     spell_suggest_begin(&near, "lgo");
     spell_suggest_text(&near, text);
     assert_string_equal(text, "");

@@ -208,7 +208,7 @@ static const uint32_t values[] = {
     0x3fc00000, 0x40490fdb,  0x4b000001, 0x5f000000,   0x7e800000, MAX,         MINUS | MAX,
     INF,        MINUS | INF, QUIET,      0xffc54321,   0x7f812345,
 };
-#define VALUES (sizeof values / sizeof values[0])
+#define OPTION_VALUES (sizeof values / sizeof values[0])
 
 /* Fowler, Noll and Vo's hash (FNV-1a), by words. */
 static uint32_t mixed(uint32_t hash, uint32_t word)
@@ -216,20 +216,20 @@ static uint32_t mixed(uint32_t hash, uint32_t word)
     return (hash ^ word) * 16777619u;
 }
 
-#define SWEEP(name, instruction)                                                                 \
-    for (uint32_t mode = 0; mode < 16; mode++) {                                                 \
-        uint32_t hash = 2166136261u;                                                             \
-        for (unsigned i = 0; i < VALUES; i++) {                                                  \
-            for (unsigned k = 0; k < VALUES; k++) {                                              \
-                uint32_t r, f;                                                                   \
-                OPERATE(instruction, values[i], values[k], values[(i + k) % VALUES], mode << 22, \
-                        r, f);                                                                   \
-                hash = mixed(mixed(hash, r), f);                                                 \
-            }                                                                                    \
-        }                                                                                        \
-        put_text("sweep_" name "_mode");                                                         \
-        put_char((char)(mode < 10 ? '0' + mode : 'a' + mode - 10));                              \
-        tell("", hash);                                                                          \
+#define SWEEP(name, instruction)                                                            \
+    for (uint32_t mode = 0; mode < 16; mode++) {                                            \
+        uint32_t hash = 2166136261u;                                                        \
+        for (unsigned i = 0; i < OPTION_VALUES; i++) {                                      \
+            for (unsigned k = 0; k < OPTION_VALUES; k++) {                                  \
+                uint32_t r, f;                                                              \
+                OPERATE(instruction, values[i], values[k], values[(i + k) % OPTION_VALUES], \
+                        mode << 22, r, f);                                                  \
+                hash = mixed(mixed(hash, r), f);                                            \
+            }                                                                               \
+        }                                                                                   \
+        put_text("sweep_" name "_mode");                                                    \
+        put_char((char)(mode < 10 ? '0' + mode : 'a' + mode - 10));                         \
+        tell("", hash);                                                                     \
     }
 
 static void sweeps(void)
