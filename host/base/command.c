@@ -172,7 +172,7 @@ static enum mr_status read_run(const struct parser *p, const struct command_opti
                                const char *text, struct error *error)
 {
     struct error why = {0};
-    if (run_number_parse(text, value_address(p, option), &why) != MR_OK)
+    if (parse_run(text, value_address(p, option), &why) != MR_OK)
         return error_set(error, why.status,
                          "not a RUN: '%s' for %s; write the whole number of a landing, from 1",
                          text, option->name);
@@ -305,7 +305,7 @@ static bool is_second_word(const struct parser *p, char **argv, int i, size_t co
     int64_t run;
     struct error ignored = {0};
     return count == 1 && strstr(p->command->operands.names, "RUN") && follows_text(p, argv, i) &&
-           run_number_parse(argv[i], &run, &ignored) != MR_OK;
+           parse_run(argv[i], &run, &ignored) != MR_OK;
 }
 
 static bool has_ending(const char *text, const char *ending)
@@ -424,7 +424,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
     return MR_OK;
 }
 
-enum mr_status run_number_parse(const char *text, int64_t *run, struct error *error)
+enum mr_status parse_run(const char *text, int64_t *run, struct error *error)
 {
     char *end;
     errno = 0;

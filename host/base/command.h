@@ -32,7 +32,7 @@ enum option_kind {
     OPTION_IS_TEXT,    /* const char *; NULL: not given */
     OPTION_IS_NUMBER,  /* double, in `unit` */
     OPTION_IS_INTEGER, /* int64_t, a whole number within the limits */
-    OPTION_IS_RUN,     /* int64_t, a RUN as run_number_parse returns it; 0: not given */
+    OPTION_IS_RUN,     /* int64_t, a RUN as parse_run returns it; 0: not given */
     OPTION_IS_CHOICE   /* const char *, one of `choices`; NULL: not given */
 };
 
@@ -182,6 +182,6 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
 /* Parses a RUN, the number of a landing in its database: a whole number from 1. Also accepts the
  * number of a landing on the board, such as landing5, and returns it as -5; store_find_run converts
  * it to the RUN. MR_USAGE: any other text. */
-enum mr_status run_number_parse(const char *text, int64_t *run, struct error *error);
+enum mr_status parse_run(const char *text, int64_t *run, struct error *error);
 
 #endif

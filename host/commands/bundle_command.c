@@ -102,7 +102,7 @@ static int bundle_command(int argc, char **argv, const struct cli *cli)
     if ((!r.path || strcmp(r.path, "-") == 0))
         error_set(fatal, MR_USAGE,
                   "no file to write: matrig bundle needs -o F; see matrig bundle --help");
-    run_number_parse(r.words[1], &r.run, fatal);
+    parse_run(r.words[1], &r.run, fatal);
     if (make_bundle(&r, cli, &image, &error) != MR_OK)
         return cli_fail(&error);
     if (cli->json)

@@ -44,7 +44,7 @@ static void read_words(const char *const words[3], struct request *request)
                   "argument missing: matrig compare needs DB RUN, DB FILE or DB --series NAME; see "
                   "matrig compare --help");
     if (words[1] && file != words[1])
-        run_number_parse(words[1], &request->run, fatal);
+        parse_run(words[1], &request->run, fatal);
     if (file == words[1] && words[2])
         error_set(fatal, MR_USAGE,
                   "unexpected argument: '%s' of compare; see matrig compare --help", words[2]);

@@ -281,7 +281,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
     if (r.base)
         link_read_base(r.base, "--base", &r.can_base, fatal);
     if (!dbc) {
-        run_number_parse(words[1], &run, fatal);
+        parse_run(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);
         store = program_open_campaign(words[0], STORE_READ);
         store_find_run(store, &run, fatal);

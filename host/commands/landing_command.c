@@ -344,7 +344,7 @@ static void check_request(struct request *r)
     bool details = !isnan(r->station_ft) || r->panels || !isnan(r->height_in) || r->side ||
                    !isnan(r->at_s) || r->form;
     if (r->words[1])
-        run_number_parse(r->words[1], &r->run, fatal);
+        parse_run(r->words[1], &r->run, fatal);
     if ((r->runway || r->pattern || r->modification) && !r->series)
         error_set(fatal, MR_USAGE,
                   "no series: --runway, --pattern and --modification need --series NAME; see "

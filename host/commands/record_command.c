@@ -80,7 +80,7 @@ static void read_place(const struct request *r, struct store *store, struct stor
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
                   r->kind->name, needs[r->kind->place]);
     else if (r->place && r->kind->place == INSPECTION_LANDING)
-        (void)(run_number_parse(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
+        (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
     else if (r->place &&
              quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
@@ -356,7 +356,7 @@ static int record_command(int argc, char **argv, const struct cli *cli)
                             ? program_open_or_create_campaign(cli, r.words[0])
                             : program_open_campaign(r.words[0], adds ? STORE_OPEN : STORE_READ);
     if (r.place && !adds)
-        run_number_parse(r.place, &run, fatal);
+        parse_run(r.place, &run, fatal);
     store_find_run(store, &run, fatal);
     store_find_run(store, &r.compare, fatal);
     if (adds)

@@ -204,7 +204,7 @@ static enum mr_status parse_request(struct replay *replay, int argc, char **argv
     enum mr_status status = command_parse(&command_replay, argc, argv, cli, replay, words, error);
     replay->run = 1;
     if (status == MR_OK && words[1])
-        status = run_number_parse(words[1], &replay->run, error);
+        status = parse_run(words[1], &replay->run, error);
     replay->db = words[0];
     replay->board.is_real_time = replay->speed && strcmp(replay->speed, "real") == 0;
     return status;

@@ -332,7 +332,7 @@ static int show_command(int argc, char **argv, const struct cli *cli)
     int64_t run = 0;
     command_parse(&command_show, argc, argv, cli, NULL, words, fatal);
     if (words[1])
-        run_number_parse(words[1], &run, fatal);
+        parse_run(words[1], &run, fatal);
     struct store *store = program_open_campaign(words[0], STORE_READ);
     store_find_run(store, &run, fatal);
     if (run)

@@ -137,7 +137,7 @@ static void add_named_landings(struct store *store, const struct fit_request *re
 {
     int64_t runs[FIT_RUNS_MAX];
     for (size_t i = 0; i < FIT_RUNS_MAX && request->words[i + 1]; i++) {
-        run_number_parse(request->words[i + 1], &runs[i], fatal);
+        parse_run(request->words[i + 1], &runs[i], fatal);
         store_find_run(store, &runs[i], fatal);
         for (size_t k = 0; k < i; k++) {
             if (runs[k] == runs[i])
