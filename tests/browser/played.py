@@ -34,10 +34,10 @@ def main(db):
                              "most from advices"], check=True, capture_output=True, text=True).stdout.split()
     p, low, high, hardest, speed, planned, limit = (float(word) for word in advice[1:])
     print("# Measured: the landings of the demo\n")
-    print("`make demo` plays synthetic landings to the emulated board. `make pictures` generates this page.\n")
-    print("Advice before landing 5 with the plan %.1f ft/s, %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
+    print("`make demo` plays synthetic landings on the emulated board. `make pictures` generates this page.\n")
+    print("Advice before landing 5 for a plan of %.1f ft/s and %.1f ft/s²: **%s**. The probability that the wheel reaches a zone of 50 closed mats is %.0f %% (95 %% interval: %.0f to %.0f %%); the limit\n"
           "is %.0f %%. At this speed, braking up to %.1f ft/s² keeps the probability below the limit.\n" % (speed, planned, advice[0], 100 * p, 100 * low, 100 * high, 100 * limit, hardest))
-    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel reaches 50 closed mats, truth (s) | Lead, truth (s) | Longest zone ahead, truth (mats) |")
+    print("| Landing | Touchdown speed (ft/s) | Mean deceleration (ft/s²) | Warning (s after touchdown) | Wheel at 50 closed mats, true time (s) | True lead (s) | Longest true zone ahead (mats) |")
     print("|---|--:|--:|--:|--:|--:|--:|")
     for row in campaign["landings"]:
         landing, one = row["landing"], answer(db, str(row["run"]))
@@ -48,7 +48,7 @@ def main(db):
             one["mean_deceleration_error_ft_s2"], "none" if warned is None else "%.2f" % warned, "never" if at_s is None else "%.2f" % at_s,
             "" if warned is None or at_s is None else "%.2f" % (at_s - warned), mats))
     w = campaign["record"]["warnings"]
-    print("\n± is one standard error. Judged by the survey and the transducers only (`matrig show`): warnings in time %d, too late %d, missed %d, false %d; correctly quiet %d." % (
+    print("\n± is one standard error. Warnings according to survey and transducers only (`matrig show`): in time %d, too late %d, missed %d, false %d; correctly quiet %d." % (
         w["hits"], w["late"], w["misses"], w["false"], w["silences"]))
 
 

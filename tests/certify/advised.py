@@ -25,7 +25,7 @@ mean. `advise` knows the friction, the survey and the earlier landings, but not 
 In 1973 these series buckled: standard in landing 5, grit in 4, cleats in 8, stiffeners in 4. The others did not buckle; without bands (bands-off) the mat moved
 several times as far as with bands (report, 4.2 to 5.6). These outcomes are for comparison only, because thrust, ground and mats of 1973 are unknown.
 
-standard-5 is landing 5 of the [demo](demo.md), where the probability is 40 %, because plan, landings and surveys given to `advise` differ.
+In the [demo](demo.md), the probability for standard-5 is 40 %, because there `advise` gets another plan, other landings and other surveys.
 
 """
 

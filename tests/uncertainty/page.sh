@@ -12,7 +12,7 @@ rows() { sed -n "3,4s/^/| $1 /p"; } # BUDGET: its two rows of the table
 cat >docs/measured/uncertainty.md <<P
 # Measured: the uncertainty budget
 
-\`make uncertainty\` wrote this page on $(date -u +%F) (commit $(git rev-parse --short HEAD)). All sensors and boards are simulated (\`tests/uncertainty\`); no real sensor was calibrated.
+\`make uncertainty\` wrote this page on $(date -u +%F) (commit $(git rev-parse --short HEAD)). All sensors and boards are simulated (\`tests/uncertainty\`).
 
 | Budget $(sed -n 1p <<<"$whole")
 |---$(sed -n 2p <<<"$whole")

@@ -315,9 +315,9 @@ int main(int argc, char **argv)
         fputs("usage: study DRAWS [--without certificate|temperature]\n", stderr);
         return 2;
     }
-    printf(
-        "| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error/combined | Stated "
-        "holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
+    printf("| Sensor | Draws | Expanded holds (%%) | Wilson 95 %% (%%) | RMS error ÷ combined "
+           "error | Stated "
+           "holds (%%) |\n|---|--:|--:|--:|--:|--:|\n");
     for (size_t i = 0; i < STUDIES; i++) {
         for (unsigned seed = 1; seed <= draws; seed++)
             take(&studies[i], without, seed, &tally[i]);
