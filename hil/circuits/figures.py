@@ -265,7 +265,7 @@ def parts_page(parts):
 def figures_page(figures):
     lines = ["# Figures of the reference electronics", "",
              "<!-- Made by `make circuits-figures` from the simulations in hil/circuits. Do not edit. -->", "",
-             "The table compares the values that firmware and emulated board assume with the simulated values. *Included*: the code uses the simulated value. `hil/circuits/figures.def` has all",
+             "The table compares simulated values with the values that firmware and emulated board assume. *Included*: the code uses the simulated value. `hil/circuits/figures.def` has all",
              "simulated figures with their meaning and source.", "",
              "| Figure | Simulated | Assumed | Meaning of the assumed value | Holds |", "|---|--:|--:|---|---|"]
     for name, value, unit, _, what, assumed, holds in beside(figures):
