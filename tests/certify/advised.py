@@ -61,7 +61,7 @@ parser.add_argument("--out", default="build/certify")
 parser.add_argument("--page", action="store_true")
 arguments = parser.parse_args()
 true = truths(arguments.out)
-lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with its sampling interval. Hardest: hardest braking that keeps this probability below 20 %. The first landing "
+lines = ["Zone: probability that the wheel reaches a zone of 50 mats, with the sampling interval. Hardest: hardest braking that keeps this probability below 20 %. The first landing "
          "of a series has no advice.", "",
          "| Landing | Speed (ft/s) | Braking (ft/s²) | Zone (%) | Advice | Hardest (ft/s²) | True zone (mats) |", "|---|--:|--:|--:|---|--:|--:|"]
 for name, count in SERIES:

@@ -316,7 +316,7 @@ def condensed(table, damaged):
     warned.sort()
     said = ("- %d cases had no warning, as required. The highest peak risk was %.2f (%s).\n- In %d cases the lead was 0.5 s or more, up to %.2f s (%s).\n"
             "- In %d cases of landing 5 with a fault, the warning came in time: %.2f s (%s) to %.2f s (%s) after touchdown.\n"
-            "- %d cases limit the processor load: the predictor took at most %.1f %% of the processor in any second.") % (
+            "- %d cases check the processor load: the predictor took at most %.1f %% of the processor in any second.") % (
                 len(quiet), *max(quiet), len(leads), *max(leads), len(warned), *warned[0], *warned[-1], len(loads), max(loads, default=0.0))
     return "\n".join(kept).replace("Sums over", said + "\nSums over", 1)
 
