@@ -15,7 +15,7 @@
 #define REAL(name, type, field, per_unit, unit, text) \
     p = mr_put_real_##type(p, message->field, per_unit);
 #define FLOAT(name, field, unit, text) p = mr_put_f32(p, message->field);
-#define END(name, NAME)           \
+#define END_MESSAGE(name, NAME)   \
         return (size_t)(p - out); \
     }
 #include "common/catalogue.def"
@@ -32,8 +32,8 @@
 #define INTEGER(name, type, field, unit, text) uint8_t field[SIZE_##type];
 #define REAL(name, type, field, per_unit, unit, text) uint8_t field[SIZE_##type];
 #define FLOAT(name, field, unit, text) uint8_t field[4];
-#define END(name, NAME)                                          \
-    };                                                           \
+#define END_MESSAGE(name, NAME)                                        \
+    };                                                                 \
     _Static_assert(sizeof(struct name##_wire) <= MR_MESSAGE_BYTES_MAX, \
         "message " #name " is longer than a CAN frame");
 #include "common/catalogue.def"
@@ -48,14 +48,14 @@
 #define REAL(name, type, field, per_unit, unit, text) \
     message->field = mr_get_real_##type(&p, per_unit);
 #define FLOAT(name, field, unit, text) message->field = mr_get_f32(&p);
-#define END(name, NAME) \
-        return MR_OK;   \
+#define END_MESSAGE(name, NAME) \
+        return MR_OK;           \
     }
 #include "common/catalogue.def"
 
 #define ENUM(values) static const struct mr_value values##_values[] = {
 #define VALUE(values, NAME, number, word) {number, word},
-#define UNSENT(values, NAME, number, text) {number, ""},
+#define UNSENT_VALUE(values, NAME, number, text) {number, ""},
 #define END_ENUM(values) {0, NULL}};
 #include "common/catalogue.def"
 
@@ -64,7 +64,7 @@
     {                                              \
         switch (value) {
 #define VALUE(values, NAME, number, word) case number: return word;
-#define DESCRIBED(values, NAME, number, word, text) case number: return text;
+#define DESCRIBED_VALUE(values, NAME, number, word, text) case number: return text;
 #define END_ENUM(values)           \
         default: return "unknown"; \
         }                          \
@@ -73,15 +73,15 @@
 
 #define MESSAGE(name, NAME, id, direction, text) \
     static const struct mr_field_info name##_fields[] = {
-#define CODED(name, type, field, values, coding, text)                                      \
+#define FIELD_OF_VALUES(name, type, field, values, coding, text)                            \
     {#field, "", text, values, coding, MR_WIRE_##type, offsetof(struct name##_wire, field), \
      SIZE_##type, 0.0f},
-#define CODE(name, type, field, values, text) \
-    CODED(name, type, field, values##_values, MR_CODING_CODE, text)
-#define BITS(name, type, field, values, text) \
-    CODED(name, type, field, values##_values, MR_CODING_BITS, text)
-#define PAIRS(name, type, field, values, text) \
-    CODED(name, type, field, values##_values, MR_CODING_PAIRS, text)
+#define ENUMERATED(name, type, field, values, text) \
+    FIELD_OF_VALUES(name, type, field, values##_values, MR_CODING_ENUM, text)
+#define FLAGS(name, type, field, values, text) \
+    FIELD_OF_VALUES(name, type, field, values##_values, MR_CODING_FLAGS, text)
+#define BIT_PAIRS(name, type, field, values, text) \
+    FIELD_OF_VALUES(name, type, field, values##_values, MR_CODING_BIT_PAIRS, text)
 #define INTEGER(name, type, field, unit, text)                                              \
     {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_##type, offsetof(struct name##_wire, \
      field), SIZE_##type, 0.0f},
@@ -91,7 +91,7 @@
 #define FLOAT(name, field, unit, text)                                                           \
     {#field, unit, text, NULL, MR_CODING_NONE, MR_WIRE_f32, offsetof(struct name##_wire, field), \
      4, 0.0f},
-#define END(name, NAME) };
+#define END_MESSAGE(name, NAME) };
 /* clang-format on */
 #include "common/catalogue.def"
 
@@ -102,13 +102,13 @@ static const struct mr_message_info messages[] = {
                          .direction = MR_DIRECTION_##way, .length = sizeof(struct this##_wire), \
                          .field_count = sizeof this##_fields / sizeof this##_fields[0],         \
                              .fields = this##_fields,
-#define EVERY(name, NAME, ms) .every_ms = ms,
-#define END(name, NAME) },
+#define PERIOD_MS(name, NAME, ms) .every_ms = ms,
+#define END_MESSAGE(name, NAME) },
 /* clang-format on */
 #include "common/catalogue.def"
 };
 
-const struct mr_message_info *mr_catalogue(size_t *count)
+const struct mr_message_info *mr_catalogue_messages(size_t *count)
 {
     *count = sizeof messages / sizeof messages[0];
     return messages;
@@ -129,7 +129,7 @@ unsigned mr_message_index(uint16_t id)
 #include "common/catalogue.def"
     case MR_ID_BLOCK: return MR_INDEX_BLOCK;
     case MR_ID_BOX_PART: return MR_INDEX_BOX_PART;
-    default: return MR_MESSAGES;
+    default: return MR_MESSAGE_COUNT;
     }
 }
 
@@ -143,7 +143,7 @@ uint16_t mr_message_id_at(unsigned place)
         MR_ID_BLOCK,
         MR_ID_BOX_PART,
     };
-    return place < MR_MESSAGES ? ids[place] : 0;
+    return place < MR_MESSAGE_COUNT ? ids[place] : 0;
 }
 
 const char *mr_message_name(unsigned place)
@@ -178,8 +178,8 @@ static void append_values(char **out, const char *end, const struct mr_field_inf
         long number = value->number;
         if (!value->word[0])
             continue;
-        for (number = field->coding == MR_CODING_BITS ? 0 : number;
-             field->coding == MR_CODING_BITS && value->number >> number > 1;)
+        for (number = field->coding == MR_CODING_FLAGS ? 0 : number;
+             field->coding == MR_CODING_FLAGS && value->number >> number > 1;)
             number++;
         append(out, end, first ? "" : ", ");
         append_number(out, end, number);
@@ -223,8 +223,8 @@ double mr_field_value(const struct mr_field_info *field, const uint8_t *payload)
 /* ---- message ---- */
 
 /* Reads the block of a message from its last field, if this is `block16` or `block`. */
-static void read_block(struct mr_message *message, const struct mr_message_info *info,
-                       const uint8_t *payload)
+static void read_block_index(struct mr_message *message, const struct mr_message_info *info,
+                             const uint8_t *payload)
 {
     const struct mr_field_info *last = &info->fields[info->field_count - 1];
     const uint8_t *p = payload + last->offset;
@@ -233,8 +233,8 @@ static void read_block(struct mr_message *message, const struct mr_message_info 
     message->block = all ? (int64_t)mr_get_u32(&p) : -1;
 }
 
-enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
-                               size_t length)
+enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const uint8_t *payload,
+                                 size_t length)
 {
     unsigned place = mr_message_index(id);
     const struct mr_message_info *info = mr_message_find(id);
@@ -245,7 +245,7 @@ enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const ui
     memset(message, 0, sizeof *message);
     message->info = info;
     message->index = place;
-    read_block(message, info, payload);
+    read_block_index(message, info, payload);
     memcpy(message->payload, payload, length);
     switch (place) {
 /* clang-format off */
@@ -265,8 +265,9 @@ static const struct mr_series all_series[MR_SERIES_COUNT] = {
 #include "common/catalogue.def"
 };
 
-static const struct mr_series_pack packs[MR_SERIES_PACKS] = {
-#define PACK(SERIES_NAME, name, NAME, id, first, count) {id, MR_SERIES_##SERIES_NAME, first, count},
+static const struct mr_series_pack series_packs[MR_SERIES_PACK_COUNT] = {
+#define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) \
+    {id, MR_SERIES_##SERIES_NAME, first, count},
 #include "common/catalogue.def"
 };
 
@@ -281,13 +282,13 @@ const struct mr_series *mr_series_at(unsigned number)
 
 const struct mr_series_pack *mr_series_pack_at(unsigned number)
 {
-    return &packs[number];
+    return &series_packs[number];
 }
 
 unsigned mr_series_pack_find(uint16_t id)
 {
     unsigned number = 0;
-    while (number < MR_SERIES_PACKS && packs[number].id != id)
+    while (number < MR_SERIES_PACK_COUNT && series_packs[number].id != id)
         number++;
     return number;
 }

@@ -17,12 +17,12 @@
 /* Layout version of catalogue.def, the block record, the stored configuration and serial framing.
  * It is the version of the latest change to any of these: the size of a union is that of its
  * largest member. The message `hello` contains it. */
-union mr_layouts {
-    uint8_t all_others[3];
-#define SINCE(name, NAME, layout) uint8_t name[layout];
+union mr_layout_versions {
+    uint8_t other_formats[3];
+#define SINCE_LAYOUT(name, NAME, layout) uint8_t name[layout];
 #include "common/catalogue.def"
 };
-#define MR_LAYOUT            ((unsigned)sizeof(union mr_layouts))
+#define MR_LAYOUT            ((unsigned)sizeof(union mr_layout_versions))
 #define MR_MESSAGE_BYTES_MAX 8u
 
 typedef uint8_t mr_u8;
@@ -50,7 +50,7 @@ typedef int32_t mr_i32;
 #define INTEGER(name, type, field, unit, text) mr_##type field;
 #define REAL(name, type, field, per_unit, unit, text) float field;
 #define FLOAT(name, field, unit, text) float field;
-#define END(name, NAME) };
+#define END_MESSAGE(name, NAME) };
 /* clang-format on */
 #include "common/catalogue.def"
 
@@ -72,7 +72,7 @@ enum mr_message_index {
 #include "common/catalogue.def"
     MR_INDEX_BLOCK,
     MR_INDEX_BOX_PART,
-    MR_MESSAGES
+    MR_MESSAGE_COUNT
 };
 
 #define MESSAGE(name, NAME, id, direction, text)                                                \
@@ -96,7 +96,7 @@ struct mr_value {
     long number;
     const char *word; /* "": no message carries this number */
 };
-enum mr_coding { MR_CODING_NONE, MR_CODING_CODE, MR_CODING_BITS, MR_CODING_PAIRS };
+enum mr_coding { MR_CODING_NONE, MR_CODING_ENUM, MR_CODING_FLAGS, MR_CODING_BIT_PAIRS };
 
 struct mr_field_info {
     const char *name;
@@ -122,10 +122,10 @@ struct mr_message_info {
 };
 
 /* The whole table of `*count` messages, in ascending order of identifier. Static storage. */
-const struct mr_message_info *mr_catalogue(size_t *count);
+const struct mr_message_info *mr_catalogue_messages(size_t *count);
 /* The message with this identifier, or NULL. */
 const struct mr_message_info *mr_message_find(uint16_t id);
-/* Conversions between identifier and index. mr_message_index returns MR_MESSAGES when the catalogue
+/* Conversions between identifier and index. mr_message_index returns MR_MESSAGE_COUNT when the catalogue
  * has no such message. */
 unsigned mr_message_index(uint16_t id);
 uint16_t mr_message_id_at(unsigned place);
@@ -156,13 +156,13 @@ struct mr_message {
 
 /* MR_OK; MR_UNKNOWN: the catalogue has no such message; MR_TRUNCATED or MR_TOO_LONG: wrong length.
  * On failure the content of `message` is undefined. */
-enum mr_status mr_message_read(struct mr_message *message, uint16_t id, const uint8_t *payload,
-                               size_t length);
+enum mr_status mr_message_decode(struct mr_message *message, uint16_t id, const uint8_t *payload,
+                                 size_t length);
 
 /* ---- series ---- */
 
 /* Readings packed over several messages: displacements and tensions on CAN, as defined by the
- * SERIES and PACK rows of common/catalogue_series.def.
+ * SERIES and SERIES_PACK rows of common/catalogue_series.def.
  *
  * A pack is one of the messages. It carries up to three readings as i16 in `per_unit` counts per
  * inch or pound. The last pack of a series then carries one bit for each missing reading of the
@@ -177,9 +177,9 @@ enum mr_series_number {
 };
 
 enum mr_series_pack_number {
-#define PACK(SERIES_NAME, name, NAME, id, first, count) MR_PACK_##NAME,
+#define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) MR_PACK_##NAME,
 #include "common/catalogue.def"
-    MR_SERIES_PACKS
+    MR_SERIES_PACK_COUNT
 };
 
 struct mr_series {
@@ -197,10 +197,10 @@ struct mr_series_pack {
     uint8_t count;
 };
 
-/* `number` below MR_SERIES_COUNT or MR_SERIES_PACKS. Static storage. */
+/* `number` below MR_SERIES_COUNT or MR_SERIES_PACK_COUNT. Static storage. */
 const struct mr_series *mr_series_at(unsigned number);
 const struct mr_series_pack *mr_series_pack_at(unsigned number);
-/* Number of the pack with an identifier; MR_SERIES_PACKS: the message is not a pack. */
+/* Number of the pack with an identifier; MR_SERIES_PACK_COUNT: the message is not a pack. */
 unsigned mr_series_pack_find(uint16_t id);
 /* Writes one pack. `readings` holds all readings of the series, NaN if missing; `index` is the
  * block measured. Returns the length. */

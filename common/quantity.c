@@ -2,15 +2,15 @@
 
 #include "common/wire.h"
 
-/* QUANTITY initialises the row of a quantity; MEAN adds the member about its mean. */
-static const struct mr_quantity_info quantities[MR_QUANTITIES] = {
+/* QUANTITY initialises the row of a quantity; LANDING_MEAN adds the member about its mean. */
+static const struct mr_quantity_info quantities[MR_QUANTITY_COUNT] = {
 #define QUANTITY(name_, NAME, quantity, suffix, words, sign, digits, value, error) \
     [MR_QUANTITY_##quantity].name = #quantity,                                     \
     [MR_QUANTITY_##quantity].key = #quantity "_" #suffix,                          \
     [MR_QUANTITY_##quantity].error_key = #quantity "_error_" #suffix,              \
     [MR_QUANTITY_##quantity].text = words, [MR_QUANTITY_##quantity].unit = sign,   \
     [MR_QUANTITY_##quantity].decimals = digits, [MR_QUANTITY_##quantity].id = MR_ID_##NAME,
-#define MEAN(name_, NAME, quantity, table, column, error, reason) \
+#define LANDING_MEAN(name_, NAME, quantity, table, column, error, reason) \
     [MR_QUANTITY_##quantity].missing_reason = reason,
 #include "common/catalogue.def"
 };

@@ -1,4 +1,4 @@
-/* Quantities of the board that are shown to users, as defined by the QUANTITY and MEAN rows of the
+/* Quantities of the board that are shown to users, as defined by the QUANTITY and LANDING_MEAN rows of the
  * catalogue. Pure. */
 #ifndef MATRIG_COMMON_QUANTITY_H
 #define MATRIG_COMMON_QUANTITY_H
@@ -9,7 +9,7 @@ enum mr_quantity {
 #define QUANTITY(name, NAME, quantity, suffix, words, unit, decimals, value, error) \
     MR_QUANTITY_##quantity,
 #include "common/catalogue.def"
-    MR_QUANTITIES
+    MR_QUANTITY_COUNT
 };
 
 struct mr_quantity_info {
@@ -22,14 +22,14 @@ struct mr_quantity_info {
     uint16_t id; /* identifier of the message that carries the quantity */
 };
 
-/* Description of a quantity below MR_QUANTITIES. Static storage. */
+/* Description of a quantity below MR_QUANTITY_COUNT. Static storage. */
 const struct mr_quantity_info *mr_quantity_at(unsigned quantity);
 
 /* Value and standard error in the unit of the quantity; NaN: missing. */
 struct mr_quantity_value {
     double value, error;
 };
-/* Stores the values of a message in `values`, an array of MR_QUANTITIES. */
+/* Stores the values of a message in `values`, an array of MR_QUANTITY_COUNT. */
 void mr_quantity_update(struct mr_quantity_value *values, const struct mr_message *message);
 
 #endif

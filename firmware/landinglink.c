@@ -23,7 +23,7 @@ static void send_series(struct telemetry *telemetry, enum mr_series_number serie
                         const float *readings, uint32_t fitted, uint32_t index)
 {
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
-    for (unsigned i = 0; i < MR_SERIES_PACKS; i++) {
+    for (unsigned i = 0; i < MR_SERIES_PACK_COUNT; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
         if (pack->series == series && has_any(fitted, pack->first - 1u, pack->count))
             telemetry_send(telemetry, TO_CAN, pack->id, payload,
@@ -182,7 +182,7 @@ static void send_count(struct telemetry *telemetry)
                    .count = telemetry->sent_counts[TELEMETRY_CAN][place]);
     TELEMETRY_SEND(telemetry, TO_SERIAL, message_count, MESSAGE_COUNT, .id = id,
                    .count = telemetry->sent_counts[TELEMETRY_SERIAL][place]);
-    telemetry->count_index = (place + 1) % MR_MESSAGES;
+    telemetry->count_index = (place + 1) % MR_MESSAGE_COUNT;
 }
 
 void regular_on_block(struct telemetry *telemetry, const struct landing *landing,

@@ -43,7 +43,7 @@ struct telemetry {
 
     unsigned refusals; /* refusals by telemetry_can_burst since no frame was waiting */
     /* by link (CAN, serial) and message: number of messages sent to the link */
-    uint32_t sent_counts[2][MR_MESSAGES];
+    uint32_t sent_counts[2][MR_MESSAGE_COUNT];
     unsigned count_index; /* index of the message whose count is sent next */
 
     struct {

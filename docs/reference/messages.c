@@ -109,7 +109,7 @@ static void write_message(FILE *out, const struct mr_message_info *message)
 static void write_messages(FILE *out)
 {
     size_t count, section = 0;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     for (size_t i = 0; i < count; i++) {
         while (section < SECTIONS && messages[i].id >= sections[section].first_id)
             fprintf(out, "\n## %s\n\n| Byte | Field | Type, unit | Meaning |\n|--:|---|---|---|\n",

@@ -191,9 +191,9 @@ static void count_block(void *context, int64_t index)
 static const struct mr_series_pack *find_pack(const struct store_frame *frame)
 {
     unsigned number = frame->id <= UINT16_MAX ? mr_series_pack_find((uint16_t)frame->id)
-                                              : MR_SERIES_PACKS;
+                                              : MR_SERIES_PACK_COUNT;
     bool whole = frame->length == MR_MESSAGE_BYTES_MAX && frame->board_us != STORE_NONE;
-    return number < MR_SERIES_PACKS && whole ? mr_series_pack_at(number) : NULL;
+    return number < MR_SERIES_PACK_COUNT && whole ? mr_series_pack_at(number) : NULL;
 }
 
 static enum mr_status count_message(void *context, const struct store_frame *frame)

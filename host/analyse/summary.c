@@ -173,14 +173,14 @@ static enum mr_status load_mean(struct store *store, int64_t run, struct store_m
                                 struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < MR_QUANTITIES && status == MR_OK; i++)
+    for (unsigned i = 0; i < MR_QUANTITY_COUNT && status == MR_OK; i++)
         status = store_mean_get(store, run, (enum mr_quantity)i, &mean[i], error);
     return status;
 }
 
 static void add_mean(const struct store_mean *mean, struct answer *answer)
 {
-    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+    for (unsigned i = 0; i < MR_QUANTITY_COUNT; i++) {
         const struct mr_quantity_info *info = mr_quantity_at(i);
         const struct store_mean *m = &mean[i];
         const char *unit = info->unit;

@@ -70,9 +70,9 @@ struct summary {
     /* commands from another program, and refused commands; count 1: sent by matrig log itself */
     struct store_fault *command;
     size_t command_count;
-    struct store_fault *key;               /* states of the board key; code: enum mr_key_state */
-    size_t key_count;                      /* number of states; 0: not reported */
-    struct store_mean mean[MR_QUANTITIES]; /* means of the messages that the board repeats */
+    struct store_fault *key; /* states of the board key; code: enum mr_key_state */
+    size_t key_count;        /* number of states; 0: not reported */
+    struct store_mean mean[MR_QUANTITY_COUNT]; /* means of the messages that the board repeats */
     struct summary_ready ready[SUMMARY_READY_KINDS];
     int64_t duplicate_run; /* earlier RUN that is a record of the same landing; 0: none */
 };

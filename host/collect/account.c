@@ -36,7 +36,7 @@ void account_expect_first_frame(struct account *account)
 
 void account_add_message(struct account *account, unsigned place)
 {
-    if (place < MR_MESSAGES)
+    if (place < MR_MESSAGE_COUNT)
         account->received_count[place]++;
 }
 
@@ -60,7 +60,7 @@ static int64_t get_newest_block(const struct account *account)
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_index(count->id);
-    if (place >= MR_MESSAGES || account->time_unconfirmed ||
+    if (place >= MR_MESSAGE_COUNT || account->time_unconfirmed ||
         (account->board_count_known[place] && count->count < account->board_count[place]))
         return false;
     if (account->board_count_known[place] &&
@@ -88,7 +88,7 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
 
 void account_reset_steps(struct account *account)
 {
-    for (size_t i = 0; i < MR_SERIES_PACKS; i++)
+    for (size_t i = 0; i < MR_SERIES_PACK_COUNT; i++)
         account->step_block[i] = -1;
     account->block_known = false;
 }
@@ -360,7 +360,7 @@ void account_add_series_message(struct account *account, unsigned number, int64_
     char channels[16];
     write_channels(pack, series->letter, channels, sizeof channels);
     account->suspected_frames += missing;
-    if (account->suspected_gap_count < MR_SERIES_PACKS)
+    if (account->suspected_gap_count < MR_SERIES_PACK_COUNT)
         account->suspected_gap[account->suspected_gap_count++] =
             make_gap(account, mr_message_find(pack->id)->name, channels, "link", missing,
                      last + series->blocks, block - series->blocks);

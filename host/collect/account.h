@@ -57,27 +57,28 @@ struct account {
     int64_t doubt_block, received_since_doubt;
     /* CAN frames that the board sent before logging began; -1: not known yet */
     int64_t before_first;
-    struct store_gap suspected_gap[MR_SERIES_PACKS];
+    struct store_gap suspected_gap[MR_SERIES_PACK_COUNT];
     size_t suspected_gap_count;
     /* number of frames missing since the last can_health, according to the steps of the series */
     int64_t suspected_frames;
-    int64_t step_block[MR_SERIES_PACKS]; /* block of the last message of each series; -1: none */
+    /* block of the last message of each series; -1: none */
+    int64_t step_block[MR_SERIES_PACK_COUNT];
 
     /* all frames that the board sent since its start were sent while logging */
     bool complete_from_start;
     /* number of frames of each message received since the board started, or since logging began */
-    int64_t received_count[MR_MESSAGES];
-    bool board_count_known[MR_MESSAGES];
-    uint32_t board_count[MR_MESSAGES]; /* the board's last count of each message */
+    int64_t received_count[MR_MESSAGE_COUNT];
+    bool board_count_known[MR_MESSAGE_COUNT];
+    uint32_t board_count[MR_MESSAGE_COUNT]; /* the board's last count of each message */
     /* block of that count, from the last can_health or serial frame */
-    int64_t board_count_block[MR_MESSAGES];
+    int64_t board_count_block[MR_MESSAGE_COUNT];
     /* number of frames of the message received by the time the board's count arrived */
-    int64_t received_at_board_count[MR_MESSAGES];
+    int64_t received_at_board_count[MR_MESSAGE_COUNT];
     /* number of missing frames by all counts so far, in all boots, including frames that the board
      * dropped */
-    int64_t missing_count[MR_MESSAGES];
+    int64_t missing_count[MR_MESSAGE_COUNT];
     /* number of frames received more often than they were sent */
-    int64_t repeated_count[MR_MESSAGES];
+    int64_t repeated_count[MR_MESSAGE_COUNT];
 
     /* number of frames that queues of this computer lost since the last can_health, by cause */
     int64_t queue_lost_frames[ACCOUNT_QUEUES];

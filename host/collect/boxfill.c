@@ -100,7 +100,7 @@ static enum mr_status handle_message(struct box_collector *m, const struct mr_re
     struct mr_message message;
     if (record->id == MR_ID_LANDING)
         return apply_state(m, record, made, error);
-    if (mr_message_read(&message, record->id, record->payload, record->length) != MR_OK)
+    if (mr_message_decode(&message, record->id, record->payload, record->length) != MR_OK)
         return MR_OK;
     const struct collector_event event = {.link = m->side.kind,
                                           .message = &message,

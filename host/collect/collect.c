@@ -236,7 +236,7 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
         if (side->link_spec)
             status = store_link_put(collector->store, collector->session, kind,
                                     &side->account.counts, error);
-        for (unsigned place = 0; place < MR_MESSAGES && status == MR_OK; place++) {
+        for (unsigned place = 0; place < MR_MESSAGE_COUNT && status == MR_OK; place++) {
             if (side->account.missing_count[place])
                 status = store_missing_put(collector->store, collector->session, kind,
                                            mr_message_name(place),

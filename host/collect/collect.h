@@ -136,7 +136,7 @@ struct collector_progress {
     const uint32_t *uid;
     struct store_link_counts counts[LINK_KINDS];
     /* number of missing frames of each message, by the board's counts */
-    int64_t missing[LINK_KINDS][MR_MESSAGES];
+    int64_t missing[LINK_KINDS][MR_MESSAGE_COUNT];
     int64_t before_first; /* number of CAN frames sent before logging began; -1: not known */
     bool other_on_can;    /* only another board than that on serial was seen on CAN at this base */
     /* words 0 and 1 of the two identities if other_on_can is true */

@@ -75,7 +75,7 @@ static enum mr_status fill_frame(void *context, const struct store_frame *frame)
     struct mr_message message;
     if (frame->board_us == STORE_NONE || frame->direction != 0 || frame->id > UINT16_MAX ||
         !is_lost_on_serial(filler, frame->board_us / 1000) ||
-        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
+        mr_message_decode(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK ||
         message.info->direction == MR_DIRECTION_HOST)
         return MR_OK;
     filler->can.timebase.newest_block = frame->board_us / 1000;

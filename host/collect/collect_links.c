@@ -326,7 +326,7 @@ static bool read_frame(const struct collector *collector, const struct link_fram
 {
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
     return !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) &&
-           mr_message_read(message, (uint16_t)id, frame->data, frame->length) == MR_OK &&
+           mr_message_decode(message, (uint16_t)id, frame->data, frame->length) == MR_OK &&
            message->info->direction != MR_DIRECTION_HOST;
 }
 
@@ -393,7 +393,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
     if (frame->type == MR_ID_BLOCK)
         return handle_block(collector, side, frame, host_us, error);
     struct mr_message message;
-    if (mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK)
+    if (mr_message_decode(&message, frame->type, frame->payload, frame->length) == MR_OK)
         return handle_message(collector, side, &message, frame->seq, host_us, error);
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
     /* pages of the black box and unknown frames are counted too */
@@ -527,7 +527,7 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct li
     struct mr_block block;
     bool jump = side->account.seq_known && frame->seq != side->account.next_seq;
     bool ours = frame->type != MR_ID_BLOCK &&
-                mr_message_read(&message, frame->type, frame->payload, frame->length) == MR_OK;
+                mr_message_decode(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
         if (release_held_frames(collector, side, START_SAME, host_us, error) == MR_OK)
             handle_restart(collector, side, host_us, &message.as.hello, error);

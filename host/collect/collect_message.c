@@ -9,9 +9,9 @@
 #include "host/collect/collect_state.h"
 #include "host/store/store.h"
 
-/* Functions collect_zone_row(), collect_zone_lead_row(), ..., one for each KEPT of the
+/* Functions collect_zone_row(), collect_zone_lead_row(), ..., one for each STORED_ROW of the
  * catalogue. Each sets the fields of the row that the message contains; others stay. */
-#define KEPT(name, NAME, row, ...)                                                     \
+#define STORED_ROW(name, NAME, row, ...)                                               \
     static void collect_##name##_row(struct store_##row *r, const struct mr_##name *m) \
     {                                                                                  \
         __VA_ARGS__;                                                                   \
@@ -51,7 +51,7 @@ static enum mr_status count_message(struct collector *collector, struct link_sid
     (void)collector, (void)error;
     const struct mr_message *m = event->message;
     unsigned pack = mr_series_pack_find(m->info->id);
-    if (pack < MR_SERIES_PACKS) {
+    if (pack < MR_SERIES_PACK_COUNT) {
         if (side->current_landing)
             account_add_series_message(&side->account, pack,
                                        timebase_unwrap(&side->timebase, (uint16_t)m->block16));
@@ -66,12 +66,12 @@ static enum mr_status count_message(struct collector *collector, struct link_sid
     return MR_OK;
 }
 
-/* Creates the event that the EVENT rows of the catalogue define for a message. */
+/* Creates the event that the STORED_EVENT rows of the catalogue define for a message. */
 static bool make_event(const struct mr_message *message, struct store_event *event)
 {
     switch (message->index) {
 /* clang-format off */
-#define EVENT(name, NAME, kind_, code_, detail_, value_)                               \
+#define STORED_EVENT(name, NAME, kind_, code_, detail_, value_)                        \
     case MR_INDEX_##NAME: {                                                            \
         const struct mr_##name *m = &message->as.name;                                 \
         *event = (struct store_event){.kind = kind_, .code = code_, .detail = detail_, \

@@ -165,7 +165,7 @@ static bool responds_at(struct link *link, uint16_t base)
         uint32_t id = status == MR_OK ? link_id_from_bus(frame.id, base) : UINT32_MAX;
         struct pollfd ready = {.fd = link_fd(link), .events = POLLIN};
         if (id == MR_ID_HELLO &&
-            mr_message_read(&message, MR_ID_HELLO, frame.data, frame.length) == MR_OK)
+            mr_message_decode(&message, MR_ID_HELLO, frame.data, frame.length) == MR_OK)
             return true;
         if (status == MR_TOO_FEW)
             poll(&ready, 1, 50);

@@ -38,7 +38,7 @@ static void handle_frame(void *context, const struct store_frame *frame)
                    frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR);
     struct mr_message message;
     if (frame->id > UINT16_MAX || foreign || frame->link < 0 || frame->link >= LINK_KINDS ||
-        mr_message_read(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
+        mr_message_decode(&message, (uint16_t)frame->id, frame->data, frame->length) != MR_OK)
         return;
     live_hub_add_message(watch->hub, &(struct collector_event){.link = (enum link_kind)frame->link,
                                                                .message = &message,

@@ -94,7 +94,7 @@ static void list_values(FILE *out, const struct mr_message_info *message,
         }
     }
     for (const struct mr_value *value = field->values;
-         field->coding == MR_CODING_CODE && value->word; value++) {
+         field->coding == MR_CODING_ENUM && value->word; value++) {
         if (value->word[0])
             write_value(out, value->number, value->word);
     }
@@ -103,7 +103,7 @@ static void list_values(FILE *out, const struct mr_message_info *message,
 static void write_values(FILE *out, const struct mr_message_info *message,
                          const struct mr_field_info *field, uint16_t base)
 {
-    bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_CODE;
+    bool coded = field->per_unit > 0.0f || field->coding == MR_CODING_ENUM;
     for (size_t i = 0; i < sizeof named_values / sizeof named_values[0]; i++)
         coded |= named_values[i].id == message->id &&
                  strcmp(named_values[i].field, field->name) == 0;
@@ -131,7 +131,7 @@ static void write_attributes(FILE *out, const struct mr_message_info *messages, 
 unsigned dbc_write(FILE *out, uint16_t base)
 {
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     char text[400];
 
     fputs("VERSION \"\"\n\nNS_ "

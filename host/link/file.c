@@ -69,7 +69,7 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
     if (!bus)
         return false;
     if (link_id_from_bus(frame->id, base) == MR_ID_HELLO &&
-        mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
+        mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
         bus->hellos++;
         bus->has_this_layout |= message.as.hello.layout == MR_LAYOUT;
     }

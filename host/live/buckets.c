@@ -184,7 +184,7 @@ void live_buckets_add_message(struct live_buckets *b, const struct mr_message *m
             b->calibration_known[item->index] |= 1u << item->item;
         }
         break;
-#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
+#define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
         add_pack(b, message, block);
         break;

@@ -125,7 +125,7 @@ static json_t *make_units_json(bool si)
 static json_t *make_quantities_json(void)
 {
     json_t *quantities = json_array();
-    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+    for (unsigned i = 0; i < MR_QUANTITY_COUNT; i++) {
         const struct mr_quantity_info *q = mr_quantity_at(i);
         json_array_append_new(quantities, json_pack("{sssssssssi}", "key", q->key, "error_key",
                                                     q->error_key, "words", q->text, "unit", q->unit,
@@ -207,8 +207,8 @@ static void write_message_json(FILE *out, const struct collector_event *event)
     case MR_INDEX_##NAME: {                      \
         const struct mr_##name *m = &message->as.name;
 #define INTEGER(name, type, field, unit, text) put_integer(out, #field, (long long)m->field);
-#define CODE(name, type, field, values, text)   \
-    put_integer(out, #field, (long long)m->field); \
+#define ENUMERATED(name, type, field, values, text) \
+    put_integer(out, #field, (long long)m->field);  \
     put_text(out, #field "_text", mr_##values##_text((unsigned)m->field));
 #define REAL(name, type, field, per_unit, unit, text) put_number(out, #field, (double)m->field, 7);
 #define FLOAT(name, field, unit, text) put_number(out, #field, (double)m->field, 7);
@@ -216,12 +216,12 @@ static void write_message_json(FILE *out, const struct collector_event *event)
     put_text(out, "quantity", mr_quantity_at(MR_QUANTITY_##kind)->key);            \
     put_number(out, "value", (double)(of), 9);                                     \
     put_number(out, "error", (double)(its_error), 9);
-#define NOTICE(name, NAME, severe, ...)          \
-    snprintf(line, sizeof line, __VA_ARGS__);    \
-    put_text(out, "severity", #severe);          \
+#define LIVE_NOTICE(name, NAME, severe, ...)  \
+    snprintf(line, sizeof line, __VA_ARGS__); \
+    put_text(out, "severity", #severe);       \
     put_text(out, "notice", line);
-#define END(name, NAME) \
-    break;              \
+#define END_MESSAGE(name, NAME) \
+    break;                      \
     }
 #include "common/catalogue.def"
     default: break;
@@ -457,7 +457,7 @@ void live_hub_publish_due(struct live_hub *hub)
 static bool is_shown(const struct mr_message *message)
 {
     switch (message->index) {
-#define PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
+#define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
     case MR_INDEX_CALIBRATION:
     case MR_INDEX_CLOCK:

@@ -97,7 +97,7 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
                  "another board sends on this bus: base 0x%03x of %s; it is not logged",
                  logger->other_base, link_spec(logger->link[LINK_CAN]));
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
-               mr_message_read(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
+               mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
                message.as.hello.layout == MR_LAYOUT) {
         logger->other_board_seen = true;
         logger->other_base = (uint16_t)(frame->id - MR_ID_HELLO);
@@ -554,12 +554,12 @@ void logger_note_presence(struct logger *logger)
 }
 
 /* Adds the messages that the board counted and the link did not receive, in the whole session. */
-static void add_missing(int kind, const int64_t missing[MR_MESSAGES], struct answer *answer)
+static void add_missing(int kind, const int64_t missing[MR_MESSAGE_COUNT], struct answer *answer)
 {
     char text[1000] = "";
     size_t used = 0;
     answer_open_group(answer, "missing", "");
-    for (unsigned place = 0; place < MR_MESSAGES; place++) {
+    for (unsigned place = 0; place < MR_MESSAGE_COUNT; place++) {
         if (missing[place] == 0)
             continue;
         answer_count(answer, mr_message_name(place), NULL, missing[place]);

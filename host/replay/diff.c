@@ -31,7 +31,7 @@ enum field_rule {
     FIELD_QUEUED,
     FIELD_FAULTS,       /* a mask of faults: only those that follow from the record */
     FIELD_IMAGE,        /* identifies the image: compared if the image is the same */
-    FIELD_CIRCUMSTANCE, /* not determined by the record, so not compared */
+    FIELD_NOT_COMPARED, /* not determined by the record, so not compared */
 };
 
 /* faults that follow from blocks and edges */
@@ -45,7 +45,7 @@ static const struct {
     const char *field;
     enum field_rule rule;
 } rules[] = {
-#define REPLAY(name, NAME, field, rule) {MR_ID_##NAME, #field, FIELD_##rule},
+#define REPLAY_RULE(name, NAME, field, rule) {MR_ID_##NAME, #field, FIELD_##rule},
 #include "common/catalogue.def"
     {0, "block16", FIELD_BLOCK16},
     {0, "at_block16", FIELD_BLOCK16},
@@ -54,7 +54,7 @@ static const struct {
 };
 
 /* Fails to compile if a rule names a missing field. */
-#define REPLAY(name, NAME, field, rule) \
+#define REPLAY_RULE(name, NAME, field, rule) \
     _Static_assert(offsetof(struct mr_##name, field) < sizeof(struct mr_##name), #field);
 #include "common/catalogue.def"
 
@@ -72,7 +72,7 @@ static const struct {
 /* True if a message as a whole is not determined by the record. */
 static bool is_circumstance(uint16_t id)
 {
-#define CIRCUMSTANCE(name, NAME) || id == MR_ID_##NAME
+#define NOT_COMPARED(name, NAME) || id == MR_ID_##NAME
     return false
 #include "common/catalogue.def"
         ;
@@ -81,7 +81,7 @@ static bool is_circumstance(uint16_t id)
 /* True if the message is sent in turn, when the bus has room. */
 static bool is_sent_in_turn(uint16_t id)
 {
-#define IN_TURN(name, NAME) || id == MR_ID_##NAME
+#define SENT_IN_ROTATION(name, NAME) || id == MR_ID_##NAME
     return false
 #include "common/catalogue.def"
         ;
@@ -231,7 +231,7 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
     case FIELD_IMAGE:
         return c->options->is_exact &&
                c->recorded->landing.image_crc == c->replayed->landing.image_crc;
-    case FIELD_CIRCUMSTANCE: return false;
+    case FIELD_NOT_COMPARED: return false;
     case FIELD_VALUE: break;
     }
     return true;
@@ -273,7 +273,8 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
 static int64_t count_averaged_blocks(uint16_t id)
 {
     unsigned pack = mr_series_pack_find(id);
-    return pack < MR_SERIES_PACKS ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1 : 0;
+    return pack < MR_SERIES_PACK_COUNT ? mr_series_at(mr_series_pack_at(pack)->series)->blocks - 1
+                                       : 0;
 }
 
 static bool has_own_block(const struct mr_message_info *info)
@@ -426,7 +427,7 @@ static int64_t find_bus_delay(const struct comparison *c)
 {
     size_t count;
     int64_t most = 0;
-    const struct mr_message_info *info = mr_catalogue(&count);
+    const struct mr_message_info *info = mr_catalogue_messages(&count);
     for (size_t i = 0; i < count; i++) {
         for (int link = 0; link < LINK_KINDS && is_sent_in_turn(info[i].id); link++) {
             int64_t late = c->options->has_losses[link] ? 0 : find_largest_delay(c, link, &info[i]);
@@ -526,7 +527,7 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
     struct comparison c = {
         .recorded = recorded, .replayed = replayed, .options = options, .diff = diff};
     size_t count;
-    const struct mr_message_info *info = mr_catalogue(&count);
+    const struct mr_message_info *info = mr_catalogue_messages(&count);
     *diff = (struct diff){.is_exact = options->is_exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->block_count - 1].index;

@@ -47,7 +47,7 @@ struct diff {
     /* number of messages of blocks after the last record, because CAN reports them first or the
      * record ends early */
     int64_t after_record;
-    /* number of recorded messages that no record determines (CIRCUMSTANCE in the catalogue) */
+    /* number of recorded messages that no record determines (NOT_COMPARED in the catalogue) */
     int64_t circumstances;
     /* number of messages of the replay that a log with losses may have missed */
     int64_t not_recorded;

@@ -381,8 +381,8 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
     *mean = (struct store_mean){0};
     switch ((int)quantity) {
 /* clang-format off */
-#define MEAN(name, NAME, quantity, table, column, error_column, why) \
-    case MR_QUANTITY_##quantity:                                     \
+#define LANDING_MEAN(name, NAME, quantity, table, column, error_column, why) \
+    case MR_QUANTITY_##quantity:                                             \
         return STORE_READ_ONE(store, error, MEAN_##quantity, mean, BIND(run));
 /* clang-format on */
 #include "common/catalogue.def"

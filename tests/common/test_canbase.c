@@ -20,7 +20,7 @@ TEST(they_come_back_whatever_the_base)
 static unsigned shared(const unsigned *bases, unsigned n)
 {
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     unsigned used[0x800] = {0}, twice = 0;
     for (unsigned b = 0; b < n; b++) {
         for (size_t i = 0; i < count; i++) {

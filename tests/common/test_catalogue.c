@@ -127,7 +127,7 @@ static void check_float(float value, const uint8_t *bytes)
 #define FLOAT(name, field, unit, text)          \
         check_float(message.field, bytes + at); \
         at += 4;
-#define END(name, NAME)                                           \
+#define END_MESSAGE(name, NAME)                                   \
         assert_int_equal(at, length);                             \
         assert_int_equal(mr_##name##_put(&message, out), length); \
         assert_memory_equal(out, bytes, length);                  \
@@ -153,19 +153,19 @@ TEST(every_message_is_its_fields_in_order)
 TEST(places_go_there_and_back)
 {
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     for (unsigned m = 0; m < count; m++) {
         assert_int_equal(mr_message_index(messages[m].id), m);
         assert_int_equal(mr_message_id_at(m), messages[m].id);
         assert_string_equal(mr_message_name(m), messages[m].name);
     }
-    assert_int_equal(MR_MESSAGES, count + 2);
+    assert_int_equal(MR_MESSAGE_COUNT, count + 2);
     assert_int_equal(mr_message_id_at(mr_message_index(MR_ID_BLOCK)), MR_ID_BLOCK);
     assert_int_equal(mr_message_id_at(mr_message_index(MR_ID_BOX_PART)), MR_ID_BOX_PART);
     assert_string_equal(mr_message_name(MR_INDEX_BLOCK), "block");
     assert_string_equal(mr_message_name(MR_INDEX_BOX_PART), "box_part");
-    assert_int_equal(mr_message_index(0x7ff), MR_MESSAGES);
-    assert_int_equal(mr_message_id_at(MR_MESSAGES), 0);
+    assert_int_equal(mr_message_index(0x7ff), MR_MESSAGE_COUNT);
+    assert_int_equal(mr_message_id_at(MR_MESSAGE_COUNT), 0);
 }
 
 /* wire.h: rounded to nearest, clipped at the ends of the range, the missing code never made by a
@@ -190,7 +190,7 @@ TEST(reals_are_rounded_and_clipped)
 TEST(the_table_is_consistent)
 {
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     assert_true(count > 20);
     for (size_t m = 0; m < count; m++) {
         unsigned at = 0;
@@ -334,7 +334,7 @@ TEST(a_value_has_a_text)
     {                \
         const char *(*const text)(unsigned) = mr_##values##_text;
 #define VALUE(values, NAME, number, word) assert_string_equal(text(NAME), word);
-#define DESCRIBED(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
+#define DESCRIBED_VALUE(values, NAME, number, word, said) assert_string_equal(text(NAME), said);
 #define END_ENUM(values)                            \
         assert_string_equal(text(4711), "unknown"); \
     }
@@ -355,7 +355,7 @@ static uint32_t sum_of_the_fields(void)
     size_t count;
     uint32_t sum = 2166136261u;
     char text[80];
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     for (size_t m = 0; m < count; m++) {
         snprintf(text, sizeof text, "%u %u;", messages[m].id, messages[m].direction);
         add_text(&sum, text);
@@ -384,7 +384,8 @@ TEST(another_field_is_another_layout)
         {6, 0xf12db6bdu},
         /* 0xf7dd7efa until braking_edge came, which is sent only with a pick-up, and which others
          * skip */
-        {7, 0x667a2c8bu}}; /* a change that is meant: its SINCE, MR_LAYOUT + 1, and a row here */
+        {7,
+         0x667a2c8bu}}; /* a change that is meant: its SINCE_LAYOUT, MR_LAYOUT + 1, and a row here */
     const size_t newest = sizeof known / sizeof known[0] - 1;
     print_message("layout %u: 0x%08x\n", MR_LAYOUT, (unsigned)sum_of_the_fields());
     assert_int_equal(MR_LAYOUT, known[newest].layout);

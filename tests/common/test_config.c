@@ -259,7 +259,7 @@ TEST(a_base_keeps_all_messages_within_11_bits)
     const struct mr_config_field *field =
         &mr_config_groups[MR_GROUP_site].fields[MR_FIELD_site_can_base];
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     unsigned last = 0;
     for (size_t i = 0; i < count; i++)
         last = messages[i].id > last ? messages[i].id : last;

@@ -9,15 +9,15 @@ static void take(struct mr_quantity_value *values, uint16_t id, const uint8_t *p
                  size_t length)
 {
     struct mr_message message;
-    assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
+    assert_int_equal(mr_message_decode(&message, id, payload, length), MR_OK);
     mr_quantity_update(values, &message);
 }
 
 TEST(a_message_says_its_own)
 {
-    struct mr_quantity_value values[MR_QUANTITIES];
+    struct mr_quantity_value values[MR_QUANTITY_COUNT];
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
-    for (unsigned i = 0; i < MR_QUANTITIES; i++)
+    for (unsigned i = 0; i < MR_QUANTITY_COUNT; i++)
         values[i] = (struct mr_quantity_value){.value = -1.0, .error = -2.0};
     take(values, MR_ID_TEMPERATURE, payload,
          mr_temperature_put(&(struct mr_temperature){.temperature_c = 20.5f, .error_c = 0.25f},
@@ -49,7 +49,7 @@ TEST(each_has_its_words)
     assert_non_null(t->missing_reason);
     assert_string_equal(load->key, "load_percent");
     assert_null(load->missing_reason); /* the campaign has no column of it */
-    for (unsigned i = 0; i < MR_QUANTITIES; i++) {
+    for (unsigned i = 0; i < MR_QUANTITY_COUNT; i++) {
         assert_true(strlen(mr_quantity_at(i)->text) > 0 && strlen(mr_quantity_at(i)->unit) > 0);
         for (unsigned k = 0; k < i; k++)
             assert_string_not_equal(mr_quantity_at(i)->key, mr_quantity_at(k)->key);

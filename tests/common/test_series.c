@@ -33,7 +33,7 @@ TEST(packs_put_the_bytes_worked_out_by_hand)
 TEST(a_pack_is_the_message_of_the_catalogue)
 {
     unsigned seen[MR_SERIES_COUNT] = {0};
-    for (unsigned number = 0; number < MR_SERIES_PACKS; number++) {
+    for (unsigned number = 0; number < MR_SERIES_PACK_COUNT; number++) {
         const struct mr_series_pack *pack = mr_series_pack_at(number);
         const struct mr_series *series = mr_series_at(pack->series);
         const struct mr_message_info *info = mr_message_find(pack->id);
@@ -61,5 +61,5 @@ TEST(a_pack_is_the_message_of_the_catalogue)
     }
     for (unsigned i = 0; i < MR_SERIES_COUNT; i++)
         assert_int_equal(seen[i], mr_series_at(i)->readings);
-    assert_int_equal(mr_series_pack_find(MR_ID_HELLO), MR_SERIES_PACKS);
+    assert_int_equal(mr_series_pack_find(MR_ID_HELLO), MR_SERIES_PACK_COUNT);
 }

@@ -38,7 +38,7 @@ static void log_landing(struct collector *collector)
         give(collector, MR_ID_BLOCK, payload, mr_block_put(&block, payload));
     }
     size_t count;
-    const struct mr_message_info *catalogue = mr_catalogue(&count);
+    const struct mr_message_info *catalogue = mr_catalogue_messages(&count);
     memset(payload, 0, sizeof payload);
     for (size_t i = 0; i < count; i++) {
         if (catalogue[i].id != MR_ID_HELLO && catalogue[i].id != MR_ID_LANDING &&

@@ -31,7 +31,7 @@ static void give(uint16_t id, bool can, const uint8_t *payload, size_t length)
 static void give_messages(const uint8_t *data, size_t size)
 {
     size_t count;
-    const struct mr_message_info *catalogue = mr_catalogue(&count);
+    const struct mr_message_info *catalogue = mr_catalogue_messages(&count);
     const struct mr_hello hello = {.layout = MR_LAYOUT, .major = 1};
     uint8_t payload[MR_FRAME_PAYLOAD_BYTES_MAX];
     size_t length = mr_hello_put(&hello, payload);

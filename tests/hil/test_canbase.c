@@ -93,7 +93,7 @@ static bool obeys_at(struct ear *ear, unsigned base)
 static void says_all_at_its_base(struct ear *ear)
 {
     size_t count;
-    const struct mr_message_info *messages = mr_catalogue(&count);
+    const struct mr_message_info *messages = mr_catalogue_messages(&count);
     for (size_t i = 0; i < count; i++) {
         int more = (int)ear->heard[EAR_SERIAL][messages[i].id] -
                    (int)ear->heard[EAR_CAN][messages[i].id];

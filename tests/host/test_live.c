@@ -31,7 +31,7 @@ static void say(struct live_buckets *buckets, enum link_kind kind, uint16_t id,
                 const uint8_t *payload, size_t length, int64_t block)
 {
     struct mr_message message;
-    assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
+    assert_int_equal(mr_message_decode(&message, id, payload, length), MR_OK);
     live_buckets_advance(buckets, kind, block);
     live_buckets_add_message(buckets, &message, block);
 }
@@ -40,7 +40,7 @@ static void say_to_hub(struct live_hub *hub, uint16_t id, const uint8_t *payload
                        int64_t block)
 {
     struct mr_message message;
-    assert_int_equal(mr_message_read(&message, id, payload, length), MR_OK);
+    assert_int_equal(mr_message_decode(&message, id, payload, length), MR_OK);
     const struct collector_event event = event_of(LINK_CAN, &message, NOW_US, block);
     live_hub_add_message(hub, &event);
 }

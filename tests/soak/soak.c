@@ -24,7 +24,7 @@
 #define ELF         "build/firmware/matrig.elf"
 #define LINKS       2 /* CAN, serial: as enum link_kind */
 #define COUNTS_KEPT 64u
-#define PLACES      ((unsigned)MR_MESSAGES)
+#define PLACES      ((unsigned)MR_MESSAGE_COUNT)
 #define LANDINGS    3
 
 static const char *const link_name[LINKS] = {"CAN", "serial"};
@@ -32,25 +32,25 @@ static const char *const link_name[LINKS] = {"CAN", "serial"};
 /* Counts of messages on the pin since the board began, and as they were when each message_count
  * passed. */
 struct pin {
-    uint64_t left[MR_MESSAGES];
+    uint64_t left[MR_MESSAGE_COUNT];
     struct {
         uint32_t count; /* what the message_count said */
         uint64_t left;
-    } kept[MR_MESSAGES][COUNTS_KEPT];
-    unsigned keep[MR_MESSAGES];
+    } kept[MR_MESSAGE_COUNT][COUNTS_KEPT];
+    unsigned keep[MR_MESSAGE_COUNT];
 };
 
 struct wire {
-    struct pin pin[2];           /* of the boot that goes on, of the one before */
-    unsigned boot, heard_boot;   /* that goes on; that the host believes in */
-    bool told[MR_MESSAGES];      /* the host has received a count of it */
-    uint32_t count[MR_MESSAGES]; /* the last one */
-    bool whole;                  /* the host heard this boot from its first frame on */
+    struct pin pin[2];                /* of the boot that goes on, of the one before */
+    unsigned boot, heard_boot;        /* that goes on; that the host believes in */
+    bool told[MR_MESSAGE_COUNT];      /* the host has received a count of it */
+    uint32_t count[MR_MESSAGE_COUNT]; /* the last one */
+    bool whole;                       /* the host heard this boot from its first frame on */
 };
 
 struct totals {
-    uint64_t left[MR_MESSAGES], received[MR_MESSAGES], missing[MR_MESSAGES], repeated[MR_MESSAGES],
-        dropped[MR_MESSAGES];
+    uint64_t left[MR_MESSAGE_COUNT], received[MR_MESSAGE_COUNT], missing[MR_MESSAGE_COUNT],
+        repeated[MR_MESSAGE_COUNT], dropped[MR_MESSAGE_COUNT];
 };
 
 struct soak {
