@@ -3,15 +3,15 @@
 
 #include "docs/reference/reference.h"
 
-#define OK    "ok"
-#define LOOK  "look"
-#define WRONG "wrong"
+#define OK      "ok"
+#define SUSPECT "look"
+#define WRONG   "wrong"
 
 static const char *section_title(const char *section)
 {
-    return strcmp(section, "ALL") == 0    ? "both sections"
-         : strcmp(section, "REPORT") == 0 ? "report"
-                                          : "brown-out";
+    return strcmp(section, "SECTION_ANY") == 0    ? "both sections"
+         : strcmp(section, "SECTION_REPORT") == 0 ? "report"
+                                                  : "brown-out";
 }
 
 /* What happens outside the limits and when the value is missing: wrong unless stated. */
@@ -64,9 +64,9 @@ void reference_bringup(FILE *out)
         out);
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \
     limit_row(out, #section, name, #least, #most, beyond, none, advice);
-#define WORD(section, name, words, beyond, none, source, advice) \
+#define ALLOWED_WORDS(section, name, words, beyond, none, source, advice) \
     row(out, #section, name, words, beyond, none, advice);
-#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
+#define BOARD_FACT(section, name, fact, beyond, none, source, advice) \
     row(out, #section, name, "`" #fact "` of the board", beyond, none, advice);
 #include "host/board/bringup_limits.def"
     fputs("\n`cycles_predict` is the number of cycles that the predictor takes per block of a "

@@ -47,10 +47,11 @@ static void write_prose(FILE *out, const char *text)
 static bool has_row(const struct help_page *page, const char *words)
 {
     size_t length = strcspn(words, " ]"), i = 0;
-    while (i < page->rows && !(page->row[i].term && strcspn(page->row[i].term, " ") == length &&
-                               strncmp(page->row[i].term, words, length) == 0))
+    while (i < page->row_count &&
+           !(page->row[i].term && strcspn(page->row[i].term, " ") == length &&
+             strncmp(page->row[i].term, words, length) == 0))
         i++;
-    return i < page->rows;
+    return i < page->row_count;
 }
 
 /* The synopsis without single options in brackets that have a row. */
@@ -86,7 +87,7 @@ static size_t count_row(const struct help_row *row, size_t commands)
     size_t count = 0;
     for (size_t i = 0; row->term && i < commands; i++) {
         struct help_page page = help_page_make(command_table.commands[i].command);
-        for (size_t n = 0; n < page.rows; n++)
+        for (size_t n = 0; n < page.row_count; n++)
             count += page.row[n].term && strcmp(page.row[n].term, row->term) == 0 &&
                      strcmp(page.row[n].text, row->text) == 0;
         help_page_free(&page);
@@ -112,7 +113,7 @@ static void write_command(FILE *out, const struct command *command)
     fprintf(out, "\n### matrig %s\n\n%c%s.\n\n", command->name,
             toupper((unsigned char)command->summary[0]), command->summary + 1);
     write_synopsis(out, command, &page);
-    for (size_t i = 0; i < page.rows; i++) {
+    for (size_t i = 0; i < page.row_count; i++) {
         const struct help_row *row = &page.row[i];
         if (is_common(row))
             continue;
@@ -131,7 +132,7 @@ static void write_common(FILE *out)
 {
     for (size_t i = 0; i < command_table.count; i++) {
         struct help_page page = help_page_make(command_table.commands[i].command);
-        for (size_t n = 0; n < page.rows; n++) {
+        for (size_t n = 0; n < page.row_count; n++) {
             if (is_common(&page.row[n]) && count_row(&page.row[n], i) == 0)
                 write_item(out, &page.row[n]);
         }
@@ -147,7 +148,7 @@ void reference_commands(FILE *out)
           "codes: [exit codes](exit-codes.md). Units of numbers: [units](units.md). Options before "
           "the command:\n\n",
           out);
-    for (size_t i = 0; i < command_matrig.count; i++) {
+    for (size_t i = 0; i < command_matrig.part_count; i++) {
         const struct command_part *part = &command_matrig.parts[i];
         if (part->text)
             fprintf(out, "- `%s`: %s\n", part->option.name, part->text);

@@ -49,17 +49,17 @@ struct answer {
     uint64_t open_row_bits;
 };
 
-static bool is_group(enum answer_kind kind)
+static bool opens_group(enum answer_kind kind)
 {
     return kind == ANSWER_OPEN_GROUP || kind == ANSWER_OPEN_LIST || kind == ANSWER_OPEN_TABLE;
 }
 
 /* Index of the first item after item `i` and its contents. */
-static size_t index_after(const struct answer *answer, size_t i)
+static size_t index_after_item(const struct answer *answer, size_t i)
 {
     size_t depth = 0;
     do {
-        depth += is_group(answer->item[i].kind);
+        depth += opens_group(answer->item[i].kind);
         depth -= depth > 0 && answer->item[i].kind == ANSWER_CLOSE_GROUP;
         i++;
     } while (depth > 0 && i < answer->count);
@@ -67,13 +67,13 @@ static size_t index_after(const struct answer *answer, size_t i)
 }
 
 /* A group without facts is printed without heading and columns. */
-static bool group_is_empty(const struct answer *answer, size_t i)
+static bool is_group_empty(const struct answer *answer, size_t i)
 {
-    return is_group(answer->item[i].kind) && index_after(answer, i) <= i + 2;
+    return opens_group(answer->item[i].kind) && index_after_item(answer, i) <= i + 2;
 }
 
-#define CELL_SIZE   1200 /* bytes of the longest text in a table cell */
-#define COLUMNS_MAX 80   /* columns of a printed table: enough for all stations */
+#define CELL_TEXT_SIZE 1200 /* bytes of the longest text in a table cell */
+#define COLUMNS_MAX    80   /* columns of a printed table: enough for all stations */
 
 #define DEFAULT_JSON_DIGITS 6
 
@@ -123,7 +123,7 @@ static struct answer_item *add_item(struct answer *answer, enum answer_kind kind
 
 static char *format_text(const char *format, va_list arguments)
 {
-    char text[CELL_SIZE];
+    char text[CELL_TEXT_SIZE];
     vsnprintf(text, sizeof text, format, arguments);
     return xstrdup(text);
 }
@@ -295,7 +295,7 @@ int answer_end(const struct cli *cli, struct answer *answer, int code, const str
 #define TERMINAL_COLUMNS 100 /* characters in a line of a common terminal */
 #define LABEL_WIDTH_MIN  13  /* smallest width of the label column, characters */
 /* Half-width of a 95 % interval of a normal distribution, in standard deviations */
-#define NORMAL_95        1.959964
+#define Z_95             1.959964
 
 static int format_number(const struct answer_item *item, double value, bool plus, char *text,
                          size_t size)
@@ -312,58 +312,59 @@ static int format_number(const struct answer_item *item, double value, bool plus
 }
 
 static void format_cell(const struct answer_item *item, const char *plus_minus,
-                        char text[static CELL_SIZE])
+                        char text[static CELL_TEXT_SIZE])
 {
     int length = 0;
     text[0] = '\0';
     switch (item->kind) {
     case ANSWER_VALUE:
     case ANSWER_ESTIMATE:
-        length = format_number(item, item->value, item->fact.shows_sign, text, CELL_SIZE);
+        length = format_number(item, item->value, item->fact.shows_sign, text, CELL_TEXT_SIZE);
         break;
     case ANSWER_COUNT:
         if (item->count == ANSWER_UNKNOWN)
-            snprintf(text, CELL_SIZE, "-");
+            snprintf(text, CELL_TEXT_SIZE, "-");
         else
-            snprintf(text, CELL_SIZE, "%lld", (long long)item->count);
+            snprintf(text, CELL_TEXT_SIZE, "%lld", (long long)item->count);
         break;
-    case ANSWER_FLAG: snprintf(text, CELL_SIZE, "%s", item->count ? "yes" : "no"); break;
-    default: snprintf(text, CELL_SIZE, "%s", item->words ? item->words : "");
+    case ANSWER_FLAG: snprintf(text, CELL_TEXT_SIZE, "%s", item->count ? "yes" : "no"); break;
+    default: snprintf(text, CELL_TEXT_SIZE, "%s", item->words ? item->words : "");
     }
     if (item->kind == ANSWER_ESTIMATE && isfinite(item->value) && !isnan(item->error)) {
-        length += snprintf(text + length, (size_t)(CELL_SIZE - length), "%s", plus_minus);
-        format_number(item, item->error, false, text + length, (size_t)(CELL_SIZE - length));
+        length += snprintf(text + length, (size_t)(CELL_TEXT_SIZE - length), "%s", plus_minus);
+        format_number(item, item->error, false, text + length, (size_t)(CELL_TEXT_SIZE - length));
     }
 }
 
 static void format_line(const struct answer_item *item, const char *plus_minus,
-                        char text[static CELL_SIZE])
+                        char text[static CELL_TEXT_SIZE])
 {
     const char *unit = item->unit && isfinite(item->value) ? item->unit->text : "";
     char interval[80] = "";
     format_cell(item, plus_minus, text);
     if (item->fact.shows_interval && isfinite(item->error))
         snprintf(interval, sizeof interval, " (95 %%: %.*f to %.*f)", item->decimals,
-                 item->value - NORMAL_95 * item->error, item->decimals,
-                 item->value + NORMAL_95 * item->error);
+                 item->value - Z_95 * item->error, item->decimals,
+                 item->value + Z_95 * item->error);
     size_t length = strlen(text);
-    snprintf(text + length, CELL_SIZE - length, "%s%s%s%s%s", unit[0] ? " " : "", unit, interval,
-             item->fact.suffix ? item->fact.suffix : "", item->remark ? item->remark : "");
+    snprintf(text + length, CELL_TEXT_SIZE - length, "%s%s%s%s%s", unit[0] ? " " : "", unit,
+             interval, item->fact.suffix ? item->fact.suffix : "",
+             item->remark ? item->remark : "");
 }
 
 /* ---- tables ---- */
 
 static bool is_cell(const struct answer_item *item)
 {
-    return !is_group(item->kind) && item->label && item->label[0];
+    return !opens_group(item->kind) && item->label && item->label[0];
 }
 
 static size_t find_columns(const struct answer *answer, size_t table, size_t *column, size_t most)
 {
-    size_t count = 0, end = index_after(answer, table);
-    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
+    size_t count = 0, end = index_after_item(answer, table);
+    for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
         /* a new column is inserted after the previous column of the same row */
-        size_t place = 0, to = index_after(answer, row);
+        size_t place = 0, to = index_after_item(answer, row);
         for (size_t i = row + 1; i < to; i++) {
             size_t c = 0;
             if (!is_cell(&answer->item[i]))
@@ -381,10 +382,10 @@ static size_t find_columns(const struct answer *answer, size_t table, size_t *co
     return count;
 }
 
-static const struct answer_item *find_in_row(const struct answer *answer, size_t row,
-                                             const char *label)
+static const struct answer_item *find_cell(const struct answer *answer, size_t row,
+                                           const char *label)
 {
-    size_t end = index_after(answer, row);
+    size_t end = index_after_item(answer, row);
     for (size_t i = row + 1; i < end; i++) {
         if (is_cell(&answer->item[i]) && (!label || strcmp(answer->item[i].label, label) == 0))
             return &answer->item[i];
@@ -395,7 +396,7 @@ static const struct answer_item *find_in_row(const struct answer *answer, size_t
 /* Formats line `line` of a column head: the parts of the label, then the unit. Returns false if the
  * line is empty. */
 static bool format_head_line(const struct answer_item *column, size_t line, size_t lines,
-                             char text[static CELL_SIZE])
+                             char text[static CELL_TEXT_SIZE])
 {
     const char *part = column->label;
     size_t parts = 1, unit = column->unit && column->unit->text[0];
@@ -406,10 +407,10 @@ static bool format_head_line(const struct answer_item *column, size_t line, size
         return false;
     line -= lines - parts - unit;
     if (line >= parts)
-        return snprintf(text, CELL_SIZE, "%s", column->unit->text) > 0;
+        return snprintf(text, CELL_TEXT_SIZE, "%s", column->unit->text) > 0;
     for (; line > 0; line--)
         part = strchr(part, '|') + 1;
-    snprintf(text, CELL_SIZE, "%.*s", (int)strcspn(part, "|"), part);
+    snprintf(text, CELL_TEXT_SIZE, "%.*s", (int)strcspn(part, "|"), part);
     return true;
 }
 
@@ -424,15 +425,15 @@ static size_t count_head_lines(const struct answer_item *column)
 static size_t column_width(const struct answer *answer, size_t table,
                            const struct answer_item *column)
 {
-    char text[CELL_SIZE];
-    size_t width = 1, lines = count_head_lines(column), end = index_after(answer, table);
+    char text[CELL_TEXT_SIZE];
+    size_t width = 1, lines = count_head_lines(column), end = index_after_item(answer, table);
     for (size_t line = 0; line < lines; line++) {
         format_head_line(column, line, lines, text);
         size_t head = wrap_width(text, strlen(text));
         width = head > width ? head : width;
     }
-    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
-        const struct answer_item *item = find_in_row(answer, row, column->label);
+    for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
+        const struct answer_item *item = find_cell(answer, row, column->label);
         if (!item)
             continue;
         format_cell(item, " +- ", text);
@@ -454,7 +455,7 @@ static void print_padded(const char *text, size_t width, bool left, size_t *pend
     *pending += left ? gap : 0;
 }
 
-struct block {
+struct column_block {
     const struct answer_item *column[COLUMNS_MAX];
     size_t width[COLUMNS_MAX];
     size_t count;
@@ -472,11 +473,11 @@ static bool shows_number(const struct answer_item *item)
     return item->kind <= ANSWER_COUNT || item->fact.is_number;
 }
 
-static void print_block(const struct answer *answer, size_t table, const struct block *block,
+static void print_block(const struct answer *answer, size_t table, const struct column_block *block,
                         size_t indent, FILE *out)
 {
-    char text[CELL_SIZE];
-    size_t lines = 0, end = index_after(answer, table);
+    char text[CELL_TEXT_SIZE];
+    size_t lines = 0, end = index_after_item(answer, table);
     for (size_t c = 0; c < block->count; c++) {
         size_t own = count_head_lines(block->column[c]);
         lines = own > lines ? own : lines;
@@ -489,12 +490,12 @@ static void print_block(const struct answer *answer, size_t table, const struct 
         }
         fputc('\n', out);
     }
-    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
+    for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
         size_t owed = indent;
-        if (!find_in_row(answer, row, NULL))
+        if (!find_cell(answer, row, NULL))
             continue;
         for (size_t c = 0; c < block->count; c++) {
-            const struct answer_item *item = find_in_row(answer, row, block->column[c]->label);
+            const struct answer_item *item = find_cell(answer, row, block->column[c]->label);
             text[0] = '\0';
             if (item)
                 format_cell(item, " +- ", text);
@@ -507,7 +508,7 @@ static void print_block(const struct answer *answer, size_t table, const struct 
 static void print_table(const struct answer *answer, size_t table, size_t indent, FILE *out)
 {
     size_t index[COLUMNS_MAX], columns = find_columns(answer, table, index, COLUMNS_MAX), done = 0;
-    struct block block = {0};
+    struct column_block block = {0};
     size_t used = indent;
     while (done < columns) {
         const struct answer_item *column = &answer->item[index[done]];
@@ -533,7 +534,7 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
 static void print_fact(const struct answer_item *item, const char *label, int indent, size_t labels,
                        FILE *out)
 {
-    char text[CELL_SIZE];
+    char text[CELL_TEXT_SIZE];
     if (item->kind == ANSWER_SENTENCE) {
         wrap_print(item->words ? item->words : "", 0, (size_t)indent, TERMINAL_COLUMNS, out);
         return;
@@ -547,13 +548,13 @@ static void print_fact(const struct answer_item *item, const char *label, int in
 static size_t label_width(const struct answer *answer, size_t from, size_t to)
 {
     size_t labels = LABEL_WIDTH_MIN;
-    for (size_t i = from; i < to; i = index_after(answer, i)) {
+    for (size_t i = from; i < to; i = index_after_item(answer, i)) {
         const struct answer_item *item = &answer->item[i];
         size_t width = 0;
-        if (item->label && !is_group(item->kind))
+        if (item->label && !opens_group(item->kind))
             width = wrap_width(item->label, strlen(item->label));
         else if (item->label && item->kind != ANSWER_OPEN_TABLE && !item->label[0])
-            width = label_width(answer, i + 1, index_after(answer, i));
+            width = label_width(answer, i + 1, index_after_item(answer, i));
         labels = width > labels ? width : labels;
     }
     return labels;
@@ -563,11 +564,11 @@ static void print_items(const struct answer *answer, size_t from, size_t to, int
                         size_t labels, FILE *out)
 {
     const char *before = "";
-    for (size_t i = from; i < to; i = index_after(answer, i)) {
+    for (size_t i = from; i < to; i = index_after_item(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = is_group(item->kind);
-        size_t end = index_after(answer, i);
-        if (!item->label || group_is_empty(answer, i))
+        bool group = opens_group(item->kind);
+        size_t end = index_after_item(answer, i);
+        if (!item->label || is_group_empty(answer, i))
             continue;
         if (group && item->label[0])
             fprintf(out, "%*s%s\n", indent, "", item->label);
@@ -619,11 +620,11 @@ static void put_group(const struct answer *answer, size_t i, json_t *group)
     const struct answer_item *item = &answer->item[i];
     if (!item->name && !json_is_array(group)) {
         /* this heading is only for print: its facts belong to the outer JSON object */
-        put_items(answer, i + 1, index_after(answer, i), group);
+        put_items(answer, i + 1, index_after_item(answer, i), group);
         return;
     }
     json_t *inner = item->kind == ANSWER_OPEN_GROUP ? json_object() : json_array();
-    put_items(answer, i + 1, index_after(answer, i), inner);
+    put_items(answer, i + 1, index_after_item(answer, i), inner);
     put_value(group, item->name, inner);
 }
 
@@ -653,8 +654,8 @@ static void put_item(const struct answer_item *item, json_t *group)
 
 static void put_items(const struct answer *answer, size_t from, size_t to, json_t *group)
 {
-    for (size_t i = from; i < to; i = index_after(answer, i)) {
-        if (is_group(answer->item[i].kind))
+    for (size_t i = from; i < to; i = index_after_item(answer, i)) {
+        if (opens_group(answer->item[i].kind))
             put_group(answer, i, group);
         else if (answer->item[i].kind == ANSWER_CLOSE_GROUP)
             break;
@@ -672,18 +673,18 @@ json_t *answer_json(const struct answer *answer)
 
 /* ---- HTML answer: facts as <dl>, tables as <table>, headings as <h3> ---- */
 /* Characters; a column with a longer text may be as narrow as the style sheet allows. */
-#define HTML_LONG_TEXT 40
+#define HTML_LONG_TEXT_MIN 40
 
 static bool html_has_long_text(const struct answer *answer, size_t table, const char *label)
 {
-    size_t end = index_after(answer, table);
-    char text[CELL_SIZE];
-    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
-        const struct answer_item *item = find_in_row(answer, row, label);
+    size_t end = index_after_item(answer, table);
+    char text[CELL_TEXT_SIZE];
+    for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
+        const struct answer_item *item = find_cell(answer, row, label);
         if (!item)
             continue;
         format_cell(item, " \xc2\xb1 ", text);
-        if (strlen(text) > HTML_LONG_TEXT)
+        if (strlen(text) > HTML_LONG_TEXT_MIN)
             return true;
     }
     return false;
@@ -692,8 +693,8 @@ static bool html_has_long_text(const struct answer *answer, size_t table, const 
 static void html_print_table(const struct answer *answer, size_t table, FILE *out)
 {
     size_t index[COLUMNS_MAX], columns = find_columns(answer, table, index, COLUMNS_MAX),
-                               end = index_after(answer, table);
-    char text[CELL_SIZE];
+                               end = index_after_item(answer, table);
+    char text[CELL_TEXT_SIZE];
     fputs("<div class=\"scroll\"><table><thead><tr>", out);
     for (size_t c = 0; c < columns; c++) {
         const struct answer_item *column = &answer->item[index[c]];
@@ -711,12 +712,12 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
         fputs("</th>", out);
     }
     fputs("</tr></thead><tbody>\n", out);
-    for (size_t row = table + 1; row + 1 < end; row = index_after(answer, row)) {
-        if (!find_in_row(answer, row, NULL))
+    for (size_t row = table + 1; row + 1 < end; row = index_after_item(answer, row)) {
+        if (!find_cell(answer, row, NULL))
             continue;
         fputs("<tr>", out);
         for (size_t c = 0; c < columns; c++) {
-            const struct answer_item *item = find_in_row(answer, row, answer->item[index[c]].label);
+            const struct answer_item *item = find_cell(answer, row, answer->item[index[c]].label);
             bool is_number = item && shows_number(item), warns = item && item->fact.is_warning;
             text[0] = '\0';
             if (item)
@@ -739,7 +740,7 @@ static void html_print_table(const struct answer *answer, size_t table, FILE *ou
 
 static void html_print_fact(const struct answer_item *item, FILE *out)
 {
-    char text[CELL_SIZE];
+    char text[CELL_TEXT_SIZE];
     format_line(item, " \xc2\xb1 ", text);
     fputs("<div><dt>", out);
     html_write_text(out, item->label);
@@ -753,13 +754,13 @@ static void html_print_fact(const struct answer_item *item, FILE *out)
 static bool html_print_items(const struct answer *answer, size_t from, size_t to, bool in_list,
                              FILE *out)
 {
-    for (size_t i = from; i < to; i = index_after(answer, i)) {
+    for (size_t i = from; i < to; i = index_after_item(answer, i)) {
         const struct answer_item *item = &answer->item[i];
-        bool group = is_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
-        if (!item->label || group_is_empty(answer, i))
+        bool group = opens_group(item->kind), sentence = item->kind == ANSWER_SENTENCE;
+        if (!item->label || is_group_empty(answer, i))
             continue;
         if (group && !item->label[0] && item->kind != ANSWER_OPEN_TABLE) {
-            in_list = html_print_items(answer, i + 1, index_after(answer, i), in_list, out);
+            in_list = html_print_items(answer, i + 1, index_after_item(answer, i), in_list, out);
             continue;
         }
         if (in_list != !(group || sentence))
@@ -777,7 +778,7 @@ static bool html_print_items(const struct answer *answer, size_t from, size_t to
         } else if (group && item->kind == ANSWER_OPEN_TABLE)
             html_print_table(answer, i, out);
         else if (group)
-            in_list = html_print_items(answer, i + 1, index_after(answer, i), false, out);
+            in_list = html_print_items(answer, i + 1, index_after_item(answer, i), false, out);
         else
             html_print_fact(item, out);
     }

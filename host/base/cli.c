@@ -79,15 +79,15 @@ void cli_begin(const struct cli *cli)
     reserve_stack();
 }
 
-static bool has_colour(void)
+static bool is_stderr_coloured(void)
 {
     const char *no_colour = getenv("NO_COLOR");
-    return cli_can_draw() && !(no_colour && no_colour[0]);
+    return cli_can_draw_on_stderr() && !(no_colour && no_colour[0]);
 }
 
 int cli_fail(const struct error *error)
 {
-    bool colour = has_colour();
+    bool colour = is_stderr_coloured();
     fprintf(stderr, "%smatrig:%s %s\n", colour ? "\033[31m" : "", colour ? "\033[0m" : "",
             error->text);
     if (first_error.status == MR_OK)
@@ -112,7 +112,7 @@ static void end_with_error(const struct error *error)
 {
     exit(cli_end(cli_fail(error)));
 }
-struct error *const fatal = &(struct error){.end = end_with_error};
+struct error *const fatal = &(struct error){.end_program = end_with_error};
 
 int cli_end(int exit_code)
 {
@@ -161,7 +161,7 @@ bool cli_confirm(const char *format, ...)
     return fgets(line, sizeof line, stdin) && strcmp(line, "yes\n") == 0;
 }
 
-bool cli_can_draw(void)
+bool cli_can_draw_on_stderr(void)
 {
     const char *terminal = getenv("TERM");
     return isatty(STDERR_FILENO) && terminal && strcmp(terminal, "dumb") != 0;

@@ -49,7 +49,7 @@ void cli_note(const struct cli *cli, const char *format, ...) __attribute__((for
  * any answer except `yes`. Returns true if standard input or stderr is not a terminal. */
 bool cli_confirm(const char *format, ...) __attribute__((format(printf, 1, 2)));
 /* True if stderr is a terminal on which progress may be drawn (TERM is not "dumb"). */
-bool cli_can_draw(void);
+bool cli_can_draw_on_stderr(void);
 
 /* Width of stdout in columns; 100 if stdout is not a terminal. */
 unsigned cli_columns(void);

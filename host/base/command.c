@@ -15,7 +15,7 @@ struct parser {
     const char *name; /* name of the command as the user typed it */
     const struct cli *cli;
     char *values;
-    bool given[COMMAND_PARTS_MAX];
+    bool is_given[COMMAND_PARTS_MAX];
 };
 
 static void *value_address(const struct parser *p, const struct command_option *option)
@@ -23,35 +23,35 @@ static void *value_address(const struct parser *p, const struct command_option *
     return p->values + option->offset;
 }
 
-/* Index of the option in `parts`; `count` if there is no such option. */
+/* Index of the option in `parts`; `part_count` if there is no such option. */
 static size_t find_option(const struct command *command, const char *word, const char **attached)
 {
     const struct command_part *parts = command->parts;
     const char *equals = strchr(word, '=');
     size_t length = equals ? (size_t)(equals - word) : strlen(word);
     *attached = equals ? equals + 1 : NULL;
-    for (size_t i = 0; i < command->count; i++) {
+    for (size_t i = 0; i < command->part_count; i++) {
         const char *name = parts[i].option.name;
         if (name && strlen(name) == length && strncmp(name, word, length) == 0)
             return i;
     }
     /* a value directly after the letter, as in make and cc: -j4, -oFILE */
-    for (size_t i = 0; i < command->count && word[0] == '-' && word[1] != '-' && word[1] && word[2];
-         i++) {
+    for (size_t i = 0;
+         i < command->part_count && word[0] == '-' && word[1] != '-' && word[1] && word[2]; i++) {
         const char *name = parts[i].option.name;
         if (name && name[1] == word[1] && !name[2] && parts[i].option.argument) {
             *attached = word + 2;
             return i;
         }
     }
-    return command->count;
+    return command->part_count;
 }
 
 /* The long option that begins with this letter. NULL if there is none or more than one. */
-static const char *find_only_option(const struct command *command, char letter)
+static const char *find_unique_option(const struct command *command, char letter)
 {
     const char *only = NULL;
-    for (size_t i = 0; i < command->count; i++) {
+    for (size_t i = 0; i < command->part_count; i++) {
         const char *name = command->parts[i].option.name;
         if (!name || name[1] != '-' || name[2] != letter)
             continue;
@@ -70,12 +70,12 @@ static enum mr_status refuse_unknown_option(const struct command *command, const
     char text[SPELL_SUGGEST_TEXT_SIZE], bare[40];
     snprintf(bare, sizeof bare, "%.*s", (int)strcspn(word, "="), word);
     spell_suggest_begin(&near, bare);
-    for (size_t i = 0; i < command->count; i++) {
+    for (size_t i = 0; i < command->part_count; i++) {
         if (command->parts[i].option.name)
             spell_suggest_add(&near, command->parts[i].option.name);
     }
     if (!near.best && bare[0] == '-' && bare[1] && !bare[2])
-        near.best = find_only_option(command, bare[1]);
+        near.best = find_unique_option(command, bare[1]);
     spell_suggest_text(&near, text);
     return error_set(error, MR_UNKNOWN, "unknown option: '%s'%s%s%s%s see matrig %s%s--help", word,
                      name ? " of " : "", name ? name : "", text, text[0] ? "" : ";",
@@ -107,7 +107,7 @@ int command_begin(int argc, char **argv, struct global_options *before, struct e
     for (; i < argc && argv[i][0] == '-' && !before->help && !before->version; i++) {
         const char *attached, *word = strcmp(argv[i], "-h") == 0 ? "--help" : argv[i];
         size_t row = find_option(&command_matrig, word, &attached);
-        if (row == command_matrig.count || attached)
+        if (row == command_matrig.part_count || attached)
             refuse_unknown_option(&command_matrig, NULL, argv[i], error);
         if (error->status != MR_OK)
             break;
@@ -121,7 +121,8 @@ static enum mr_status refuse_unknown_or_misplaced(const struct parser *p, const 
 {
     const char *attached;
     size_t row = find_option(&command_matrig, word, &attached);
-    if (row != command_matrig.count && !attached && parts[row].text) /* --version has no text */
+    if (row != command_matrig.part_count && !attached &&
+        parts[row].text) /* --version has no text */
         return error_set(error, MR_UNKNOWN,
                          "option in the wrong place: '%s' after %s; put the option before the "
                          "command: matrig %s %s",
@@ -247,7 +248,7 @@ static enum mr_status store_value(const struct parser *p, const struct command_o
 
 static void set_defaults(const struct parser *p)
 {
-    for (size_t i = 0; i < p->command->count; i++) {
+    for (size_t i = 0; i < p->command->part_count; i++) {
         const struct command_option *option = &p->command->parts[i].option;
         if (option->kind == OPTION_IS_NUMBER)
             *(double *)value_address(p, option) = option->default_value;
@@ -262,7 +263,7 @@ static enum mr_status read_option(struct parser *p, int argc, char **argv, int *
 {
     const char *attached;
     size_t i = find_option(p->command, argv[*at], &attached);
-    if (i == p->command->count)
+    if (i == p->command->part_count)
         return refuse_unknown_or_misplaced(p, argv[*at], error);
     const struct command_option *option = &p->command->parts[i].option;
     if (option->kind == OPTION_IS_FLAG) {
@@ -273,39 +274,39 @@ static enum mr_status read_option(struct parser *p, int argc, char **argv, int *
         *(bool *)value_address(p, option) = true;
         return MR_OK;
     }
-    if (p->given[i])
+    if (p->is_given[i])
         return error_set(error, MR_USAGE, "option given twice: %s of %s; give it once",
                          option->name, p->name);
     /* an option is not a value: in --note --who kl the value is missing */
     const char *next = *at + 1 < argc ? argv[*at + 1] : NULL, *of_next = NULL;
     if (!attached &&
-        (!next || (next[0] == '-' && find_option(p->command, next, &of_next) < p->command->count &&
-                   !of_next)))
+        (!next || (next[0] == '-' &&
+                   find_option(p->command, next, &of_next) < p->command->part_count && !of_next)))
         return error_set(error, MR_USAGE,
                          "option without its value: %s of %s; see matrig %s --help", option->name,
                          p->name, p->name);
-    p->given[i] = true;
+    p->is_given[i] = true;
     return store_value(p, option, attached ? attached : argv[++*at], error);
 }
 
 /* True if the word before argv[i] is the value of a text option: argv[i] probably belongs to a text
  * without quotes. */
-static bool follows_text(const struct parser *p, char **argv, int i)
+static bool follows_text_value(const struct parser *p, char **argv, int i)
 {
     const char *attached;
     size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
-                                                : p->command->count;
-    return row < p->command->count && p->command->parts[row].option.kind == OPTION_IS_TEXT;
+                                                : p->command->part_count;
+    return row < p->command->part_count && p->command->parts[row].option.kind == OPTION_IS_TEXT;
 }
 
 /* True if the second operand is not a RUN but probably the rest of a text without quotes: --runway
  * as laid. */
-static bool is_second_word(const struct parser *p, char **argv, int i, size_t count)
+static bool is_rest_of_unquoted_text(const struct parser *p, char **argv, int i, size_t count)
 {
     int64_t run;
     struct error ignored = {0};
-    return count == 1 && strstr(p->command->operands.names, "RUN") && follows_text(p, argv, i) &&
-           parse_run(argv[i], &run, &ignored) != MR_OK;
+    return count == 1 && strstr(p->command->operands.names, "RUN") &&
+           follows_text_value(p, argv, i) && parse_run(argv[i], &run, &ignored) != MR_OK;
 }
 
 static bool has_ending(const char *text, const char *ending)
@@ -319,11 +320,11 @@ static bool has_ending(const char *text, const char *ending)
 static const char *find_option_of_value(const struct parser *p, const char *word)
 {
     const char *dot = strrchr(word, '.');
-    for (size_t i = 0; i < p->command->count; i++) {
+    for (size_t i = 0; i < p->command->part_count; i++) {
         const struct command_option *option = &p->command->parts[i].option;
         struct error ignored = {0};
         const char *own = option->argument ? strchr(option->argument, '.') : NULL;
-        if (!option->name || p->given[i] || option->kind == OPTION_IS_FLAG)
+        if (!option->name || p->is_given[i] || option->kind == OPTION_IS_FLAG)
             continue;
         if ((option->kind == OPTION_IS_CHOICE && read_choice(p, option, word, &ignored) == MR_OK) ||
             (strcmp(option->name, "-o") == 0 && own && dot && strlen(dot) > 2 &&
@@ -335,15 +336,15 @@ static const char *find_option_of_value(const struct parser *p, const char *word
 }
 
 /* True if argv[i] is the unit of the number before it, as in --speed 36 ft/s. */
-static bool is_unit_of(const struct parser *p, char **argv, int i)
+static bool is_unit_of_previous_number(const struct parser *p, char **argv, int i)
 {
     const char *attached;
     char joined[80];
     double number;
     struct error ignored = {0};
     size_t row = i > 2 && argv[i - 2][0] == '-' ? find_option(p->command, argv[i - 2], &attached)
-                                                : p->command->count;
-    if (row == p->command->count || p->command->parts[row].option.kind != OPTION_IS_NUMBER)
+                                                : p->command->part_count;
+    if (row == p->command->part_count || p->command->parts[row].option.kind != OPTION_IS_NUMBER)
         return false;
     const char *unit = p->command->parts[row].option.unit;
     snprintf(joined, sizeof joined, "%s%s", argv[i - 1], argv[i]);
@@ -363,12 +364,12 @@ static enum mr_status refuse_extra_word(const struct parser *p, char **argv, int
                          "unexpected argument: '%s' of %s; for landing %s of the board write "
                          "landing%s, in one word",
                          argv[i], p->name, argv[i], argv[i]);
-    if (is_unit_of(p, argv, i))
+    if (is_unit_of_previous_number(p, argv, i))
         return error_set(error, MR_USAGE,
                          "unexpected argument: '%s' of %s; put the unit directly after its "
                          "number: %s %s%s",
                          argv[i], p->name, argv[i - 2], argv[i - 1], argv[i]);
-    if (!follows_text(p, argv, i))
+    if (!follows_text_value(p, argv, i))
         return error_set(error, MR_USAGE,
                          "unexpected argument: '%s' of %s%s%s; see matrig %s --help", argv[i],
                          p->name, *takes ? ", which takes " : "", takes, p->name);
@@ -412,7 +413,7 @@ enum mr_status command_parse(const struct command *command, int argc, char **arg
             return error->status;
         if (is_option && read_option(&p, argc, argv, &i, error) != MR_OK)
             return error->status;
-        if (!is_option && (count == operands->max || is_second_word(&p, argv, i, count)))
+        if (!is_option && (count == operands->max || is_rest_of_unquoted_text(&p, argv, i, count)))
             return refuse_extra_word(&p, argv, i, error);
         if (!is_option)
             words[count++] = argv[i];

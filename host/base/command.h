@@ -77,7 +77,7 @@ struct command {
     const char *usage;
     const char *summary; /* purpose of the command: one line without full stop */
     const struct command_part *parts;
-    size_t count;
+    size_t part_count;
     struct command_operands operands;
 };
 

@@ -10,12 +10,12 @@
 static const struct {
     const char *build_path; /* relative to the folder of the program */
     const char *share_path; /* relative to share/matrig; NULL: the file is not installed */
-} files[] = {
-    [DATA_BOARD] = {"matrig-board", NULL},
+} data_files[] = {
+    [DATA_BOARD_PROGRAM] = {"matrig-board", NULL},
     [DATA_FIRMWARE] = {"firmware/matrig.elf", "matrig.elf"},
-    [DATA_RUNS] = {"../tests/runs", "runs"},
-    [DATA_DEMO] = {"../host/demo.sh", "demo.sh"},
-    [DATA_RUNWAY] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
+    [DATA_RECORDED_LANDINGS] = {"../tests/runs", "runs"},
+    [DATA_DEMO_SCRIPT] = {"../host/demo.sh", "demo.sh"},
+    [DATA_RUNWAY_SCENE] = {"../host/scenes/model_runway.json", "scenes/model_runway.json"},
 };
 
 static const char *program_path; /* NULL: matrig is the running program */
@@ -34,7 +34,7 @@ void data_dir_program_path(char *path, size_t size)
         snprintf(path, size, "%s", program_path ? program_path : "matrig");
 }
 
-static void program_folder(char *folder, size_t size)
+static void get_program_folder(char *folder, size_t size)
 {
     data_dir_program_path(folder, size);
     char *slash = strrchr(folder, '/');
@@ -45,8 +45,8 @@ static void program_folder(char *folder, size_t size)
 }
 
 /* Makes the path of a file and returns true if the file is readable. */
-static bool is_readable_in(char *path, size_t size, const char *folder, const char *below,
-                           const char *name)
+static bool make_readable_path(char *path, size_t size, const char *folder, const char *below,
+                               const char *name)
 {
     char candidate[PATH_MAX];
     int need = snprintf(candidate, sizeof candidate, "%s%s%s", folder, below, name);
@@ -58,19 +58,19 @@ static bool is_readable_in(char *path, size_t size, const char *folder, const ch
     return true;
 }
 
-static void find_in_folders(const char *built, const char *shared, char *path, size_t size)
+static void find_installed_file(const char *built, const char *shared, char *path, size_t size)
 {
     char folder[PATH_MAX - 80];
-    program_folder(folder, sizeof folder);
-    if (is_readable_in(path, size, folder, "/", built) ||
-        (shared && is_readable_in(path, size, folder, "/../share/matrig/", shared)))
+    get_program_folder(folder, sizeof folder);
+    if (make_readable_path(path, size, folder, "/", built) ||
+        (shared && make_readable_path(path, size, folder, "/../share/matrig/", shared)))
         return;
     snprintf(path, size, "%s/%s", folder, built);
 }
 
 void data_dir_find(enum data_file what, char *path, size_t size)
 {
-    find_in_folders(files[what].build_path, files[what].share_path, path, size);
+    find_installed_file(data_files[what].build_path, data_files[what].share_path, path, size);
 }
 
 void data_dir_find_firmware(const char *board, char *path, size_t size)
@@ -81,5 +81,5 @@ void data_dir_find_firmware(const char *board, char *path, size_t size)
     if (strcmp(board, "zg") == 0)
         data_dir_find(DATA_FIRMWARE, path, size);
     else
-        find_in_folders(built, shared, path, size);
+        find_installed_file(built, shared, path, size);
 }

@@ -6,11 +6,11 @@
 #include <stddef.h>
 
 enum data_file {
-    DATA_BOARD,    /* the program matrig-board, in the folder of matrig */
-    DATA_FIRMWARE, /* matrig.elf, the firmware image */
-    DATA_RUNWAY,   /* scene of the model runway */
-    DATA_RUNS,     /* folder of the recorded landings */
-    DATA_DEMO      /* script of matrig demo */
+    DATA_BOARD_PROGRAM,     /* the program matrig-board, in the folder of matrig */
+    DATA_FIRMWARE,          /* matrig.elf, the firmware image */
+    DATA_RUNWAY_SCENE,      /* scene of the model runway */
+    DATA_RECORDED_LANDINGS, /* folder of the recorded landings */
+    DATA_DEMO_SCRIPT        /* script of matrig demo */
 };
 
 /* Finds a file in the folder of the program, or else in ../share/matrig relative to that folder. If

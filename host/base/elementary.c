@@ -88,7 +88,7 @@ double elementary_pow(double x, double y)
 }
 
 /* x = n pi/2 + r, |r| at most pi/4: sine and cosine of r, n modulo 4. */
-static int quadrant(double x, double *sine, double *cosine)
+static int reduce_to_quadrant(double x, double *sine, double *cosine)
 {
     static const double s[] = {
         -1.0 / 6,        1.0 / 120,        -1.0 / 5040,          1.0 / 362880,
@@ -111,26 +111,26 @@ static int quadrant(double x, double *sine, double *cosine)
 double elementary_sin(double x)
 {
     double s, c;
-    int n = quadrant(x, &s, &c);
+    int n = reduce_to_quadrant(x, &s, &c);
     return n == 0 ? s : n == 1 ? c : n == 2 ? -s : -c;
 }
 
 double elementary_cos(double x)
 {
     double s, c;
-    int n = quadrant(x, &s, &c);
+    int n = reduce_to_quadrant(x, &s, &c);
     return n == 0 ? c : n == 1 ? -s : n == 2 ? -c : s;
 }
 
 double elementary_tan(double x)
 {
     double s, c;
-    return quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
+    return reduce_to_quadrant(x, &s, &c) % 2 == 0 ? s / c : -c / s;
 }
 
 /* (asin(x)/x - 1)/x^2 as a polynomial in z = x^2, fitted at the Chebyshev points of 0 to 1/4,
  * accurate to 1.5e-17. Larger x use asin(x) = pi/2 - 2 asin(sqrt((1 - x)/2)). */
-static double asin_rest(double z)
+static double asin_correction(double z)
 {
     static const double c[] = {0.16666666666666669,  0.07499999999998433,  0.04464285714635543,
                                0.030381944138531247, 0.02237217294214989,  0.017352392720869973,
@@ -144,12 +144,12 @@ double elementary_asin(double x)
 {
     double size = fabs(x);
     if (size <= 0.5)
-        return x + x * asin_rest(x * x);
+        return x + x * asin_correction(x * x);
     if (!(size <= 1.0))
         return (double)NAN;
     double z = 0.5 * (1.0 - size), root = sqrt(z);
     double head = (double)(float)root, tail = size < 1.0 ? (z - head * head) / (root + head) : 0.0;
-    double rest = 2.0 * root * asin_rest(z) - (PI_2_LOW - 2.0 * tail);
+    double rest = 2.0 * root * asin_correction(z) - (PI_2_LOW - 2.0 * tail);
     return copysign(PI_2 / 2.0 - (rest - (PI_2 / 2.0 - 2.0 * head)), x);
 }
 
@@ -159,7 +159,8 @@ double elementary_acos(double x)
         return PI_2 - (elementary_asin(x) - PI_2_LOW);
     if (!(fabs(x) <= 1.0))
         return (double)NAN;
-    double z = 0.5 * (1.0 - fabs(x)), root = sqrt(z), angle = 2.0 * (root + root * asin_rest(z));
+    double z = 0.5 * (1.0 - fabs(x)), root = sqrt(z),
+           angle = 2.0 * (root + root * asin_correction(z));
     return x > 0.0 ? angle : 2.0 * PI_2 - (angle - 2.0 * PI_2_LOW);
 }
 

@@ -17,8 +17,8 @@ enum mr_status error_set(struct error *error, enum mr_status status, const char 
             *p = '?';
     }
     error->status = status;
-    if (error->end)
-        error->end(error);
+    if (error->end_program)
+        error->end_program(error);
     return status;
 }
 

@@ -12,7 +12,7 @@ struct error {
     enum mr_status status; /* MR_OK: no error */
     char text[600];        /* without newline */
     /* NULL, or a function that ends the program with this error: then error_set does not return. */
-    void (*end)(const struct error *error);
+    void (*end_program)(const struct error *error);
 };
 
 /* Formats the line and returns `status`. Control characters from external input are replaced by

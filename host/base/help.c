@@ -12,7 +12,8 @@
 #include "host/base/answer.h"
 
 #define LINE_WIDTH 100 /* characters; same width as the output of commands */
-#define TERM_MAX   14  /* characters of the longest term that shares its line with the help text */
+#define TERM_WIDTH_MAX \
+    14 /* characters of the longest term that shares its line with the help text */
 
 const char *help_group_title(enum command_group group)
 {
@@ -31,7 +32,7 @@ static void print_usage(const char *command, const char *words)
     for (const char *line = words; *line;) {
         size_t length = strcspn(line, "\n");
         fputs(line == words ? "Usage: matrig" : "   or: matrig", stdout);
-        for (size_t i = 0; line == words && i < command_matrig.count; i++) {
+        for (size_t i = 0; line == words && i < command_matrig.part_count; i++) {
             if (command_matrig.parts[i].text)
                 printf(" [%s]", command_matrig.parts[i].option.name);
         }
@@ -51,7 +52,7 @@ void help_print_overview(const struct command_table *table)
         printf("  %-9s %s\n", entry->command->name, entry->command->summary);
     }
     puts("\nOptions before the command");
-    for (size_t i = 0; i < command_matrig.count; i++) {
+    for (size_t i = 0; i < command_matrig.part_count; i++) {
         const struct command_part *part = &command_matrig.parts[i];
         if (part->text)
             printf("  %-9s %s\n", part->option.name, part->text);
@@ -106,7 +107,7 @@ struct words {
 static void suggest_words(const struct command *command, struct words *words,
                           struct spell_suggest *near)
 {
-    for (size_t i = 0; i < command->count; i++) {
+    for (size_t i = 0; i < command->part_count; i++) {
         const struct command_part *part = &command->parts[i];
         if (part->included)
             suggest_words(part->included, words, near);
@@ -189,7 +190,7 @@ int help_run(int argc, char **argv, const struct command_table *table, const str
 void help_for_each_part(const struct command *command,
                         void (*each)(void *context, const struct command_part *part), void *context)
 {
-    for (size_t i = 0; i < command->count; i++) {
+    for (size_t i = 0; i < command->part_count; i++) {
         if (command->parts[i].included)
             help_for_each_part(command->parts[i].included, each, context);
         else
@@ -269,7 +270,7 @@ static void add_row(void *context, const struct command_part *part)
     char *text = make_text(part, !part->is_example       ? ""
                                  : part->text[0] == '\n' ? "Example:"
                                                          : "Example: ");
-    struct help_row *last = page->rows ? &page->row[page->rows - 1] : NULL;
+    struct help_row *last = page->row_count ? &page->row[page->row_count - 1] : NULL;
     if (!term && last && !last->term) { /* consecutive rows of prose are joined */
         char *both = xasprintf("%s%s", last->text, text);
         free(last->text);
@@ -277,9 +278,9 @@ static void add_row(void *context, const struct command_part *part)
         last->text = both;
         return;
     }
-    if (!list_grow(&page->row, page->rows, sizeof *page->row))
+    if (!list_grow(&page->row, page->row_count, sizeof *page->row))
         abort();
-    page->row[page->rows++] = (struct help_row){term, text};
+    page->row[page->row_count++] = (struct help_row){term, text};
 }
 
 struct help_page help_page_make(const struct command *command)
@@ -291,7 +292,7 @@ struct help_page help_page_make(const struct command *command)
 
 void help_page_free(struct help_page *page)
 {
-    for (size_t i = 0; i < page->rows; i++) {
+    for (size_t i = 0; i < page->row_count; i++) {
         free(page->row[i].term);
         free(page->row[i].text);
     }
@@ -321,11 +322,11 @@ static void put_lines(FILE *out, const char *text, size_t column, size_t indent)
 
 static void put_item(FILE *out, const struct help_row *row)
 {
-    bool is_long = strlen(row->term) > TERM_MAX;
+    bool is_long = strlen(row->term) > TERM_WIDTH_MAX;
     if (is_long)
         fprintf(out, "  %s\n", row->term);
     else
-        fprintf(out, "  %-*s", TERM_MAX, row->term);
+        fprintf(out, "  %-*s", TERM_WIDTH_MAX, row->term);
     put_lines(out, row->text, is_long ? 0 : HELP_TEXT_COLUMN - 1, HELP_TEXT_COLUMN);
 }
 
@@ -335,7 +336,7 @@ char *help_page_text(const struct command *command)
     char *text = NULL;
     size_t length = 0;
     FILE *out = xopen_memstream(&text, &length);
-    for (size_t i = 0; i < page.rows; i++) {
+    for (size_t i = 0; i < page.row_count; i++) {
         if (page.row[i].term)
             put_item(out, &page.row[i]);
         else

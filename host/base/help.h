@@ -35,7 +35,7 @@ struct help_row {
 
 struct help_page {
     struct help_row *row;
-    size_t rows;
+    size_t row_count;
 };
 
 /* Makes the page; the caller releases it with help_page_free. */

@@ -19,12 +19,12 @@ struct plot {
     char *title, *text;
     size_t length;
     FILE *script; /* gnuplot script: one `plot` command per panel, with its data */
-    unsigned width, height, columns, panels;
+    unsigned width, height, columns, panel_count;
     char *panel_elements; /* elements of the `plot` command of the current panel */
     size_t elements_length;
     FILE *series_list;
     /* data blocks of the whole plot; series of the current panel */
-    unsigned data_blocks, drawn_series;
+    unsigned data_block_count, drawn_series_count;
 };
 
 /* gnuplot substitutes nothing within single quotes. */
@@ -39,7 +39,7 @@ static void put_quoted(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-static void put_set_text(FILE *out, const char *what, const char *text)
+static void put_set_command(FILE *out, const char *what, const char *text)
 {
     fprintf(out, "set %s ", what);
     put_quoted(out, text ? text : "");
@@ -64,7 +64,7 @@ static void end_panel(struct plot *plot)
     fclose(plot->series_list);
     /* an empty panel still shows its axes */
     fprintf(plot->script, "plot %s\n",
-            plot->drawn_series > 0 ? plot->panel_elements : "NaN notitle");
+            plot->drawn_series_count > 0 ? plot->panel_elements : "NaN notitle");
     free(plot->panel_elements);
     plot->series_list = NULL;
 }
@@ -73,7 +73,7 @@ static void put_set_axis(FILE *out, char name, const struct plot_axis *axis)
 {
     char what[8];
     snprintf(what, sizeof what, "%clabel", name);
-    put_set_text(out, what, axis->label);
+    put_set_command(out, what, axis->label);
     fprintf(out, "set xlabel offset 0,0.4\n"); /* keeps the axis label away from the key */
     fprintf(out,
             axis->is_logarithmic ? "set logscale %c\nset format %c '10^{%%L}'\n"
@@ -89,10 +89,10 @@ void plot_begin_panel(struct plot *plot, const char *title, struct plot_axis x, 
 {
     end_panel(plot);
     plot->series_list = xopen_memstream(&plot->panel_elements, &plot->elements_length);
-    plot->panels++;
-    plot->drawn_series = 0;
+    plot->panel_count++;
+    plot->drawn_series_count = 0;
     fputs("unset label\nunset arrow\n", plot->script);
-    put_set_text(plot->script, "title", title);
+    put_set_command(plot->script, "title", title);
     put_set_axis(plot->script, 'x', &x);
     put_set_axis(plot->script, 'y', &y);
 }
@@ -141,7 +141,7 @@ static void put_data(struct plot *plot, const struct plot_series *series)
 {
     bool may_thin = series->kind == PLOT_LINE || series->kind == PLOT_BAND;
     size_t step = may_thin ? series->count / THINNING_COLUMNS : 0;
-    fprintf(plot->script, "$d%u << EOD\n", plot->data_blocks);
+    fprintf(plot->script, "$d%u << EOD\n", plot->data_block_count);
     for (size_t i = 0; i < series->count && step <= 2; i++)
         put_row(plot->script, series, i);
     for (size_t i = 0; i < series->count && step > 2; i += step)
@@ -152,7 +152,8 @@ static void put_data(struct plot *plot, const struct plot_series *series)
     fputs("EOD\n", plot->script);
 }
 
-static void add_rules(struct plot *plot, const struct plot_series *series, const char *look)
+static void add_vertical_lines(struct plot *plot, const struct plot_series *series,
+                               const char *look)
 {
     for (size_t i = 0; i < series->count; i++)
         fprintf(plot->script, "set arrow from %.9g,graph 0 to %.9g,graph 1 nohead %s\n",
@@ -162,7 +163,8 @@ static void add_rules(struct plot *plot, const struct plot_series *series, const
 
 /* Adds constants as functions: gnuplot includes functions, unlike arrows, in the range of an axis
  * without limits. */
-static void add_levels(struct plot *plot, const struct plot_series *series, const char *look)
+static void add_horizontal_lines(struct plot *plot, const struct plot_series *series,
+                                 const char *look)
 {
     for (size_t i = 1; i < series->count; i++)
         fprintf(plot->series_list, "%.9g with lines %s notitle, ", series->y[i], look);
@@ -181,15 +183,15 @@ void plot_add_series(struct plot *plot, const struct plot_series *series)
         return;
     snprintf(look, sizeof look, "lc rgb '%s' lw 1.4 dt %d",
              colours[series->colour % PLOT_COLOUR_COUNT], series->is_dashed ? 2 : 1);
-    if (plot->drawn_series++ > 0)
+    if (plot->drawn_series_count++ > 0)
         fputs(", ", plot->series_list);
     if (series->kind == PLOT_VERTICAL_LINES)
-        add_rules(plot, series, look);
+        add_vertical_lines(plot, series, look);
     else if (series->kind == PLOT_HORIZONTAL_LINES)
-        add_levels(plot, series, look);
+        add_horizontal_lines(plot, series, look);
     else {
         put_data(plot, series);
-        fprintf(plot->series_list, "$d%u ", plot->data_blocks++);
+        fprintf(plot->series_list, "$d%u ", plot->data_block_count++);
     }
     if (series->kind == PLOT_LINE || series->kind == PLOT_VERTICAL_LINES ||
         series->kind == PLOT_HORIZONTAL_LINES)
@@ -206,7 +208,7 @@ void plot_add_series(struct plot *plot, const struct plot_series *series)
 }
 
 /* The gnuplot terminal for a file extension; NULL: unsupported. */
-static const char *find_terminal(const char *path)
+static const char *find_gnuplot_terminal(const char *path)
 {
     static const char *const endings[][2] = {
         {".svg", "set terminal svg size %u,%u font 'Helvetica,12' background 'white'\n"},
@@ -222,13 +224,14 @@ static const char *find_terminal(const char *path)
 
 static void print_script(FILE *out, const struct plot *plot, const char *terminal)
 {
-    unsigned columns = plot->panels < plot->columns ? plot->panels : plot->columns;
+    unsigned columns = plot->panel_count < plot->columns ? plot->panel_count : plot->columns;
     fprintf(out, terminal, plot->width, plot->height);
     fputs("set encoding utf8\nset grid lc rgb '#d4d8dc' lw 1 dt 1\nset border lc rgb '#444444'\n"
           "set key below noenhanced width 1 samplen 2\nset tics nomirror\n",
           out);
     fprintf(out, "set multiplot layout %u,%u ",
-            columns > 0 ? (plot->panels + columns - 1) / columns : 1, columns > 0 ? columns : 1);
+            columns > 0 ? (plot->panel_count + columns - 1) / columns : 1,
+            columns > 0 ? columns : 1);
     fputs("title ", out);
     put_quoted(out, plot->title);
     fputs(" noenhanced\n", out);
@@ -278,11 +281,12 @@ static void plot_free(struct plot *plot)
 
 static enum mr_status check_extension(const char *path, struct error *error)
 {
-    return find_terminal(path) ? MR_OK
-                               : error_set(error, MR_USAGE,
-                                           "cannot write this type of plot: %s; use a file name "
-                                           "ending in .svg, .png or .pdf",
-                                           path);
+    return find_gnuplot_terminal(path)
+             ? MR_OK
+             : error_set(error, MR_USAGE,
+                         "cannot write this type of plot: %s; use a file name "
+                         "ending in .svg, .png or .pdf",
+                         path);
 }
 
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
@@ -293,7 +297,7 @@ enum mr_status plot_write(struct plot *plot, const char *path, struct error *err
     end_panel(plot);
     fclose(plot->script);
     if (picture && check_extension(path, error) == MR_OK) {
-        print_script(script, plot, find_terminal(path));
+        print_script(script, plot, find_gnuplot_terminal(path));
         rewind(script);
         if (run_gnuplot(script, picture, error) == MR_OK &&
             output_begin(&output, path, error) == MR_OK) {

@@ -39,7 +39,7 @@ enum dimension {
 
 /* The unit equals numerator / denominator * 10^exponent10 in SI units of its dimensions.
  * `numerator` and `denominator` are integers, except for pi. */
-struct word {
+struct unit_symbol {
     const char *text;
     signed char power[DIMENSION_COUNT];
     double numerator, denominator;
@@ -47,7 +47,7 @@ struct word {
     bool ignores_case; /* "LB" is accepted as "lb" */
 };
 
-static const struct word words[] = {
+static const struct unit_symbol unit_symbols[] = {
     {"ft", DIM_LENGTH, FOOT_NUMERATOR, 1, -4, true},
     {"in", DIM_LENGTH, 254, 1, -4, true},
     {"mm", DIM_LENGTH, 1, 1, -3, true},
@@ -83,7 +83,7 @@ static const struct word words[] = {
 };
 
 /* quantity_kind_of finds a kind by its first unit. */
-static const struct quantity_kind kinds[] = {
+static const struct quantity_kind quantity_kinds[] = {
     {"a length", "ft, in, mm, cm, m", "m", NULL},
     {"a force", "lb, kip, N, kN, kgf, kg", "N", "kg is the weight of that mass"},
     {"a speed", "ft/s, m/s, km/h, mph, kn, in/s, mm/s", "m/s", NULL},
@@ -121,7 +121,7 @@ static const struct {
 /* Units that a name can end with, longer endings first. */
 static const struct {
     const char *ending, *unit;
-} endings[] = {
+} name_endings[] = {
     {"_lb_in_in", ""},
     {"_lb_in3", "lb/in3"},
     {"_lb_in", "lb/in"},
@@ -152,13 +152,13 @@ static const struct {
 
 struct unit {
     int power[DIMENSION_COUNT];
-    long double numerator, denominator; /* exact for all units in `kinds` */
+    long double numerator, denominator; /* exact for all units in `quantity_kinds` */
     int exponent10;
     bool is_kg; /* the unit is plain kg */
 };
 
 /* True for a text that begins with M for mega, such as "M" or "Mm". "MM" is a spelling of mm. */
-static bool is_mega(const char *text, size_t length)
+static bool begins_with_mega(const char *text, size_t length)
 {
     return length <= 2 && text[0] == 'M' && (length == 1 || text[1] != 'M');
 }
@@ -166,31 +166,33 @@ static bool is_mega(const char *text, size_t length)
 static bool equals_ignoring_case(const char *text, size_t length, const char *known)
 {
     return strlen(known) == length && strncasecmp(text, known, length) == 0 &&
-           !is_mega(text, length);
+           !begins_with_mega(text, length);
 }
 
-static const struct word *find_word(const char *text, size_t length)
+static const struct unit_symbol *find_unit_symbol(const char *text, size_t length)
 {
-    for (size_t i = 0; i < ARRAY_COUNT(words); i++) {
-        if (strlen(words[i].text) == length && memcmp(text, words[i].text, length) == 0)
-            return &words[i];
+    for (size_t i = 0; i < ARRAY_COUNT(unit_symbols); i++) {
+        if (strlen(unit_symbols[i].text) == length &&
+            memcmp(text, unit_symbols[i].text, length) == 0)
+            return &unit_symbols[i];
     }
     size_t singular = length - (length > 2 && (text[length - 1] | 32) == 's');
     for (size_t i = 0; i < ARRAY_COUNT(spellings); i++) {
         if (equals_ignoring_case(text, length, spellings[i].spelling) ||
             equals_ignoring_case(text, singular, spellings[i].spelling))
-            return find_word(spellings[i].word, strlen(spellings[i].word));
+            return find_unit_symbol(spellings[i].word, strlen(spellings[i].word));
     }
-    for (size_t i = 0; i < ARRAY_COUNT(words); i++) {
-        if (words[i].ignores_case && equals_ignoring_case(text, length, words[i].text))
-            return &words[i];
+    for (size_t i = 0; i < ARRAY_COUNT(unit_symbols); i++) {
+        if (unit_symbols[i].ignores_case &&
+            equals_ignoring_case(text, length, unit_symbols[i].text))
+            return &unit_symbols[i];
     }
     return NULL;
 }
 
 const char *quantity_unit_spelling(const char *text, size_t length)
 {
-    const struct word *word = find_word(text, length);
+    const struct unit_symbol *word = find_unit_symbol(text, length);
     return word ? word->text : "";
 }
 
@@ -199,7 +201,7 @@ static const char *skip_blanks(const char *text)
     return text + strspn(text, " \t\r\n");
 }
 
-static void multiply_unit(struct unit *unit, const struct word *word, int power)
+static void multiply_unit(struct unit *unit, const struct unit_symbol *word, int power)
 {
     for (int i = 0; i < abs(power); i++) {
         unit->numerator *= (long double)(power > 0 ? word->numerator : word->denominator);
@@ -217,7 +219,7 @@ static const char *read_power(const char *text, int sign, struct unit *unit)
     int power = 1;
     while (isalpha((unsigned char)text[length]))
         length++;
-    const struct word *word = length > 0 ? find_word(text, length) : NULL;
+    const struct unit_symbol *word = length > 0 ? find_unit_symbol(text, length) : NULL;
     if (!word)
         return NULL;
     text += length;
@@ -364,7 +366,7 @@ static bool refuse_comma(const char *text, const char *comma, struct quantity_er
 
 /* ---- reading ---- */
 
-static bool is_comma(const char *text)
+static bool is_decimal_comma(const char *text)
 {
     return *text == ',' && (isdigit((unsigned char)text[1]) || text[1] == '\0');
 }
@@ -378,7 +380,7 @@ bool quantity_parse(const char *text, const char *unit, const char *bare, double
     bare = bare ? bare : unit;
     *value = mr_decimal_read(start, &end);
     const char *own = skip_blanks(end);
-    if (is_comma(end))
+    if (is_decimal_comma(end))
         return refuse_comma(start, end, wrong);
     if (end == start || !isfinite(*value))
         return refuse_no_number(start, unit, bare, wrong);
@@ -429,7 +431,7 @@ bool quantity_read_json(const json_t *json, const char *unit, double *value,
 
 const struct quantity_kind *quantity_kind_at(size_t index)
 {
-    return index < ARRAY_COUNT(kinds) ? &kinds[index] : NULL;
+    return index < ARRAY_COUNT(quantity_kinds) ? &quantity_kinds[index] : NULL;
 }
 
 const struct quantity_kind *quantity_kind_of(const char *text)
@@ -438,13 +440,13 @@ const struct quantity_kind *quantity_kind_of(const char *text)
     char name[40];
     if (!text || !*text || !read_unit(text, &unit))
         return NULL;
-    for (size_t i = 0; i < ARRAY_COUNT(kinds); i++) {
-        size_t length = strcspn(kinds[i].units, ",");
+    for (size_t i = 0; i < ARRAY_COUNT(quantity_kinds); i++) {
+        size_t length = strcspn(quantity_kinds[i].units, ",");
         /* each name is copied once; the texts are a few letters */
-        memcpy(name, kinds[i].units, length);
+        memcpy(name, quantity_kinds[i].units, length);
         name[length] = '\0';
         if (read_unit(name, &first) && has_same_dimension(&unit, &first))
-            return &kinds[i];
+            return &quantity_kinds[i];
     }
     return NULL;
 }
@@ -460,10 +462,10 @@ void quantity_find_dimension(const char *text, int powers[3])
 
 const char *quantity_unit_of_name(const char *name)
 {
-    for (size_t i = 0; i < ARRAY_COUNT(endings); i++) {
-        size_t length = strlen(name), end = strlen(endings[i].ending);
-        if (length > end && strcmp(name + length - end, endings[i].ending) == 0)
-            return endings[i].unit;
+    for (size_t i = 0; i < ARRAY_COUNT(name_endings); i++) {
+        size_t length = strlen(name), end = strlen(name_endings[i].ending);
+        if (length > end && strcmp(name + length - end, name_endings[i].ending) == 0)
+            return name_endings[i].unit;
     }
     return "";
 }

@@ -33,12 +33,12 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     struct arm_client *client = context;
     (void)error;
     if (message->id == MR_ID_LANDING) {
-        client->landing_received |= mr_landing_get(&client->landing, message->payload,
-                                                   message->length) == MR_OK;
-        client->landing_known |= client->landing_received;
+        client->landing_state_received |= mr_landing_get(&client->landing, message->payload,
+                                                         message->length) == MR_OK;
+        client->landing_known |= client->landing_state_received;
     } else if (message->id == MR_ID_BOX_STATE) {
-        client->wait_known |= mr_box_state_get(&client->box_state, message->payload,
-                                               message->length) == MR_OK;
+        client->box_state_known |= mr_box_state_get(&client->box_state, message->payload,
+                                                    message->length) == MR_OK;
     }
     return MR_OK;
 }
@@ -63,7 +63,7 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
                          "of the landing, or disarm the board",
                          link, mr_landing_state_text(client->landing.state),
                          client->landing.landing);
-    if (answer == MR_WAIT && client->wait_known && client->box_state.wait_s > 0.0f)
+    if (answer == MR_WAIT && client->box_state_known && client->box_state.wait_s > 0.0f)
         return error_set(error, answer,
                          "the board refused `%s`: %s; its black box is ready in about %.0f s", name,
                          link, ceil((double)client->box_state.wait_s));
@@ -74,11 +74,11 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
 static bool is_state_reached(const void *context)
 {
     const struct arm_client *client = context;
-    return client->landing_received && client->landing.state == client->wanted_state;
+    return client->landing_state_received && client->landing.state == client->wanted_state;
 }
 
 /* Used if the answer is lost: true if the board has reached the wanted landing state. */
-static bool has_changed(const void *context)
+static bool has_landing_state_changed(const void *context)
 {
     const struct arm_client *client = context;
     return is_state_reached(client) && client->previous_state != client->wanted_state;
@@ -89,13 +89,13 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
 {
     const struct dialogue_command order = {.code = code,
                                            .argument = number,
-                                           .answer_s = ARM_CLIENT_ANSWER_TIMEOUT_S,
-                                           .was_executed = has_changed,
+                                           .answer_timeout_s = ARM_CLIENT_ANSWER_TIMEOUT_S,
+                                           .was_executed = has_landing_state_changed,
                                            .context = client};
     struct mr_ack ack;
     client->wanted_state = code == MR_COMMAND_ARM ? MR_LANDING_ARMED : MR_LANDING_IDLE;
     client->previous_state = client->landing.state;
-    client->landing_received = client->wait_known = false;
+    client->landing_state_received = client->box_state_known = false;
     enum mr_status status = dialogue_send_command(client->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
         return error_set(

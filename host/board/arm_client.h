@@ -11,8 +11,8 @@
 
 struct arm_client {
     struct dialogue *dialogue;
-    bool landing_known, wait_known;
-    bool landing_received; /* a landing state was received since the command was sent */
+    bool landing_known, box_state_known;
+    bool landing_state_received; /* a landing state was received since the command was sent */
     /* landing states: the one that the command is to reach, and the one before the command */
     unsigned wanted_state, previous_state;
     struct mr_landing landing; /* newest state of the landing */

@@ -16,8 +16,8 @@
 #define ANSWER_TIMEOUT_S  15.0
 /* time limit between two lines: watchdog test, memory erasure and flash are slow */
 #define SILENCE_TIMEOUT_S 30.0
-#define TOTAL_MAX_S       120.0
-#define RESEND_S          3.0
+#define TOTAL_TIMEOUT_S   120.0
+#define RESEND_INTERVAL_S 3.0
 
 /* ---- text ---- */
 
@@ -46,8 +46,8 @@ static enum mr_status parse_line(struct bringup *b, const char *line, size_t len
     return MR_OK;
 }
 
-static enum mr_status check_end(const struct bringup *b, const char *line, uint32_t crc,
-                                struct error *error)
+static enum mr_status check_section_end(const struct bringup *b, const char *line, uint32_t crc,
+                                        struct error *error)
 {
     char section[BRINGUP_NAME_SIZE];
     unsigned lines, reported_crc;
@@ -101,7 +101,7 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
                 b->section, b->line_count);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
-            return check_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
+            return check_section_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
         }
         enum mr_status status = first ? MR_OK : parse_line(b, text + at, count, error);
         if (status != MR_OK)
@@ -147,8 +147,8 @@ struct receiver {
     char text[TEXT_MAX + 1];
     size_t length;
     double received_s, started_s, sent_s;
-    size_t ready_at; /* position of the "ready:" line after which the word was last sent */
-    size_t bytes;    /* total of received bytes */
+    size_t ready_position; /* position of the "ready:" line after which the word was last sent */
+    size_t bytes;          /* total of received bytes */
 };
 
 /* Returns the first line that begins with `word`, or NULL. */
@@ -181,7 +181,7 @@ static bool has_section_begun(const struct receiver *l, const char *section)
 }
 
 /* At a wrong baud rate most bytes are not printable. */
-static bool is_text(const struct receiver *l)
+static bool has_received_text(const struct receiver *l)
 {
     size_t others = 0;
     for (size_t i = 0; i < l->length; i++)
@@ -197,7 +197,7 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
                          "bring-up: %s stopped after %zu bytes: %s; check cable and supply, reset "
                          "the board and try again",
                          section, l->bytes, link_spec(link));
-    if (is_text(l))
+    if (has_received_text(l))
         return error_set(error, MR_TIMEOUT,
                          "the board sent %zu bytes, but no %s: %s; check the cable, reset the "
                          "board and try again",
@@ -208,7 +208,7 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
                      BRINGUP_BAUD, l->bytes, link_spec(link));
 }
 
-static enum mr_status receive(struct receiver *l, struct link *link, struct error *error)
+static enum mr_status receive_text(struct receiver *l, struct link *link, struct error *error)
 {
     size_t count = 0;
     uint64_t host_us;
@@ -237,7 +237,7 @@ static enum mr_status receive(struct receiver *l, struct link *link, struct erro
 static void discard_noise(struct receiver *l)
 {
     if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
-        l->length = l->ready_at = 0;
+        l->length = l->ready_position = 0;
         l->text[0] = 0;
     }
 }
@@ -256,13 +256,13 @@ static enum mr_status resend_if_due(struct receiver *l, struct link *link, const
     const char *ready = NULL;
     for (const char *at = find_line(l->text, "ready:"); at; at = find_line(at + 1, "ready:"))
         ready = at;
-    bool anew = ready && ready > l->text + l->ready_at;
+    bool anew = ready && ready > l->text + l->ready_position;
     double now_s = monotonic_s();
-    if (link_is_recorded(link) || (!anew && now_s - l->received_s < RESEND_S) ||
-        (!anew && now_s - l->sent_s < RESEND_S))
+    if (link_is_recorded(link) || (!anew && now_s - l->received_s < RESEND_INTERVAL_S) ||
+        (!anew && now_s - l->sent_s < RESEND_INTERVAL_S))
         return MR_OK;
     if (anew)
-        l->ready_at = (size_t)(ready - l->text);
+        l->ready_position = (size_t)(ready - l->text);
     l->sent_s = now_s;
     return link_send_bytes(link, (const uint8_t *)word, strlen(word), error);
 }
@@ -272,19 +272,19 @@ static bool has_timed_out(const struct receiver *l)
     double now_s = monotonic_s();
     /* another section began; the requested one follows */
     bool begun = find_line(l->text, "begin ") != NULL;
-    bool is_alive = begun || is_text(l); /* the board is slow but alive */
+    bool is_alive = begun || has_received_text(l); /* the board is slow but alive */
     return now_s - (is_alive ? l->received_s : l->started_s) >
                (begun ? SILENCE_TIMEOUT_S : ANSWER_TIMEOUT_S) ||
-           now_s - l->started_s > TOTAL_MAX_S || l->length == TEXT_MAX;
+           now_s - l->started_s > TOTAL_TIMEOUT_S || l->length == TEXT_MAX;
 }
 
 /* Waits for the whole of `section`; if it is NULL, for the line `answer`. */
-static enum mr_status wait_for(struct receiver *l, struct link *link, const char *section,
-                               const char *answer, const char **from, struct error *error)
+static enum mr_status wait_for_section(struct receiver *l, struct link *link, const char *section,
+                                       const char *answer, const char **from, struct error *error)
 {
     const char *asked = section ? section : "rom";
     for (;;) {
-        enum mr_status status = receive(l, link, error);
+        enum mr_status status = receive_text(l, link, error);
         *from = section ? find_complete_section(l, section) : find_line(l->text, answer);
         if (*from)
             return MR_OK;
@@ -322,9 +322,9 @@ static enum mr_status request_section(struct receiver *l, struct link *link, con
     enum mr_status status = link_is_recorded(link) ? MR_OK
                                                    : link_set_baud(link, BRINGUP_BAUD, error);
     l->started_s = l->received_s = monotonic_s();
-    l->sent_s = l->started_s - RESEND_S;
-    l->received_s -= RESEND_S; /* send the first word at once */
-    return status ?: wait_for(l, link, section, answer, from, error);
+    l->sent_s = l->started_s - RESEND_INTERVAL_S;
+    l->received_s -= RESEND_INTERVAL_S; /* send the first word at once */
+    return status ?: wait_for_section(l, link, section, answer, from, error);
 }
 
 enum mr_status bringup_request(struct bringup *b, struct link *link, const char *section,
@@ -353,27 +353,27 @@ enum mr_status bringup_start_rom(struct link *link, struct error *error)
 
 /* ---- limits ---- */
 
-enum { REPORT = 1, BROWN_OUT = 2, ALL = 3 };
+enum { SECTION_REPORT = 1, SECTION_BROWN_OUT = 2, SECTION_ANY = 3 };
 
-#define OK    BRINGUP_OK
-#define LOOK  BRINGUP_SUSPECT
-#define WRONG BRINGUP_WRONG
+#define OK      BRINGUP_OK
+#define SUSPECT BRINGUP_SUSPECT
+#define WRONG   BRINGUP_WRONG
 
 #define LIMIT(section, name, least, most, beyond, none, source, advice)
-#define WORD(section, name, words, beyond, none, source, advice)
-#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
-    static double fact##_of(const struct mr_board *board)           \
-    {                                                               \
-        return board ? (double)board->fact : (double)NAN;           \
+#define ALLOWED_WORDS(section, name, words, beyond, none, source, advice)
+#define BOARD_FACT(section, name, fact, beyond, none, source, advice) \
+    static double fact##_of(const struct mr_board *board)             \
+    {                                                                 \
+        return board ? (double)board->fact : (double)NAN;             \
     }
 #include "host/board/bringup_limits.def"
 
 static const struct bringup_limit limits[] = {
 #define LIMIT(section, name, least, most, beyond, none, source, advice) \
     {section, name, NULL, least, most, NULL, beyond, none, source, advice},
-#define WORD(section, name, words, beyond, none, source, advice) \
+#define ALLOWED_WORDS(section, name, words, beyond, none, source, advice) \
     {section, name, words, 0.0, 0.0, NULL, beyond, none, source, advice},
-#define OF_BOARD(section, name, fact, beyond, none, source, advice) \
+#define BOARD_FACT(section, name, fact, beyond, none, source, advice) \
     {section, name, NULL, 0.0, 0.0, fact##_of, beyond, none, source, advice},
 #include "host/board/bringup_limits.def"
 };
@@ -381,7 +381,7 @@ static const struct bringup_limit limits[] = {
 
 static unsigned get_section_bit(const char *section)
 {
-    return strcmp(section, "report") == 0 ? REPORT : BROWN_OUT;
+    return strcmp(section, "report") == 0 ? SECTION_REPORT : SECTION_BROWN_OUT;
 }
 
 bool bringup_limit_is_group(const struct bringup_limit *limit)
@@ -399,7 +399,7 @@ static bool limit_applies_to(const struct bringup_limit *limit, const char *name
 static const struct bringup_limit *find_limit(unsigned section, const struct bringup_line *line)
 {
     for (size_t i = 0; i < LIMIT_COUNT; i++) {
-        if (limits[i].sections & section &&
+        if (limits[i].section_bits & section &&
             (limit_applies_to(&limits[i], line->name) ||
              (line->is_absent && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
             return &limits[i];
@@ -408,7 +408,7 @@ static const struct bringup_limit *find_limit(unsigned section, const struct bri
 }
 
 /* True if `word` is one of the blank-separated `words`. */
-static bool is_word_of(const char *words, const char *word)
+static bool is_allowed_word(const char *words, const char *word)
 {
     size_t length = strlen(word);
     for (const char *at = strstr(words, word); at; at = strstr(at + 1, word)) {
@@ -422,7 +422,7 @@ static bool is_within_limit(const struct bringup_result *j)
 {
     const char *words = j->limit->words;
     if (words)
-        return !*words || is_word_of(words, j->line->value);
+        return !*words || is_allowed_word(words, j->line->value);
     return j->line->number >= j->min && j->line->number <= j->max;
 }
 
@@ -441,13 +441,13 @@ static void judge_line(struct bringup_result *j, const struct mr_board *board)
         j->max = limit->board_value ? j->min : limit->max;
     }
     j->verdict = !j->limit          ? BRINGUP_SUSPECT
-               : j->line->is_absent ? j->limit->none
+               : j->line->is_absent ? j->limit->verdict_missing
                : is_within_limit(j) ? BRINGUP_OK
-                                    : j->limit->beyond;
+                                    : j->limit->verdict_beyond;
 }
 
-static bool is_reported(const struct bringup *bringup, unsigned section,
-                        const struct bringup_limit *limit)
+static bool has_line_for_limit(const struct bringup *bringup, unsigned section,
+                               const struct bringup_limit *limit)
 {
     for (size_t i = 0; i < bringup->line_count; i++) {
         if (find_limit(section, &bringup->line[i]) == limit)
@@ -471,11 +471,11 @@ size_t bringup_judge(const struct bringup *bringup,
     }
     for (size_t i = 0; i < LIMIT_COUNT; i++) {
         const struct bringup_limit *limit = &limits[i];
-        if (!(limit->sections & section) || limit->none == BRINGUP_OK ||
-            is_reported(bringup, section, limit))
+        if (!(limit->section_bits & section) || limit->verdict_missing == BRINGUP_OK ||
+            has_line_for_limit(bringup, section, limit))
             continue;
-        judged[count++] =
-            (struct bringup_result){.name = limit->name, .limit = limit, .verdict = limit->none};
+        judged[count++] = (struct bringup_result){
+            .name = limit->name, .limit = limit, .verdict = limit->verdict_missing};
     }
     return count;
 }

@@ -51,13 +51,13 @@ const struct bringup_line *bringup_find(const struct bringup *bringup, const cha
 enum bringup_verdict { BRINGUP_OK, BRINGUP_SUSPECT, BRINGUP_WRONG };
 
 struct bringup_limit {
-    unsigned sections; /* bit mask of the sections to which the limit applies */
-    const char *name;  /* a * at the end matches all names with this beginning */
-    const char *words; /* allowed words; "": any word; NULL: a number from min to max */
+    unsigned section_bits; /* bit mask of the sections to which the limit applies */
+    const char *name;      /* a * at the end matches all names with this beginning */
+    const char *words;     /* allowed words; "": any word; NULL: a number from min to max */
     double min, max;
     /* Limit computed for this board; NULL: the limit is the same for all boards. */
     double (*board_value)(const struct mr_board *board);
-    enum bringup_verdict beyond, none;
+    enum bringup_verdict verdict_beyond, verdict_missing;
     const char *source, *advice;
 };
 

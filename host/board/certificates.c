@@ -11,7 +11,7 @@
 #include "host/calibrate/points.h"
 #include "host/store/store_readiness.h"
 
-#define DAY_S 86400
+#define S_PER_DAY 86400
 
 enum mr_status certificates_read(struct store *store, const char *board_uid,
                                  struct certificates *certificates, struct error *error)
@@ -90,7 +90,7 @@ static bool parse_field(const char *name, const char *value, struct store_certif
     case 1: return parse_text(value, row->laboratory, sizeof row->laboratory);
     case 2:
         return parse_date(value, &row->calibrated_day) &&
-               row->calibrated_day <= (int64_t)(time(NULL) / DAY_S) + 1;
+               row->calibrated_day <= (int64_t)(time(NULL) / S_PER_DAY) + 1;
     case 3:
         row->due_day = STORE_NONE;
         return strcmp(value, "never") == 0 ||
@@ -137,7 +137,7 @@ enum certificate_state certificates_state(const struct store_certificate *certif
         (strlen(certificate->sensor) > sizeof channel->serial ||
          strncmp(certificate->sensor, channel->serial, sizeof channel->serial) != 0))
         return CERTIFICATE_OTHER_SENSOR;
-    return certificate->due_day == STORE_NONE || now_s / DAY_S <= certificate->due_day
+    return certificate->due_day == STORE_NONE || now_s / S_PER_DAY <= certificate->due_day
              ? CERTIFICATE_VALID
              : CERTIFICATE_OVERDUE;
 }

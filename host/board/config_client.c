@@ -14,8 +14,8 @@ static void store_word(struct config_words *words, const struct mr_config_image 
     if (word->words != MR_CONFIG_WORDS || word->offset >= MR_CONFIG_WORDS)
         return;
     mr_put_u32(words->image + 4u * word->offset, word->value);
-    words->present[word->offset] = 1;
-    words->has_ended |= word->offset == MR_CONFIG_WORDS - 1;
+    words->is_present[word->offset] = 1;
+    words->has_last_word |= word->offset == MR_CONFIG_WORDS - 1;
 }
 
 void config_words_receive(struct config_words *words, const uint8_t *bytes, size_t length)
@@ -28,7 +28,7 @@ void config_words_receive(struct config_words *words, const uint8_t *bytes, size
 unsigned config_words_first_missing(const struct config_words *words)
 {
     unsigned word = 0;
-    while (word < MR_CONFIG_WORDS && words->present[word])
+    while (word < MR_CONFIG_WORDS && words->is_present[word])
         word++;
     return word;
 }
@@ -46,18 +46,18 @@ bool config_words_add(struct config_words *words, const struct mr_config_image *
 {
     uint32_t crc;
     if (word->words == MR_CONFIG_WORDS && word->offset == 0)
-        memset(words->present, 0, sizeof words->present);
-    words->has_ended = false;
+        memset(words->is_present, 0, sizeof words->is_present);
+    words->has_last_word = false;
     store_word(words, word);
-    return words->has_ended && config_words_first_missing(words) == MR_CONFIG_WORDS &&
+    return words->has_last_word && config_words_first_missing(words) == MR_CONFIG_WORDS &&
            config_words_decode(words, config, &crc) == MR_OK;
 }
 
 /* ---- reading and changing ---- */
 
-#define WINDOW_S     2.0 /* time after which a window of words is sent again */
-#define WINDOW_WORDS 16u /* number of words in a window, which must fit into the board's queues */
-#define ATTEMPTS_MAX 6   /* attempts to request missing words, or to send words again */
+#define WINDOW_TIMEOUT_S 2.0 /* time after which a window of words is sent again */
+#define WINDOW_WORDS     16u /* words in a window, which must fit into the board's queues */
+#define ATTEMPTS_MAX     6   /* attempts to request missing words, or to send words again */
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
                                      struct error *error)
@@ -73,10 +73,10 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         break;
     case MR_ID_CONFIG_IMAGE:
         config_words_receive(&client->words, bytes, length);
-        client->received++;
+        client->received_count++;
         break;
     case MR_ID_CONFIG_REFUSED:
-        client->was_refused |= mr_config_refused_get(&client->reason, bytes, length) == MR_OK;
+        client->was_refused |= mr_config_refused_get(&client->refusal, bytes, length) == MR_OK;
         break;
     case MR_ID_CONFIG_STAGED:
         if (mr_config_staged_get(&staged, bytes, length) == MR_OK && staged.tag == client->tag) {
@@ -102,14 +102,14 @@ static enum mr_status send_command(struct config_client *client, uint8_t code, u
                                    struct mr_ack *ack, struct error *error)
 {
     const struct dialogue_command order = {
-        .code = code, .argument = (int32_t)argument, .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
+        .code = code, .argument = (int32_t)argument, .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S};
     client->was_refused = false;
     enum mr_status status = dialogue_send_command(client->dialogue, &order, ack, error);
     return status == MR_TIMEOUT ? dialogue_set_no_answer_error(client->dialogue, code, error)
                                 : status;
 }
 
-static enum mr_status set_not_now_error(const struct config_client *client, struct error *error)
+static enum mr_status set_locked_error(const struct config_client *client, struct error *error)
 {
     return error_set(error, MR_NOT_NOW,
                      "the configuration is locked because a landing is armed or in progress: %s; "
@@ -121,20 +121,20 @@ static enum mr_status set_not_now_error(const struct config_client *client, stru
 static enum mr_status request_words(struct config_client *client, struct error *error)
 {
     struct mr_ack ack;
-    client->words.has_ended = false;
+    client->words.has_last_word = false;
     enum mr_status status = send_command(client, MR_COMMAND_CONFIG_READ,
                                          config_words_first_missing(&client->words), &ack, error);
     if (status == MR_OK && ack.status != MR_OK)
         return ack.status == MR_NOT_NOW
-                 ? set_not_now_error(client, error)
+                 ? set_locked_error(client, error)
                  : error_set(error, (enum mr_status)ack.status,
                              "the board did not send its configuration: %s; %s",
                              dialogue_spec(client->dialogue),
                              mr_status_text((enum mr_status)ack.status));
     if (status == MR_OK)
         status = dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set,
-                                               &client->words.has_ended, &client->received,
-                                               WINDOW_S, error);
+                                               &client->words.has_last_word,
+                                               &client->received_count, WINDOW_TIMEOUT_S, error);
     /* the caller requests missing words again */
     if (status == MR_TIMEOUT && error->status == MR_OK)
         status = MR_OK;
@@ -174,27 +174,29 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
                          mr_status_text(status), dialogue_spec(client->dialogue));
 }
 
-enum mr_status config_client_begin_idle(struct config_client *client, struct dialogue *dialogue,
-                                        struct mr_config *config, uint32_t *crc,
-                                        struct error *error)
+enum mr_status config_client_begin_and_get(struct config_client *client, struct dialogue *dialogue,
+                                           struct mr_config *config, uint32_t *crc,
+                                           struct error *error)
 {
     enum mr_status status = config_client_begin(client, dialogue, error);
     /* a finished landing is stored already, so disarming is safe */
     if (status == MR_OK && dialogue->identity.hello.state == MR_LANDING_DONE)
-        status = dialogue_execute(dialogue,
-                                  &(struct dialogue_command){.code = MR_COMMAND_DISARM,
-                                                             .answer_s = DIALOGUE_ANSWER_TIMEOUT_S},
-                                  NULL, error);
+        status = dialogue_execute(
+            dialogue,
+            &(struct dialogue_command){.code = MR_COMMAND_DISARM,
+                                       .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S},
+            NULL, error);
     return status ?: config_client_get(client, config, crc, error);
 }
 
 enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, struct error *error)
 {
-    return dialogue_execute(dialogue,
-                            &(struct dialogue_command){.code = MR_COMMAND_LIVE,
-                                                       .argument = seconds,
-                                                       .answer_s = DIALOGUE_ANSWER_TIMEOUT_S},
-                            "the board must be idle", error);
+    return dialogue_execute(
+        dialogue,
+        &(struct dialogue_command){.code = MR_COMMAND_LIVE,
+                                   .argument = seconds,
+                                   .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S},
+        "the board must be idle", error);
 }
 
 /* Sends a window of words from `from` on, and waits for the board's next message about it. */
@@ -214,7 +216,7 @@ static enum mr_status send_window(struct config_client *client, const uint8_t *i
     }
     if (status == MR_OK)
         status = dialogue_wait_until(client->dialogue, dialogue_is_flag_set, &client->is_staged,
-                                     WINDOW_S, error);
+                                     WINDOW_TIMEOUT_S, error);
     /* the caller sends them again */
     return status == MR_TIMEOUT && error->status == MR_OK ? MR_OK : status;
 }
@@ -232,7 +234,7 @@ static enum mr_status send_words(struct config_client *client, const uint8_t *im
                 client->dialogue,
                 &(struct mr_ack){.code = MR_COMMAND_CONFIG_APPLY, .status = MR_CABLE}, NULL, error);
         if (client->is_staged && client->progress.locked)
-            return set_not_now_error(client, error);
+            return set_locked_error(client, error);
         idle = client->is_staged && client->progress.missing > from ? 0 : idle + 1;
         if (idle == ATTEMPTS_MAX)
             return error_set(error, MR_TIMEOUT,
@@ -249,7 +251,7 @@ static enum mr_status set_refusal_error(const struct config_client *client,
                                         const struct mr_config *config, struct error *error)
 {
     char text[500] = "the board gives no reason";
-    const struct mr_config_refused *r = &client->reason;
+    const struct mr_config_refused *r = &client->refusal;
     struct mr_config_reason reason = {.group = r->group,
                                       .index = r->index,
                                       .field = r->field,
@@ -278,7 +280,7 @@ enum mr_status config_client_set(struct config_client *client, const struct mr_c
     if (status != MR_OK || ack.status == MR_OK)
         return status;
     if (ack.status == MR_NOT_NOW)
-        return set_not_now_error(client, error);
+        return set_locked_error(client, error);
     if (ack.status == MR_LIMIT)
         return set_refusal_error(client, config, error);
     if (ack.status == MR_IO)

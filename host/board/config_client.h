@@ -12,10 +12,10 @@
  * words may be lost. */
 struct config_words {
     uint8_t image[MR_CONFIG_IMAGE_BYTES];
-    uint8_t present[MR_CONFIG_WORDS];
+    uint8_t is_present[MR_CONFIG_WORDS];
     unsigned count; /* number of words in the board's configuration; 0: none received */
     /* the last word, which ends the sequence, was received; the caller resets this flag */
-    bool has_ended;
+    bool has_last_word;
 };
 
 /* Adds the word of a message. A word of a configuration with another layout is ignored. An all-zero
@@ -38,11 +38,11 @@ struct config_client {
     struct dialogue *dialogue;
     bool was_refused, state_known, is_staged;
     uint16_t tag; /* tag of the words being sent */
-    struct mr_config_refused reason;
+    struct mr_config_refused refusal;
     struct mr_config_state state;     /* newest state, sent by the board after its hello */
     struct mr_config_staged progress; /* progress of the words being sent */
     struct config_words words;        /* words received while reading a configuration */
-    size_t received;                  /* number of received words, repetitions included */
+    size_t received_count;            /* number of received words, repetitions included */
 };
 
 /* Waits for the board's hello and the identity of its configuration. The caller owns the dialogue;
@@ -55,9 +55,9 @@ enum mr_status config_client_get(struct config_client *client, struct mr_config 
                                  uint32_t *crc, struct error *error);
 /* Calls config_client_begin, sets a board that has finished a landing to idle, and reads its
  * configuration. */
-enum mr_status config_client_begin_idle(struct config_client *client, struct dialogue *dialogue,
-                                        struct mr_config *config, uint32_t *crc,
-                                        struct error *error);
+enum mr_status config_client_begin_and_get(struct config_client *client, struct dialogue *dialogue,
+                                           struct mr_config *config, uint32_t *crc,
+                                           struct error *error);
 /* Makes an idle board send edges and block records for `seconds`; 0: stops them. */
 enum mr_status config_client_set_live(struct dialogue *dialogue, int seconds, struct error *error);
 /* Sends a configuration. MR_OK: it is active and stored in flash; on CAN the dialogue continues at

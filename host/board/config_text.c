@@ -16,8 +16,8 @@
 #include "host/base/xmalloc.h"
 #include "host/calibrate/jump.h"
 
-#define DAY_S  86400
-#define BLANKS " \t\r"
+#define S_PER_DAY 86400
+#define BLANKS    " \t\r"
 
 /* ---- one field ---- */
 
@@ -56,7 +56,7 @@ static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SI
                  get_field_info(at)->name);
 }
 
-static bool is_day_field(const struct mr_config_field *field)
+static bool is_date_field(const struct mr_config_field *field)
 {
     size_t length = strlen(field->name);
     return length > 4 && strcmp(field->name + length - 4, "_day") == 0;
@@ -69,7 +69,7 @@ bool config_date_parse(const char *text, uint32_t *days)
     const char *end = strptime(text, "%Y-%m-%d", &tm);
     if (!end || end - text != CONFIG_DATE_SIZE - 1)
         return false;
-    int64_t day = (int64_t)timegm(&tm) / DAY_S;
+    int64_t day = (int64_t)timegm(&tm) / S_PER_DAY;
     *days = (uint32_t)day;
     if (day <= 0 || day > UINT32_MAX)
         return false;
@@ -79,14 +79,14 @@ bool config_date_parse(const char *text, uint32_t *days)
 
 void config_date_text(uint32_t days, char out[CONFIG_DATE_SIZE])
 {
-    time_t seconds = (time_t)days * DAY_S;
+    time_t seconds = (time_t)days * S_PER_DAY;
     struct tm tm;
     gmtime_r(&seconds, &tm);
     if (strftime(out, CONFIG_DATE_SIZE, "%Y-%m-%d", &tm) == 0)
         out[0] = '\0';
 }
 
-static uint32_t integer_at(const struct mr_config_field *field, const void *bytes)
+static uint32_t get_integer(const struct mr_config_field *field, const void *bytes)
 {
     uint8_t small;
     uint16_t half;
@@ -98,7 +98,7 @@ static uint32_t integer_at(const struct mr_config_field *field, const void *byte
     }
 }
 
-static void write_day(uint32_t days, char *out, size_t size)
+static void write_date(uint32_t days, char *out, size_t size)
 {
     char date[CONFIG_DATE_SIZE];
     config_date_text(days, date);
@@ -138,10 +138,10 @@ static void field_value_text(const struct mr_config_field *field, const void *by
         write_text(bytes, field->count, out, CONFIG_FIELD_VALUE_SIZE);
     else if (field->type == MR_CONFIG_TYPE_REAL || field->type == MR_CONFIG_TYPE_OPTIONAL)
         write_reals(bytes, field->count, out, CONFIG_FIELD_VALUE_SIZE);
-    else if (is_day_field(field))
-        write_day(integer_at(field, bytes), out, CONFIG_FIELD_VALUE_SIZE);
+    else if (is_date_field(field))
+        write_date(get_integer(field, bytes), out, CONFIG_FIELD_VALUE_SIZE);
     else
-        snprintf(out, CONFIG_FIELD_VALUE_SIZE, "%u", integer_at(field, bytes));
+        snprintf(out, CONFIG_FIELD_VALUE_SIZE, "%u", get_integer(field, bytes));
 }
 
 /* Writes the limits of a field, for example "from 1 to 512". */
@@ -156,9 +156,9 @@ static void write_field_limits(const struct mr_config_field *field, char *out, s
         snprintf(out, size, "%sfrom %.7g to %.7g%s", many, (double)field->real_min,
                  (double)field->real_max,
                  field->type == MR_CONFIG_TYPE_OPTIONAL ? ", or missing" : "");
-    } else if (is_day_field(field)) {
+    } else if (is_date_field(field)) {
         char last[20];
-        write_day(field->int_max, last, sizeof last);
+        write_date(field->int_max, last, sizeof last);
         snprintf(out, size, "YYYY-MM-DD up to %s, or never", last);
     } else {
         snprintf(out, size, "from %u to %u", field->int_min, field->int_max);
@@ -190,14 +190,14 @@ static const char *get_rule_text(unsigned rule)
     }
 }
 
-static bool is_reason_known(const struct mr_config_reason *r)
+static bool is_reason_field_known(const struct mr_config_reason *r)
 {
     return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
            r->field < mr_config_groups[r->group].field_count;
 }
 
 /* Finds the other field that the reason refers to. */
-static bool find_other_field(const struct mr_config_reason *r, struct config_field_ref *other)
+static bool find_conflicting_field(const struct mr_config_reason *r, struct config_field_ref *other)
 {
     *other = (struct config_field_ref){r->group, r->index, r->field};
     if (r->rule == MR_RULE_NOT_ABOVE)
@@ -212,7 +212,7 @@ static bool find_other_field(const struct mr_config_reason *r, struct config_fie
            other->field < mr_config_groups[other->group].field_count;
 }
 
-static const char *const kinds_by_input =
+static const char *const allowed_kinds_text =
     "channel[1] to [8] are displacement (1), [9] to [22] "
     "tension (2), [23] the staircase (3; 0 where no "
     "switch is fitted), [24] the reference (4); 0: not fitted";
@@ -264,7 +264,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_ALIKE:
         snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_DISTANCE_CODES);
         break;
-    case MR_RULE_PLACE: snprintf(out, size, "%s", kinds_by_input); break;
+    case MR_RULE_PLACE: snprintf(out, size, "%s", allowed_kinds_text); break;
     case MR_RULE_SUM:
         snprintf(out, size,
                  "the sum of zero_code of channel[23] and all steps must be at most 4095");
@@ -297,7 +297,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
 {
     struct config_field_ref at = {r->group, r->index, r->field}, other;
     char name[CONFIG_FIELD_NAME_SIZE + 40], value[CONFIG_FIELD_VALUE_SIZE], advice[300];
-    if (!is_reason_known(r)) {
+    if (!is_reason_field_known(r)) {
         snprintf(out, size,
                  "group %u, index %u, field %u: %s; the configuration is from a different version",
                  r->group, r->index, r->field, get_rule_text(r->rule));
@@ -306,7 +306,7 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
     write_element_name(at, r->element, name);
     field_value_text(get_field_info(at), get_field_bytes(config, at), value);
     write_advice(config, r, advice, sizeof advice);
-    if (find_other_field(r, &other)) {
+    if (find_conflicting_field(r, &other)) {
         char other_name[CONFIG_FIELD_NAME_SIZE], other_value[CONFIG_FIELD_VALUE_SIZE];
         field_name(other, other_name);
         field_value_text(get_field_info(other), get_field_bytes(config, other), other_value);
@@ -324,12 +324,12 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
 
 #define FILE_BYTES_MAX (1024 * 1024)
 
-struct words {
+struct field_text {
     const char *unit, *text;
 };
 
 /* clang-format off */
-#define GROUP(name, count) static const struct words name##_words[] = {
+#define GROUP(name, count) static const struct field_text name##_texts[] = {
 #define INTEGER(group, type, field, least, most, unit, text) {unit, text},
 #define REAL(group, field, least, most, unit, text) {unit, text},
 #define REALS(group, field, count, least, most, unit, text) {unit, text},
@@ -338,8 +338,8 @@ struct words {
 /* clang-format on */
 #include "common/config.def"
 
-static const struct words *const words[] = {
-#define GROUP(name, count) name##_words,
+static const struct field_text *const field_texts[] = {
+#define GROUP(name, count) name##_texts,
 #include "common/config.def"
 };
 
@@ -347,9 +347,9 @@ static void write_legend(FILE *file, unsigned group)
 {
     fprintf(file, "\n# %s\n", mr_config_groups[group].name);
     for (unsigned f = 0; f < mr_config_groups[group].field_count; f++) {
-        const struct words *w = &words[group][f];
+        const struct field_text *w = &field_texts[group][f];
         const struct mr_config_field *field = &mr_config_groups[group].fields[f];
-        bool day = is_day_field(field);
+        bool day = is_date_field(field);
         if (day) /* dates are YYYY-MM-DD in the text and numbers of days in the configuration */
             fprintf(file, "#     %-18s YYYY-MM-DD or never: %.*s\n", field->name,
                     (int)strcspn(w->text, ",;"), w->text);
@@ -370,7 +370,7 @@ char *config_text_write(const struct mr_config *config)
           file);
     do {
         char name[CONFIG_FIELD_NAME_SIZE], value[CONFIG_FIELD_VALUE_SIZE];
-        const char *unit = words[at.group][at.field].unit;
+        const char *unit = field_texts[at.group][at.field].unit;
         if (at.index == 0 && at.field == 0)
             write_legend(file, at.group);
         if (at.field == 0)
@@ -378,8 +378,8 @@ char *config_text_write(const struct mr_config *config)
         field_name(at, name);
         field_value_text(get_field_info(at), get_field_bytes(config, at), value);
         fprintf(file, "%s = %s%s%s\n", name, value,
-                unit[0] && !is_day_field(get_field_info(at)) ? "  # " : "",
-                is_day_field(get_field_info(at)) ? "" : unit);
+                unit[0] && !is_date_field(get_field_info(at)) ? "  # " : "",
+                is_date_field(get_field_info(at)) ? "" : unit);
     } while (advance_field(&at));
     if (fclose(file) != 0)
         abort();
@@ -397,7 +397,7 @@ struct reader {
     struct error *error;
 };
 
-static size_t field_number(struct config_field_ref at)
+static size_t get_field_index(struct config_field_ref at)
 {
     size_t number = 0;
     for (unsigned g = 0; g < at.group; g++)
@@ -507,7 +507,7 @@ static bool read_reals(const struct mr_config_field *field, const char *p, void 
     return is_line_end(p);
 }
 
-static bool read_day(const char *p, uint64_t *days)
+static bool read_date(const char *p, uint64_t *days)
 {
     uint32_t day;
     *days = 0;
@@ -524,8 +524,8 @@ static bool read_integer(const struct mr_config_field *field, const char *p, voi
     uint64_t value = 0;
     char *end;
     errno = 0;
-    if (is_day_field(field)) {
-        if (!read_day(p, &value))
+    if (is_date_field(field)) {
+        if (!read_date(p, &value))
             return false;
     } else {
         value = strtoull(p, &end, 10);
@@ -567,7 +567,7 @@ static enum mr_status read_line(struct reader *r, const char *p)
     if (status != MR_OK)
         return status;
     field_name(at, name);
-    unsigned *line = &r->line_of_field[field_number(at)];
+    unsigned *line = &r->line_of_field[get_field_index(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
         snprintf(advice, sizeof advice, "line %u also gives it; delete one of the lines", *line);
@@ -613,7 +613,7 @@ static enum mr_status check_fields(struct reader *r)
     char text[500];
     config_text_reason(r->config, &reason, text, sizeof text);
     char *advice = strstr(text, "; ");
-    r->line = r->line_of_field[field_number(
+    r->line = r->line_of_field[get_field_index(
         (struct config_field_ref){reason.group, reason.index, reason.field})];
     if (advice)
         *advice = '\0';
@@ -629,7 +629,7 @@ enum mr_status config_text_read(const char *text, const char *name, struct mr_co
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;
     memset(&read, 0, sizeof read);
-    reader.line_of_field = xcalloc(field_number(end), sizeof *reader.line_of_field);
+    reader.line_of_field = xcalloc(get_field_index(end), sizeof *reader.line_of_field);
     while (status == MR_OK && *text) {
         size_t length = strcspn(text, "\n");
         char *line = strndup(text, length);

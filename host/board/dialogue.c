@@ -15,18 +15,19 @@
 #include "host/base/cli.h"
 #include "host/base/monotonic_clock.h"
 
-#define SERIAL_BYTES_PER_TURN 16384u
-#define CAN_FRAMES_PER_TURN   64
-#define KEY_AFTER_HELLO_S     0.2 /* the board sends the key state within this time after a hello */
-#define KEY_PERIOD_S          1.5 /* longer than the second between two hellos or two nonces */
+#define SERIAL_BYTES_PER_RECEIVE    16384u
+#define CAN_FRAMES_PER_RECEIVE      64
+/* the board sends the key state within this time after a hello */
+#define KEY_STATE_AFTER_HELLO_S     0.2
+#define KEY_PERIOD_S                1.5 /* longer than the 1 s between two hellos or two nonces */
 /* number of tries per command, because another program may use the nonce first */
-#define PROOF_TRIES           3u
-/* additional turns after a deadline, as long as received data is still unread */
-#define TURNS_AFTER_DEADLINE  16
+#define PROOF_TRIES_MAX             3u
+/* additional receptions after a deadline, as long as received data is still unread */
+#define RECEIVES_AFTER_DEADLINE_MAX 16
 
 /* ---- identity ---- */
 
-static void update_image(struct identity *identity, const uint8_t *bytes, size_t length)
+static void update_image_identity(struct identity *identity, const uint8_t *bytes, size_t length)
 {
     struct mr_board_image image;
     if (!identity->hello_known || mr_board_image_get(&image, bytes, length) != MR_OK)
@@ -50,7 +51,7 @@ void identity_receive(struct identity *identity, uint32_t id, const uint8_t *byt
             identity->uid[1] = uid.uid1;
         }
         break;
-    case MR_ID_BOARD_IMAGE: update_image(identity, bytes, length); break;
+    case MR_ID_BOARD_IMAGE: update_image_identity(identity, bytes, length); break;
     case MR_ID_IMAGE_COMMIT: (void)mr_image_commit_get(&identity->commit, bytes, length); break;
     case MR_ID_IMAGE_HEADER: /* this message is the last one of the identity */
         identity->commit_known |= identity->image_known &&
@@ -186,9 +187,9 @@ double dialogue_now_s(const struct dialogue *dialogue)
 
 void dialogue_subscribe(struct dialogue *dialogue, dialogue_handler *handle, void *context)
 {
-    assert(dialogue->subscribers < DIALOGUE_SUBSCRIBERS_MAX);
-    dialogue->subscriber[dialogue->subscribers].handle = handle;
-    dialogue->subscriber[dialogue->subscribers++].context = context;
+    assert(dialogue->subscriber_count < DIALOGUE_SUBSCRIBERS_MAX);
+    dialogue->subscriber[dialogue->subscriber_count].handle = handle;
+    dialogue->subscriber[dialogue->subscriber_count++].context = context;
 }
 
 void dialogue_reset(struct dialogue *dialogue)
@@ -201,12 +202,12 @@ void dialogue_reset(struct dialogue *dialogue)
 static void handle_answer(struct dialogue *dialogue, const struct dialogue_message *message)
 {
     struct mr_ack answer;
-    if (!dialogue->awaits_answer || dialogue->answered ||
+    if (!dialogue->awaits_answer || dialogue->is_answered ||
         mr_ack_get(&answer, message->payload, message->length) != MR_OK ||
         answer.code != dialogue->answer.code || answer.tag != dialogue->answer.tag)
         return;
     dialogue->answer = answer;
-    dialogue->answered = true;
+    dialogue->is_answered = true;
 }
 
 static enum mr_status handle_message(struct dialogue *dialogue,
@@ -221,7 +222,7 @@ static enum mr_status handle_message(struct dialogue *dialogue,
         if (message->id == MR_ID_ACK)
             handle_answer(dialogue, message);
     }
-    for (unsigned i = 0; status == MR_OK && i < dialogue->subscribers; i++)
+    for (unsigned i = 0; status == MR_OK && i < dialogue->subscriber_count; i++)
         status = dialogue->subscriber[i].handle(dialogue->subscriber[i].context, message, error);
     return status;
 }
@@ -229,7 +230,7 @@ static enum mr_status handle_message(struct dialogue *dialogue,
 /* MR_TOO_FEW: no data is waiting. */
 static enum mr_status receive_serial(struct dialogue *dialogue, bool *received, struct error *error)
 {
-    uint8_t bytes[SERIAL_BYTES_PER_TURN];
+    uint8_t bytes[SERIAL_BYTES_PER_RECEIVE];
     size_t length;
     uint64_t host_us;
     enum mr_status status = link_receive_bytes(dialogue->link[LINK_SERIAL], bytes, sizeof bytes,
@@ -252,7 +253,7 @@ static enum mr_status receive_can(struct dialogue *dialogue, bool *received, str
     struct link_frame can;
     uint16_t base = link_base(dialogue->link[LINK_CAN]);
     enum mr_status status = MR_OK;
-    for (int i = 0; status == MR_OK && i < CAN_FRAMES_PER_TURN; i++) {
+    for (int i = 0; status == MR_OK && i < CAN_FRAMES_PER_RECEIVE; i++) {
         status = link_receive_frame(dialogue->link[LINK_CAN], &can, error);
         *received |= status == MR_OK;
         if (status == MR_OK && !(can.id & (LINK_ID_ERROR | LINK_ID_REMOTE | LINK_ID_EXTENDED)))
@@ -273,8 +274,8 @@ void dialogue_set_base(struct dialogue *dialogue, uint16_t base)
 }
 
 /* Receives all waiting data of both links. Sets `*received` if there was any. */
-static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
-                              bool *received, struct error *error)
+static enum mr_status receive_waiting(struct dialogue *dialogue, struct pollfd ready[LINK_KINDS],
+                                      bool *received, struct error *error)
 {
     *received = false;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
@@ -299,12 +300,12 @@ static enum mr_status receive(struct dialogue *dialogue, struct pollfd ready[LIN
     return MR_OK;
 }
 
-static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool *received,
-                                  struct error *error)
+static enum mr_status receive_within(struct dialogue *dialogue, double most_s, bool *received,
+                                     struct error *error)
 {
     struct pollfd ready[LINK_KINDS];
     int wait_ms = (int)ceil(1000.0 * fmin(fmax(most_s, 0.0), DIALOGUE_RECEIVE_MAX_S));
-    enum mr_status status = receive(dialogue, ready, received, error);
+    enum mr_status status = receive_waiting(dialogue, ready, received, error);
     if (status == MR_OK && !*received && wait_ms > 0 && poll(ready, LINK_KINDS, wait_ms) < 0 &&
         errno != EINTR)
         return error_set(error, MR_IO, "cannot wait for the board (%s): %s; try again",
@@ -317,7 +318,7 @@ static enum mr_status receive_for(struct dialogue *dialogue, double most_s, bool
 enum mr_status dialogue_receive(struct dialogue *dialogue, double most_s, struct error *error)
 {
     bool received;
-    return receive_for(dialogue, most_s, &received, error);
+    return receive_within(dialogue, most_s, &received, error);
 }
 
 enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue_condition *done,
@@ -329,14 +330,14 @@ enum mr_status dialogue_wait_while_receiving(struct dialogue *dialogue, dialogue
     for (int late = 0; !done(context);) {
         bool received;
         double left_s = until_s - dialogue->now_s();
-        enum mr_status status = receive_for(dialogue, left_s, &received, error);
+        enum mr_status status = receive_within(dialogue, left_s, &received, error);
         if (status != MR_OK)
             return status;
         if (progress && *progress != before) {
             before = *progress;
             until_s = dialogue->now_s() + within_s;
             late = 0;
-        } else if (left_s <= 0.0 && (!received || ++late == TURNS_AFTER_DEADLINE)) {
+        } else if (left_s <= 0.0 && (!received || ++late == RECEIVES_AFTER_DEADLINE_MAX)) {
             return done(context) ? MR_OK : MR_TIMEOUT;
         }
     }
@@ -354,24 +355,24 @@ bool dialogue_is_flag_set(const void *flag)
     return *(const bool *)flag;
 }
 
-struct greeting {
+struct hello_wait {
     const struct dialogue *dialogue;
     dialogue_condition *done;
     const void *context;
 };
 
-static bool has_greeted(const void *context)
+static bool is_hello_wait_over(const void *context)
 {
-    const struct greeting *greeting = context;
-    return greeting->dialogue->identity.hello_known &&
-           (!greeting->done || greeting->done(greeting->context));
+    const struct hello_wait *hello_wait = context;
+    return hello_wait->dialogue->identity.hello_known &&
+           (!hello_wait->done || hello_wait->done(hello_wait->context));
 }
 
 enum mr_status dialogue_wait_for_hello(struct dialogue *dialogue, dialogue_condition *done,
                                        const void *context, struct error *error)
 {
-    const struct greeting greeting = {dialogue, done, context};
-    enum mr_status status = dialogue_wait_until(dialogue, has_greeted, &greeting,
+    const struct hello_wait hello_wait = {dialogue, done, context};
+    enum mr_status status = dialogue_wait_until(dialogue, is_hello_wait_over, &hello_wait,
                                                 DIALOGUE_HELLO_TIMEOUT_S, error);
     return status == MR_TIMEOUT ? dialogue_set_no_hello_error(dialogue, error) : status;
 }
@@ -387,7 +388,7 @@ enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double with
 
 /* ---- commands ---- */
 
-bool dialogue_is_repeatable(unsigned code)
+bool dialogue_is_repeatable_command(unsigned code)
 {
     switch (code) {
     case MR_COMMAND_STATE:
@@ -450,23 +451,23 @@ static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *comma
 }
 
 /* Sends the command with its proof and waits for the answer in `dialogue`. */
-static enum mr_status send_proven(struct dialogue *dialogue, const uint8_t *payload, size_t length,
-                                  double answer_s, struct error *error)
+static enum mr_status send_with_proof(struct dialogue *dialogue, const uint8_t *payload,
+                                      size_t length, double answer_timeout_s, struct error *error)
 {
     uint8_t nonce[MR_PROOF_BYTES];
     bool proven = false, again = true;
     enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < PROOF_TRIES && status == MR_OK && again; i++) {
+    for (unsigned i = 0; i < PROOF_TRIES_MAX && status == MR_OK && again; i++) {
         double within_s = i                              ? KEY_PERIOD_S
-                        : dialogue->identity.hello_known ? KEY_AFTER_HELLO_S
+                        : dialogue->identity.hello_known ? KEY_STATE_AFTER_HELLO_S
                                                          : 0.0;
-        dialogue->answered = false;
+        dialogue->is_answered = false;
         status = send_proof(dialogue, payload, within_s, &proven, error);
         memcpy(nonce, dialogue->identity.nonce, sizeof nonce);
         if (status == MR_OK)
             status = dialogue_send(dialogue, MR_ID_COMMAND, payload, length, error)
-                       ?: dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->answered,
-                                              answer_s, error);
+                       ?: dialogue_wait_until(dialogue, dialogue_is_flag_set,
+                                              &dialogue->is_answered, answer_timeout_s, error);
         again = dialogue->answer.status == MR_PROOF &&
                 (!proven || memcmp(nonce, dialogue->identity.nonce, sizeof nonce) != 0);
     }
@@ -497,13 +498,14 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                        .argument = request->argument,
                                        .tag = dialogue_next_tag(dialogue)};
     size_t length = mr_command_put(&command, payload);
-    unsigned tries = dialogue_is_repeatable(request->code) && request->tries > 1 ? request->tries
-                                                                                 : 1;
+    unsigned tries = dialogue_is_repeatable_command(request->code) && request->tries_max > 1
+                       ? request->tries_max
+                       : 1;
     enum mr_status status = MR_TIMEOUT;
     dialogue->answer = (struct mr_ack){.code = command.code, .tag = command.tag};
     dialogue->awaits_answer = true;
     for (unsigned i = 0; i < tries && status == MR_TIMEOUT; i++)
-        status = send_proven(dialogue, payload, length, request->answer_s, error);
+        status = send_with_proof(dialogue, payload, length, request->answer_timeout_s, error);
     dialogue->awaits_answer = false;
     if (status == MR_TIMEOUT && error->status == MR_OK && request->was_executed &&
         request->was_executed(request->context))

@@ -2,7 +2,8 @@
  *
  *     struct dialogue dialogue;
  *     struct mr_ack answer;
- *     const struct dialogue_command state = {.code = MR_COMMAND_STATE, .answer_s = 2, .tries = 3};
+ *     const struct dialogue_command state = {.code = MR_COMMAND_STATE, .answer_timeout_s = 2,
+ *                                            .tries_max = 3};
  *     status = dialogue_open(&dialogue, NULL, "serial:/dev/ttyUSB0", error);
  *     dialogue_subscribe(&dialogue, handle_message, client);
  *     status = dialogue_wait_for_hello(&dialogue, NULL, NULL, error);
@@ -92,8 +93,8 @@ struct dialogue_message {
 typedef enum mr_status dialogue_handler(void *context, const struct dialogue_message *message,
                                         struct error *error);
 
-/* Returns true when the awaited data has arrived. Called after each turn; it must not have side
- * effects. */
+/* Returns true when the awaited data has arrived. Called after each reception; it must not have
+ * side effects. */
 typedef bool dialogue_condition(const void *context);
 
 struct dialogue {
@@ -111,8 +112,8 @@ struct dialogue {
         dialogue_handler *handle;
         void *context;
     } subscriber[DIALOGUE_SUBSCRIBERS_MAX];
-    unsigned subscribers;
-    bool awaits_answer, answered;
+    unsigned subscriber_count;
+    bool awaits_answer, is_answered;
     struct mr_ack answer; /* first the code and tag of the awaited answer, then the answer */
 };
 
@@ -175,16 +176,16 @@ enum mr_status dialogue_wait_for_identity(struct dialogue *dialogue, double with
  * to have the same one. The first answer is used; later answers are ignored.
  *
  * If no answer arrives, either the command or the answer was lost. A command that may be executed
- * twice (dialogue_is_repeatable) is sent again with the same tag, and an answer to either copy is
- * accepted. Any other command is sent once, whatever `tries` is, because a second arming would be
- * refused due to the first. The board's state is used instead: `was_executed` decides whether the
- * state shows that the command was executed. */
+ * twice (dialogue_is_repeatable_command) is sent again with the same tag, and an answer to either
+ * copy is accepted. Any other command is sent once, whatever `tries_max` is, because a second
+ * arming would be refused due to the first. The board's state is used instead: `was_executed`
+ * decides whether the state shows that the command was executed. */
 struct dialogue_command {
     uint8_t code; /* MR_COMMAND_... */
     uint8_t index;
     int32_t argument;
-    double answer_s; /* time limit for the answer to each try */
-    unsigned tries;  /* 0: one try */
+    double answer_timeout_s; /* time limit for the answer to each try */
+    unsigned tries_max;      /* 0: one try */
     /* NULL: the board's state does not show whether the command was executed */
     dialogue_condition *was_executed;
     const void *context; /* context of `was_executed` */
@@ -197,7 +198,7 @@ enum mr_status dialogue_send_command(struct dialogue *dialogue,
                                      const struct dialogue_command *request, struct mr_ack *answer,
                                      struct error *error);
 /* True if executing the command twice has the same effect as once, so that it may be sent again. */
-bool dialogue_is_repeatable(unsigned code);
+bool dialogue_is_repeatable_command(unsigned code);
 /* Returns the tag of the last command, for messages that refer to it. */
 uint16_t dialogue_tag(const struct dialogue *dialogue);
 /* Makes a new tag, for messages that are not commands. */

@@ -50,7 +50,7 @@ enum mr_status gage_client_send(struct gage_client *client, struct dialogue *dia
                                 unsigned code, int32_t argument, struct error *error)
 {
     const struct dialogue_command order = {
-        .code = (uint8_t)code, .argument = argument, .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
+        .code = (uint8_t)code, .argument = argument, .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S};
     *client = (struct gage_client){.zero_count = 0};
     dialogue_subscribe(dialogue, handle_message, client);
     enum mr_status status = dialogue_wait_for_hello(dialogue, NULL, NULL, error)

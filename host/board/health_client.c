@@ -15,12 +15,13 @@ bool crash_receive(struct crash_report *report, const struct mr_crash *message)
 {
     if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
         return false;
-    if (message->item == 0 || message->age != report->age) /* the word begins a new report */
-        *report = (struct crash_report){.age = message->age};
-    bool whole = report->present == ALL_CRASH_WORDS;
+    if (message->item == 0 ||
+        message->age != report->restart_count) /* the word begins a new report */
+        *report = (struct crash_report){.restart_count = message->age};
+    bool whole = report->present_bits == ALL_CRASH_WORDS;
     report->word[message->item] = message->value;
-    report->present |= 1ull << message->item;
-    return !whole && report->present == ALL_CRASH_WORDS;
+    report->present_bits |= 1ull << message->item;
+    return !whole && report->present_bits == ALL_CRASH_WORDS;
 }
 
 void crash_headline(const struct crash_report *report, char *out, size_t size)
@@ -30,7 +31,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size)
     if (word[MR_CRASH_TASK])
         snprintf(running, sizeof running, ", in %s", mr_task_text(word[MR_CRASH_TASK]));
     snprintf(out, size, "the board restarted after a%s %s at 0x%08x%s, block %u",
-             report->age ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]),
+             report->restart_count ? "n earlier" : "", mr_crash_kind_text(word[MR_CRASH_KIND]),
              (unsigned)word[MR_CRASH_PC], running, (unsigned)word[MR_CRASH_BLOCK]);
 }
 
@@ -41,7 +42,7 @@ static void add_crash(const struct crash_report *report, struct answer *answer)
     answer_open_group(answer, "crash", "");
     crash_headline(report, text, sizeof text);
     answer_sentence(answer, "text", "%s", text);
-    answer_count(answer, "age", NULL, report->age);
+    answer_count(answer, "age", NULL, report->restart_count);
     answer_words(answer, "kind", NULL, "%s", mr_crash_kind_text(report->word[MR_CRASH_KIND]));
     answer_words(answer, NULL, "called from", "0x%08x", (unsigned)report->word[MR_CRASH_LR]);
     answer_words(answer, NULL, "image", "%08x", (unsigned)report->word[MR_CRASH_IMAGE]);
@@ -99,7 +100,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     case MR_ID_HELLO:
         if (mr_hello_get(&client->hello, bytes, length) != MR_OK)
             break;
-        client->hellos++;
+        client->hello_count++;
         if (message->seq == 0)
             discard_state(client);
         break;
@@ -128,24 +129,24 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     return MR_OK;
 }
 
-static bool has_greeted(const void *context)
+static bool has_received_hellos(const void *context)
 {
     const struct health_client *client = context;
-    return client->hellos >= client->hellos_wanted;
+    return client->hello_count >= client->hellos_wanted;
 }
 
 static void wait_for_hello(struct health_client *client, unsigned hellos)
 {
     client->hellos_wanted = hellos;
-    if (dialogue_wait_until(client->dialogue, has_greeted, client, ANSWER_TIMEOUT_S, fatal) ==
-        MR_TIMEOUT)
+    if (dialogue_wait_until(client->dialogue, has_received_hellos, client, ANSWER_TIMEOUT_S,
+                            fatal) == MR_TIMEOUT)
         dialogue_set_no_hello_error(client->dialogue, fatal);
 }
 
 static void send_command(struct health_client *client, uint8_t code)
 {
     dialogue_execute(client->dialogue,
-                     &(struct dialogue_command){.code = code, .answer_s = ANSWER_TIMEOUT_S},
+                     &(struct dialogue_command){.code = code, .answer_timeout_s = ANSWER_TIMEOUT_S},
                      "a landing is armed or in progress", fatal);
 }
 
@@ -162,7 +163,7 @@ static void health_client_receive(struct health_client *client)
     discard_state(client);
     send_command(client, MR_COMMAND_STATE);
     /* two hellos span a whole second of board time, in which the board reports everything */
-    wait_for_hello(client, client->hellos + 2);
+    wait_for_hello(client, client->hello_count + 2);
     if (dialogue_wait_until(client->dialogue, has_all_messages, client, ANSWER_TIMEOUT_S, fatal) ==
         MR_TIMEOUT)
         error_set(fatal, MR_TIMEOUT,
@@ -183,7 +184,7 @@ static void health_client_self_test(struct health_client *client)
 static void health_client_reset(struct health_client *client)
 {
     send_command(client, MR_COMMAND_RESET);
-    unsigned hellos = client->hellos;
+    unsigned hellos = client->hello_count;
     double until_s = dialogue_now_s(client->dialogue) + ANSWER_TIMEOUT_S;
     /* a hello sent before the reset still has the old reset cause */
     while (dialogue_now_s(client->dialogue) < until_s) {

@@ -15,8 +15,8 @@
 /* A processor fault, assembled from the board's `crash` messages. */
 struct crash_report {
     uint32_t word[MR_CRASH_ITEMS];
-    uint64_t present; /* bit n: word n was received */
-    uint16_t age;     /* number of restarts since the fault */
+    uint64_t present_bits;  /* bit n: word n was received */
+    uint16_t restart_count; /* number of restarts since the fault */
 };
 
 _Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word");
@@ -35,7 +35,7 @@ void crash_headline(const struct crash_report *report, char *out, size_t size);
  * messages about health. */
 struct health_client {
     struct dialogue *dialogue;
-    unsigned hellos, hellos_wanted; /* number of received and of awaited hellos */
+    unsigned hello_count, hellos_wanted; /* number of received and of awaited hellos */
     bool self_test_done, crash_reported;
     bool restarts_known, upkeep_known, alarm_known, drops_known, health_known;
     struct mr_hello hello; /* newest hello */

@@ -18,10 +18,10 @@
 
 #define BYTES_PER_MB 1e6
 /* ALWAYS: tested on every rig. LISTED: listed by name if passed. */
-#define SELF_TESTS_ALWAYS \
+#define SELF_TESTS_REQUIRED \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
-#define SELF_TESTS_LISTED \
-    (SELF_TESTS_ALWAYS | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
+#define SELF_TESTS_LISTED_IF_PASSED \
+    (SELF_TESTS_REQUIRED | 1u << MR_SELF_TEST_EXCITATION | 1u << MR_SELF_TEST_NOR)
 
 /* ---- the report ---- */
 
@@ -52,7 +52,7 @@ void ready_add_check(struct ready_report *report, enum ready_verdict verdict, co
     va_end(arguments);
 }
 
-static enum ready_verdict verdict_if(bool good)
+static enum ready_verdict verdict_for(bool good)
 {
     return good ? READY_GO : READY_NO_GO;
 }
@@ -70,7 +70,7 @@ static void append_text(char *out, size_t size, const char *format, ...)
 
 enum ready_verdict ready_verdict(const struct ready_report *report)
 {
-    return verdict_if(report->count && !ready_count_checks(report, READY_NO_GO));
+    return verdict_for(report->count && !ready_count_checks(report, READY_NO_GO));
 }
 
 unsigned ready_count_checks(const struct ready_report *report, enum ready_verdict verdict)
@@ -141,7 +141,7 @@ static void write_channel_name(const struct mr_channel_config *channel, char out
              channel->number);
 }
 
-static void judge_days(const struct ready_facts *f, struct ready_report *report)
+static void judge_calibration_days(const struct ready_facts *f, struct ready_report *report)
 {
     static const char limit[] = "expires_day after today";
     unsigned never = (unsigned)__builtin_popcount(config_text_undated_channels(&f->config)),
@@ -200,10 +200,10 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
     unsigned gages = 0, measured = 0;
     float worst_lb = 0.0f;
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
-        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_received >> i & 1u))
+        if (f->config.channel[i].kind != MR_KIND_TENSION || !(f->zero_received_bits >> i & 1u))
             continue;
         gages++;
-        if (f->zero_measured >> i & 1u)
+        if (f->zero_measured_bits >> i & 1u)
             measured++;
         else
             worst_lb = fmaxf(worst_lb, f->config.channel[i].zero_error);
@@ -227,7 +227,7 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
     certificates_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
-    ready_add_check(report, verdict_if(state == CERTIFICATE_VALID), name, NULL,
+    ready_add_check(report, verdict_for(state == CERTIFICATE_VALID), name, NULL,
                     state == CERTIFICATE_OVERDUE
                         ? "have the sensor calibrated, then matrig calibrate CHANNEL --certificate"
                         : "enter the certificate or the serial number of the fitted sensor",
@@ -261,13 +261,13 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
     const struct identity *id = &f->identity;
     char runs[MR_IMAGE_COMMIT_TEXT] = "unknown", why[200] = "", limit[80] = "";
     bool whole = id->commit_known && id->commit.state == MR_IMAGE_GOOD,
-         compared = f->has_previous && f->previous_image_crc != STORE_NONE;
+         compared = f->has_previous_landing && f->previous_image_crc != STORE_NONE;
     enum ready_verdict verdict = !whole ? READY_NO_GO
                                : f->image
-                                   ? verdict_if(identity_is_running(id, f->image, why, sizeof why))
+                                   ? verdict_for(identity_is_running(id, f->image, why, sizeof why))
                                : !compared
                                    ? READY_NOT_DONE
-                                   : verdict_if(f->previous_image_crc == (int64_t)id->image_crc);
+                                   : verdict_for(f->previous_image_crc == (int64_t)id->image_crc);
     if (id->commit_known)
         mr_image_commit_text(id->commit.commit, id->commit.commit_more, id->commit.changed != 0,
                              runs);
@@ -303,15 +303,16 @@ static uint32_t expected_crc(const struct ready_facts *f)
 static void judge_configuration(const struct ready_facts *f, struct ready_report *report)
 {
     char limit[80] = "";
-    bool compared = f->crc_expected || (f->has_previous && f->previous_config_crc != STORE_NONE);
-    uint32_t wanted = f->crc_expected ? expected_crc(f) : (uint32_t)f->previous_config_crc;
-    if (f->crc_expected)
+    bool compared = f->has_expected_crc ||
+                    (f->has_previous_landing && f->previous_config_crc != STORE_NONE);
+    uint32_t wanted = f->has_expected_crc ? expected_crc(f) : (uint32_t)f->previous_config_crc;
+    if (f->has_expected_crc)
         snprintf(limit, sizeof limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)
         snprintf(limit, sizeof limit, "CRC %08x, as in RUN %lld", (unsigned)wanted,
                  (long long)f->previous_run);
     ready_add_check(
-        report, compared ? verdict_if(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
+        report, compared ? verdict_for(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
         limit,
         compared ? "send the right one with config set, or confirm with --expect-config"
                  : "the campaign has no landing of this board: give --expect-config FILE",
@@ -326,14 +327,14 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
     char limit[20];
     unsigned source = f->identity.hello.clock_source;
     const struct timemap_fit *t = &f->time_fit;
-    ready_add_check(report, verdict_if(source == 0), "clock", "crystal",
+    ready_add_check(report, verdict_for(source == 0), "clock", "crystal",
                     "speeds have 1 % error, CAN is silent: reset the board, or replace its crystal",
                     "%s", mr_clock_source_text(source));
     snprintf(limit, sizeof limit, "%.0f ppm", READY_CLOCK_ERROR_MAX_PPM);
     if (t->refusal == TIMEMAP_OK)
         ready_add_check(report,
-                        verdict_if(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
-                                   READY_CLOCK_ERROR_MAX_PPM),
+                        verdict_for(fabs(t->rate_ppm.value) - t->rate_ppm.half_width <=
+                                    READY_CLOCK_ERROR_MAX_PPM),
                         "time of day", limit,
                         "check programs that set this computer's clock, and the board's crystal",
                         "board %+.0f +- %.0f ppm, from %zu messages",
@@ -347,10 +348,10 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
 static void judge_key(const struct ready_facts *f, struct ready_report *report)
 {
     const struct identity *who = &f->identity;
-    ready_add_check(report,
-                    !who->key_known ? READY_NOT_DONE : verdict_if(who->key.state != MR_KEY_DAMAGED),
-                    "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear",
-                    "%s", who->key_known ? mr_key_state_text(who->key.state) : "not reported");
+    ready_add_check(
+        report, !who->key_known ? READY_NOT_DONE : verdict_for(who->key.state != MR_KEY_DAMAGED),
+        "orders", NULL, "fit the maintenance jumper, run matrig board key new or clear", "%s",
+        who->key_known ? mr_key_state_text(who->key.state) : "not reported");
 }
 
 /* Checks the brown-out reset. Off, the factory setting, is go: supply dips are rare. */
@@ -371,9 +372,9 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
                              unsigned count, unsigned c, struct ready_channel *channel)
 {
     double sum = 0.0, code_sum = 0.0, square = 0.0;
-    *channel = (struct ready_channel){.blocks = count, .mean = NAN, .noise_codes = NAN};
+    *channel = (struct ready_channel){.block_count = count, .mean = NAN, .noise_codes = NAN};
     for (unsigned pass = 0; pass < 2; pass++) {
-        double valid = count - channel->invalid;
+        double valid = count - channel->invalid_count;
         for (unsigned i = 0; i < count; i++) {
             struct mr_reading reading =
                 mr_channel_read(&config->channel[c], &blocks[i], c,
@@ -385,12 +386,12 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
                 sum += (double)reading.value;
                 code_sum += (double)reading.code;
             } else if (!pass) {
-                channel->invalid++;
+                channel->invalid_count++;
                 channel->validity = reading.validity;
             }
         }
     }
-    unsigned valid = count - channel->invalid;
+    unsigned valid = count - channel->invalid_count;
     if (valid)
         channel->mean = (float)(sum / valid);
     if (valid > 1)
@@ -416,7 +417,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
          noisy = m->noise_codes > READY_NOISE_MAX_CODES;
     char name[20], is[UNIT_TEXT_SIZE], most[UNIT_TEXT_SIZE], limit[80] = "";
     write_channel_name(channel, name);
-    if (m->invalid || isnan(m->mean)) {
+    if (m->invalid_count || isnan(m->mean)) {
         ready_add_check(report, READY_NO_GO, name, "all valid",
                         open ? "check its connector and wiring"
                         : m->validity == MR_INVALID_REFERENCE
@@ -426,7 +427,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
                             : "check its wiring and excitation",
                         "%s, %u of %u readings not valid",
                         !transducer && open ? "bridge open" : mr_validity_text(m->validity),
-                        m->invalid, m->blocks);
+                        m->invalid_count, m->block_count);
         return;
     }
     float wanted_lb = channel->band ? f->config.band[channel->band - 1].pretension_lb : 0.0f;
@@ -444,7 +445,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
         unit_signed_text(UNIT_DISPLACEMENT, f->si, (double)m->mean, 4, is);
     else
         unit_value_text(UNIT_TENSION, f->si, (double)m->mean, 1, is);
-    ready_add_check(report, verdict_if(!off && !noisy), name, limit,
+    ready_add_check(report, verdict_for(!off && !noisy), name, limit,
                     !off         ? "noise: check its shield and ground"
                     : transducer ? "push the mat back, or measure the zero: matrig board zero 1"
                                  : "check the band (slack, uneven), then the zero of the gage",
@@ -459,7 +460,7 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     char name[20], is[UNIT_TEXT_SIZE], limit[UNIT_TEXT_SIZE];
     for (unsigned i = MR_TRANSDUCERS; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (f->config.channel[i].kind == MR_KIND_TENSION && f->config.channel[i].band == band &&
-            !isnan(f->channel[i].mean) && f->channel[i].blocks) {
+            !isnan(f->channel[i].mean) && f->channel[i].block_count) {
             sum += f->channel[i].mean;
             gages++;
         }
@@ -469,8 +470,8 @@ static void judge_band(const struct ready_facts *f, unsigned band, struct ready_
     float mean = sum / (float)gages;
     snprintf(name, sizeof name, "band %u", band);
     ready_add_check(
-        report, verdict_if(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb), name,
-        format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
+        report, verdict_for(fabsf(mean - wanted_lb) <= READY_PRETENSION_TOLERANCE * wanted_lb),
+        name, format_tolerance(f, wanted_lb, READY_PRETENSION_TOLERANCE * wanted_lb, limit),
         mean < wanted_lb ? "tension the band" : "slacken the band",
         "pretension %s, mean of %u gages",
         unit_value_text(UNIT_TENSION, f->si, (double)mean, 1, is), gages);
@@ -518,7 +519,7 @@ static void judge_shunts(const struct ready_facts *f, struct ready_report *repor
                           : "no earlier calibration is stored",
                  compared ? unit_signed_text(UNIT_TENSION, f->si, (double)worst, 3, is) : "",
                  compared ? " at most" : "");
-    ready_add_check(report, verdict_if(!bad), name, "1 % and three standard errors",
+    ready_add_check(report, verdict_for(!bad), name, "1 % and three standard errors",
                     "check this bridge and its amplifier; see matrig board shunt", "%s", text);
 }
 
@@ -528,7 +529,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
     const unsigned i = MR_TRANSDUCERS + MR_ADC1_STAIRCASE;
     uint16_t steps[MR_CONFIG_SWITCHES];
     char text[80], limit[20];
-    if (f->config.channel[i].kind != MR_KIND_STAIRCASE || f->channel[i].blocks == 0)
+    if (f->config.channel[i].kind != MR_KIND_STAIRCASE || f->channel[i].block_count == 0)
         return;
     for (unsigned s = 0; s < MR_CONFIG_SWITCHES; s++)
         steps[s] = f->config.gate[s].step_codes;
@@ -544,7 +545,7 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
         snprintf(text, sizeof text, "staircase %.1f codes from its zero: %s", codes,
                  level > 0.0f ? "switches are open" : "lower than possible");
     snprintf(limit, sizeof limit, "%.0f codes", (double)READY_STAIRCASE_MAX_CODES);
-    ready_add_check(report, verdict_if(closed), "switches", limit,
+    ready_add_check(report, verdict_for(closed), "switches", limit,
                     level > 0.0f ? "close all switches along the runway"
                                  : "check the wiring and supply of the staircase",
                     "%s", text);
@@ -553,16 +554,17 @@ static void judge_switches(const struct ready_facts *f, struct ready_report *rep
 static void judge_channels(const struct ready_facts *f, struct ready_report *report)
 {
     char limit[40];
-    if (f->blocks == 0) {
+    if (f->block_count == 0) {
         ready_add_check(report, READY_NO_GO, "readings", NULL,
                         "the board must be idle, with its scans running: matrig board health",
                         "no block records were received");
         return;
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_WANTED / 2);
-    ready_add_check(report, verdict_if(f->blocks_lost == 0 && f->blocks >= READY_BLOCKS_WANTED / 2),
+    ready_add_check(report,
+                    verdict_for(f->blocks_lost == 0 && f->block_count >= READY_BLOCKS_WANTED / 2),
                     "readings", limit, "see matrig board health",
-                    "%u blocks checked, %u lost by the board", f->blocks, f->blocks_lost);
+                    "%u blocks checked, %u lost by the board", f->block_count, f->blocks_lost);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_is_sensor(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -594,7 +596,7 @@ static void judge_box(const struct ready_facts *f, struct ready_report *report)
         snprintf(wait, sizeof wait, ", %.1f s until a landing may be armed", (double)box->wait_s);
     snprintf(limit, sizeof limit, "ready, %u sectors", box->reserve);
     ready_add_check(
-        report, verdict_if(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
+        report, verdict_for(box->state == MR_BOX_READY && box->wait_s == 0.0f), "black box", limit,
         box->state != MR_BOX_READY && box->state != MR_BOX_LOOKING
             ? "check the memory on SPI2; if the board has none, set site.black_box = 0"
         : isnan(box->wait_s)
@@ -610,8 +612,10 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
     const unsigned lamp = (1u << MR_SELF_TEST_LAMP_ON) | (1u << MR_SELF_TEST_LAMP_OFF);
     char text[140] = "";
     unsigned failed = f->self_test.failed & ~lamp,
-             undone = SELF_TESTS_ALWAYS & ~(unsigned)f->self_test.done;
-    unsigned named = failed ? failed : undone ? undone : f->self_test.done & SELF_TESTS_LISTED;
+             undone = SELF_TESTS_REQUIRED & ~(unsigned)f->self_test.done;
+    unsigned named = failed ? failed
+                   : undone ? undone
+                            : f->self_test.done & SELF_TESTS_LISTED_IF_PASSED;
     if (!f->self_test_done) {
         ready_add_check(report, READY_NO_GO, "self-test", NULL,
                         "the board must be idle; try again, or reset the board",
@@ -622,14 +626,14 @@ static void judge_self_test(const struct ready_facts *f, struct ready_report *re
         if (named >> i & 1u)
             append_text(text, sizeof text, "%s%s", text[0] ? ", " : "", mr_self_test_text(i));
     }
-    ready_add_check(report, verdict_if(!failed && !undone), "self-test", NULL,
+    ready_add_check(report, verdict_for(!failed && !undone), "self-test", NULL,
                     "see matrig board self-test and matrig board health", "%s: %s",
                     failed   ? "failed"
                     : undone ? "not tested"
                              : "good",
                     text);
     bool lit = (f->self_test.done & lamp) == lamp && !(f->self_test.failed & lamp);
-    ready_add_check(report, verdict_if(lit), "warning lamp", NULL,
+    ready_add_check(report, verdict_for(lit), "warning lamp", NULL,
                     "check lamp, fuse and driver on PE0; the read-back is PE3", "%s",
                     lit                                                 ? "lights and goes out"
                     : f->self_test.failed & 1u << MR_SELF_TEST_LAMP_ON  ? "does not light"
@@ -667,7 +671,7 @@ static void judge_faults(const struct ready_facts *f, struct ready_report *repor
         if (f->fault[i].count && (!rising || rises[i]))
             append_text(text, sizeof text, "%s%s", text[0] ? "; " : "", mr_fault_text(i));
     }
-    ready_add_check(report, verdict_if(!rising), "faults", "no present fault",
+    ready_add_check(report, verdict_for(!rising), "faults", "no present fault",
                     "see matrig board health", "%s%s",
                     rising  ? "present: "
                     : count ? "none present; since reset: "
@@ -683,7 +687,7 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     char uid[IDENTITY_UID_SIZE], own[IDENTITY_UID_SIZE];
     const char *state = f->alarm_known ? mr_can_state_text(f->alarm.state)
                                        : "the board did not report its CAN state";
-    if (!f->can_used) {
+    if (!f->is_can_used) {
         ready_add_check(report, READY_NOT_DONE, "CAN", NULL, "to check CAN, give --can LINK",
                         "not used here; the board reports: %s", state);
         return;
@@ -704,8 +708,8 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT
                                       : f->identity.hello.clock_source != 0;
     ready_add_check(report,
-                    verdict_if(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
-                               f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
+                    verdict_for(f->alarm_known && f->alarm.state == MR_CAN_GOOD &&
+                                f->can_frames > 0 && f->can_lost == 0 && f->can_dropped == 0),
                     "CAN", "good, none lost",
                     kept_silent ? "the board keeps CAN silent until its clock is exact: see clock"
                     : f->can_frames == 0 ? "check connector, terminators and bit rate"
@@ -720,11 +724,11 @@ static void judge_computer(const struct ready_facts *f, struct ready_report *rep
     double wanted = READY_FREE_LANDINGS_MIN * f->landing_bytes;
     snprintf(limit, sizeof limit, "%.0f MB: %.0f landings", wanted / BYTES_PER_MB,
              READY_FREE_LANDINGS_MIN);
-    ready_add_check(report, verdict_if(f->free_bytes >= wanted), "disk", limit,
+    ready_add_check(report, verdict_for(f->free_bytes >= wanted), "disk", limit,
                     "free space on the disk of the campaign, or use a different disk",
                     "%.0f MB free, a landing needs %.1f MB", f->free_bytes / BYTES_PER_MB,
                     f->landing_bytes / BYTES_PER_MB);
-    ready_add_check(report, verdict_if(!f->database_fault[0]), "database", NULL,
+    ready_add_check(report, verdict_for(!f->database_fault[0]), "database", NULL,
                     "check access rights and programs that write; otherwise begin a new campaign",
                     "%s",
                     f->database_fault[0]  ? f->database_fault
@@ -740,7 +744,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     ready_add_check(report, READY_GO, "board", NULL, NULL, "%s, idle", uid);
     judge_image(f, report);
     judge_configuration(f, report);
-    judge_days(f, report);
+    judge_calibration_days(f, report);
     judge_gains(f, report);
     ready_judge_certificates(f, report);
     judge_clock(f, report);
@@ -754,7 +758,7 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
     judge_temperature(f, report);
     judge_faults(f, report);
     judge_can(f, report);
-    ready_add_check(report, verdict_if(!f->serial_lost && !f->serial_dropped), "serial",
+    ready_add_check(report, verdict_for(!f->serial_lost && !f->serial_dropped), "serial",
                     "none lost", "check the cable and the load of this computer",
                     "%lld frames, %lld lost, %lld dropped by the board",
                     (long long)f->serial_frames, (long long)f->serial_lost,
@@ -770,14 +774,15 @@ void ready_judge(const struct ready_facts *f, struct ready_report *report)
 #define BLOCKS_TIMEOUT_S 5.0
 #define BOX_TIMEOUT_S    3.0
 /* time for the thermometer to settle and for persisting faults to be reported again */
-#define SETTLE_S         3.0
+#define SETTLE_TIME_S    3.0
 #define LIVE_DURATION_S  20
 #define PAST_FAULTS_MS   1500u /* board time in which the board sends every past fault once */
-#define EMULATED_PPM     700.0 /* larger clock error: the board is emulated or a recording */
+#define EMULATED_CLOCK_ERROR_MIN_PPM \
+    700.0 /* larger clock error: the board is emulated or a recording */
 
 /* The increase of a repeated count since its first value. */
 struct counter_rise {
-    bool known;
+    bool is_known;
     uint16_t first;
 };
 
@@ -785,22 +790,22 @@ struct query {
     struct dialogue *dialogue;
     struct ready_facts *facts; /* facts that the queries fill in */
     struct error *error;
-    double until_s; /* deadline of the whole check, by the dialogue's clock */
+    double deadline_s; /* deadline of the whole check, by the dialogue's clock */
 
     struct config_client config;
     struct mr_block block[READY_BLOCKS_MAX];
     struct counter_rise lost_rise, can_dropped_rise, serial_dropped_rise,
         fault_rise[MR_FAULT_COUNT];
-    bool seq_known, can_begun, clock_known;
+    bool seq_known, can_count_begun, clock_known;
     uint16_t last_seq;
-    uint32_t can_sent, first_clock, newest_clock;
-    int64_t can_since;
+    uint32_t can_sent_before, first_clock, newest_clock;
+    int64_t can_received_since;
     struct timemap time_map;
 };
 
 static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
 {
-    if (!rise->known)
+    if (!rise->is_known)
         *rise = (struct counter_rise){true, now};
     return (uint16_t)(now - rise->first);
 }
@@ -809,8 +814,8 @@ static void handle_fault(struct query *a, const struct mr_fault *fault)
 {
     struct counter_rise *count = &a->fault_rise[fault->code];
     bool early = !a->clock_known || a->newest_clock - a->first_clock < PAST_FAULTS_MS;
-    if (!count->known && !early)
-        *count = (struct counter_rise){.known = true};
+    if (!count->is_known && !early)
+        *count = (struct counter_rise){.is_known = true};
     a->facts->fault[fault->code] = *fault;
     a->facts->fault_rise[fault->code] = update_rise(count, fault->count);
 }
@@ -848,8 +853,8 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
     switch (message->id) {
     case MR_ID_CHANNEL_ZERO:
         if (DECODE(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
-            f->zero_received |= 1u << m.zero.index;
-            f->zero_measured |= (m.zero.measured ? 1u : 0u) << m.zero.index;
+            f->zero_received_bits |= 1u << m.zero.index;
+            f->zero_measured_bits |= (m.zero.measured ? 1u : 0u) << m.zero.index;
         }
         break;
     case MR_ID_CLOCK:
@@ -857,9 +862,9 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
             handle_clock(a, &m.clock, message->host_us);
         break;
     case MR_ID_BLOCK:
-        if (f->blocks < READY_BLOCKS_MAX &&
-            mr_block_get(&a->block[f->blocks], bytes, length) == MR_OK)
-            f->blocks++;
+        if (f->block_count < READY_BLOCKS_MAX &&
+            mr_block_get(&a->block[f->block_count], bytes, length) == MR_OK)
+            f->block_count++;
         break;
     case MR_ID_HEALTH:
         if (DECODE(health, m.health))
@@ -902,16 +907,16 @@ static void handle_can_message(struct query *a, const struct dialogue_message *m
     identity_receive(&f->board_on_can, message->id, message->payload, message->length);
     if (message->id == MR_ID_CAN_HEALTH &&
         mr_can_health_get(&health, message->payload, message->length) == MR_OK) {
-        int64_t lost = (int64_t)(health.sent - a->can_sent) - a->can_since;
-        if (!a->can_begun) {
-            a->can_begun = true;
-            a->can_sent = health.sent;
-            a->can_since = 0;
+        int64_t lost = (int64_t)(health.sent - a->can_sent_before) - a->can_received_since;
+        if (!a->can_count_begun) {
+            a->can_count_begun = true;
+            a->can_sent_before = health.sent;
+            a->can_received_since = 0;
         } else {
             f->can_lost = lost > 0 ? lost : 0;
         }
     }
-    a->can_since++;
+    a->can_received_since++;
     f->can_frames++;
 }
 
@@ -928,7 +933,8 @@ static void wait_for(struct query *a, dialogue_condition *done, const void *cont
 {
     if (a->error->status == MR_OK)
         (void)dialogue_wait_until(a->dialogue, done, context,
-                                  fmin(most_s, a->until_s - dialogue_now_s(a->dialogue)), a->error);
+                                  fmin(most_s, a->deadline_s - dialogue_now_s(a->dialogue)),
+                                  a->error);
 }
 
 /* Sends a command and returns the status of the board's answer; MR_TIMEOUT: no answer. */
@@ -938,7 +944,7 @@ static enum mr_status send_command(struct query *a, uint8_t code, int32_t argume
     const struct dialogue_command query = {
         .code = code,
         .argument = argument,
-        .answer_s = fmin(most_s, a->until_s - dialogue_now_s(a->dialogue))};
+        .answer_timeout_s = fmin(most_s, a->deadline_s - dialogue_now_s(a->dialogue))};
     if (a->error->status != MR_OK)
         return MR_TIMEOUT;
     return dialogue_send_command(a->dialogue, &query, &ack, a->error) ?: (enum mr_status)ack.status;
@@ -946,7 +952,7 @@ static enum mr_status send_command(struct query *a, uint8_t code, int32_t argume
 
 static bool has_enough_blocks(const void *facts)
 {
-    return ((const struct ready_facts *)facts)->blocks >= READY_BLOCKS_WANTED;
+    return ((const struct ready_facts *)facts)->block_count >= READY_BLOCKS_WANTED;
 }
 
 static bool is_box_searched(const void *facts)
@@ -954,11 +960,12 @@ static bool is_box_searched(const void *facts)
     return ((const struct ready_facts *)facts)->box_state.state != MR_BOX_LOOKING;
 }
 
-/* True after SETTLE_S of board time; an emulated board may be faster than this computer's clock. */
-static bool has_settled(const void *context)
+/* True after SETTLE_TIME_S of board time; an emulated board may be faster than this computer's
+ * clock. */
+static bool has_settle_time_passed(const void *context)
 {
     const struct query *a = context;
-    return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * SETTLE_S);
+    return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * SETTLE_TIME_S);
 }
 
 static void request_facts(struct query *a)
@@ -972,7 +979,7 @@ static void request_facts(struct query *a)
         (void)send_command(a, MR_COMMAND_LIVE, 0, ANSWER_TIMEOUT_S);
     }
     for (unsigned c = 0; c < MR_CHANNELS; c++)
-        ready_summarize_channel(&f->config, a->block, f->blocks, c, &f->channel[c]);
+        ready_summarize_channel(&f->config, a->block, f->block_count, c, &f->channel[c]);
     /* the board sends its answer after the results */
     f->shunt_status = send_command(a, MR_COMMAND_SHUNT, 0, SHUNT_TIMEOUT_S);
     f->shunt_done = f->shunt_status != MR_TIMEOUT;
@@ -983,10 +990,10 @@ static void request_facts(struct query *a)
     wait_for(a, dialogue_is_flag_set, &f->box_known, ANSWER_TIMEOUT_S);
     if (f->box_known) /* the state arrives once a second during the search */
         wait_for(a, is_box_searched, f, BOX_TIMEOUT_S);
-    wait_for(a, has_settled, a, begun_s + SETTLE_S - dialogue_now_s(a->dialogue));
+    wait_for(a, has_settle_time_passed, a, begun_s + SETTLE_TIME_S - dialogue_now_s(a->dialogue));
     if (f->config.site[0].thermometer)
         wait_for(a, dialogue_is_flag_set, &f->temperature_known, ANSWER_TIMEOUT_S);
-    timemap_fit(&a->time_map, EMULATED_PPM, &f->time_fit);
+    timemap_fit(&a->time_map, EMULATED_CLOCK_ERROR_MIN_PPM, &f->time_fit);
 }
 
 enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
@@ -997,12 +1004,12 @@ enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
     *a = (struct query){.dialogue = dialogue,
                         .facts = facts,
                         .error = error,
-                        .until_s = dialogue_now_s(dialogue) + limit_s};
+                        .deadline_s = dialogue_now_s(dialogue) + limit_s};
     if (dialogue->link[LINK_CAN])
         facts->can_base = link_base(dialogue->link[LINK_CAN]);
     dialogue_subscribe(dialogue, handle_message, a);
-    enum mr_status status = config_client_begin_idle(&a->config, dialogue, &facts->config,
-                                                     &facts->config_crc, error);
+    enum mr_status status = config_client_begin_and_get(&a->config, dialogue, &facts->config,
+                                                        &facts->config_crc, error);
     if (status == MR_OK) {
         wait_for(a, dialogue_is_flag_set, &dialogue->identity.key_known, ANSWER_TIMEOUT_S);
         request_facts(a);

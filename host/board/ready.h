@@ -60,7 +60,7 @@ struct ready_report {
 
 /* Readings of a channel at rest, from block records. */
 struct ready_channel {
-    unsigned blocks, invalid;
+    unsigned block_count, invalid_count;
     uint8_t validity; /* the last validity that was not MR_VALID */
     float mean; /* mean in in or lb; in codes for staircase and reference. NaN: no valid block */
     float noise_codes; /* standard deviation of a block; NaN: fewer than two blocks */
@@ -73,17 +73,17 @@ struct ready_facts {
     /* image to compare with; NULL: that of the campaign's last landing */
     const struct mr_image *image;
     const char *image_path;
-    bool crc_expected;
+    bool has_expected_crc;
     uint32_t expected_crc;
     /* Configuration of a file, compared except for its revision, which increases when it is stored.
      * NULL: the CRC is compared. */
     const struct mr_config *expected_config;
-    bool can_used;
+    bool is_can_used;
     bool si; /* print quantities in SI units */
 
     /* Facts about the campaign and this computer. */
     /* the campaign has a landing of this board; the next fields are from the last one */
-    bool has_previous;
+    bool has_previous_landing;
     /* RUN, image CRC and configuration CRC of that landing; STORE_NONE: not known */
     int64_t previous_run, previous_image_crc, previous_config_crc;
     float previous_span_lb[MR_GAGES]; /* last stored shunt calibration; NaN: none */
@@ -98,8 +98,8 @@ struct ready_facts {
     struct mr_config config;
     struct mr_config_state config_state;
     /* bit masks of channels: the zero was reported; the zero was measured since reset */
-    uint32_t zero_received, zero_measured;
-    unsigned blocks;      /* number of received records; 0: no scans, or the board is not idle */
+    uint32_t zero_received_bits, zero_measured_bits;
+    unsigned block_count; /* number of received records; 0: no scans, or the board is not idle */
     unsigned blocks_lost; /* number of blocks that the board lost during the check */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time_fit;
@@ -154,7 +154,7 @@ json_t *ready_json(const struct ready_report *report);
 /* Fills the board's part of `facts` within `limit_s`: sets a board that has finished a landing to
  * idle, reads its configuration and requests the other facts. Facts that do not arrive stay
  * unknown. Its CAN messages are read meanwhile if the dialogue has a CAN link. Statuses as
- * config_client_begin_idle. */
+ * config_client_begin_and_get. */
 enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
                                    struct ready_facts *facts, struct error *error);
 

@@ -73,7 +73,7 @@ static enum mr_status send_command(struct dialogue *dialogue, unsigned code, uns
     const struct dialogue_command order = {.code = (uint8_t)code,
                                            .index = (uint8_t)index,
                                            .argument = argument,
-                                           .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
+                                           .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S};
     const char *link = dialogue_spec(dialogue);
     struct mr_ack ack;
     enum mr_status status = dialogue_send_command(dialogue, &order, &ack, error);

@@ -7,15 +7,15 @@
 
 #include "common/channels.h"
 
-const char *const walk_names[WALK_KINDS] = {"switch", "transducer", "gage"};
-static const char *const kind_verbs[WALK_KINDS] = {"tripped", "pushed", "pulled"};
+const char *const walk_names[WALK_KIND_COUNT] = {"switch", "transducer", "gage"};
+static const char *const kind_verbs[WALK_KIND_COUNT] = {"tripped", "pushed", "pulled"};
 
 /* ---- movements ---- */
 
 void walk_motion_start(struct walk_motion *motion, unsigned channels, float limit)
 {
     memset(motion, 0, sizeof *motion);
-    motion->channels = channels < WALK_CHANNELS ? channels : WALK_CHANNELS;
+    motion->channel_count = channels < WALK_CHANNELS ? channels : WALK_CHANNELS;
     motion->movement_min = limit;
 }
 
@@ -25,7 +25,7 @@ static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS]
 {
     if (motion->reading_count < WALK_REST_READINGS)
         return false;
-    for (unsigned c = 0; c < motion->channels; c++) {
+    for (unsigned c = 0; c < motion->channel_count; c++) {
         float least = INFINITY, most = -INFINITY, sum = 0.0f;
         unsigned count = 0;
         for (unsigned i = 0; i < WALK_REST_READINGS; i++) {
@@ -49,8 +49,8 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
     float mean[WALK_CHANNELS];
     unsigned most = 0;
     memcpy(motion->reading[motion->reading_count++ % WALK_REST_READINGS], value,
-           motion->channels * sizeof *value);
-    for (unsigned c = 0; motion->is_at_rest && c < motion->channels; c++) {
+           motion->channel_count * sizeof *value);
+    for (unsigned c = 0; motion->is_at_rest && c < motion->channel_count; c++) {
         float moved = fabsf(value[c] - motion->rest_mean[c]); /* a comparison with NaN is false */
         if (moved > motion->movement_min)
             motion->is_moving = true;
@@ -59,7 +59,7 @@ unsigned walk_motion_add(struct walk_motion *motion, const float *value)
     }
     if (!is_still(motion, mean))
         return 0;
-    for (unsigned c = 1; c < motion->channels; c++) {
+    for (unsigned c = 1; c < motion->channel_count; c++) {
         if (motion->peak[c] > motion->peak[most])
             most = c;
     }
@@ -97,7 +97,7 @@ static bool is_fitted(const struct walk *walk, enum walk_kind kind, unsigned n)
 static unsigned count_fitted(const struct walk *walk, enum walk_kind kind)
 {
     unsigned count = 0;
-    for (unsigned n = 1; n <= WALK_ITEMS; n++)
+    for (unsigned n = 1; n <= WALK_ITEMS_MAX; n++)
         count += is_fitted(walk, kind, n);
     return count;
 }
@@ -126,9 +126,9 @@ void walk_add_event(struct walk *walk, const struct mr_switch_event *event)
     if (event->reason == MR_SWITCH_BOUNCE && *count &&
         walk->response[WALK_SWITCH][*count - 1].edge_count == event->count)
         --*count;
-    walk->unexpected_events += event->reason == MR_SWITCH_NO_STEP ||
-                               event->reason == MR_SWITCH_OTHER_STEP ||
-                               event->reason == MR_SWITCH_TOO_NEAR;
+    walk->unexpected_event_count += event->reason == MR_SWITCH_NO_STEP ||
+                                    event->reason == MR_SWITCH_OTHER_STEP ||
+                                    event->reason == MR_SWITCH_TOO_NEAR;
 }
 
 bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk_kind *kind)
@@ -140,13 +140,13 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
         value[i] = mr_channel_read(&channel[i], block, i, ratio).value;
     unsigned pushed = walk_motion_add(&walk->transducers, value),
              pulled = walk_motion_add(&walk->gages, value + MR_TRANSDUCERS), moved = 0;
-    walk->gage_disturbed |= walk->gages.is_moving && walk->transducers.is_moving;
+    walk->is_gage_disturbed |= walk->gages.is_moving && walk->transducers.is_moving;
     if (pushed)
         moved = pushed;
-    else if (pulled && !walk->gage_disturbed)
+    else if (pulled && !walk->is_gage_disturbed)
         moved = MR_TRANSDUCERS + pulled;
     if (!walk->gages.is_moving && !walk->transducers.is_moving)
-        walk->gage_disturbed = false;
+        walk->is_gage_disturbed = false;
     *kind = moved > MR_TRANSDUCERS ? WALK_GAGE : WALK_TRANSDUCER;
     return moved &&
            add_response(walk, *kind, (struct walk_response){.number = channel[moved - 1].number});
@@ -156,14 +156,14 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
 
 /* Lists the fitted switches or gages in the order of their first response. */
 static unsigned list_in_response_order(const struct walk *walk, enum walk_kind kind,
-                                       unsigned order[WALK_ITEMS])
+                                       unsigned order[WALK_ITEMS_MAX])
 {
     unsigned count = 0;
     for (unsigned i = 0; i < walk->response_count[kind]; i++) {
         unsigned n = walk->response[kind][i].number, k = 0;
         while (k < count && order[k] != n)
             k++;
-        if (k == count && count < WALK_ITEMS && is_fitted(walk, kind, n))
+        if (k == count && count < WALK_ITEMS_MAX && is_fitted(walk, kind, n))
             order[count++] = n;
     }
     return count;
@@ -181,8 +181,8 @@ static int compare_numbers_descending(const void *a, const void *b)
 
 bool walk_is_complete(const struct walk *walk)
 {
-    unsigned order[WALK_ITEMS];
-    for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++) {
+    unsigned order[WALK_ITEMS_MAX];
+    for (enum walk_kind kind = 0; kind < WALK_KIND_COUNT; kind++) {
         if (list_in_response_order(walk, kind, order) < count_fitted(walk, kind))
             return false;
     }
@@ -208,7 +208,7 @@ static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned 
 
 static void judge_kind(const struct walk *walk, enum walk_kind kind, struct ready_report *report)
 {
-    unsigned order[WALK_ITEMS], meant[WALK_ITEMS],
+    unsigned order[WALK_ITEMS_MAX], meant[WALK_ITEMS_MAX],
         down = 0, count = list_in_response_order(walk, kind, order),
         fitted = count_fitted(walk, kind);
     unsigned before = report->count;
@@ -226,7 +226,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
         down += order[i] < order[i - 1];
     qsort(meant, count, sizeof *meant,
           2 * down >= count && count > 1 ? compare_numbers_descending : compare_numbers);
-    for (unsigned n = 1; n <= WALK_ITEMS; n++) {
+    for (unsigned n = 1; n <= WALK_ITEMS_MAX; n++) {
         unsigned i = 0;
         while (i < count && order[i] != n)
             i++;
@@ -239,11 +239,11 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
 
 void walk_judge(const struct walk *walk, struct ready_report *report)
 {
-    for (enum walk_kind kind = 0; kind < WALK_KINDS; kind++)
+    for (enum walk_kind kind = 0; kind < WALK_KIND_COUNT; kind++)
         judge_kind(walk, kind, report);
-    if (walk->unexpected_events)
+    if (walk->unexpected_event_count)
         ready_add_check(
             report, READY_NO_GO, "edges", NULL,
             "compare the steps of the configuration with the resistors, and check the contacts",
-            "%u edges that match no switch of the table", walk->unexpected_events);
+            "%u edges that match no switch of the table", walk->unexpected_event_count);
 }

@@ -16,19 +16,19 @@
 #include "host/board/ready.h"
 
 #define WALK_RESPONSES_MAX 64u /* maximum number of stored responses of each kind */
-#define WALK_ITEMS         32u
+#define WALK_ITEMS_MAX     32u
 #define WALK_CHANNELS      16u
 /* Readings in half a second: after a movement, all channels must be at rest for this time. */
 #define WALK_REST_READINGS 25u
 #define WALK_PUSH_MIN_IN   0.05f /* movement by hand; a mat at rest stays within 0.01 in */
 #define WALK_PULL_MIN_LB   5.0f
 
-enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KINDS };
-extern const char *const walk_names[WALK_KINDS];
+enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KIND_COUNT };
+extern const char *const walk_names[WALK_KIND_COUNT];
 
 /* Detection of movements by hand. The channel that moved most is the intended one. */
 struct walk_motion {
-    unsigned channels;
+    unsigned channel_count;
     float movement_min; /* smallest movement that counts, in or lb */
     float reading[WALK_REST_READINGS][WALK_CHANNELS];
     unsigned reading_count;
@@ -47,10 +47,11 @@ struct walk_response {
 };
 struct walk {
     const struct mr_config *config;
-    struct walk_response response[WALK_KINDS][WALK_RESPONSES_MAX];
-    unsigned response_count[WALK_KINDS], unexpected_events;
+    struct walk_response response[WALK_KIND_COUNT][WALK_RESPONSES_MAX];
+    unsigned response_count[WALK_KIND_COUNT], unexpected_event_count;
     struct walk_motion transducers, gages;
-    bool gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
+    bool
+        is_gage_disturbed; /* a transducer was pushed while a gage moved: the push moved the gage */
 };
 void walk_start(struct walk *walk, const struct mr_config *config);
 /* The walk_add functions add data of the board. They return true if an item answered;

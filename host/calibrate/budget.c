@@ -12,14 +12,14 @@
 static const struct circuit_values {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
-} figures = {
+} circuit = {
 #define FIGURE(name, value, unit, block, text) .name = value,
 #include "hil/circuits/figures.def"
 };
 
 static const struct source {
     const char *name, *text, *distribution, *unit_in, *unit_lb;
-} sources[BUDGET_SOURCES] = {
+} sources[BUDGET_SOURCE_COUNT] = {
     [BUDGET_NOISE] = {"noise", "converter and amplifier: noise", "normal (type A)", "codes",
                       "codes"},
     [BUDGET_ROUNDING] = {"rounding", "converter: rounding to codes", "rectangular", "codes",
@@ -59,7 +59,7 @@ const char *budget_input_unit(enum budget_source source, bool transducer)
 
 double budget_noise_codes(void)
 {
-    return figures.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
+    return circuit.adc_noise_lsb / sqrt((double)MR_SCANS_PER_BLOCK);
 }
 
 /* Returns the stated error with a single source. A gain of 0 has no rounding error. */
@@ -102,7 +102,8 @@ static double get_input_uncertainty(const struct budget_case *of, enum budget_so
     case BUDGET_BASELINE: return (double)channel->linearity_error;
     case BUDGET_REFERENCE: return (double)of->reading.reference_error;
     case BUDGET_CERTIFICATE:
-        return isnan(of->certificate_expanded) ? 0.0 : of->certificate_expanded;
+        return isnan(of->certificate_expanded_uncertainty) ? 0.0
+                                                           : of->certificate_expanded_uncertainty;
     case BUDGET_POSITION: return of->station_error_ft;
     default: return of->half_range_k;
     }
@@ -111,7 +112,7 @@ static double get_input_uncertainty(const struct budget_case *of, enum budget_so
 static double get_divisor(const struct budget_case *of, enum budget_source source)
 {
     if (source == BUDGET_CERTIFICATE)
-        return isnan(of->certificate_expanded) ? 1.0 : of->certificate_factor;
+        return isnan(of->certificate_expanded_uncertainty) ? 1.0 : of->certificate_coverage_factor;
     return source == BUDGET_ROUNDING || source == BUDGET_TEMPERATURE ? sqrt(3.0) : 1.0;
 }
 
@@ -122,9 +123,9 @@ static double compute_drift_per_kelvin(const struct budget_case *of, const struc
     const struct mr_channel_config *channel = of->channel;
     if (channel->kind == MR_KIND_DISPLACEMENT)
         return channel->calibrated_day
-                 ? figures.transducer_cell_ppm_k * PER_MILLION * fabs((double)of->reading.value)
+                 ? circuit.transducer_cell_ppm_k * PER_MILLION * fabs((double)of->reading.value)
                  : 0.0;
-    double drift = figures.gage_drift_lb_k * kelvin,
+    double drift = circuit.gage_drift_lb_k * kelvin,
            had = hypot(budget->row[BUDGET_DRIFT].contribution,
                        budget->row[BUDGET_ZERO].contribution);
     return kelvin > 0.0 && drift > had ? sqrt(drift * drift - had * had) / kelvin : 0.0;
@@ -173,15 +174,15 @@ static double find_coverage_factor(const struct budget *budget, bool rectangular
     return 0.5 * (low + high);
 }
 
-void budget_make(const struct budget_case *of, struct budget *budget)
+void budget_compute(const struct budget_case *of, struct budget *budget)
 {
     double variance = 0.0;
-    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+    for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++) {
         struct budget_row *row = &budget->row[s];
         row->input = get_input_uncertainty(of, s);
         row->divisor = get_divisor(of, s);
         row->standard_uncertainty = row->input / row->divisor;
-        if (s < BUDGET_STATED) {
+        if (s < BUDGET_STATED_COUNT) {
             row->contribution = compute_single_source_error(of, s);
             row->sensitivity = row->standard_uncertainty > 0.0
                                  ? row->contribution / row->standard_uncertainty
@@ -191,7 +192,7 @@ void budget_make(const struct budget_case *of, struct budget *budget)
             row->contribution = row->sensitivity * row->standard_uncertainty;
         }
         variance += row->contribution * row->contribution;
-        if (s == BUDGET_STATED - 1)
+        if (s == BUDGET_STATED_COUNT - 1)
             budget->stated_error = sqrt(variance);
     }
     budget->combined_uncertainty = sqrt(variance);

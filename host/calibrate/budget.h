@@ -32,12 +32,12 @@ enum budget_source {
     BUDGET_DRIFT,
     BUDGET_LINEARITY,
     BUDGET_REFERENCE,
-    BUDGET_STATED, /* the sources before this one belong to the stated error */
-    BUDGET_CERTIFICATE = BUDGET_STATED,
+    BUDGET_STATED_COUNT, /* the sources before this one belong to the stated error */
+    BUDGET_CERTIFICATE = BUDGET_STATED_COUNT,
     BUDGET_BASELINE,
     BUDGET_POSITION,
     BUDGET_TEMPERATURE,
-    BUDGET_SOURCES
+    BUDGET_SOURCE_COUNT
 };
 
 #define BUDGET_COVERAGE 0.95
@@ -45,8 +45,8 @@ enum budget_source {
 struct budget_case {
     const struct mr_channel_config *channel;
     struct mr_error_case reading;
-    double certificate_expanded; /* expanded uncertainty at the reading; NaN: no certificate */
-    double certificate_factor;
+    double certificate_expanded_uncertainty; /* at the reading; NaN: no certificate */
+    double certificate_coverage_factor;
     double station_error_ft; /* standard uncertainty of the station, ft */
     double slope_max_in_ft;  /* steepest change of movement along the mat */
     double half_range_k;     /* half width of the temperature range, K */
@@ -61,14 +61,14 @@ struct budget_row {
 };
 
 struct budget {
-    struct budget_row row[BUDGET_SOURCES];
+    struct budget_row row[BUDGET_SOURCE_COUNT];
     double stated_error; /* root sum square of the rows of the stated error: mr_reading_error */
     double combined_uncertainty; /* root sum square of all rows */
     double coverage_factor;
     double expanded_uncertainty;
 };
 
-void budget_make(const struct budget_case *of, struct budget *budget);
+void budget_compute(const struct budget_case *of, struct budget *budget);
 
 /* The texts of these functions have static storage. */
 const char *budget_source_name(enum budget_source source); /* word for programs: "noise" */

@@ -14,7 +14,7 @@ static bool is_point_before(const struct calibrate_point *a, const struct calibr
 
 /* Computes mean value and mean code of each known value, sorted by the reading of the straight
  * line. Returns their number. */
-static size_t average_distinct(const struct calibrate_point *point, size_t count,
+static size_t average_by_value(const struct calibrate_point *point, size_t count,
                                struct calibrate_point mean[CALIBRATE_POINTS_MAX])
 {
     size_t found = 0;
@@ -39,11 +39,11 @@ static size_t average_distinct(const struct calibrate_point *point, size_t count
     return found;
 }
 
-static enum mr_status make_table(const struct calibrate_point *point, size_t count,
-                                 struct mr_channel_config *channel, struct error *error)
+static enum mr_status set_channel_table(const struct calibrate_point *point, size_t count,
+                                        struct mr_channel_config *channel, struct error *error)
 {
     struct calibrate_point mean[CALIBRATE_POINTS_MAX];
-    size_t values = average_distinct(point, count, mean);
+    size_t values = average_by_value(point, count, mean);
     if (values > MR_CONFIG_POINTS)
         return error_set(error, MR_LIMIT,
                          "too many known values: the calibration has %zu, but a table holds only "
@@ -142,7 +142,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     memset(channel->point_reading, 0, sizeof channel->point_reading);
     memset(channel->point_value, 0, sizeof channel->point_value);
     if (table)
-        status = make_table(point, count, channel, error);
+        status = set_channel_table(point, count, channel, error);
     compute_residuals(point, count, channel, fit);
     channel->gain_error = (float)fit->gain_error;
     channel->zero_error = (float)fit->zero_error;

@@ -30,7 +30,7 @@ bool jump_find(const struct mr_channel_config *old, const struct mr_channel_conf
     bool same = !is_other_sensor(old, new) && (old->calibrated_day || !new->calibrated_day);
     double was = (double)mr_channel_gain(old), is = (double)mr_channel_gain(new),
            ratio = fabs(is / was),
-           most = same       ? JUMP_RATIO_SAME
+           most = same       ? JUMP_RATIO_SAME_SENSOR
                 : transducer ? JUMP_RATIO_TRANSDUCER
                              : JUMP_RATIO_GAGE;
     snprintf(text, JUMP_TEXT_SIZE, "gain %.4g -> %.4g %s per code, a factor of %.3g", was, is,

@@ -18,7 +18,7 @@ struct reader {
     const char *path;
     unsigned line;
     enum unit_kind kind;
-    bool names_read; /* the header line was read */
+    bool is_header_read; /* the header line was read */
     struct calibrate_points *points;
     struct error *error;
 };
@@ -81,7 +81,7 @@ struct calibrate_column calibrate_column_parse(const char *name)
     return column;
 }
 
-static enum mr_status read_names(struct reader *r, const char *left, const char *right)
+static enum mr_status read_header(struct reader *r, const char *left, const char *right)
 {
     const char *example = r->kind == UNIT_DISPLACEMENT ? "name the columns: mm,codes"
                                                        : "name the columns: N,codes";
@@ -95,7 +95,7 @@ static enum mr_status read_names(struct reader *r, const char *left, const char 
                              get_kind_text(r->kind));
     r->points->unit = value.unit;
     r->points->codes_first = first.is_codes;
-    r->names_read = true;
+    r->is_header_read = true;
     return MR_OK;
 }
 
@@ -145,7 +145,7 @@ static enum mr_status read_line(struct reader *r, char *line)
     line += strspn(line, BLANKS);
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
-    char *separator = strpbrk(line, r->names_read ? "," : ",;\t"), *cell[3];
+    char *separator = strpbrk(line, r->is_header_read ? "," : ",;\t"), *cell[3];
     if (separator && *separator != ',')
         return refuse_points(r, MR_MALFORMED,
                              *separator == ';' ? "columns separated by semicolons"
@@ -159,7 +159,7 @@ static enum mr_status read_line(struct reader *r, char *line)
     if (cells > 2 && cell[2][strspn(cell[2], BLANKS ",")] != '\0')
         return refuse_points(r, MR_MALFORMED, "more than two columns",
                              "write VALUE,CODE, with points in numbers");
-    return r->names_read ? read_point(r, cell[0], cell[1]) : read_names(r, cell[0], cell[1]);
+    return r->is_header_read ? read_point(r, cell[0], cell[1]) : read_header(r, cell[0], cell[1]);
 }
 
 enum mr_status calibrate_points_read(const char *path, enum unit_kind kind,

@@ -601,8 +601,8 @@ static enum mr_status record_crash(struct collector *collector, const struct lin
     collector->stored_crash = *report;
     collector->crash_unread = true;
     for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
-        status = collect_put_event(collector, side, "crash", 0, i, report->age, report->word[i],
-                                   host_us, error);
+        status = collect_put_event(collector, side, "crash", 0, i, report->restart_count,
+                                   report->word[i], host_us, error);
     return status;
 }
 

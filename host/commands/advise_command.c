@@ -30,8 +30,8 @@ struct request {
 
 /* Parses the first `length` characters, such as "4ft/s2". A number without a unit is in the unit
  * `bare`. */
-static bool parse_part(const char *text, size_t length, const char *bare, const char *unit,
-                       double *value)
+static bool parse_profile_number(const char *text, size_t length, const char *bare,
+                                 const char *unit, double *value)
 {
     char word[40];
     struct quantity_error wrong;
@@ -51,8 +51,9 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
     for (const char *at = text; more;) {
         size_t length = strcspn(at, ","), colon = strcspn(at, ":,");
         double t_s = 0.0, a = 0.0;
-        if (colon >= length || !parse_part(at, colon, "s", "s", &t_s) ||
-            !parse_part(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2", "ft/s2", &a) ||
+        if (colon >= length || !parse_profile_number(at, colon, "s", "s", &t_s) ||
+            !parse_profile_number(at + colon + 1, length - colon - 1, si ? "m/s2" : "ft/s2",
+                                  "ft/s2", &a) ||
             !(a >= 0.0 && a <= 60.0) || !(t_s > last_s && t_s <= 60.0))
             error_set(fatal, MR_USAGE,
                       "not a profile: '%s' for --profile; give times and decelerations, "
@@ -90,8 +91,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
 
 /* Begins to load the advice into the board. Called before the advice is computed: the computation
  * is useless if the runway of the board differs. */
-static void begin_load(const struct request *r, struct store *store, const struct advise *advise,
-                       struct runway_client *talk)
+static void begin_advice_load(const struct request *r, struct store *store,
+                              const struct advise *advise, struct runway_client *talk)
 {
     runway_client_begin(talk, dialogue_open_for_command(NULL, r->serial), fatal);
     runway_client_read(talk, fatal);
@@ -173,7 +174,7 @@ static int run_advise(struct request *r, const struct cli *cli)
     store_find_run(store, &r->advise.before_run, fatal);
     advise_begin(store, &r->advise, &advise, fatal);
     if (r->load)
-        begin_load(r, store, &advise, &talk);
+        begin_advice_load(r, store, &advise, &talk);
     progress_begin(&progress, "advise", "fewer --members", cli->quiet);
     advise_compute(&advise, cli->si, &progress, &error);
     progress_end(&progress);

@@ -259,7 +259,7 @@ static void check_design(const struct band_design *d, struct findings *f)
                     format_force(f, d->t0_lb).text, format_force(f, d->t0_max_lb).text);
 }
 
-struct figure {
+struct result_field {
     const char *name, *label; /* NULL name: not in the JSON; NULL label: only in the JSON */
     enum unit_kind unit;
     int decimals;
@@ -268,7 +268,7 @@ struct figure {
 };
 
 #define DESIGN_FIELD(field) offsetof(struct band_design, field)
-static const struct figure figures[] = {
+static const struct result_field result_fields[] = {
     {"R", "R", UNIT_TENSION, 1, DESIGN_FIELD(band_load_lb), ", braking force, (W/N) a/g (C.1)"},
     {"strength", "A fy", UNIT_TENSION, 1, DESIGN_FIELD(strength_lb), ", strength"},
     {"nF", "n F'", UNIT_TENSION, 1, DESIGN_FIELD(max_friction_lb),
@@ -297,13 +297,14 @@ static const struct figure figures[] = {
 
 static void add_design_values(const struct band_design *d, struct answer *answer)
 {
-    for (size_t i = 0; i < sizeof figures / sizeof *figures; i++) {
+    for (size_t i = 0; i < sizeof result_fields / sizeof *result_fields; i++) {
         double value;
-        memcpy(&value, (const char *)d + figures[i].offset, sizeof value);
-        struct answer_fact *fact = answer_value(answer, figures[i].name, figures[i].label,
-                                                figures[i].unit, value, figures[i].decimals);
+        memcpy(&value, (const char *)d + result_fields[i].offset, sizeof value);
+        struct answer_fact *fact = answer_value(answer, result_fields[i].name,
+                                                result_fields[i].label, result_fields[i].unit,
+                                                value, result_fields[i].decimals);
         fact->digits = 9;
-        fact->suffix = figures[i].note;
+        fact->suffix = result_fields[i].note;
     }
 }
 

@@ -30,14 +30,15 @@
 #include "host/commands/commands.h"
 #include "host/commands/program.h"
 
-#define BOX_ROUNDS       6 /* times that missing pages are requested */
-#define BOX_PAGE_BITS    15u
-#define TYPE_WAIT_S      1.2 /* a board sends its identity and the state of its key once a second */
+#define BOX_READ_ROUNDS_MAX 6 /* times that missing pages are requested */
+#define BOX_PAGE_BITS       15u
+#define IDENTITY_WAIT_S     1.2 /* a board sends its identity and its key state once a second */
 /* Erasing twice takes 0.8 s; it takes 6 s if the memory fails three times */
-#define KEY_TIMEOUT_S    20.0
-#define HMIL_PER_IN      100000.0
-#define OPENINGS_PER_ROW 7u   /* joint openings in one row of the table */
-#define CLOSED_HMIL      200u /* 0.002 in: the predictor regards a smaller opening as closed */
+#define KEY_TIMEOUT_S       20.0
+#define HMIL_PER_IN         100000.0
+#define OPENINGS_PER_ROW    7u /* joint openings in one row of the table */
+#define CLOSED_OPENING_MAX_HMIL \
+    200u /* 0.002 in: the predictor regards a smaller opening as closed */
 
 struct request {
     const struct cli *cli;
@@ -51,7 +52,7 @@ struct request {
 
 /* ---- black box ---- */
 
-#define BOX_CLIENT_RECORDS 256u
+#define BOX_CLIENT_RECORDS_MAX 256u
 
 struct box_client_record {
     struct mr_box_record record;
@@ -63,20 +64,20 @@ struct box_client {
     bool state_known, space_known;
     struct mr_box_state state;
     struct mr_box_space space;
-    struct box_client_record records[BOX_CLIENT_RECORDS];
+    struct box_client_record records[BOX_CLIENT_RECORDS_MAX];
     size_t count;
     bool is_list_complete;
     /* the record that is being read */
     uint16_t record_number;
     uint8_t (*pages)[MR_BOXPAGE_BYTES];
-    uint8_t *is_present;
+    uint8_t *is_page_present;
     size_t page_count, received_parts;
     uint8_t half_page_bytes[MR_BOXPAGE_BYTES / 2];
-    uint32_t half_page; /* the page whose first half is in half_page_bytes */
-    bool has_ended;
+    uint32_t half_page_number; /* the page whose first half is in half_page_bytes */
+    bool has_transfer_ended;
 };
 
-static void handle_part(struct box_client *client, const uint8_t *payload)
+static void handle_page_part(struct box_client *client, const uint8_t *payload)
 {
     const uint8_t *p = payload;
     uint16_t record = mr_get_u16(&p);
@@ -89,13 +90,13 @@ static void handle_part(struct box_client *client, const uint8_t *payload)
     client->received_parts++;
     if (part == 0) {
         memcpy(client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
-        client->half_page = page;
-    } else if (part == 1 && client->half_page == page) {
+        client->half_page_number = page;
+    } else if (part == 1 && client->half_page_number == page) {
         memcpy(whole, client->half_page_bytes, sizeof client->half_page_bytes);
         memcpy(whole + sizeof client->half_page_bytes, p + 1, sizeof client->half_page_bytes);
         if (mr_boxpage_check(whole, &header) == MR_OK && header.record == record) {
             memcpy(client->pages[page], whole, sizeof whole);
-            client->is_present[page] = 1;
+            client->is_page_present[page] = 1;
         }
     }
 }
@@ -121,7 +122,7 @@ static enum mr_status handle_box_message(void *context, const struct dialogue_me
             break;
         if (!record.record)
             client->is_list_complete = true;
-        else if (client->count < BOX_CLIENT_RECORDS)
+        else if (client->count < BOX_CLIENT_RECORDS_MAX)
             client->records[client->count++].record = record;
         break;
     case MR_ID_BOX_SPAN:
@@ -130,11 +131,11 @@ static enum mr_status handle_box_message(void *context, const struct dialogue_me
         break;
     case MR_ID_BOX_PART:
         if (length == MR_BOX_PART_BYTES)
-            handle_part(client, bytes);
+            handle_page_part(client, bytes);
         break;
     case MR_ID_BOX_END:
-        client->has_ended |= mr_box_end_get(&end, bytes, length) == MR_OK &&
-                             end.record == client->record_number;
+        client->has_transfer_ended |= mr_box_end_get(&end, bytes, length) == MR_OK &&
+                                      end.record == client->record_number;
         break;
     default: break;
     }
@@ -145,7 +146,7 @@ static void box_client_begin(struct box_client *client, struct dialogue *dialogu
 {
     memset(client, 0, sizeof *client);
     client->dialogue = dialogue;
-    client->half_page = UINT32_MAX;
+    client->half_page_number = UINT32_MAX;
     dialogue_subscribe(dialogue, handle_box_message, client);
     dialogue_wait_for_hello(dialogue, NULL, NULL, fatal);
 }
@@ -155,7 +156,7 @@ static void send_box_command(struct box_client *client, uint8_t code, int32_t ar
 {
     struct dialogue *dialogue = client->dialogue;
     const struct dialogue_command order = {
-        .code = code, .argument = argument, .answer_s = DIALOGUE_ANSWER_TIMEOUT_S};
+        .code = code, .argument = argument, .answer_timeout_s = DIALOGUE_ANSWER_TIMEOUT_S};
     struct mr_ack ack;
     double until_s = dialogue_now_s(dialogue) + DIALOGUE_ANSWER_TIMEOUT_S;
     enum mr_status status = dialogue_send_command(dialogue, &order, &ack, fatal);
@@ -184,32 +185,34 @@ static void box_client_list(struct box_client *client)
                   dialogue_spec(client->dialogue));
 }
 
-static size_t find_first_missing(const struct box_client *client)
+static size_t find_first_missing_page(const struct box_client *client)
 {
     size_t page = 0;
-    while (page < client->page_count && client->is_present[page])
+    while (page < client->page_count && client->is_page_present[page])
         page++;
     return page;
 }
 
-/* Reads the pages of a listed record, except those marked in `present`. Pages that cannot be read
- * stay unmarked. Both arrays have room for record.pages. */
+/* Reads the pages of a listed record, except those marked in `is_page_present`. Pages that cannot
+ * be read stay unmarked. Both arrays have room for record.pages. */
 static void box_client_read(struct box_client *client, const struct box_client_record *record,
                             uint8_t (*pages)[MR_BOXPAGE_BYTES], uint8_t *present)
 {
     client->record_number = record->record.record;
     client->pages = pages;
-    client->is_present = present;
+    client->is_page_present = present;
     client->page_count = record->record.pages;
-    for (int round = 0; round < BOX_ROUNDS && find_first_missing(client) < client->page_count;
+    for (int round = 0;
+         round < BOX_READ_ROUNDS_MAX && find_first_missing_page(client) < client->page_count;
          round++) {
-        client->has_ended = false;
+        client->has_transfer_ended = false;
         send_box_command(client, MR_COMMAND_BOX_READ,
                          (int32_t)((uint32_t)client->record_number << BOX_PAGE_BITS |
-                                   find_first_missing(client)));
+                                   find_first_missing_page(client)));
         /* the next round requests the pages that are still missing */
-        dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set, &client->has_ended,
-                                      &client->received_parts, DIALOGUE_ANSWER_TIMEOUT_S, fatal);
+        dialogue_wait_while_receiving(client->dialogue, dialogue_is_flag_set,
+                                      &client->has_transfer_ended, &client->received_parts,
+                                      DIALOGUE_ANSWER_TIMEOUT_S, fatal);
     }
     client->pages = NULL;
 }
@@ -333,17 +336,17 @@ static int read_record(const struct request *request, struct box_client *client)
 static int run_box(const struct request *request, struct dialogue *dialogue)
 {
     static struct box_client client;
-    const char *verb = request->words[0];
+    const char *subcommand = request->words[0];
     box_client_begin(&client, dialogue);
-    if (strcmp(verb, "free") == 0) {
+    if (strcmp(subcommand, "free") == 0) {
         send_box_command(&client, MR_COMMAND_BOX_FREE, request->number);
         return request->cli->json
                  ? cli_print_json(json_pack("{si}", "freed", (int)request->number), 0)
                  : 0;
     }
     box_client_list(&client);
-    return strcmp(verb, "read") == 0 ? read_record(request, &client)
-                                     : list_records(request, &client);
+    return strcmp(subcommand, "read") == 0 ? read_record(request, &client)
+                                           : list_records(request, &client);
 }
 
 /* ---- which board, and which image it runs ---- */
@@ -402,7 +405,7 @@ static int report_identity(const struct request *request, struct dialogue *dialo
         dialogue_set_no_hello_error(dialogue, fatal);
     struct error late = {0}; /* older firmware does not send the board type */
     (void)dialogue_wait_until(dialogue, dialogue_is_flag_set, &dialogue->identity.key_known,
-                              TYPE_WAIT_S, &late);
+                              IDENTITY_WAIT_S, &late);
     int exit_code = print_identity(request, &dialogue->identity, request->image ? &image : NULL);
     if (request->image)
         imagefile_free(&image);
@@ -521,7 +524,7 @@ static const char *runway_copy_text(unsigned copy, char out[40])
     return out;
 }
 
-static double segment_closed_in(const struct mr_predictor_state *state, unsigned segment)
+static double segment_opening_in(const struct mr_predictor_state *state, unsigned segment)
 {
     unsigned sum = 0;
     for (unsigned j = 10 * segment; j < 10 * segment + 10 && j <= state->mats; j++)
@@ -529,11 +532,11 @@ static double segment_closed_in(const struct mr_predictor_state *state, unsigned
     return sum / HMIL_PER_IN;
 }
 
-static unsigned count_closed(const struct mr_predictor_state *state)
+static unsigned count_closed_joints(const struct mr_predictor_state *state)
 {
     unsigned closed = 0;
     for (unsigned j = 0; j <= state->mats; j++)
-        closed += state->gap_hmil[j] <= CLOSED_HMIL;
+        closed += state->gap_hmil[j] <= CLOSED_OPENING_MAX_HMIL;
     return closed;
 }
 
@@ -552,9 +555,9 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
     answer_words(answer, NULL, "CRC", "%08x", (unsigned)stored->crc);
     answer_words(answer, "copy_a", "copy A", "%s", runway_copy_text(stored->copy_a, a));
     answer_words(answer, "copy_b", "copy B", "%s", runway_copy_text(stored->copy_b, b));
-    answer_count(answer, "closed_joints", NULL, count_closed(state));
-    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in", count_closed(state),
-                 state->mats + 1u);
+    answer_count(answer, "closed_joints", NULL, count_closed_joints(state));
+    answer_words(answer, NULL, "joints", "%u of %u closed to within 0.002 in",
+                 count_closed_joints(state), state->mats + 1u);
     answer_open_list(answer, "gap_in", NULL);
     for (unsigned j = 0; j <= state->mats; j++)
         answer_value(answer, NULL, NULL, UNIT_NUMBER, state->gap_hmil[j] / HMIL_PER_IN, 5);
@@ -567,7 +570,7 @@ static int print_runway(const struct runway_client *client, const struct cli *cl
         for (unsigned i = 0; i < OPENINGS_PER_ROW && 10 * (s + i) <= state->mats; i++) {
             char label[12];
             snprintf(label, sizeof label, "+%u", 10 * i);
-            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, segment_closed_in(state, s + i),
+            answer_value(answer, NULL, label, UNIT_DISPLACEMENT, segment_opening_in(state, s + i),
                          4);
         }
     }
@@ -590,7 +593,7 @@ static void write_runway(const char *path, const struct mr_predictor_state *stat
 }
 
 /* Reads one line of a runway file. Returns false if the line is not valid. */
-static bool parse_line(const char *line, struct mr_predictor_state *state, bool *given)
+static bool parse_runway_line(const char *line, struct mr_predictor_state *state, bool *given)
 {
     unsigned number;
     double value;
@@ -629,7 +632,7 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
     *state = (struct mr_predictor_state){.scale = 1.0f};
     while (fgets(line, sizeof line, file)) {
         number++;
-        if (!parse_line(line, state, given))
+        if (!parse_runway_line(line, state, given))
             error_set(fatal, MR_MALFORMED,
                       "not a line of a runway: `%.*s`: %s:%u; write joint NUMBER INCHES (or with a "
                       "unit: 2 mm), each joint once",
@@ -647,10 +650,11 @@ static void read_runway(const char *path, struct mr_predictor_state *state)
 
 static void check_runway(struct request *r)
 {
-    const char *verb = r->words[1] ? r->words[1] : "show", *file = r->words[2];
-    bool load = strcmp(verb, "load") == 0;
-    if (!load && strcmp(verb, "show") != 0 && strcmp(verb, "forget") != 0)
-        error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help", verb);
+    const char *subcommand = r->words[1] ? r->words[1] : "show", *file = r->words[2];
+    bool load = strcmp(subcommand, "load") == 0;
+    if (!load && strcmp(subcommand, "show") != 0 && strcmp(subcommand, "forget") != 0)
+        error_set(fatal, MR_USAGE, "not show, load or forget: '%s'; see matrig board --help",
+                  subcommand);
     if (load != (file != NULL))
         error_set(fatal, MR_USAGE,
                   load ? "FILE is missing: give matrig board runway load FILE"
@@ -699,7 +703,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     uint8_t key[MR_KEY_BYTES] = {0};
     struct error error = {0};
     struct dialogue_command order = {.code = new ? MR_COMMAND_KEY_SET : MR_COMMAND_KEY_CLEAR,
-                                     .answer_s = KEY_TIMEOUT_S};
+                                     .answer_timeout_s = KEY_TIMEOUT_S};
     if (!new && (!request->words[1] || strcmp(request->words[1], "clear") != 0))
         error_set(fatal, MR_USAGE, "not key new or key clear%s%s%s; see matrig board --help",
                   request->words[1] ? ": '" : "", request->words[1] ? request->words[1] : "",
@@ -726,7 +730,7 @@ static int set_key(const struct request *request, struct dialogue *dialogue)
     if (status != MR_OK) {
         keyfile_discard_new(uid);
         error_set(fatal, error.status, "%s%s", error.text,
-                  new && !dialogue->answered
+                  new && !dialogue->is_answered
                       ? "; the board may have the new key, but no computer has it: repeat key new"
                       : "");
     }
@@ -748,37 +752,37 @@ static int run_health(const struct request *request, struct dialogue *dialogue)
     return health_run(dialogue, request->words[0], request->cli);
 }
 
-enum { VERB_CAN = 1, VERB_DB = 2, VERB_IMAGE = 4, VERB_OUT = 8 };
+enum { ALLOWS_CAN = 1, ALLOWS_DB = 2, ALLOWS_IMAGE = 4, ALLOWS_OUT = 8 };
 
-static const struct verb {
+static const struct subcommand {
     const char *name;
     unsigned options;        /* options that this subcommand allows besides --serial */
     unsigned words_max;      /* largest number of arguments after the subcommand */
     const char *number_name; /* name of the numeric argument, for errors; NULL: there is none */
     double min, max; /* limits of the numeric argument; if `min` is 1, the argument is required */
     int (*run)(const struct request *request, struct dialogue *dialogue);
-} verbs[] = {
-    {.name = "", .options = VERB_IMAGE, .run = report_identity},
+} subcommands[] = {
+    {.name = "", .options = ALLOWS_IMAGE, .run = report_identity},
     {.name = "list", .run = run_box},
-    {"read", VERB_DB, 1, "the record", 1.0, 65535.0, run_box},
+    {"read", ALLOWS_DB, 1, "the record", 1.0, 65535.0, run_box},
     {"free", 0, 1, "the record", 1.0, 65535.0, run_box},
     {.name = "health", .run = run_health},
     {.name = "self-test", .run = run_health},
     {.name = "reset", .run = run_health},
     {"zero", 0, 1, "zero number", 0.0, 2.0, run_gages},
     {.name = "shunt", .run = run_gages},
-    {"arm", VERB_CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, run_arm},
-    {.name = "disarm", .options = VERB_CAN, .run = run_arm},
-    {.name = "runway", .options = VERB_OUT, .words_max = 2, .run = run_runway},
+    {"arm", ALLOWS_CAN, 1, "the landing", 0.0, ARM_CLIENT_LANDING_MAX, run_arm},
+    {.name = "disarm", .options = ALLOWS_CAN, .run = run_arm},
+    {.name = "runway", .options = ALLOWS_OUT, .words_max = 2, .run = run_runway},
     {.name = "key", .words_max = 1, .run = set_key},
 };
 
-static const struct verb *find_verb(const char *word)
+static const struct subcommand *find_subcommand(const char *word)
 {
     char near[SPELL_SUGGEST_TEXT_SIZE];
-    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
-        if (strcmp(verbs[i].name, word ? word : "") == 0)
-            return &verbs[i];
+    for (size_t i = 0; i < sizeof subcommands / sizeof subcommands[0]; i++) {
+        if (strcmp(subcommands[i].name, word ? word : "") == 0)
+            return &subcommands[i];
     }
     help_suggest_word(&command_board, word, near);
     error_set(fatal, MR_UNKNOWN,
@@ -787,59 +791,62 @@ static const struct verb *find_verb(const char *word)
     return NULL;
 }
 
-static void check_options(struct request *r, const struct verb *verb)
+static void check_options(struct request *r, const struct subcommand *subcommand)
 {
     const struct {
         bool given;
         unsigned option;
-        const char *name, *whose;
+        const char *name, *allowed_use;
     } options[] = {
-        {r->can != NULL, VERB_CAN, "--can", "only for arm, disarm and config"},
-        {r->db || r->run, VERB_DB, r->db ? "--db" : "--run", "read's"},
-        {r->image != NULL, VERB_IMAGE, "--image", "only for matrig board without a further word"},
-        {r->out || r->force, VERB_OUT, r->out ? "-o" : "--force", "only for runway and config"},
+        {r->can != NULL, ALLOWS_CAN, "--can", "only for arm, disarm and config"},
+        {r->db || r->run, ALLOWS_DB, r->db ? "--db" : "--run", "read's"},
+        {r->image != NULL, ALLOWS_IMAGE, "--image", "only for matrig board without a further word"},
+        {r->out || r->force, ALLOWS_OUT, r->out ? "-o" : "--force", "only for runway and config"},
     };
     for (size_t i = 0; i < sizeof options / sizeof options[0]; i++) {
-        if (options[i].given && !(verb->options & options[i].option))
+        if (options[i].given && !(subcommand->options & options[i].option))
             error_set(fatal, MR_USAGE, "%s is %s: matrig board %s", options[i].name,
-                      options[i].whose, verb->name);
+                      options[i].allowed_use, subcommand->name);
     }
     if (r->can && r->serial)
         error_set(fatal, MR_USAGE,
                   "two links given: matrig board %s needs only one; leave out --can or --serial",
-                  verb->name);
+                  subcommand->name);
     if (!r->can && !r->serial)
         error_set(fatal, MR_USAGE,
                   "no link: matrig board %s%sneeds %s--serial LINK; see matrig board --help",
-                  verb->name, verb->name[0] ? " " : "",
-                  verb->options & VERB_CAN ? "--can LINK or " : "");
-    if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && verb->run == run_arm)
+                  subcommand->name, subcommand->name[0] ? " " : "",
+                  subcommand->options & ALLOWS_CAN ? "--can LINK or " : "");
+    if (strncmp(r->can ? r->can : r->serial, "file:", 5) == 0 && subcommand->run == run_arm)
         error_set(fatal, MR_USAGE, "a file is not a board: %s; give the link of a board",
                   r->can ? r->can : r->serial);
-    if (verb->options & VERB_DB && !r->db)
+    if (subcommand->options & ALLOWS_DB && !r->db)
         error_set(fatal, MR_USAGE, "no campaign for the record: matrig board %s needs --db DB",
-                  verb->name);
-    if (verb->run == run_runway)
+                  subcommand->name);
+    if (subcommand->run == run_runway)
         check_runway(r);
 }
 
-static void check_words(struct request *r, const struct verb *verb)
+static void check_words(struct request *r, const struct subcommand *subcommand)
 {
     double number = 0.0;
     const char *word = r->words[1];
-    if (r->words[1 + verb->words_max])
-        error_set(fatal, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help", verb->name,
-                  verb->words_max ? "more" : "number", r->words[1 + verb->words_max]);
-    if (verb->number_name && !word && verb->min > 0.0)
+    if (r->words[1 + subcommand->words_max])
+        error_set(fatal, MR_USAGE, "%s takes no %s: '%s'; see matrig board --help",
+                  subcommand->name, subcommand->words_max ? "more" : "number",
+                  r->words[1 + subcommand->words_max]);
+    if (subcommand->number_name && !word && subcommand->min > 0.0)
         error_set(fatal, MR_USAGE,
-                  "no record number: matrig board %s needs one; see matrig board list", verb->name);
-    if (!verb->number_name || !word)
+                  "no record number: matrig board %s needs one; see matrig board list",
+                  subcommand->name);
+    if (!subcommand->number_name || !word)
         return;
-    cli_parse_number(word, verb->number_name, verb->min, verb->max, &number, fatal);
+    cli_parse_number(word, subcommand->number_name, subcommand->min, subcommand->max, &number,
+                     fatal);
     r->number = (int32_t)number;
     if (number != floor(number))
         error_set(fatal, MR_USAGE, "%s must be a whole number: '%s'; see matrig board --help",
-                  verb->number_name, word);
+                  subcommand->number_name, word);
 }
 
 static int board_command(int argc, char **argv, const struct cli *cli)
@@ -853,10 +860,10 @@ static int board_command(int argc, char **argv, const struct cli *cli)
     }
     request.cli = cli;
     command_parse(&command_board, argc, argv, cli, &request, request.words, fatal);
-    const struct verb *verb = find_verb(request.words[0]);
-    check_words(&request, verb);
-    check_options(&request, verb);
-    return verb->run(&request, dialogue_open_for_command(request.can, request.serial));
+    const struct subcommand *subcommand = find_subcommand(request.words[0]);
+    check_words(&request, subcommand);
+    check_options(&request, subcommand);
+    return subcommand->run(&request, dialogue_open_for_command(request.can, request.serial));
 }
 
 #define OPTION_VALUES struct request

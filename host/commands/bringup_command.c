@@ -49,7 +49,7 @@ static void format_limits(const struct bringup_result *j, char out[VALUE_TEXT_SI
     const struct bringup_limit *limit = j->limit;
     bool hexadecimal = j->line && strncmp(j->line->value, "0x", 2) == 0;
     if (!limit || (limit->words && !*limit->words) ||
-        (!limit->words && (limit->beyond == BRINGUP_OK || isnan(j->min))))
+        (!limit->words && (limit->verdict_beyond == BRINGUP_OK || isnan(j->min))))
         *out = 0;
     else if (limit->words)
         snprintf(out, VALUE_TEXT_SIZE, "%s", limit->words);

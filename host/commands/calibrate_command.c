@@ -27,22 +27,22 @@
 #include "host/store/store_journal.h"
 #include "host/store/store_readiness.h"
 
-#define DAY_S                 86400
-#define VALID_DAYS            365.0
+#define S_PER_DAY             86400
+#define DEFAULT_VALID_DAYS    365.0
 /* Largest deviation of a working sensor from the fit, % of the span */
 #define DEVIATION_MAX_PERCENT 1.0
 
 struct request {
     const struct cli *cli;
-    const char *word, *serial, *points, *config, *output, *sensor, *known_error_text, *recompute,
-        *series, *reason, *who, *db, *certificate, *accept;
+    const char *channel_text, *serial, *points, *config, *output, *sensor, *known_error_text,
+        *recompute, *series, *reason, *who, *db, *certificate, *accept;
     bool table, zeros, force;
-    double days, known_error, miss_percent; /* `days` is NaN if not given */
+    double days, known_error, deviation_max_percent; /* `days` is NaN if not given */
     int64_t run;
     unsigned channel; /* index of the channel */
 };
 
-static enum unit_kind unit_kind(const struct request *r)
+static enum unit_kind get_unit_kind(const struct request *r)
 {
     return r->channel < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
 }
@@ -61,7 +61,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
 {
     const char *unit = find_unit_text(r), *end = r->channel < MR_TRANSDUCERS ? " in" : " lb";
     struct answer *answer = answer_new(r->cli->si);
-    answer_words(answer, "channel", "channel", "%s", r->word);
+    answer_words(answer, "channel", "channel", "%s", r->channel_text);
     answer_words(answer, NULL, "from", "%zu points between %g and %g %s", points->count, fit->low,
                  fit->high, unit);
     answer_words(answer, "values_read_in", "unit of the values", "%s",
@@ -96,7 +96,7 @@ static int show_fit(const struct request *r, const struct calibrate_points *poin
     return answer_show(r->cli, answer, code);
 }
 
-#define ACCEPT_FIELDS ": deviation from the fit accepted: "
+#define ACCEPTED_DEVIATION_TEXT ": deviation from the fit accepted: "
 
 /* Writes the reasons given by the user as comments at the start of the configuration file. Keeps
  * the reasons of other channels, because the next channel is calibrated from this file. */
@@ -104,13 +104,13 @@ static void write_reasons(const struct request *r, FILE *out)
 {
     FILE *file = r->config ? fopen(r->config, "r") : NULL;
     char *line = NULL;
-    size_t room = 0, word = strlen(r->word);
+    size_t room = 0, word = strlen(r->channel_text);
     if (r->accept)
-        fprintf(out, "# %s" ACCEPT_FIELDS "%s\n", r->word, r->accept);
+        fprintf(out, "# %s" ACCEPTED_DEVIATION_TEXT "%s\n", r->channel_text, r->accept);
     while (file && getline(&line, &room, file) > 0) {
-        bool own = strncmp(line, "# ", 2) == 0 && strncmp(line + 2, r->word, word) == 0 &&
+        bool own = strncmp(line, "# ", 2) == 0 && strncmp(line + 2, r->channel_text, word) == 0 &&
                    line[2 + word] == ':';
-        if (line[0] == '#' && strstr(line, ACCEPT_FIELDS) && !own)
+        if (line[0] == '#' && strstr(line, ACCEPTED_DEVIATION_TEXT) && !own)
             fprintf(out, "%.*s\n", (int)strcspn(line, "\r\n"), line);
     }
     free(line);
@@ -131,7 +131,7 @@ static void write_config(const struct request *r, const struct mr_config *config
     free(text);
 }
 
-static const char *name_source(const struct request *r)
+static const char *get_source_name(const struct request *r)
 {
     return r->points ? r->points : r->serial;
 }
@@ -148,7 +148,7 @@ static void check_codes(const struct request *r, const struct calibrate_points *
             error_set(fatal, MR_LIMIT,
                       "code out of range: %g for %s, point %zu: %s; codes are from %.0f to %.0f, "
                       "the columns may be swapped",
-                      code, r->word, i + 1, name_source(r), (double)limits.low_code,
+                      code, r->channel_text, i + 1, get_source_name(r), (double)limits.low_code,
                       (double)limits.high_code);
     }
 }
@@ -162,11 +162,11 @@ static void check_gain(const struct request *r, const struct mr_config *config,
     const struct mr_channel_config *channel = &config->channel[r->channel];
     if (mr_config_check(config, &reason) != MR_OK) {
         config_text_reason(config, &reason, text, sizeof text);
-        error_set(fatal, MR_LIMIT, "a board would refuse this calibration: %s; %s", name_source(r),
-                  text);
+        error_set(fatal, MR_LIMIT, "a board would refuse this calibration: %s; %s",
+                  get_source_name(r), text);
     }
     if (jump_find(old, channel, text))
-        cli_note(r->cli, "%s: %s, compared with %s: check unit and points", r->word, text,
+        cli_note(r->cli, "%s: %s, compared with %s: check unit and points", r->channel_text, text,
                  old->calibrated_day ? "the last calibration" : "the configuration");
 }
 
@@ -177,14 +177,14 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
                       const struct calibrate_fit *fit, const struct mr_channel_config *channel)
 {
     char mend[200] = "no single point explains this: measure all points again";
-    double span = fit->high - fit->low, most = r->miss_percent / 100.0 * span, rest;
+    double span = fit->high - fit->low, most = r->deviation_max_percent / 100.0 * span, rest;
     struct error error = {0};
-    if (fit->max_deviation <= fmin(r->miss_percent, DEVIATION_MAX_PERCENT) / 100.0 * span)
+    if (fit->max_deviation <= fmin(r->deviation_max_percent, DEVIATION_MAX_PERCENT) / 100.0 * span)
         r->accept = NULL;
     else if (fit->max_deviation <= most && !r->accept)
         r->accept =
             xasprintf("--miss %g: the points deviate from their fit by %.2g %% of their span",
-                      r->miss_percent, 100.0 * fit->max_deviation / span);
+                      r->deviation_max_percent, 100.0 * fit->max_deviation / span);
     if (fit->max_deviation <= most || r->accept)
         return;
     size_t i = calibrate_find_outlier(points->point, points->count, r->table, most, channel, &rest);
@@ -198,7 +198,7 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
               "the points deviate from their fit by %.3g %s, %.2g %% of their span (limit %g): %s; "
               "%s, or accept the deviation with --accept REASON",
               fit->max_deviation, find_unit_text(r), 100.0 * fit->max_deviation / span,
-              r->miss_percent, name_source(r), mend);
+              r->deviation_max_percent, get_source_name(r), mend);
     r->output = NULL;
     if (r->cli->json) /* the JSON object already contains the error */
         exit(show_fit(r, points, fit, channel, cli_fail(&error)));
@@ -209,9 +209,9 @@ static void check_fit(struct request *r, const struct calibrate_points *points,
 /* ---- points from a board ---- */
 
 /* Live readings of the board for one point; the board sends one every 20 ms */
-#define POINT_BLOCKS       40u
-#define POINT_S            10.0 /* timeout for the readings of one point, s */
-#define LIVE_S             20
+#define BLOCKS_PER_POINT   40u
+#define POINT_TIMEOUT_S    10.0 /* timeout for the readings of one point, s */
+#define LIVE_DURATION_S    20
 /* Codes; noise is below 1 code, so a larger difference is movement */
 #define MOVEMENT_MAX_CODES 6.0
 
@@ -230,7 +230,7 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
         .kind = g->channel < MR_TRANSDUCERS ? MR_KIND_DISPLACEMENT : MR_KIND_TENSION,
         .unit_per_code = 1.0f};
     (void)error;
-    if (message->id != MR_ID_BLOCK || g->count == POINT_BLOCKS ||
+    if (message->id != MR_ID_BLOCK || g->count == BLOCKS_PER_POINT ||
         mr_block_get(&block, message->payload, message->length) != MR_OK)
         return MR_OK;
     float ratio = mr_channels_ratio(g->reference, &block);
@@ -247,10 +247,10 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
     return MR_OK;
 }
 
-static bool is_gathered(const void *context)
+static bool has_enough_readings(const void *context)
 {
     const struct reading_sum *g = context;
-    return g->count == POINT_BLOCKS || g->invalid_count == POINT_BLOCKS;
+    return g->count == BLOCKS_PER_POINT || g->invalid_count == BLOCKS_PER_POINT;
 }
 
 /* Measures the mean of the channel over about a second. */
@@ -258,10 +258,10 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
                           struct calibrate_point *point)
 {
     *g = (struct reading_sum){.reference = g->reference, .channel = g->channel};
-    config_client_set_live(dialogue, LIVE_S, fatal);
-    dialogue_wait_until(dialogue, is_gathered, g, POINT_S, fatal);
-    if (g->count < POINT_BLOCKS)
-        error_set(fatal, g->invalid_count ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->word,
+    config_client_set_live(dialogue, LIVE_DURATION_S, fatal);
+    dialogue_wait_until(dialogue, has_enough_readings, g, POINT_TIMEOUT_S, fatal);
+    if (g->count < BLOCKS_PER_POINT)
+        error_set(fatal, g->invalid_count ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->channel_text,
                   g->invalid_count ? "its readings are not valid"
                                    : "no readings received within 10 s",
                   g->invalid_count ? "check the wiring of the sensor"
@@ -307,7 +307,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
     cli_note(r->cli,
              "%s: set a known value, let it rest, type it (%s) and press Enter; u removes the last "
              "point; an empty line or q ends",
-             r->word, unit);
+             r->channel_text, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)
             fprintf(stderr, "point %zu, %s: ", points->count + 1, unit);
@@ -320,7 +320,7 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
         }
         struct calibrate_point point;
         struct quantity_error wrong;
-        if (!calibrate_value_parse(line, unit_kind(r), points->unit, &point.value, &wrong)) {
+        if (!calibrate_value_parse(line, get_unit_kind(r), points->unit, &point.value, &wrong)) {
             cli_note(r->cli, "not a value: '%s': %s; %s", line, wrong.what, wrong.advice);
             continue;
         }
@@ -338,17 +338,17 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
 }
 
 /* Reads the active configuration, then the points. */
-static void read_board(const struct request *r, struct mr_config *config,
-                       struct calibrate_points *points)
+static void read_board_config(const struct request *r, struct mr_config *config,
+                              struct calibrate_points *points)
 {
     static struct config_client talk;
     struct dialogue *dialogue = dialogue_open_for_command(NULL, r->serial);
     uint32_t crc;
-    config_client_begin_idle(&talk, dialogue, config, &crc, fatal);
+    config_client_begin_and_get(&talk, dialogue, config, &crc, fatal);
     if (!mr_channel_is_sensor(&config->channel[r->channel]))
         error_set(fatal, MR_USAGE,
                   "%s is not fitted according to the configuration of %s; see matrig board config",
-                  r->word, r->serial);
+                  r->channel_text, r->serial);
     guide_calibration(r, dialogue, config, points);
     dialogue_close(dialogue);
 }
@@ -359,18 +359,19 @@ static int run_calibration(struct request *r)
     static struct calibrate_points points;
     struct calibrate_fit fit;
     if (r->points)
-        calibrate_points_read(r->points, unit_kind(r), &points, fatal);
+        calibrate_points_read(r->points, get_unit_kind(r), &points, fatal);
     if (r->config)
         config_text_load(r->config, &config, fatal);
     else
-        read_board(r, &config, &points);
+        read_board_config(r, &config, &points);
     struct mr_channel_config *channel = &config.channel[r->channel];
     const struct mr_channel_config old = *channel;
     if (!mr_channel_is_sensor(channel))
-        error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->word, r->config);
+        error_set(fatal, MR_USAGE, "%s is not fitted: %s; set its kind first", r->channel_text,
+                  r->config);
     check_codes(r, &points, channel);
     calibrate_fit(points.point, points.count, r->known_error, r->table, channel, &fit, fatal);
-    time_t today = time(NULL) / DAY_S;
+    time_t today = time(NULL) / S_PER_DAY;
     channel->calibrated_day = (uint32_t)today;
     channel->expires_day = (uint32_t)(today + (time_t)r->days);
     if (r->sensor) {
@@ -399,7 +400,7 @@ static void enter_certificate(const struct request *r)
                   r->db);
     snprintf(row.sensor, sizeof row.sensor, "%s", r->sensor ? r->sensor : "");
     store_certificate_add(store, &row, fatal);
-    cli_note(r->cli, "%s: certificate %s of sensor %s entered", r->word, row.number,
+    cli_note(r->cli, "%s: certificate %s of sensor %s entered", r->channel_text, row.number,
              text_or_dash(row.sensor));
 }
 
@@ -447,7 +448,7 @@ static int recompute_landings(struct request *r)
                                             r->reason, r->zeros};
     config_text_load(r->recompute, &config, fatal);
     /* all landings are recalibrated in one transaction */
-    struct store *store = program_open_campaign(r->word, STORE_OPEN);
+    struct store *store = program_open_campaign(r->channel_text, STORE_OPEN);
     store_find_run(store, &r->run, fatal);
     store_begin(store, fatal);
     store_landings(store, &rows, &count, fatal);
@@ -463,7 +464,7 @@ static int recompute_landings(struct request *r)
     }
     if (landings == 0)
         error_set(fatal, MR_UNKNOWN, "no such landings: %s; matrig show DB lists the landings",
-                  r->word);
+                  r->channel_text);
     store_commit(store, fatal);
     free(rows);
     if (r->cli->json)
@@ -495,11 +496,11 @@ static unsigned parse_channel(const char *text)
 
 /* Reads the error of the known values. A number without a unit is in inches or lb; 0.05mm has a
  * unit. */
-static void read_known(struct request *r)
+static void parse_known_error(struct request *r)
 {
     struct quantity_error wrong = {"", ""};
-    double most = unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
-    if (calibrate_value_parse(r->known_error_text, unit_kind(r),
+    double most = get_unit_kind(r) == UNIT_DISPLACEMENT ? 0.5 : 20.0;
+    if (calibrate_value_parse(r->known_error_text, get_unit_kind(r),
                               unit_word_find(find_unit_text(r), 2), &r->known_error, &wrong) &&
         r->known_error >= 0.0 && r->known_error <= most)
         return;
@@ -549,19 +550,19 @@ static void check_request(struct request *r)
     if (r->sensor && strlen(r->sensor) > sizeof room.serial)
         error_set(fatal, MR_USAGE, "serial number too long: '%s'; give at most %zu characters",
                   r->sensor, sizeof room.serial);
-    r->channel = parse_channel(r->word);
+    r->channel = parse_channel(r->channel_text);
     if (r->certificate)
         certificates_parse(r->certificate, &(struct store_certificate){.index = r->channel}, fatal);
     if (isnan(r->days))
-        r->days = VALID_DAYS;
+        r->days = DEFAULT_VALID_DAYS;
     if (r->known_error_text)
-        read_known(r);
+        parse_known_error(r);
 }
 
 static int calibrate_command(int argc, char **argv, const struct cli *cli)
 {
     struct request r = {.cli = cli};
-    command_parse(&command_calibrate, argc, argv, cli, &r, &r.word, fatal);
+    command_parse(&command_calibrate, argc, argv, cli, &r, &r.channel_text, fatal);
     check_request(&r);
     /* called now because the measurement can take half an hour */
     output_check_new(r.output, r.force, fatal);
@@ -594,7 +595,7 @@ static const struct command_part parts[] = {
         "--known", "E", known_error_text,
         "standard error common to all known values, in inches or pounds, or with a unit (0.05mm)"),
     OPTION_FLAG("--table", table, "store a table of 2 to 8 points; default: a straight line"),
-    OPTION_NUMBER("--miss", "P", miss_percent, "%", 0.01, 50.0, DEVIATION_MAX_PERCENT,
+    OPTION_NUMBER("--miss", "P", deviation_max_percent, "%", 0.01, 50.0, DEVIATION_MAX_PERCENT,
                   "largest deviation of a point from the fit, in % of the span of the known "
                   "values; default: {standard}. If a point deviates more, nothing is written, and "
                   "the output names the point that is probably wrong"),

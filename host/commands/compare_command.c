@@ -60,7 +60,7 @@ static void read_words(const char *const words[3], struct request *request)
                   request->scene);
     request->scene = file ? file : request->scene;
     if (!request->scene) {
-        data_dir_find(DATA_RUNWAY, request->runway, sizeof request->runway);
+        data_dir_find(DATA_RUNWAY_SCENE, request->runway, sizeof request->runway);
         request->scene = request->runway;
     }
 }
@@ -124,7 +124,7 @@ static int compare_one_landing(struct store *store, const struct request *reques
 static void show_progress(void *ctx, size_t done, size_t of)
 {
     const struct cli *cli = ctx;
-    if (!cli->quiet && cli_can_draw())
+    if (!cli->quiet && cli_can_draw_on_stderr())
         fprintf(stderr, "\r%zu of %zu landings%s", done, of, done == of ? "\n" : "");
 }
 

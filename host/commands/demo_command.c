@@ -20,15 +20,15 @@ static int demo_command(int argc, char **argv, const struct cli *cli)
     char script[PATH_MAX], matrig[PATH_MAX], board[PATH_MAX], image[PATH_MAX], runs[PATH_MAX];
     if (command_parse(&command_demo, argc, argv, cli, &r, &r.folder, &error) != MR_OK)
         return cli_fail(&error);
-    data_dir_find(DATA_DEMO, script, sizeof script);
-    data_dir_find(DATA_BOARD, board, sizeof board);
+    data_dir_find(DATA_DEMO_SCRIPT, script, sizeof script);
+    data_dir_find(DATA_BOARD_PROGRAM, board, sizeof board);
     data_dir_find(DATA_FIRMWARE, image, sizeof image);
-    data_dir_find(DATA_RUNS, runs, sizeof runs);
+    data_dir_find(DATA_RECORDED_LANDINGS, runs, sizeof runs);
     data_dir_program_path(matrig, sizeof matrig);
     const char *words[20] = {"sh",   script, r.folder ? r.folder : "matrig-demo",
                              matrig, board,  r.elf ? r.elf : image,
                              runs};
-    program_read_options(words + 7, cli);
+    program_global_options(words + 7, cli);
     fflush(NULL);
     execv("/bin/sh", (char **)words);
     error_set(&error, MR_IO, "cannot start /bin/sh: %s", strerror(errno));

@@ -25,13 +25,13 @@
 #define HELLO_AFTER_RESET_S 6.0
 #define COMMAND_TIMEOUT_S   3.0
 /* S; the board sends its type after the hello, older firmware 1 s later */
-#define TYPE_WAIT_S         1.0
+#define BOARD_TYPE_WAIT_S   1.0
 #define RESTART_MS          200    /* the board resets after 50 ms; the rest is for the reset */
 #define ROM_BAUD            115200 /* baud; the highest rate that AN3155 guarantees */
-#define CHIP_TRIES          3u
+#define CHIP_READ_TRIES_MAX 3u
 #define OUTPUT_SIZE         2048u
 #define WORDS_MAX           16u
-#define NOT_FOUND           127 /* exit code of a program that is not found */
+#define PROGRAM_NOT_FOUND   127 /* exit code of a program that is not found */
 
 struct session {
     const struct cli *cli;
@@ -43,7 +43,7 @@ struct session {
     struct imagefile image;
     unsigned chip; /* id of the chip for which the image is built */
     struct dialogue *dialogue;
-    bool is_same_image, firmware_runs;
+    bool is_same_image, is_firmware_running;
 };
 
 /* ---- stm32flash ---- */
@@ -65,7 +65,7 @@ static const uint8_t rom_instructions[24] = {
     0x81, 0xf3, 0x08, 0x88, 0x41, 0x68, 0x08, 0x47, 0x00, 0x00, 0xff, 0x1f,
 };
 
-struct part {
+struct image_part {
     const char *name;
     uint32_t address; /* offset from MR_FLASH, bytes */
     const uint8_t *bytes;
@@ -79,7 +79,7 @@ static void show_output(const struct session *to, const char *part, const char *
     const char *percent = strrchr(output, '(');
     char *end;
     double value = percent ? strtod(percent + 1, &end) : 0;
-    if (cli_can_draw() && !to->cli->quiet && percent && *end == '%')
+    if (cli_can_draw_on_stderr() && !to->cli->quiet && percent && *end == '%')
         fprintf(stderr, "\rmatrig: flash: %s %.0f %%\033[K", part, value);
 }
 
@@ -140,7 +140,7 @@ static enum mr_status run_program(const struct session *to, const char *const wo
     close(ends[0]);
     if (error->status != MR_OK)
         return error->status;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == NOT_FOUND)
+    if (WIFEXITED(status) && WEXITSTATUS(status) == PROGRAM_NOT_FOUND)
         return error_set(error, MR_IO,
                          "stm32flash is missing, and matrig needs it to program boards; run "
                          "apt-get install stm32flash");
@@ -154,7 +154,7 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
 {
     char output[OUTPUT_SIZE], why[120];
     /* The first try can fail, because the firmware may still send while it restarts. */
-    for (unsigned try = 0; try < CHIP_TRIES; try++) {
+    for (unsigned try = 0; try < CHIP_READ_TRIES_MAX; try++) {
         enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", output,
                                             error);
         const char *id = strstr(output, "Device ID");
@@ -172,7 +172,7 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
 }
 
 static enum mr_status write_part(const struct session *to, const char *folder,
-                                 const struct part *part, struct error *error)
+                                 const struct image_part *part, struct error *error)
 {
     char path[TEMPORARY_FOLDER_SIZE + 40], at[12], output[OUTPUT_SIZE], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->starts_program ? "-g" : NULL,
@@ -196,8 +196,8 @@ static enum mr_status write_part(const struct session *to, const char *folder,
 
 /* Finds the part of the image between offsets `from` and `to`. Returns false if the image has no
  * bytes there. */
-static bool find_extent(const struct imagefile *image, uint32_t from, uint32_t to,
-                        struct part *part)
+static bool find_image_part(const struct imagefile *image, uint32_t from, uint32_t to,
+                            struct image_part *part)
 {
     while (to > from && !image->is_given[to - 1])
         to--;
@@ -212,17 +212,17 @@ static enum mr_status stm32flash_program(const struct session *to, struct error 
 {
     static const char *const files[] = {"part.bin"};
     const struct imagefile *image = &to->image;
-    struct part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
-                         false};
-    struct part program = {.name = "program"},
-                vectors = {.name = "vectors", .starts_program = true};
+    struct image_part first = {"jump to the boot ROM", 0, rom_instructions, sizeof rom_instructions,
+                               false};
+    struct image_part program = {.name = "program"},
+                      vectors = {.name = "vectors", .starts_program = true};
     char folder[TEMPORARY_FOLDER_SIZE];
     enum mr_status status = temporary_folder_create(folder, "flash", error);
     if (status == MR_OK &&
-        find_extent(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
+        find_image_part(image, IMAGEFILE_CONFIGURATION_END, IMAGEFILE_BYTES, &program)) {
         status = write_part(to, folder, &first, error) ?: write_part(to, folder, &program, error);
     }
-    if (status == MR_OK && find_extent(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
+    if (status == MR_OK && find_image_part(image, 0, IMAGEFILE_CONFIGURATION_START, &vectors))
         status = write_part(to, folder, &vectors, error);
     temporary_folder_remove(folder, files, 1);
     return status;
@@ -234,7 +234,7 @@ static void enter_rom(struct session *session)
 {
     struct mr_ack ack;
     const struct dialogue_command order = {.code = MR_COMMAND_BOOTROM,
-                                           .answer_s = COMMAND_TIMEOUT_S};
+                                           .answer_timeout_s = COMMAND_TIMEOUT_S};
     if (dialogue_send_command(session->dialogue, &order, &ack, fatal) == MR_TIMEOUT)
         dialogue_set_no_answer_error(session->dialogue, MR_COMMAND_BOOTROM, fatal);
     enum mr_status answer = (enum mr_status)ack.status;
@@ -260,7 +260,7 @@ static void enter_rom(struct session *session)
 }
 
 /* Waits for a hello of the firmware. Returns false after `within_s` seconds without one. */
-static bool receive_firmware(struct session *session, double within_s)
+static bool wait_for_firmware(struct session *session, double within_s)
 {
     dialogue_reset(session->dialogue);
     bool heard = dialogue_wait_for_identity(session->dialogue, within_s, fatal) != MR_TIMEOUT;
@@ -281,7 +281,7 @@ static void check_board(struct session *session)
     struct identity *identity = &session->dialogue->identity;
     if (session->image.has_header && !session->force &&
         dialogue_wait_until(session->dialogue, dialogue_is_flag_set, &identity->board_known,
-                            TYPE_WAIT_S, fatal) == MR_OK &&
+                            BOARD_TYPE_WAIT_S, fatal) == MR_OK &&
         identity->board_type != session->image.header.board)
         error_set(fatal, MR_VERSION,
                   "the board is %s, but the image is for %s: %s; give the image for this board, or "
@@ -294,7 +294,7 @@ static void check_board(struct session *session)
 static void identify_firmware(struct session *session)
 {
     char why[200];
-    if (!receive_firmware(session, HELLO_WAIT_S)) {
+    if (!wait_for_firmware(session, HELLO_WAIT_S)) {
         cli_note(session->cli,
                  "flash: " LINK_NO_HELLO "; expecting the boot ROM, started with BOOT0 high");
         return;
@@ -315,14 +315,14 @@ static void identify_firmware(struct session *session)
 static void compare_images(struct session *session)
 {
     char why[200];
-    if (!receive_firmware(session, HELLO_AFTER_RESET_S))
+    if (!wait_for_firmware(session, HELLO_AFTER_RESET_S))
         error_set(fatal, MR_TIMEOUT,
                   "flashed and read back, but the board does not send a hello: %s; set BOOT0 low "
                   "and reset the board",
                   session->spec);
-    session->firmware_runs = identity_is_running(&session->dialogue->identity,
-                                                 &session->image.header, why, sizeof why);
-    if (!session->firmware_runs)
+    session->is_firmware_running = identity_is_running(&session->dialogue->identity,
+                                                       &session->image.header, why, sizeof why);
+    if (!session->is_firmware_running)
         error_set(fatal, MR_LIMIT, "the board does not run the flashed image: %s; %s",
                   session->spec, why);
 }
@@ -357,7 +357,7 @@ static enum mr_status program_chip(struct session *session, const char *tty, str
                            chip, session->chip, session->spec);
     if (status == MR_OK)
         status = stm32flash_program(session, error);
-    if (cli_can_draw() && !session->cli->quiet)
+    if (cli_can_draw_on_stderr() && !session->cli->quiet)
         fputs("\r\033[K", stderr);
     return status;
 }
@@ -392,11 +392,11 @@ static void add_result(const struct session *session, bool already, struct answe
                  already ? 0 : session->image.given_count)
         ->suffix = " bytes, identical to the file";
     answer_flag(answer, "already", NULL, already);
-    answer_flag(answer, "runs", NULL, session->firmware_runs || already);
+    answer_flag(answer, "runs", NULL, session->is_firmware_running || already);
     answer_words(answer, NULL, "board", "%s",
-                 already                  ? "already runs this image; --force flashes it again"
-                 : session->firmware_runs ? "runs it"
-                                          : "started");
+                 already ? "already runs this image; --force flashes it again"
+                 : session->is_firmware_running ? "runs it"
+                                                : "started");
 }
 
 /* Programs the board. Closes the dialogue first, because only one program can use the port. */

@@ -73,9 +73,9 @@ static enum mr_status add_result(struct store *store, const struct import_reques
     return add_landings(store, result, answer, error);
 }
 
-static enum mr_status refuse_repeated(struct store *store, const struct store_import *row,
-                                      const struct import_request *request, bool again,
-                                      struct error *error)
+static enum mr_status refuse_repeated_import(struct store *store, const struct store_import *row,
+                                             const struct import_request *request, bool again,
+                                             struct error *error)
 {
     int64_t session = 0;
     enum mr_status status = store_import_find(store, row, request->base, &session, error);
@@ -109,7 +109,7 @@ static enum mr_status import_file(struct store *store, const struct textfile *fi
 {
     snprintf(row->bus, sizeof row->bus, "%s", result->bus);
     enum mr_status status = store_begin(store, error)
-                              ?: refuse_repeated(store, row, request, again, error)
+                              ?: refuse_repeated_import(store, row, request, again, error)
                               ?: (mapping->text
                                       ? import_landing(store, mapping, request, result, error)
                                       : import_candump(store, file, request, result, error));

@@ -13,12 +13,12 @@
 #include "host/live/server.h"
 #include "host/store/store.h"
 
-#define POLL_MS         25 /* time between two reads of the database */
+#define POLL_MS             25 /* time between two reads of the database */
 /* Frames that are shown at the start although they were logged earlier: ten seconds of a landing,
  * or minutes without one. */
-#define FRAMES_AT_START 30000
-#define FRAMES_PER_POLL 2000
-#define SESSION_LINKS   200
+#define FRAMES_AT_START_MAX 30000
+#define FRAMES_PER_POLL     2000
+#define SESSION_LINKS       200
 
 struct watch {
     const struct cli *cli;
@@ -61,7 +61,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
     int64_t session = 0;
     bool more = true;
     enum mr_status status = MR_OK;
-    for (int turn = 0; more && turn < 1 + FRAMES_AT_START / FRAMES_PER_POLL && status == MR_OK;
+    for (int turn = 0; more && turn < 1 + FRAMES_AT_START_MAX / FRAMES_PER_POLL && status == MR_OK;
          turn++)
         status = store_follow(watch->store, &watch->position, FRAMES_PER_POLL, &follower, &more,
                               error);
@@ -110,7 +110,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
         .si = watch->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
-    store_follow_begin(watch->store, FRAMES_AT_START, &watch->position, fatal);
+    store_follow_begin(watch->store, FRAMES_AT_START_MAX, &watch->position, fatal);
     live_hub_open(&watch->source, &watch->hub, fatal);
     if (watch->cli->json)
         return;

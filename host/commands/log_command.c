@@ -18,14 +18,14 @@
 
 /* Smallest jump of the clock that is reported, per loop cycle. Slewing by NTP is below 500 ppm and
  * is not reported. */
-#define CLOCK_JUMP_US            50000
+#define CLOCK_JUMP_MIN_US        50000
 #define CYCLE_MAX_US             250000u /* longest loop cycle */
 #define TRANSACTION_CYCLE_MAX_US 40000u  /* longest loop cycle while a commit is pending */
 #define LOCK_WAIT_MS             20      /* time between two attempts to begin the session */
 /* Longest absence of a device, s. A cable that is unplugged between landings must not end the
  * log. */
-#define ABSENCE_MAX_S            3600.0
-#define ABSENCE_POLL_MS          250 /* time between two attempts to open a missing device */
+#define DEVICE_ABSENCE_MAX_S     3600.0
+#define DEVICE_POLL_MS           250 /* time between two attempts to open a missing device */
 
 /* Records a change of this computer's clock in the campaign. The user or NTP may set the clock
  * during logging. Stored times are not changed. Deadlines use the monotonic clock. */
@@ -34,7 +34,7 @@ static void check_clock(struct logger *logger)
     int64_t ahead_us = (int64_t)link_clock_ahead_us();
     int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
     logger->clock_ahead_us = ahead_us;
-    if (jump_us > -CLOCK_JUMP_US && jump_us < CLOCK_JUMP_US)
+    if (jump_us > -CLOCK_JUMP_MIN_US && jump_us < CLOCK_JUMP_MIN_US)
         return;
     cli_note(logger->cli,
              "the clock of this computer was changed by %+.3f s: times of day before and after the "
@@ -309,11 +309,11 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
             cli_note(logger->cli, "%s (waiting %.3g s for it)", error->text, logger->absence_max_s);
         told = true;
         error->status = MR_OK;
-        ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, ABSENCE_POLL_MS) > 0;
+        ends = poll(&(struct pollfd){.fd = signals, .events = POLLIN}, 1, DEVICE_POLL_MS) > 0;
     }
     if (status == MR_OK)
         link_set_absence_limit(logger->link[link], isnan(logger->absence_max_s)
-                                                       ? ABSENCE_MAX_S
+                                                       ? DEVICE_ABSENCE_MAX_S
                                                        : logger->absence_max_s);
     logger->link_open[link] = status == MR_OK;
     return status;

@@ -32,7 +32,7 @@ struct parameter {
 struct params_request {
     const char *output_path, *push_path, *plot_path;
     int64_t mats;
-    double axle_load_lb, force_error_lb, moved_error_in;
+    double axle_load_lb, force_error_lb, displacement_error_in;
     bool force;
 };
 
@@ -80,10 +80,10 @@ static const struct parameter *find_parameter(const struct reader *r, const char
 
 /* ---- push tests ---- */
 
-#define Z_95          1.96
+#define Z_95                1.96
 /* Lower limit of the scene key gear_unloading, which must be above 0. */
-#define UNLOADING_MIN 0.01
-#define AXLE_LAW_MAX  2.0
+#define UNLOADING_RATIO_MIN 0.01
+#define AXLE_LAW_MAX        2.0
 
 /* Adds a parameter of the push test. Value and interval are clamped to the limits of the scene
  * key. */
@@ -111,17 +111,18 @@ static void read_push(const struct params_request *request, struct reader *r, st
                   request->push_path);
     push_readings_load(request->push_path, &push->readings, fatal);
     push->setting = (struct push_setting){
-        .gages = {request->force_error_lb, request->moved_error_in},
-        .mats = (unsigned)request->mats,
+        .gage_errors = {request->force_error_lb, request->displacement_error_in},
+        .mat_count = (unsigned)request->mats,
         .mat_weight_lb = weight ? weight->estimate.value : 0.0,
         .axle_load_lb = request->axle_load_lb,
     };
-    push_ground_find(&push->readings, &push->setting, &push->ground, fatal);
+    push_ground_estimate(&push->readings, &push->setting, &push->ground, fatal);
     add_push_parameter(r, "f", "1", &ground->friction, 0.0, HUGE_VAL);
     if (ground->law != PUSH_ELASTIC || isnan(ground->k_lb_ft.interval.value))
         return; /* only an elastic law has the other keys */
     add_push_parameter(r, "gear_k_lb_ft", "lb/ft", &ground->k_lb_ft, 0.0, HUGE_VAL);
-    add_push_parameter(r, "gear_unloading", "1", &ground->unloading, UNLOADING_MIN, 1.0);
+    add_push_parameter(r, "gear_unloading", "1", &ground->unloading_ratio, UNLOADING_RATIO_MIN,
+                       1.0);
     add_push_parameter(r, "gear_axle_law", "1", &ground->axle_law, 0.0, AXLE_LAW_MAX);
     add_parameter(r, "wheel_load", "lb",
                   request->axle_load_lb > 0.0 ? "--axle-load" : "smallest load tested, per axle",
@@ -131,17 +132,17 @@ static void read_push(const struct params_request *request, struct reader *r, st
 
 /* Plots the law of a rigid gear: vertical at displacement 0, then along the force limit if the mat
  * slid. */
-static void plot_rigid(struct plot *plot, const struct push_series *series,
-                       const struct push_fit *fit)
+static void plot_rigid_law(struct plot *plot, const struct push_series *series,
+                           const struct push_fit *fit)
 {
     double top_lb = 0.0, right_in = fit->dial_zero_in;
     bool known = fit->slid_count > 0;
     for (size_t i = 0; i < series->count; i++) {
         top_lb = fmax(top_lb, series->force_lb[i]);
-        right_in = fmax(right_in, series->moved_in[i]);
+        right_in = fmax(right_in, series->displacement_in[i]);
     }
     if (known)
-        top_lb = fabs(fit->limit_lb);
+        top_lb = fabs(fit->slide_force_lb);
     plot_add_series(plot, &(struct plot_series){
                               .kind = PLOT_LINE,
                               .key = known ? "Coulomb, rigid, up to its limit" : "Coulomb, rigid",
@@ -168,10 +169,10 @@ static void plot_push(const struct params_request *request, const struct push *p
         plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE_POINTS,
                                                     .key = "read",
                                                     .colour = PLOT_GREY,
-                                                    .x = series->moved_in,
+                                                    .x = series->displacement_in,
                                                     .y = series->force_lb,
                                                     .count = series->count});
-        push_fit_curve(series, push->setting.gages, fit, law_in);
+        push_fit_curve(series, push->setting.gage_errors, fit, law_in);
         plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE,
                                                     .key = isnan(fit->k_lb_in.value)
                                                              ? "elastic, smallest stiffness"
@@ -180,7 +181,7 @@ static void plot_push(const struct params_request *request, const struct push *p
                                                     .x = law_in,
                                                     .y = series->force_lb,
                                                     .count = series->count});
-        plot_rigid(plot, series, fit);
+        plot_rigid_law(plot, series, fit);
     }
     plot_write(plot, request->plot_path, fatal);
 }
@@ -333,7 +334,7 @@ static void read_pull(struct reader *r)
 }
 
 /* A reading in inches, ft. */
-static struct estimate read_inches_ft(struct reader *r, const char *name)
+static struct estimate read_inches_as_ft(struct reader *r, const char *name)
 {
     struct estimate e = read_estimate(r, name);
     return (struct estimate){e.value / IN_PER_FT, e.error / IN_PER_FT};
@@ -345,7 +346,7 @@ static void read_deflection(struct reader *r)
                                                                  ? read_estimate(r, "mats")
                                                                  : (struct estimate){1.0, 0.0};
     add_parameter(r, "KV", "lb/ft", "static deflection",
-                  params_soil(load, read_inches_ft(r, "deflection_in"), mats.value));
+                  params_soil(load, read_inches_as_ft(r, "deflection_in"), mats.value));
 }
 
 static void read_plate(struct reader *r)
@@ -354,7 +355,7 @@ static void read_plate(struct reader *r)
     size_t count = read_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
     struct estimate kv = {1.0, 0.0};
-    params_plate(load_lb, settlement_ft, count, read_inches_ft(r, "plate_in"),
+    params_plate(load_lb, settlement_ft, count, read_inches_as_ft(r, "plate_in"),
                  params_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")),
                  &kv, fatal);
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
@@ -601,7 +602,7 @@ static const struct command_part parts[] = {
                   "load of one axle on the strip; default: the smallest load tested"),
     OPTION_NUMBER("--force-error", "LB", force_error_lb, "lb", 1e-6, 1e6, 0.5,
                   "standard error of a force; default: {standard}"),
-    OPTION_NUMBER("--dial-error", "IN", moved_error_in, "in", 1e-7, 10.0, 0.001,
+    OPTION_NUMBER("--dial-error", "IN", displacement_error_in, "in", 1e-7, 10.0, 0.001,
                   "standard error of a displacement; default: {standard}"),
     HELP_NOTE("Units are those of the scene keys (ft, lb, slug, s), even with --si."),
     HELP_EXAMPLE("matrig params readings.json -o scene.json"),

@@ -60,11 +60,11 @@ struct store *program_open_or_create_campaign(const struct cli *cli, const char 
     return store;
 }
 
-size_t program_read_options(const char *words[], const struct cli *cli)
+size_t program_global_options(const char *words[], const struct cli *cli)
 {
     struct global_options before = {.cli = *cli};
     size_t count = 0;
-    for (size_t i = 0; i < command_matrig.count; i++) {
+    for (size_t i = 0; i < command_matrig.part_count; i++) {
         const struct command_option *option = &command_matrig.parts[i].option;
         if (option->name && *(const bool *)((const char *)&before + option->offset))
             words[count++] = option->name;

@@ -20,13 +20,13 @@
 
 /* Seconds for campaign, links and dialogue. The command must end within 20 s; the rest is for the
  * last request to the board and for saving. */
-#define LIMIT_S      16.0
-#define CHECK_S      1.5 /* s, for reading the campaign */
-#define LOCK_WAIT_S  0.4 /* s, to wait for another program that writes to the campaign */
-#define S_PER_DAY    86400
-#define LIVE_S       30 /* s, after which the board stops live readings by itself */
-#define LIVE_RENEW_S 5.0
-#define WALK_S       600.0
+#define CHECKS_TIMEOUT_S     16.0
+#define DATABASE_CHECK_MAX_S 1.5 /* s, for reading the campaign */
+#define LOCK_WAIT_S          0.4 /* s, to wait for another program that writes to the campaign */
+#define S_PER_DAY            86400
+#define LIVE_DURATION_S      30 /* s, after which the board stops live readings by itself */
+#define LIVE_RENEW_S         5.0
+#define WALK_TIMEOUT_S       600.0
 
 struct request {
     const struct cli *cli;
@@ -43,7 +43,7 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     int64_t bytes = 0, landings = 0;
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     store_set_wait_s(store, LOCK_WAIT_S);
-    if (store_check(store, CHECK_S, &f->database_checked, &wrong) != MR_OK ||
+    if (store_check(store, DATABASE_CHECK_MAX_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database_fault, sizeof f->database_fault, "%.180s", wrong.text);
     wrong = (struct error){0};
@@ -78,7 +78,7 @@ static int show_report(const struct cli *cli, const char *kind, const struct rea
 /* ---- ready ---- */
 
 /* Reads the shunt spans, lb, that the last check of this board stored. */
-static void read_spans(const char *checks, float span_lb[MR_GAGES])
+static void read_shunt_spans(const char *checks, float span_lb[MR_GAGES])
 {
     json_t *object = json_loads(checks, 0, NULL), *spans = json_object_get(object, "spans_lb");
     for (unsigned i = 0; i < MR_GAGES; i++) {
@@ -91,7 +91,7 @@ static void read_spans(const char *checks, float span_lb[MR_GAGES])
 
 /* Reads the results of this board's last landing and last shunt calibration, and its
  * certificates. */
-static void check_recent(struct store *store, struct ready_facts *f)
+static void read_recent_results(struct store *store, struct ready_facts *f)
 {
     char uid[IDENTITY_UID_SIZE];
     struct store_landing *rows = NULL;
@@ -104,7 +104,7 @@ static void check_recent(struct store *store, struct ready_facts *f)
     for (size_t i = 0; i < count; i++) {
         if (strcmp(rows[i].board_uid, uid) != 0)
             continue;
-        f->has_previous = true;
+        f->has_previous_landing = true;
         f->previous_run = rows[i].id;
         f->previous_image_crc = rows[i].image_crc;
         f->previous_config_crc = rows[i].config_crc;
@@ -113,7 +113,7 @@ static void check_recent(struct store *store, struct ready_facts *f)
     store_newest_shunt_spans(store, uid, f->previous_span_lb, &kept_us, fatal);
     store_readiness_get(store, uid, "ready", (int64_t)link_now_us(), false, &last, &found, fatal);
     if (found && last.made_us > kept_us)
-        read_spans(last.checks, f->previous_span_lb);
+        read_shunt_spans(last.checks, f->previous_span_lb);
     free(last.checks);
     certificates_read(store, uid, &f->certificates, fatal);
 }
@@ -152,9 +152,9 @@ static int run_checks(const struct request *request, struct ready_facts *f)
     double begun_s = monotonic_s();
     struct store *store = open_campaign(request, f);
     struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
-    ready_request_facts(dialogue, LIMIT_S - (monotonic_s() - begun_s), f, fatal);
+    ready_request_facts(dialogue, CHECKS_TIMEOUT_S - (monotonic_s() - begun_s), f, fatal);
     dialogue_close(dialogue);
-    check_recent(store, f);
+    read_recent_results(store, f);
     ready_judge(f, &report);
     if (!f->database_fault[0])
         save_report(store, &f->identity, "ready", &report, &f->shunts, made_us);
@@ -225,7 +225,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w,
                                struct error *error)
 {
-    double until_s = monotonic_s() + WALK_S, renew_s = 0.0;
+    double until_s = monotonic_s() + WALK_TIMEOUT_S, renew_s = 0.0;
     /* The board stops live readings by its own clock, and an emulated board can run faster than
      * real time. */
     uint32_t renew_ms = 0;
@@ -233,7 +233,7 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
     while (status == MR_OK && !walk_is_complete(&w->walk) && !interrupted &&
            monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
-            status = config_client_set_live(dialogue, LIVE_S, error);
+            status = config_client_set_live(dialogue, LIVE_DURATION_S, error);
             renew_s = monotonic_s() + LIVE_RENEW_S;
             renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEW_S);
         }
@@ -257,14 +257,14 @@ static int run_walk_test(const struct request *request, struct ready_facts *f)
     double begun_s = monotonic_s();
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     struct dialogue *dialogue = dialogue_open_for_command(request->can, request->serial);
-    config_client_begin_idle(&talk, dialogue, &f->config, &f->config_crc, fatal);
+    config_client_begin_and_get(&talk, dialogue, &f->config, &f->config_crc, fatal);
     walking.request = request;
     walk_start(&walking.walk, &f->config);
     dialogue_subscribe(dialogue, handle_message, &walking);
     cli_note(request->cli,
              "walk along the rig; the test ends when all sensors have responded, after %.0f s, or "
              "with Ctrl-C",
-             WALK_S);
+             WALK_TIMEOUT_S);
     signal(SIGINT, note_signal);
     if (run_walk(dialogue, &walking, &error) != MR_OK)
         return cli_fail(&error);
@@ -283,7 +283,7 @@ static void read_expected(const char *text, struct ready_facts *facts)
     static struct mr_config config;
     char *end;
     unsigned long value = strtoul(text, &end, 16);
-    facts->crc_expected = true;
+    facts->has_expected_crc = true;
     facts->expected_crc = (uint32_t)value;
     if (strlen(text) == 8 && *end == '\0')
         return;
@@ -318,7 +318,7 @@ static int ready_command(int argc, char **argv, const struct cli *cli)
                   request.image);
     facts->image = request.image ? &image.header : NULL;
     facts->image_path = request.image;
-    facts->can_used = request.can != NULL;
+    facts->is_can_used = request.can != NULL;
     facts->si = cli->si;
     facts->now_s = (int64_t)time(NULL);
     facts->today_day = (uint32_t)(facts->now_s / S_PER_DAY);

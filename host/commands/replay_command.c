@@ -21,11 +21,11 @@ struct replay {
     const char *db;
     int64_t run;
     const char *speed;
-    bool exact_asked;
+    bool is_exact_required;
     struct replay_board board;
     char program[PATH_MAX], elf[PATH_MAX]; /* installed files, used by default */
     char directory[TEMPORARY_FOLDER_SIZE]; /* temporary folder; "": not created yet */
-    char elf_unpacked[PATH_MAX + 20];      /* path of the image from a bundle, in `directory` */
+    char unpacked_elf_path[PATH_MAX + 20]; /* path of the image from a bundle, in `directory` */
     struct board_messages recorded, replayed;
     struct replay_input input;
     struct diff diff;
@@ -34,7 +34,7 @@ struct replay {
 
 static void default_paths(struct replay *replay)
 {
-    data_dir_find(DATA_BOARD, replay->program, sizeof replay->program);
+    data_dir_find(DATA_BOARD_PROGRAM, replay->program, sizeof replay->program);
     data_dir_find(DATA_FIRMWARE, replay->elf, sizeof replay->elf);
     replay->board.program = replay->program;
     if (!replay->board.elf_path)
@@ -111,14 +111,14 @@ static enum mr_status write_configuration(struct replay *replay, struct store *s
 static enum mr_status find_image(struct replay *replay, struct store *store, struct error *error)
 {
     bool bundled = false;
-    snprintf(replay->elf_unpacked, sizeof replay->elf_unpacked, "%s/firmware.elf",
+    snprintf(replay->unpacked_elf_path, sizeof replay->unpacked_elf_path, "%s/firmware.elf",
              replay->directory);
-    enum mr_status status = store_bundle_extract(store, replay->run, replay->elf_unpacked, &bundled,
-                                                 error);
+    enum mr_status status = store_bundle_extract(store, replay->run, replay->unpacked_elf_path,
+                                                 &bundled, error);
     if (replay->board.elf_path != replay->elf)
         return status;
     if (bundled)
-        replay->board.elf_path = replay->elf_unpacked;
+        replay->board.elf_path = replay->unpacked_elf_path;
     else
         replay_image_path(&replay->recorded, replay->elf, sizeof replay->elf);
     return status;
@@ -147,7 +147,7 @@ static enum mr_status replay_run(struct replay *replay, struct store *store, con
         return error->status;
     replay->is_same_image = replay->recorded.landing.image_crc ==
                             replay->replayed.landing.image_crc;
-    options.is_exact = replay->exact_asked || replay->is_same_image;
+    options.is_exact = replay->is_exact_required || replay->is_same_image;
     options.shift_blocks = replay->input.shift_blocks;
     diff_messages(&replay->recorded, &replay->replayed, &options, &replay->diff);
     return MR_OK;
@@ -243,7 +243,7 @@ static const struct command_part parts[] = {
                   "max, or real (real time); default: max"),
     OPTION_TEXT("--elf", "F", board.elf_path,
                 "firmware image; default: that of the bundle, or the one installed with matrig"),
-    OPTION_FLAG("--exact", exact_asked,
+    OPTION_FLAG("--exact", is_exact_required,
                 "require equal fields even when a different image recorded the landing; default: "
                 "tolerances, which the output lists"),
     HELP_NOTE("Exit 1 when anything differs."),

@@ -39,7 +39,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
  * Force scales with n^3 if the density of the materials is kept (the 1/7 model: Table 2.2), with
  * n^2 if their stiffness is kept (the pilot model: Table B.2). All other exponents follow from the
  * dimensions. */
-static int find_half_powers(const struct request *request, const char *unit)
+static int compute_doubled_exponent(const struct request *request, const char *unit)
 {
     int powers[3]; /* powers of force, length and time in the unit */
     quantity_find_dimension(unit, powers);
@@ -49,7 +49,7 @@ static int find_half_powers(const struct request *request, const char *unit)
 /* The factor by which a value in this unit is multiplied. */
 static double find_factor(const struct request *request, const char *unit)
 {
-    double ratio = pow(request->length_scale, 0.5 * find_half_powers(request, unit));
+    double ratio = pow(request->length_scale, 0.5 * compute_doubled_exponent(request, unit));
     return request->to_model ? 1.0 / ratio : ratio;
 }
 
@@ -97,7 +97,7 @@ static const struct quantity {
 };
 #define QUANTITY_COUNT (sizeof quantities / sizeof quantities[0])
 
-static const struct quantity *quantity_find(const char *name,
+static const struct quantity *find_quantity(const char *name,
                                             int (*compare)(const char *, const char *))
 {
     for (size_t i = 0; i < QUANTITY_COUNT; i++) {
@@ -108,16 +108,16 @@ static const struct quantity *quantity_find(const char *name,
 }
 
 /* Writes a power of n: "n^3", "n^2.5", "n", "1/n" or "1". */
-static void format_power(int find_half_powers, char text[16])
+static void format_power(int doubled_exponent, char text[16])
 {
-    int size = abs(find_half_powers);
+    int size = abs(doubled_exponent);
     char number[8] = "";
     if (size != 2)
         snprintf(number, sizeof number, size % 2 ? "^%d.5" : "^%d", size / 2);
-    if (find_half_powers == 0)
+    if (doubled_exponent == 0)
         snprintf(text, 16, "1");
     else
-        snprintf(text, 16, "%sn%s", find_half_powers < 0 ? "1/" : "", number);
+        snprintf(text, 16, "%sn%s", doubled_exponent < 0 ? "1/" : "", number);
 }
 
 /* Prints every ratio; used without operands. */
@@ -130,14 +130,14 @@ static int show_ratios(const struct request *request, const struct cli *cli)
     for (size_t i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         char power[16];
-        int halves = find_half_powers(request, quantity->unit);
-        format_power(halves, power);
+        int doubled_exponent = compute_doubled_exponent(request, quantity->unit);
+        format_power(doubled_exponent, power);
         answer_open_row(answer);
         answer_words(answer, "name", "quantity", "%s", quantity->name);
         answer_words(answer, "symbol", "symbol", "%s", quantity->symbol);
         answer_words(answer, "power", "power", "%s", power);
         answer_value(answer, "ratio", "ratio", UNIT_NUMBER,
-                     pow(request->length_scale, 0.5 * halves), -6)
+                     pow(request->length_scale, 0.5 * doubled_exponent), -6)
             ->digits = 12;
     }
     answer_close_group(answer);
@@ -157,8 +157,8 @@ static void read_value(const char *word, struct value *value)
         error_set(fatal, MR_USAGE,
                   "not a quantity: '%s'; give NAME=VALUE (matrig scale lists the names)", word);
     snprintf(name, sizeof name, "%.*s", (int)(equals - word), word);
-    value->quantity = quantity_find(name, strcmp);
-    const struct quantity *meant = quantity_find(name, strcasecmp);
+    value->quantity = find_quantity(name, strcmp);
+    const struct quantity *meant = find_quantity(name, strcasecmp);
     if (!value->quantity && meant)
         error_set(fatal, MR_USAGE,
                   "unknown quantity: '%s'; '%s' is for %s; matrig scale lists the names", name,
@@ -318,8 +318,8 @@ static void set_default(json_t *object, const char *key, json_t *value)
 
 /* Writes all keys of scene, runway, aircraft and engine into the study, because the defaults are
  * for the model. */
-static json_t *write_out_study(const struct request *request, const json_t *source,
-                               const struct landing_series *c, struct error *error)
+static json_t *expand_study_defaults(const struct request *request, const json_t *source,
+                                     const struct landing_series *c, struct error *error)
 {
     const char *path = request->words[0];
     json_t *held = series_scene_json(path, source, error), *scene = json_deep_copy(held),
@@ -357,7 +357,7 @@ static json_t *scale_json(const struct request *request, const json_t *source, b
     json_t *whole;
     if (is_study) {
         series_load(&series, path, fatal);
-        whole = write_out_study(request, source, &series, fatal);
+        whole = expand_study_defaults(request, source, &series, fatal);
         series_free(&series);
     } else {
         sim_scene_load(&scene, path, fatal);

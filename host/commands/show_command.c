@@ -125,7 +125,7 @@ static void add_warning(const struct preview *preview, struct answer *answer)
         ->digits = 9;
 }
 
-static void add_lost(const struct preview *preview, struct answer *answer)
+static void add_lost_data(const struct preview *preview, struct answer *answer)
 {
     const struct summary_link *can = &preview->link[LINK_CAN],
                               *serial = &preview->link[LINK_SERIAL];
@@ -217,7 +217,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     summary_add_calibration(&preview->measured, answer);
     add_motion(&preview->measured, answer);
     add_warning(preview, answer);
-    add_lost(preview, answer);
+    add_lost_data(preview, answer);
     add_notes(preview, answer);
 }
 
@@ -301,8 +301,8 @@ static void list_landings(struct store *store, const char *db, struct answer *an
 
 /* ---- one landing ---- */
 
-static void add_reported(struct store *store, const struct store_landing *landing,
-                         struct answer *answer)
+static void add_journal(struct store *store, const struct store_landing *landing,
+                        struct answer *answer)
 {
     struct journal journal;
     journal_load(store, landing, &journal, fatal);
@@ -321,7 +321,7 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
     summary_load(store, run, &summary, fatal);
     summary_to_answer(&summary, answer);
     brief_add_outcome(store, &summary, answer);
-    add_reported(store, &summary.measured.landing, answer);
+    add_journal(store, &summary.measured.landing, answer);
     summary_free(&summary);
 }
 

@@ -12,8 +12,9 @@
 #include "host/commands/studies.h"
 #include "host/base/xmalloc.h"
 
-#define M_PER_FT  0.3048
-#define HISTORY_S 0.001 /* s between rows of --csv; a thousandth of the time if that is shorter */
+#define M_PER_FT 0.3048
+#define HISTORY_INTERVAL_S \
+    0.001 /* s between rows of --csv; a thousandth of the time if that is shorter */
 
 struct request {
     const char *scene_path;
@@ -110,7 +111,7 @@ static void request_history(struct request *request, const struct sim_scene *sce
     request->options.station_ft = *stations;
     request->options.station_count = count;
     request->options.sample_dt_s =
-        fmin(HISTORY_S, (sim_scene_end_s(scene) - sim_scene_start_s(scene)) / 1000.0);
+        fmin(HISTORY_INTERVAL_S, (sim_scene_end_s(scene) - sim_scene_start_s(scene)) / 1000.0);
 }
 
 static int show_keys(const struct cli *cli)

@@ -61,7 +61,7 @@ static int fail_start(const char *command, const char *why)
 int study_exec(int argc, char **argv, const struct cli *cli)
 {
     char matrig[PATH_MAX], path[PATH_MAX], why[PATH_MAX + 100];
-    char **words = xcalloc(4 + command_matrig.count + (size_t)argc + 1, sizeof *words);
+    char **words = xcalloc(4 + command_matrig.part_count + (size_t)argc + 1, sizeof *words);
     size_t count = 0;
     data_dir_program_path(matrig, sizeof matrig);
     if (!study_find(matrig, getenv("PATH"), path, sizeof path)) {
@@ -74,7 +74,7 @@ int study_exec(int argc, char **argv, const struct cli *cli)
     words[count++] = STUDY_STARTED_BY;
     words[count++] = (char *)VERSION_TEXT;
     words[count++] = matrig;
-    count += program_read_options((const char **)words + count, cli);
+    count += program_global_options((const char **)words + count, cli);
     memcpy(words + count, argv, (size_t)argc * sizeof *argv);
     fflush(NULL);
     execv(path, words);

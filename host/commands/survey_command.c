@@ -318,12 +318,12 @@ static void report_outcome(const struct entry_session *session, enum survey_outc
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
                 "to keep it, or type a new reading.\n",
-                cli_can_draw() ? "\a" : "", convert_for_display(r, entry->value_in), unit->text,
-                convert_for_display(r, away_in),
+                cli_can_draw_on_stderr() ? "\a" : "", convert_for_display(r, entry->value_in),
+                unit->text, convert_for_display(r, away_in),
                 isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
                 convert_for_display(r, survey_item_limit_in(&progress->plan.item[item])));
     } else if (outcome == SURVEY_REFUSED) {
-        const char *bell = cli_can_draw() ? "\a" : "";
+        const char *bell = cli_can_draw_on_stderr() ? "\a" : "";
         if (entry->error.what[0])
             fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->error.what,
                     entry->error.advice);
@@ -368,13 +368,13 @@ static void handle_line(struct entry_session *session, const char *line)
 
 /* A line that is being typed. Bytes are collected until Enter; a line that is too long is
  * ignored. */
-struct line {
+struct input_line {
     char text[LINE_MAX_BYTES];
     size_t length;
     bool is_too_long;
 };
 
-static void handle_bytes(struct entry_session *session, struct line *line, const char *bytes,
+static void handle_bytes(struct entry_session *session, struct input_line *line, const char *bytes,
                          size_t count)
 {
     for (size_t i = 0; i < count && !session->has_quit; i++) {
@@ -401,7 +401,7 @@ static void handle_bytes(struct entry_session *session, struct line *line, const
 /* Reads lines until all readings are entered, the user types q, or the input ends. */
 static void enter_readings(struct entry_session *session)
 {
-    struct line keys = {.length = 0};
+    struct input_line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
     session->has_quit = session->survey->progress.current == session->survey->progress.plan.count;
@@ -468,8 +468,8 @@ static void read_sheet(struct entry_session *session)
 
 /* Refuses a sheet that is the sheet of the newest survey: the result would be a runway without
  * movement. */
-static void refuse_same(const struct request *request, struct store *store,
-                        const struct survey_sheet *sheet)
+static void refuse_identical_sheet(const struct request *request, struct store *store,
+                                   const struct survey_sheet *sheet)
 {
     static struct survey newest;
     struct error none = {0};
@@ -501,7 +501,7 @@ static void check_sheet(const struct request *request, struct store *store)
     survey_progress_init(&progress, request->edges);
     survey_sheet_read(request->from, &progress.plan, &sheet, fatal);
     if (store)
-        refuse_same(request, store, &sheet);
+        refuse_identical_sheet(request, store, &sheet);
 }
 
 static void begin_survey(const struct request *request, struct store *store, struct survey *survey)
@@ -599,7 +599,7 @@ struct load_result {
 #define TRIES_MAX             3
 #define OPENING_RESOLUTION_IN 1e-4 /* resolution of the command and of the answer */
 
-struct loading {
+struct board_load {
     struct dialogue *dialogue;
     bool received[SURVEY_SPANS];
     unsigned received_count;
@@ -609,7 +609,7 @@ struct loading {
 static enum mr_status handle_slack(void *context, const struct dialogue_message *message,
                                    struct error *error)
 {
-    struct loading *l = context;
+    struct board_load *l = context;
     struct mr_slack slack;
     (void)error;
     if (message->id == MR_ID_SLACK &&
@@ -622,30 +622,30 @@ static enum mr_status handle_slack(void *context, const struct dialogue_message 
     return MR_OK;
 }
 
-static bool is_every_reading_stored(const void *context)
+static bool are_all_segments_received(const void *context)
 {
-    return ((const struct loading *)context)->received_count == SURVEY_SPANS;
+    return ((const struct board_load *)context)->received_count == SURVEY_SPANS;
 }
 
-static void send_command(struct loading *l, unsigned code, unsigned segment, int32_t argument)
+static void send_command(struct board_load *l, unsigned code, unsigned segment, int32_t argument)
 {
     dialogue_execute(l->dialogue,
                      &(struct dialogue_command){.code = (uint8_t)code,
                                                 .index = (uint8_t)segment,
                                                 .argument = argument,
-                                                .answer_s = ANSWER_TIMEOUT_S,
-                                                .tries = TRIES_MAX},
+                                                .answer_timeout_s = ANSWER_TIMEOUT_S,
+                                                .tries_max = TRIES_MAX},
                      "a landing is armed or in progress; disarm it, or wait", fatal);
 }
 
-static void read_back(struct loading *l)
+static void read_back_slacks(struct board_load *l)
 {
     memset(l->received, 0, sizeof l->received);
     l->received_count = 0;
     for (int tries = 0; tries < TRIES_MAX; tries++) {
         send_command(l, MR_COMMAND_STATE, 0, 0);
-        if (dialogue_wait_until(l->dialogue, is_every_reading_stored, l, ANSWER_TIMEOUT_S, fatal) ==
-            MR_OK)
+        if (dialogue_wait_until(l->dialogue, are_all_segments_received, l, ANSWER_TIMEOUT_S,
+                                fatal) == MR_OK)
             return;
     }
     error_set(fatal, MR_TIMEOUT,
@@ -653,7 +653,7 @@ static void read_back(struct loading *l)
               l->received_count, SURVEY_SPANS, dialogue_spec(l->dialogue));
 }
 
-static void compare_slacks(const struct loading *l, const struct survey_slack *slack,
+static void compare_slacks(const struct board_load *l, const struct survey_slack *slack,
                            struct load_result *loaded)
 {
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
@@ -672,7 +672,7 @@ static void load_board(const struct request *request, struct store *store,
                        const struct survey *survey, const struct survey_results *found,
                        struct load_result *loaded)
 {
-    struct loading loading = {.received = {false}};
+    struct board_load loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
     *loaded = (struct load_result){.sent_segments = 0};
     if (found->slack.surveyed == 0)
@@ -691,7 +691,7 @@ static void load_board(const struct request *request, struct store *store,
                      (int32_t)lround(slack_in / OPENING_RESOLUTION_IN));
         loaded->sent_segments++;
     }
-    read_back(&loading);
+    read_back_slacks(&loading);
     compare_slacks(&loading, &found->slack, loaded);
     dialogue_close(loading.dialogue);
     store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
@@ -746,7 +746,7 @@ static size_t write_sheet(const struct request *request, struct store *store, st
     return survey->progress.plan.count;
 }
 
-static int run(const struct request *request)
+static int run_request(const struct request *request)
 {
     static struct survey survey;
     static struct survey_results found;
@@ -817,7 +817,7 @@ static int survey_command(int argc, char **argv, const struct cli *cli)
     check_request(&r);
     if (access(r.db, F_OK) != 0)
         check_sheet(&r, NULL);
-    return run(&r);
+    return run_request(&r);
 }
 
 #define OPTION_VALUES struct request

@@ -21,7 +21,7 @@
 struct request {
     const struct cli *cli;
     const char *words[2]; /* DB, CHANNEL */
-    const char *at, *config;
+    const char *at_text, *config;
     double hours, kelvin;
     int64_t run;
     int channel;     /* index of the channel; -1: all */
@@ -77,7 +77,7 @@ static void load_landing(struct store *store, const struct request *r, struct bu
     free(text);
 }
 
-static void load_subject(const struct request *r, struct budget_input *s)
+static void load_budget_input(const struct request *r, struct budget_input *s)
 {
     struct store *store = program_open_campaign(r->words[0], STORE_READ);
     char uid[25] = "";
@@ -127,23 +127,25 @@ static bool make_budget(const struct request *r, const struct budget_input *s, u
     *one = (struct channel_budget){.index = index};
     if (r->channel >= 0 && r->channel != (int)index)
         return false;
-    struct budget_case of = {.half_range_k = r->kelvin, .certificate_expanded = (double)NAN};
+    struct budget_case of = {.half_range_k = r->kelvin,
+                             .certificate_expanded_uncertainty = (double)NAN};
     of.reading = s->run ? make_landing_case(s, r->at_value, one) : make_plain_case(r, s, one);
     if (!mr_channel_is_sensor(&one->channel))
         return false;
     of.channel = &one->channel;
     if (s->certificates.is_known[index]) {
         one->certificate = &s->certificates.certificate[index];
-        of.certificate_factor = one->certificate->coverage_factor;
-        of.certificate_expanded = certificates_standard_uncertainty(one->certificate, one->value) *
-                                  of.certificate_factor;
+        of.certificate_coverage_factor = one->certificate->coverage_factor;
+        of.certificate_expanded_uncertainty = certificates_standard_uncertainty(one->certificate,
+                                                                                one->value) *
+                                              of.certificate_coverage_factor;
     }
     if (s->is_config_known && s->config.site[0].mat_length_ft > 0.0f) {
         of.station_error_ft = (double)s->config.site[0].switch_error_ft;
         of.slope_max_in_ft =
             (double)(s->config.predict[0].slack_in / s->config.site[0].mat_length_ft);
     }
-    budget_make(&of, &one->budget);
+    budget_compute(&of, &one->budget);
     return true;
 }
 
@@ -179,14 +181,14 @@ static void add_rows(struct answer *answer, const struct channel_budget *one)
     const struct budget *b = &one->budget;
     bool transducer = one->index < MR_TRANSDUCERS;
     answer_open_table(answer, "budget", "");
-    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+    for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++) {
         const struct budget_row *row = &b->row[s];
         double share = row->contribution / b->combined_uncertainty;
         answer_open_row(answer);
         answer_words(answer, "source", NULL, "%s", budget_source_name(s));
         answer_words(answer, NULL, "source", "%s", budget_source_text(s));
-        answer_flag(answer, "stated", NULL, s < BUDGET_STATED);
-        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED ? "stated" : "added");
+        answer_flag(answer, "stated", NULL, s < BUDGET_STATED_COUNT);
+        answer_words(answer, NULL, "part", "%s", s < BUDGET_STATED_COUNT ? "stated" : "added");
         answer_value(answer, "input", "x", UNIT_NUMBER, row->input, -3);
         answer_words(answer, "input_unit", "unit", "%s", budget_input_unit(s, transducer));
         answer_words(answer, "distribution", "distribution", "%s", budget_distribution(s));
@@ -266,7 +268,7 @@ static void check_request(struct request *r)
                   MR_TRANSDUCERS, MR_GAGES);
     if (r->words[1])
         r->channel = (int)index;
-    if (r->at && !r->words[1])
+    if (r->at_text && !r->words[1])
         error_set(fatal, MR_USAGE, "--at needs a CHANNEL; see matrig uncertainty --help");
     if (r->config && r->run)
         error_set(
@@ -275,11 +277,11 @@ static void check_request(struct request *r)
     enum unit_kind kind = index < MR_TRANSDUCERS ? UNIT_DISPLACEMENT : UNIT_TENSION;
     const char *unit = kind == UNIT_DISPLACEMENT ? "in" : "lb";
     struct quantity_error wrong = {"", ""};
-    if (r->at &&
-        (!calibrate_value_parse(r->at, kind, unit_word_find(unit, 2), &r->at_value, &wrong) ||
+    if (r->at_text &&
+        (!calibrate_value_parse(r->at_text, kind, unit_word_find(unit, 2), &r->at_value, &wrong) ||
          fabs(r->at_value) > 10000.0))
         error_set(fatal, MR_USAGE,
-                  "not a reading: '%s' for --at; give a number in %s, or with its unit", r->at,
+                  "not a reading: '%s' for --at; give a number in %s, or with its unit", r->at_text,
                   unit);
 }
 
@@ -307,7 +309,7 @@ static int uncertainty_command(int argc, char **argv, const struct cli *cli)
     struct answer *answer = answer_new(cli->si);
     command_parse(&command_uncertainty, argc, argv, cli, &r, r.words, fatal);
     check_request(&r);
-    load_subject(&r, &s);
+    load_budget_input(&r, &s);
     report_budgets(&r, &s, answer);
     measured_free(&s.measured);
     return answer_show(cli, answer, 0);
@@ -324,7 +326,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT(
         "--config", "F", config,
         "use a configuration instead of a landing, with each channel at a third of its range"),
-    OPTION_TEXT("--at", "V", at,
+    OPTION_TEXT("--at", "V", at_text,
                 "reading at which the budget is computed, in inches or pounds, or with a unit "
                 "(5mm, 300N)"),
     OPTION_NUMBER(

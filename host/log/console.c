@@ -34,7 +34,7 @@ static bool logger_has_received_hello(const struct logger *logger)
 
 void logger_clear_progress(const struct logger *logger)
 {
-    if (!logger->cli->quiet && cli_can_draw())
+    if (!logger->cli->quiet && cli_can_draw_on_stderr())
         fputs("\r\033[K", stderr);
 }
 
@@ -364,7 +364,8 @@ void logger_note_answers(struct logger *logger)
 
 void logger_show_progress(struct logger *logger, bool last)
 {
-    if (logger->cli->quiet || !cli_can_draw() || monotonic_us() < logger->typed.typing_until_us ||
+    if (logger->cli->quiet || !cli_can_draw_on_stderr() ||
+        monotonic_us() < logger->typed.typing_until_us ||
         (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_US))
         return;
     char queue[40] = "";

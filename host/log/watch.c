@@ -118,7 +118,7 @@ static void print_note(const struct watch *watch, const char *line)
     if (watch->cli->quiet || !line[0])
         return;
     /* the line overwrites the progress line */
-    fprintf(stderr, "%smatrig: %s\n", cli_can_draw() ? "\r\033[K" : "", line);
+    fprintf(stderr, "%smatrig: %s\n", cli_can_draw_on_stderr() ? "\r\033[K" : "", line);
     fflush(stderr);
 }
 
@@ -187,8 +187,8 @@ static void check_call(struct watch *watch, uint64_t at_us)
     fprintf(stderr,
             "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
             "check the disk\n",
-            cli_can_draw() ? "\r\033[K" : "", (double)(at_us - watch->call_start_us) / 1e6,
-            watch->path, what);
+            cli_can_draw_on_stderr() ? "\r\033[K" : "",
+            (double)(at_us - watch->call_start_us) / 1e6, watch->path, what);
     fflush(stderr);
     _exit(3); /* exit directly: closing the campaign would wait for the same disk */
 }

@@ -29,18 +29,18 @@ static const struct {
     double max; /* largest plausible value, in or lb */
 } roles[ROLES] = {
     [ROLE_TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
-    [ROLE_LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
-    [ROLE_FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_MAX_LB},
+    [ROLE_LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_FORCE_MAX_LB},
+    [ROLE_FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_FORCE_MAX_LB},
     [ROLE_DISPLACEMENT] = {"displacement", "displacement", "dial", UNIT_DISPLACEMENT,
-                           "in, mm, cm, m or ft", PUSH_MAX_IN},
+                           "in, mm, cm, m or ft", PUSH_DISPLACEMENT_MAX_IN},
 };
 
-struct table {
+struct readings_file {
     const char *path;
     unsigned line;
     int column[ROLES]; /* index of each column; -1: there is no such column */
     const struct unit_word *unit[ROLES];
-    size_t cells;
+    size_t cell_count;
     char test[PUSH_NAME_SIZE];
     double load_lb; /* load of the last row; NaN: not known yet */
     struct push_readings *readings;
@@ -75,7 +75,7 @@ static size_t split_cells(char *line, char *cell[CELLS_MAX])
     return count;
 }
 
-static enum mr_status parse_unit(struct table *t, enum role role, const char *name)
+static enum mr_status parse_unit(struct readings_file *t, enum role role, const char *name)
 {
     struct calibrate_column column = calibrate_column_parse(name);
     if (!column.is_known || column.is_codes)
@@ -92,9 +92,9 @@ static enum mr_status parse_unit(struct table *t, enum role role, const char *na
     return MR_OK;
 }
 
-static enum mr_status parse_header(struct table *t, char *cell[CELLS_MAX])
+static enum mr_status parse_header(struct readings_file *t, char *cell[CELLS_MAX])
 {
-    for (size_t i = 0; i < t->cells; i++) {
+    for (size_t i = 0; i < t->cell_count; i++) {
         int found = -1;
         for (int role = 0; role < ROLES; role++) {
             if (!has_word(cell[i], roles[role].word) && !has_word(cell[i], roles[role].alternative))
@@ -125,7 +125,8 @@ static enum mr_status parse_header(struct table *t, char *cell[CELLS_MAX])
     return MR_OK;
 }
 
-static enum mr_status parse_value(struct table *t, enum role role, const char *text, double *value)
+static enum mr_status parse_value(struct readings_file *t, enum role role, const char *text,
+                                  double *value)
 {
     struct quantity_error wrong;
     if (calibrate_value_parse(text, roles[role].kind, t->unit[role], value, &wrong)) {
@@ -149,7 +150,7 @@ static enum mr_status parse_value(struct table *t, enum role role, const char *t
 }
 
 /* Finds the series of a row: the last series or a new one. */
-static enum mr_status find_or_add_series(struct table *t, struct push_series **series)
+static enum mr_status find_or_add_series(struct readings_file *t, struct push_series **series)
 {
     struct push_readings *all = t->readings;
     *series = all->count > 0 ? &all->series[all->count - 1] : NULL;
@@ -173,10 +174,10 @@ static enum mr_status find_or_add_series(struct table *t, struct push_series **s
     return MR_OK;
 }
 
-static enum mr_status parse_row(struct table *t, char *cell[CELLS_MAX])
+static enum mr_status parse_row(struct readings_file *t, char *cell[CELLS_MAX])
 {
     struct push_series *series;
-    double force_lb, moved_in;
+    double force_lb, displacement_in;
     const char *load = cell[t->column[ROLE_LOAD]];
     if (t->column[ROLE_TEST] >= 0 && cell[t->column[ROLE_TEST]][0]) {
         const char *test = cell[t->column[ROLE_TEST]];
@@ -190,15 +191,16 @@ static enum mr_status parse_row(struct table *t, char *cell[CELLS_MAX])
     if ((load[0] || isnan(t->load_lb)) && parse_value(t, ROLE_LOAD, load, &t->load_lb) != MR_OK)
         return t->error->status;
     if (parse_value(t, ROLE_FORCE, cell[t->column[ROLE_FORCE]], &force_lb) != MR_OK ||
-        parse_value(t, ROLE_DISPLACEMENT, cell[t->column[ROLE_DISPLACEMENT]], &moved_in) != MR_OK ||
+        parse_value(t, ROLE_DISPLACEMENT, cell[t->column[ROLE_DISPLACEMENT]], &displacement_in) !=
+            MR_OK ||
         find_or_add_series(t, &series) != MR_OK)
         return t->error->status;
     series->force_lb[series->count] = force_lb;
-    series->moved_in[series->count++] = moved_in;
+    series->displacement_in[series->count++] = displacement_in;
     return MR_OK;
 }
 
-static enum mr_status parse_line(struct table *t, char *line)
+static enum mr_status parse_line(struct readings_file *t, char *line)
 {
     char *cell[CELLS_MAX];
     line += t->line == 1 ? utf8_mark_length(line, strlen(line)) : 0;
@@ -206,15 +208,15 @@ static enum mr_status parse_line(struct table *t, char *line)
     if (line[0] == '\0' || line[0] == '#')
         return MR_OK;
     size_t cells = split_cells(line, cell);
-    if (t->cells == 0) {
-        t->cells = cells;
+    if (t->cell_count == 0) {
+        t->cell_count = cells;
         return parse_header(t, cell);
     }
-    if (cells != t->cells)
+    if (cells != t->cell_count)
         return error_set(t->error, MR_MALFORMED,
                          "%zu values for %zu columns: %s, line %u; give one value for each column, "
                          "with a decimal point and commas between values",
-                         cells, t->cells, t->path, t->line);
+                         cells, t->cell_count, t->path, t->line);
     return parse_row(t, cell);
 }
 
@@ -222,11 +224,11 @@ enum mr_status push_readings_load(const char *path, struct push_readings *readin
                                   struct error *error)
 {
     char line[LINE_MAX_BYTES];
-    struct table t = {.path = path,
-                      .column = {-1, -1, -1, -1},
-                      .load_lb = (double)NAN,
-                      .readings = readings,
-                      .error = error};
+    struct readings_file t = {.path = path,
+                              .column = {-1, -1, -1, -1},
+                              .load_lb = (double)NAN,
+                              .readings = readings,
+                              .error = error};
     *readings = (struct push_readings){0};
     FILE *file = fopen(path, "r");
     if (!file)
@@ -275,14 +277,14 @@ struct push_path {
     size_t top;
     /* the last reading from `top` on with the same force, within the gage's error */
     size_t plateau;
-    size_t falling; /* number of readings after the magnitude of the force decreased */
+    size_t falling_count; /* number of readings after the magnitude of the force decreased */
     double loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
 };
 
 /* a force turns if two readings differ by more than this number of standard errors of the gage: 3
  * sqrt 2, which equal forces exceed once in 40,000 */
-#define TURN_ERRORS 4.2
+#define TURN_ERRORS_MIN 4.2
 
 /* Finds the direction of the force on its way to each reading: 1 or -1. */
 static void find_directions(struct push_path *path, const struct push_series *series,
@@ -318,8 +320,8 @@ static void find_directions(struct push_path *path, const struct push_series *se
 }
 
 /* Adds the step from the previous force to F_i. */
-static void add_step(struct push_path *path, const struct push_series *series, double turn_lb,
-                     int direction, size_t i)
+static void add_path_step(struct push_path *path, const struct push_series *series, double turn_lb,
+                          int direction, size_t i)
 {
     double to = series->force_lb[i], from = i > 0 ? series->force_lb[i - 1] : 0.0;
     bool through_0 = from * to < 0.0 && fabs(from) > turn_lb && fabs(to) > turn_lb;
@@ -331,7 +333,7 @@ static void add_step(struct push_path *path, const struct push_series *series, d
         (through_0 || !grows ? path->unloading : path->loading)[i][i - 1] -= 1.0;
     }
     (through_0 || grows ? path->loading : path->unloading)[i][i] += 1.0;
-    path->falling += !grows || through_0;
+    path->falling_count += !grows || through_0;
 }
 
 /* Computes the path. A force turns if it returns by more than the error of its gage; smaller steps
@@ -341,7 +343,7 @@ static bool make_path(struct push_path *path, const struct push_series *series,
                       double force_error_lb)
 {
     int direction[PUSH_READINGS_MAX];
-    double turn_lb = TURN_ERRORS * force_error_lb, most_lb = 0.0;
+    double turn_lb = TURN_ERRORS_MIN * force_error_lb, most_lb = 0.0;
     *path = (struct push_path){.count = series->count};
     for (size_t i = 0; i < series->count; i++)
         most_lb = fmax(most_lb, fabs(series->force_lb[i]));
@@ -349,7 +351,7 @@ static bool make_path(struct push_path *path, const struct push_series *series,
         return false;
     find_directions(path, series, turn_lb, direction);
     for (size_t i = 0; i < series->count; i++)
-        add_step(path, series, turn_lb, direction[i], i);
+        add_path_step(path, series, turn_lb, direction[i], i);
     return true;
 }
 
@@ -375,7 +377,7 @@ struct slide {
 /* A prepared test: computing chi2 for any (a, b) needs only one decomposition. */
 struct fit_work {
     const struct push_series *series;
-    struct push_errors gages;
+    struct push_errors gage_errors;
     struct push_path path;
     size_t slid_from, slid_to; /* range of the readings that slid; from > to: none */
     double offset_prior_variance, slide_gain;
@@ -385,7 +387,7 @@ struct fit_work {
     double loading_loading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
     double loading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX],
         unloading_unloading[PUSH_READINGS_MAX][PUSH_READINGS_MAX];
-    double v[PUSH_READINGS_MAX][PUSH_READINGS_MAX], r[PUSH_READINGS_MAX];
+    double covariance[PUSH_READINGS_MAX][PUSH_READINGS_MAX], residual[PUSH_READINGS_MAX];
 };
 
 static void prepare_fit(struct fit_work *w)
@@ -393,10 +395,10 @@ static void prepare_fit(struct fit_work *w)
     const struct push_series *series = w->series;
     const struct push_path *path = &w->path;
     size_t n = path->count;
-    double low = series->moved_in[0], high = low;
+    double low = series->displacement_in[0], high = low;
     for (size_t i = 0; i < n; i++) {
-        low = fmin(low, series->moved_in[i]);
-        high = fmax(high, series->moved_in[i]);
+        low = fmin(low, series->displacement_in[i]);
+        high = fmax(high, series->displacement_in[i]);
         w->loading_lb[i] = w->unloading_lb[i] = 0.0;
         for (size_t m = 0; m < n; m++) {
             w->loading_lb[i] += path->loading[i][m] * series->force_lb[m];
@@ -415,7 +417,7 @@ static void prepare_fit(struct fit_work *w)
             w->unloading_unloading[i][k] = ff;
         }
     }
-    double free_in = OFFSET_PRIOR_RANGES * (high - low + 10.0 * w->gages.moved_in);
+    double free_in = OFFSET_PRIOR_RANGES * (high - low + 10.0 * w->gage_errors.displacement_in);
     w->offset_prior_variance = free_in * free_in;
 }
 
@@ -424,10 +426,10 @@ static void cholesky_decompose(struct fit_work *w, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
-            double sum = w->v[i][k];
+            double sum = w->covariance[i][k];
             for (size_t m = 0; m < k; m++)
-                sum -= w->v[i][m] * w->v[k][m];
-            w->v[i][k] = i == k ? sqrt(fmax(sum, 1e-300)) : sum / w->v[k][k];
+                sum -= w->covariance[i][m] * w->covariance[k][m];
+            w->covariance[i][k] = i == k ? sqrt(fmax(sum, 1e-300)) : sum / w->covariance[k][k];
         }
     }
 }
@@ -447,26 +449,26 @@ static bool is_offset_shared(const struct fit_work *w, size_t i, size_t k)
 static double compute_chi_square(struct fit_work *w, double a, double b)
 {
     size_t n = w->path.count;
-    double force2 = w->gages.force_lb * w->gages.force_lb,
-           moved2 = w->gages.moved_in * w->gages.moved_in, sum = 0.0;
+    double force2 = w->gage_errors.force_lb * w->gage_errors.force_lb,
+           moved2 = w->gage_errors.displacement_in * w->gage_errors.displacement_in, sum = 0.0;
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
-            w->v[i][k] = force2 * (a * a * w->loading_loading[i][k] +
-                                   a * b * w->loading_unloading[i][k] +
-                                   b * b * w->unloading_unloading[i][k]) +
-                         w->offset_prior_variance + (i == k ? moved2 : 0.0);
+            w->covariance[i][k] = force2 * (a * a * w->loading_loading[i][k] +
+                                            a * b * w->loading_unloading[i][k] +
+                                            b * b * w->unloading_unloading[i][k]) +
+                                  w->offset_prior_variance + (i == k ? moved2 : 0.0);
             if (is_offset_shared(w, i, k))
-                w->v[i][k] += w->offset_prior_variance;
+                w->covariance[i][k] += w->offset_prior_variance;
         }
-        w->r[i] = w->series->moved_in[i] - w->series->moved_in[0] - a * w->loading_lb[i] -
-                  b * w->unloading_lb[i];
+        w->residual[i] = w->series->displacement_in[i] - w->series->displacement_in[0] -
+                         a * w->loading_lb[i] - b * w->unloading_lb[i];
     }
     cholesky_decompose(w, n);
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < i; k++)
-            w->r[i] -= w->v[i][k] * w->r[k];
-        w->r[i] /= w->v[i][i];
-        sum += w->r[i] * w->r[i];
+            w->residual[i] -= w->covariance[i][k] * w->residual[k];
+        w->residual[i] /= w->covariance[i][i];
+        sum += w->residual[i] * w->residual[i];
     }
     return sum;
 }
@@ -479,7 +481,7 @@ static double compute_slide_chi_square(const struct fit_work *w, double *limit_l
         sum += w->series->force_lb[i];
     *limit_lb = sum / count;
     for (size_t i = w->slid_from; i <= w->slid_to; i++)
-        squares += pow((w->series->force_lb[i] - *limit_lb) / w->gages.force_lb, 2.0);
+        squares += pow((w->series->force_lb[i] - *limit_lb) / w->gage_errors.force_lb, 2.0);
     return squares;
 }
 
@@ -494,11 +496,11 @@ static double compute_chi_square_with_fixed(struct fit_work *w, int which, doubl
 
 /* Finds the least chi2 over the free parameter, by Newton's method on a curve close to a parabola.
  * *at: the start, then the minimum. */
-static double minimize_with_fixed(struct fit_work *w, int which, double fixed, double *at,
-                                  double scale)
+static double minimize_over_free_parameter(struct fit_work *w, int which, double fixed, double *at,
+                                           double scale)
 {
     double best = compute_chi_square_with_fixed(w, which, fixed, *at);
-    if (w->path.falling == 0 && which == 0)
+    if (w->path.falling_count == 0 && which == 0)
         return best;
     for (int step = 0; step < ITERATIONS_MAX; step++) {
         double up = compute_chi_square_with_fixed(w, which, fixed, *at + scale),
@@ -522,17 +524,17 @@ static double minimize_with_fixed(struct fit_work *w, int which, double fixed, d
 }
 
 /* Fits a and b together. Returns chi2. */
-static double fit_both(struct fit_work *w, double *a, double *b, double scale)
+static double fit_compliances(struct fit_work *w, double *a, double *b, double scale)
 {
     double best = HUGE_VAL;
     for (int step = 0; step < ITERATIONS_MAX; step++) {
         double rho = *a > 0.0 ? *b / *a : 1.0;
         /* two alternating steps (b at fixed a, then a at fixed rho) converge faster than either
          * alone */
-        if (w->path.falling > 0)
-            minimize_with_fixed(w, 0, *a, b, scale);
+        if (w->path.falling_count > 0)
+            minimize_over_free_parameter(w, 0, *a, b, scale);
         rho = *a != 0.0 ? *b / *a : rho;
-        double now = minimize_with_fixed(w, 1, rho, a, scale);
+        double now = minimize_over_free_parameter(w, 1, rho, a, scale);
         *b = rho * *a;
         if (best - now < CHI_SQUARE_TOLERANCE)
             return fmin(best, now);
@@ -549,7 +551,8 @@ static double find_interval_distance(struct fit_work *w, int which, double at, d
     double near = 0.0, near_root = 0.0, far = step, root = 0.0;
     for (int tries = 0; tries < ITERATIONS_MAX; tries++) {
         double from = other;
-        root = sqrt(fmax(0.0, minimize_with_fixed(w, which, at + far, &from, scale) - best));
+        root =
+            sqrt(fmax(0.0, minimize_over_free_parameter(w, which, at + far, &from, scale) - best));
         if (root >= q || fabs(far) >= most)
             break;
         near = far;
@@ -562,8 +565,8 @@ static double find_interval_distance(struct fit_work *w, int which, double at, d
         return (double)INFINITY;
     for (int tries = 0; tries < ITERATIONS_MAX && fabs(root - q) > 1e-4; tries++) {
         double guess = near + (far - near) * (q - near_root) / (root - near_root), from = other;
-        double at_guess =
-            sqrt(fmax(0.0, minimize_with_fixed(w, which, at + guess, &from, scale) - best));
+        double at_guess = sqrt(
+            fmax(0.0, minimize_over_free_parameter(w, which, at + guess, &from, scale) - best));
         if (at_guess < q) {
             near = guess;
             near_root = at_guess;
@@ -581,7 +584,7 @@ static double find_interval_distance(struct fit_work *w, int which, double at, d
 static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, double scale,
                       struct slide *best)
 {
-    double way = (w->series->moved_in[to] - w->series->moved_in[from - 1]) *
+    double way = (w->series->displacement_in[to] - w->series->displacement_in[from - 1]) *
                  w->series->force_lb[to];
     double limit_lb, a = best->a, b = best->b;
     w->slid_from = from;
@@ -589,7 +592,7 @@ static void try_slide(struct fit_work *w, bool elastic, size_t from, size_t to, 
     double now = compute_slide_chi_square(w, &limit_lb);
     if (now > SLIDE_CHI_SQUARE_MAX * (double)(to + 1 - from) || !(way > 0.0))
         return;
-    now += elastic ? fit_both(w, &a, &b, scale) : compute_chi_square(w, 0.0, 0.0);
+    now += elastic ? fit_compliances(w, &a, &b, scale) : compute_chi_square(w, 0.0, 0.0);
     if (now < best->threshold)
         *best = (struct slide){from, to, a, b, now, now};
 }
@@ -602,7 +605,7 @@ static double find_slide(struct fit_work *w, bool elastic, double *a, double *b,
     struct slide best = {w->path.count, 0, *a, *b, 0.0, 0.0};
     w->slid_from = best.from;
     w->slid_to = best.to;
-    best.chi_square = elastic ? fit_both(w, &best.a, &best.b, scale)
+    best.chi_square = elastic ? fit_compliances(w, &best.a, &best.b, scale)
                               : compute_chi_square(w, 0.0, 0.0);
     best.threshold = best.chi_square - w->slide_gain;
     size_t first = w->path.top > SLIDE_READINGS_MAX ? w->path.top - SLIDE_READINGS_MAX : 1;
@@ -626,7 +629,7 @@ static double compute_grid_log_odds(struct fit_work *w, const struct push_fit *f
     for (int i = 0; i < GRID_K_POINTS; i++) {
         double k = expected_lb_in *
                    pow(10.0, PUSH_PRIOR_DECADES * (2.0 * i / (GRID_K_POINTS - 1.0) - 1.0));
-        for (int j = 0; j < (w->path.falling > 0 ? GRID_RHO_POINTS : 1); j++) {
+        for (int j = 0; j < (w->path.falling_count > 0 ? GRID_RHO_POINTS : 1); j++) {
             double now = force + compute_chi_square(w, 1.0 / k, j / (GRID_RHO_POINTS - 1.0) / k);
             logs[count] = -0.5 * (now - fit->rigid_chi_square) / stretch2;
             most = fmax(most, logs[count++]);
@@ -676,7 +679,7 @@ static void find_intervals(struct fit_work *w, double a, double b, double best, 
     fit->k_lb_in = (struct push_interval){is_determined ? 1.0 / a : (double)NAN, 1.0 / (a + up),
                                           is_determined ? 1.0 / (a - down) : (double)INFINITY};
     fit->unloading_ratio = (struct push_interval){(double)NAN, -(double)INFINITY, (double)INFINITY};
-    if (!is_determined || w->path.falling == 0)
+    if (!is_determined || w->path.falling_count == 0)
         return;
     fit->unloading_ratio.value = rho;
     fit->unloading_ratio.high = rho + find_interval_distance(w, 1, rho, a, least_chi, q, 0.05,
@@ -693,26 +696,27 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
     for (size_t i = 0; i < n; i++)
         most_lb = fmax(most_lb, fabs(w->series->force_lb[i]));
     /* smallest compliance that the gage can detect at the largest force */
-    double scale = 0.3 * w->gages.moved_in / most_lb;
-    a = fmax(scale, fabs(w->series->moved_in[top] - w->series->moved_in[0]) / most_lb);
-    b = w->path.falling > 0 ? a : 0.0;
+    double scale = 0.3 * w->gage_errors.displacement_in / most_lb;
+    a = fmax(scale,
+             fabs(w->series->displacement_in[top] - w->series->displacement_in[0]) / most_lb);
+    b = w->path.falling_count > 0 ? a : 0.0;
     prepare_fit(w);
     w->slide_gain = PUSH_SLIDE_GAIN * stretch * stretch;
-    *fit = (struct push_fit){.limit_lb = (double)NAN, .max_lb = most_lb};
-    fit->unloading_count = w->path.falling;
+    *fit = (struct push_fit){.slide_force_lb = (double)NAN, .max_force_lb = most_lb};
+    fit->unloading_count = w->path.falling_count;
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);
     fit->chi_square = find_slide(w, true, &a, &b, scale);
-    fit->first_sliding = w->slid_from;
-    double force = has_slid(w) ? compute_slide_chi_square(w, &fit->limit_lb) : 0.0;
+    fit->first_sliding_reading = w->slid_from;
+    double force = has_slid(w) ? compute_slide_chi_square(w, &fit->slide_force_lb) : 0.0;
     fit->slid_count = has_slid(w) ? w->slid_to + 1 - w->slid_from : 0;
-    size_t parameters = 2u + (w->path.falling > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
+    size_t parameters = 2u + (w->path.falling_count > 0 ? 1u : 0u) + (has_slid(w) ? 1u : 0u);
     fit->degrees_of_freedom = n > parameters ? n - parameters : 0;
     find_intervals(w, a, b, fit->chi_square, force, Z_95 * stretch, scale, fit);
     fit->log_odds = compute_log_odds(w, fit, force, expected_lb_in, stretch * stretch);
     double sum = 0.0;
     size_t before = has_slid(w) ? w->slid_from : n;
     for (size_t i = 0; i < before; i++)
-        sum += w->series->moved_in[i] - a * w->loading_lb[i] - b * w->unloading_lb[i];
+        sum += w->series->displacement_in[i] - a * w->loading_lb[i] - b * w->unloading_lb[i];
     fit->dial_zero_in = sum / (double)before;
 }
 
@@ -728,7 +732,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
                          PUSH_READINGS_MIN);
     struct fit_work *w = xcalloc(1, sizeof *w);
     w->series = series;
-    w->gages = gages;
+    w->gage_errors = gages;
     if (!make_path(&w->path, series, gages.force_lb))
         error_set(error, MR_TOO_FEW,
                   "no force above its error: %s: test %s under %.4g lb: the error of the gage is "
@@ -741,7 +745,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
 }
 
 void push_fit_curve(const struct push_series *series, struct push_errors gages,
-                    const struct push_fit *fit, double *moved_in)
+                    const struct push_fit *fit, double *displacement_in)
 {
     struct push_path *path = xmalloc(sizeof *path);
     bool is_determined = !isnan(fit->k_lb_in.value);
@@ -752,10 +756,10 @@ void push_fit_curve(const struct push_series *series, struct push_errors gages,
         double sum = 0.0;
         for (size_t m = 0; made && m <= i; m++)
             sum += (a * path->loading[i][m] + b * path->unloading[i][m]) * series->force_lb[m];
-        if (made && fit->slid_count > 0 && i >= fit->first_sliding &&
-            i < fit->first_sliding + fit->slid_count)
-            shift_in = series->moved_in[i] - fit->dial_zero_in - sum;
-        moved_in[i] = made ? fit->dial_zero_in + sum + shift_in : (double)NAN;
+        if (made && fit->slid_count > 0 && i >= fit->first_sliding_reading &&
+            i < fit->first_sliding_reading + fit->slid_count)
+            shift_in = series->displacement_in[i] - fit->dial_zero_in - sum;
+        displacement_in[i] = made ? fit->dial_zero_in + sum + shift_in : (double)NAN;
     }
     free(path);
 }

@@ -47,15 +47,16 @@
 /* maximum number of readings of a series; fitting so many takes 0.3 s */
 #define PUSH_READINGS_MAX 60u
 #define PUSH_NAME_SIZE    24u
-#define PUSH_MAX_LB       1e7 /* largest load or force; PUSH_MAX_IN: largest displacement */
-#define PUSH_MAX_IN       1e4
+#define PUSH_FORCE_MAX_LB \
+    1e7 /* largest load or force; PUSH_DISPLACEMENT_MAX_IN: largest displacement */
+#define PUSH_DISPLACEMENT_MAX_IN 1e4
 
 struct push_series {
     const char *path;          /* path of the file, for errors; the caller owns it */
     char name[PUSH_NAME_SIZE]; /* name of the test, or its number in the file */
     double load_lb;
     size_t count;
-    double force_lb[PUSH_READINGS_MAX], moved_in[PUSH_READINGS_MAX];
+    double force_lb[PUSH_READINGS_MAX], displacement_in[PUSH_READINGS_MAX];
 };
 
 struct push_readings {
@@ -77,7 +78,7 @@ void push_readings_free(struct push_readings *readings);
 
 /* Standard errors of a reading. */
 struct push_errors {
-    double force_lb, moved_in;
+    double force_lb, displacement_in;
 };
 
 /* A 95 % interval. `value` NaN: not determined; low and high are still valid bounds. -INFINITY and
@@ -88,10 +89,10 @@ struct push_interval {
 
 struct push_fit {
     struct push_interval k_lb_in, unloading_ratio;
-    double limit_lb; /* force at which the mat slid; NaN: it did not slide */
+    double slide_force_lb; /* force at which the mat slid; NaN: it did not slide */
     /* first sliding reading, from 0, and number of sliding readings */
-    size_t first_sliding, slid_count;
-    double max_lb;       /* largest magnitude of the force */
+    size_t first_sliding_reading, slid_count;
+    double max_force_lb; /* largest magnitude of the force */
     double dial_zero_in; /* dial reading at force 0, by the elastic law */
     double chi_square, rigid_chi_square;
     size_t degrees_of_freedom; /* degrees of freedom of the elastic fit */
@@ -108,9 +109,9 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
                         struct error *error);
 
 /* Computes the displacements of the elastic law at the forces as read, in. If K is not determined,
- * its lower bound is used; if rho is not determined, 1. `moved_in` has room for series->count
- * values. */
+ * its lower bound is used; if rho is not determined, 1. `displacement_in` has room for
+ * series->count values. */
 void push_fit_curve(const struct push_series *series, struct push_errors gages,
-                    const struct push_fit *fit, double *moved_in);
+                    const struct push_fit *fit, double *displacement_in);
 
 #endif

@@ -9,9 +9,9 @@
 
 /* ---- push answer ---- */
 
-#define IN_PER_FT     12.0
+#define IN_PER_FT           12.0
 /* a ground that springs back by more than its displacement is impossible */
-#define UNLOADING_MAX 1.0
+#define UNLOADING_RATIO_MAX 1.0
 
 /* Returns "elastic", "rigid" or "undecided". */
 static const char *get_law_name(enum push_law law)
@@ -72,7 +72,7 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
         answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.interval.low,
                      0);
     }
-    add_undetermined(answer, "gear_unloading", &ground->unloading, "1");
+    add_undetermined(answer, "gear_unloading", &ground->unloading_ratio, "1");
     add_undetermined(answer, "gear_axle_law", &ground->axle_law, "1");
     add_undetermined(answer, "f", &ground->friction, NULL);
     if (isnan(ground->friction.interval.value)) {
@@ -86,7 +86,7 @@ static void add_bounds(struct answer *answer, const struct push_ground *ground)
 
 static void add_warnings(struct answer *answer, const struct push_ground *ground)
 {
-    const struct push_interval *rho = &ground->unloading.interval;
+    const struct push_interval *rho = &ground->unloading_ratio.interval;
     if (ground->has_excess_scatter)
         answer_sentence(
             answer, NULL,
@@ -94,7 +94,7 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
             "which happens by chance once in 1,000 tests. The intervals are wider by that factor. "
             "Check the curves for a bend, a drift, or a rod that seats late.",
             ground->scatter);
-    if (!isnan(rho->value) && rho->low > UNLOADING_MAX)
+    if (!isnan(rho->value) && rho->low > UNLOADING_RATIO_MAX)
         answer_sentence(
             answer, NULL,
             "The mat moved back further than it had moved forward (ratio %.2f, lower bound %.2f): "
@@ -119,14 +119,14 @@ void push_add_law(struct answer *answer, const struct push_ground *ground,
             "For this rig: %.4g lb pressed %u mat%s, which moved as one (--mats). Their total "
             "stiffness is %.4g lb/in; gear_k_lb_ft is that of one mat: 12 in/ft / %u of the total. "
             "A contact area of a different length gives a different k.",
-            ground->axle_load_lb, setting->mats, setting->mats == 1 ? "" : "s",
-            k->value * setting->mats / IN_PER_FT, setting->mats);
-    if (!isnan(k->value) && setting->mats == 1)
+            ground->axle_load_lb, setting->mat_count, setting->mat_count == 1 ? "" : "s",
+            k->value * setting->mat_count / IN_PER_FT, setting->mat_count);
+    if (!isnan(k->value) && setting->mat_count == 1)
         answer_sentence(answer, NULL,
                         "A wheel whose contact is as long as a mat nearly always presses two mats. "
                         "If this is so on the rig, test over a joint, with --mats 2.");
     answer_value(answer, "axle_load_lb", NULL, UNIT_NUMBER, ground->axle_load_lb, 1);
-    answer_count(answer, "mats", NULL, (int64_t)setting->mats);
+    answer_count(answer, "mats", NULL, (int64_t)setting->mat_count);
     answer_value(answer, "scatter", "scatter / stated error", UNIT_NUMBER, ground->scatter, 2);
     if (!isnan(ground->spread))
         answer_value(answer, "spread", "variation of k between places, standard deviation of ln k",
@@ -163,10 +163,10 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
         answer_words(answer, "test", "test", "%s", series->name);
         answer_value(answer, "load_lb", "load, lb", UNIT_NUMBER, series->load_lb, 1);
         answer_count(answer, "readings", "readings", (int64_t)series->count);
-        answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_lb, 1);
+        answer_value(answer, "most_lb", "most|force, lb", UNIT_NUMBER, fit->max_force_lb, 1);
         add_interval(answer, "k_lb_in", "all mats,|lb/in (95 %)", &fit->k_lb_in, 0);
         add_interval(answer, "unloading", "springs back|(95 %)", &fit->unloading_ratio, 2);
-        answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->limit_lb, 1);
+        answer_value(answer, "slid_lb", "sliding|force, lb", UNIT_NUMBER, fit->slide_force_lb, 1);
         answer_value(answer, "chi_square", NULL, UNIT_NUMBER, fit->chi_square, 1);
         answer_value(answer, "rigid_chi_square", NULL, UNIT_NUMBER, fit->rigid_chi_square, 1);
         answer_count(answer, "freedom", NULL, (int64_t)fit->degrees_of_freedom);
@@ -178,18 +178,19 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 
 /* ---- ground ---- */
 
-#define Z_95           1.96
-#define CHI_95_OF_1    3.84
-#define LOAD_TOLERANCE 0.02 /* loads that differ by less are equal */
-#define BISECTIONS     60
-#define SPREAD_MAX     10.0
+#define Z_95                     1.96
+#define CHI_SQUARE_95_ONE_DEGREE 3.84
+#define LOAD_TOLERANCE           0.02 /* loads that differ by less are equal */
+#define BISECTION_COUNT          60
+#define SPREAD_MAX               10.0
 
-/* Fit of y = c[0] + c[1] x with weights 1/(error^2 + spread^2); `terms`: number of coefficients. */
+/* Fit of y = coefficient[0] + coefficient[1] x with weights 1/(error^2 + spread^2); `term_count`:
+ * number of coefficients. */
 struct weighted_fit {
     double y[PUSH_SERIES_MAX], error[PUSH_SERIES_MAX], x[PUSH_SERIES_MAX];
-    size_t count, terms;
+    size_t count, term_count;
     /* half_width_errors: half width of a 95 % interval, in standard errors */
-    double c[2], c_error[2], spread, half_width_errors;
+    double coefficient[2], coefficient_error[2], spread, half_width_errors;
 };
 
 /* Solves with a given spread; returns the weighted sum of squared residuals. */
@@ -205,28 +206,28 @@ static double fit_with_spread(struct weighted_fit *p, double spread)
         sxy += weight * p->x[i] * p->y[i];
     }
     double whole = s * sxx - sx * sx;
-    bool line = p->terms == 2;
-    p->c[0] = line ? (sxx * sy - sx * sxy) / whole : sy / s;
-    p->c[1] = line ? (s * sxy - sx * sy) / whole : 0.0;
-    p->c_error[0] = sqrt(line ? sxx / whole : 1.0 / s);
-    p->c_error[1] = line ? sqrt(s / whole) : 0.0;
+    bool line = p->term_count == 2;
+    p->coefficient[0] = line ? (sxx * sy - sx * sxy) / whole : sy / s;
+    p->coefficient[1] = line ? (s * sxy - sx * sy) / whole : 0.0;
+    p->coefficient_error[0] = sqrt(line ? sxx / whole : 1.0 / s);
+    p->coefficient_error[1] = line ? sqrt(s / whole) : 0.0;
     for (size_t i = 0; i < p->count; i++) {
-        double off = p->y[i] - p->c[0] - p->c[1] * p->x[i];
+        double off = p->y[i] - p->coefficient[0] - p->coefficient[1] * p->x[i];
         left += off * off / (p->error[i] * p->error[i] + spread * spread);
     }
     return left;
 }
 
-static void pool_readings(struct weighted_fit *p)
+static void fit_with_best_spread(struct weighted_fit *p)
 {
-    size_t more = p->count > p->terms ? p->count - p->terms : 0;
+    size_t more = p->count > p->term_count ? p->count - p->term_count : 0;
     double left = fit_with_spread(p, 0.0), low = 0.0, high = SPREAD_MAX;
     p->spread = 0.0;
     p->half_width_errors = Z_95;
-    if (more == 0 || (more == 1 && left <= CHI_95_OF_1))
+    if (more == 0 || (more == 1 && left <= CHI_SQUARE_95_ONE_DEGREE))
         return;
     if (left > (double)more) {
-        for (int i = 0; i < BISECTIONS; i++) {
+        for (int i = 0; i < BISECTION_COUNT; i++) {
             double middle = 0.5 * (low + high);
             if (fit_with_spread(p, middle) > (double)more)
                 low = middle;
@@ -242,8 +243,9 @@ static void pool_readings(struct weighted_fit *p)
 
 static struct push_interval make_interval(const struct weighted_fit *p, size_t term)
 {
-    double half = p->half_width_errors * p->c_error[term];
-    return (struct push_interval){p->c[term], p->c[term] - half, p->c[term] + half};
+    double half = p->half_width_errors * p->coefficient_error[term];
+    return (struct push_interval){p->coefficient[term], p->coefficient[term] - half,
+                                  p->coefficient[term] + half};
 }
 
 static void set_undetermined(struct push_parameter *parameter, const char *reason)
@@ -270,7 +272,7 @@ static bool get_stiffness(const struct push_fit *fit, const struct push_setting 
     const struct push_interval *k = &fit->k_lb_in;
     if (!isfinite(k->high) || !(k->low > 0.0))
         return false;
-    *ln = log(IN_PER_FT * k->value / setting->mats);
+    *ln = log(IN_PER_FT * k->value / setting->mat_count);
     *error = fmax(log(k->high / k->value), log(k->value / k->low)) / Z_95;
     return true;
 }
@@ -282,7 +284,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
 {
     double least = HUGE_VAL;
     for (size_t i = 0; i < count; i++)
-        least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mats);
+        least = fmin(least, IN_PER_FT * ground->fit[i].k_lb_in.low / setting->mat_count);
     set_undetermined(&ground->k_lb_ft,
                      "in every test, the mat moved less than the errors of the gages");
     ground->k_lb_ft.interval.low = fmax(0.0, least);
@@ -291,7 +293,7 @@ static void bound_stiffness(const struct push_setting *setting, size_t count,
 static void find_stiffness(const struct push_readings *readings, const struct push_setting *setting,
                            struct push_ground *ground)
 {
-    struct weighted_fit p = {.terms = count_fit_terms(readings)};
+    struct weighted_fit p = {.term_count = count_fit_terms(readings)};
     double low = HUGE_VAL, high = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         if (!get_stiffness(&ground->fit[i], setting, &p.y[p.count], &p.error[p.count]))
@@ -306,8 +308,8 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
         set_undetermined(&ground->axle_law, ground->k_lb_ft.reason);
         return;
     }
-    bool two = p.terms == 2 && high > low * (1.0 + LOAD_TOLERANCE);
-    p.terms = two ? 2 : 1;
+    bool two = p.term_count == 2 && high > low * (1.0 + LOAD_TOLERANCE);
+    p.term_count = two ? 2 : 1;
     if (!two && fabs(log(low / ground->axle_load_lb)) > LOAD_TOLERANCE) {
         char why[PUSH_REASON_SIZE];
         snprintf(why, sizeof why,
@@ -319,9 +321,9 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
                          "only one load: test also under twice the load of an axle");
         return;
     }
-    pool_readings(&p);
+    fit_with_best_spread(&p);
     struct push_interval ln = make_interval(&p, 0);
-    size_t more = p.count - p.terms;
+    size_t more = p.count - p.term_count;
     ground->k_lb_ft.interval = (struct push_interval){exp(ln.value), exp(ln.low), exp(ln.high)};
     snprintf(
         ground->k_lb_ft.reason, PUSH_REASON_SIZE, "%zu push test%s, %s", p.count,
@@ -342,9 +344,9 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
              "stiffness under %.4g lb compared with %.4g lb", high, low);
 }
 
-static void find_unloading(const struct push_readings *readings, struct push_ground *ground)
+static void find_unloading_ratio(const struct push_readings *readings, struct push_ground *ground)
 {
-    struct weighted_fit p = {.terms = 1};
+    struct weighted_fit p = {.term_count = 1};
     size_t falling = 0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_interval *rho = &ground->fit[i].unloading_ratio;
@@ -355,35 +357,36 @@ static void find_unloading(const struct push_readings *readings, struct push_gro
         p.error[p.count++] = fmax(rho->high - rho->value, rho->value - rho->low) / Z_95;
     }
     if (p.count == 0) {
-        set_undetermined(&ground->unloading,
+        set_undetermined(&ground->unloading_ratio,
                          falling == 0 ? "no unloading: take readings also while unloading"
                                       : "the stiffness is also undetermined");
         return;
     }
-    pool_readings(&p);
-    ground->unloading.interval = make_interval(&p, 0);
-    snprintf(ground->unloading.reason, PUSH_REASON_SIZE, "unloading readings of %zu push test%s",
-             p.count, p.count == 1 ? "" : "s");
+    fit_with_best_spread(&p);
+    ground->unloading_ratio.interval = make_interval(&p, 0);
+    snprintf(ground->unloading_ratio.reason, PUSH_REASON_SIZE,
+             "unloading readings of %zu push test%s", p.count, p.count == 1 ? "" : "s");
 }
 
 static double compute_normal_force_lb(const struct push_setting *setting, double load_lb)
 {
-    return load_lb + setting->mats * setting->mat_weight_lb;
+    return load_lb + setting->mat_count * setting->mat_weight_lb;
 }
 
 static void find_friction(const struct push_readings *readings, const struct push_setting *setting,
                           struct push_ground *ground)
 {
-    struct weighted_fit p = {.terms = 1};
+    struct weighted_fit p = {.term_count = 1};
     double held = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
         const struct push_fit *fit = &ground->fit[i];
         double pressing = compute_normal_force_lb(setting, readings->series[i].load_lb);
-        held = fmax(held, (fit->slid_count ? fabs(fit->limit_lb) : fit->max_lb) / pressing);
+        held = fmax(held,
+                    (fit->slid_count ? fabs(fit->slide_force_lb) : fit->max_force_lb) / pressing);
         if (fit->slid_count == 0)
             continue;
-        p.y[p.count] = fabs(fit->limit_lb) / pressing;
-        p.error[p.count++] = ground->interval_factor * setting->gages.force_lb /
+        p.y[p.count] = fabs(fit->slide_force_lb) / pressing;
+        p.error[p.count++] = ground->interval_factor * setting->gage_errors.force_lb /
                              sqrt((double)fit->slid_count) / pressing;
     }
     if (p.count == 0) {
@@ -392,7 +395,7 @@ static void find_friction(const struct push_readings *readings, const struct pus
         ground->friction.interval.low = held;
         return;
     }
-    pool_readings(&p);
+    fit_with_best_spread(&p);
     ground->friction.interval = make_interval(&p, 0);
     snprintf(ground->friction.reason, PUSH_REASON_SIZE, "%zu push test%s in which the mat slid",
              p.count, p.count == 1 ? "" : "s");
@@ -418,24 +421,24 @@ static void find_scatter(size_t count, struct push_ground *ground)
                                    ground->scatter * mr_gates_student_factor((unsigned)freedom));
 }
 
-static enum mr_status fit_all(const struct push_readings *readings,
-                              const struct push_setting *setting, double stretch,
-                              struct push_ground *ground, struct error *error)
+static enum mr_status fit_all_tests(const struct push_readings *readings,
+                                    const struct push_setting *setting, double stretch,
+                                    struct push_ground *ground, struct error *error)
 {
-    double expected_lb_in = PUSH_EXPECTED_LB_FT * setting->mats / IN_PER_FT;
+    double expected_lb_in = PUSH_EXPECTED_STIFFNESS_LB_FT * setting->mat_count / IN_PER_FT;
     ground->log_odds = 0.0;
     for (size_t i = 0; i < readings->count; i++) {
-        if (push_fit(&readings->series[i], setting->gages, expected_lb_in, stretch, &ground->fit[i],
-                     error) != MR_OK)
+        if (push_fit(&readings->series[i], setting->gage_errors, expected_lb_in, stretch,
+                     &ground->fit[i], error) != MR_OK)
             return error->status;
         ground->log_odds += ground->fit[i].log_odds;
     }
     return MR_OK;
 }
 
-enum mr_status push_ground_find(const struct push_readings *readings,
-                                const struct push_setting *setting, struct push_ground *ground,
-                                struct error *error)
+enum mr_status push_ground_estimate(const struct push_readings *readings,
+                                    const struct push_setting *setting, struct push_ground *ground,
+                                    struct error *error)
 {
     double load_lb = HUGE_VAL;
     *ground = (struct push_ground){.spread = (double)NAN};
@@ -443,11 +446,11 @@ enum mr_status push_ground_find(const struct push_readings *readings,
     for (size_t i = 0; i < readings->count; i++)
         load_lb = fmin(load_lb, readings->series[i].load_lb);
     ground->axle_load_lb = setting->axle_load_lb > 0.0 ? setting->axle_load_lb : load_lb;
-    if (fit_all(readings, setting, 1.0, ground, error) != MR_OK)
+    if (fit_all_tests(readings, setting, 1.0, ground, error) != MR_OK)
         return error->status;
     find_scatter(readings->count, ground);
     if (ground->interval_factor > 1.0 &&
-        fit_all(readings, setting, ground->interval_factor, ground, error) != MR_OK)
+        fit_all_tests(readings, setting, ground->interval_factor, ground, error) != MR_OK)
         return error->status;
     if (!isfinite(ground->log_odds))
         return error_set(error, MR_NUMERICS,
@@ -455,7 +458,7 @@ enum mr_status push_ground_find(const struct push_readings *readings,
                          "and the errors of the gages",
                          readings->series[0].path);
     find_stiffness(readings, setting, ground);
-    find_unloading(readings, ground);
+    find_unloading_ratio(readings, ground);
     find_friction(readings, setting, ground);
     if (ground->log_odds > log(PUSH_ODDS_MIN) && ground->undetermined_count < readings->count)
         ground->law = PUSH_ELASTIC;

@@ -24,17 +24,17 @@
 #include "host/base/answer.h"
 #include "host/push/fit.h"
 
-#define PUSH_ODDS_MIN       20.0
-#define PUSH_REASON_SIZE    200u
-#define PUSH_MATS_MAX       4u /* maximum number of mats under the load, limited by gear_foot_ft */
+#define PUSH_ODDS_MIN                 20.0
+#define PUSH_REASON_SIZE              200u
+#define PUSH_MATS_MAX                 4u /* most mats under the load, limited by gear_foot_ft */
 /* Stiffness along the ground of one mat, expected from report 2.6: a load of 120 lb sinks by 0.050
  * in, and the stiffness along the ground is 2 (1 - nu)/(2 - nu) = 0.82 of that (Mindlin, nu 0.3);
  * two mats share it. */
-#define PUSH_EXPECTED_LB_FT 11800.0
+#define PUSH_EXPECTED_STIFFNESS_LB_FT 11800.0
 
 struct push_setting {
-    struct push_errors gages;
-    unsigned mats;        /* number of mats under the load, which move together */
+    struct push_errors gage_errors;
+    unsigned mat_count;   /* number of mats under the load, which move together */
     double mat_weight_lb; /* 0: not known, and ignored in the friction */
     double axle_load_lb;  /* 0: the smallest load of the tests */
 };
@@ -50,7 +50,7 @@ struct push_parameter {
 struct push_ground {
     enum push_law law;
     double log_odds; /* natural logarithm of the odds of elastic to rigid, from all tests */
-    struct push_parameter k_lb_ft, unloading, axle_law, friction;
+    struct push_parameter k_lb_ft, unloading_ratio, axle_law, friction;
     double axle_load_lb;
     double spread; /* scatter of ln k between places; NaN: too few tests */
     /* readings scatter more than the stated errors explain (by chance once in 1,000) */
@@ -63,9 +63,9 @@ struct push_ground {
 
 /* Combines all tests. MR_TOO_FEW as push_fit. MR_NUMERICS: the fit failed. The caller frees
  * `ground`, also after a failure. */
-enum mr_status push_ground_find(const struct push_readings *readings,
-                                const struct push_setting *setting, struct push_ground *ground,
-                                struct error *error);
+enum mr_status push_ground_estimate(const struct push_readings *readings,
+                                    const struct push_setting *setting, struct push_ground *ground,
+                                    struct error *error);
 void push_ground_free(struct push_ground *ground);
 
 /* Adds the law and its basis, the parameters that are not determined, with the reason, and the rig

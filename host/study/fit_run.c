@@ -23,7 +23,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
 {
     command_parse(&command_fit, argc, argv, cli, request, request->words, fatal);
     if (!request->scene) {
-        data_dir_find(DATA_RUNWAY, request->model_runway, sizeof request->model_runway);
+        data_dir_find(DATA_RUNWAY_SCENE, request->model_runway, sizeof request->model_runway);
         request->scene = request->model_runway;
     }
     plot_check(request->plot, request->scene, fatal);

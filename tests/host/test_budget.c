@@ -42,8 +42,8 @@ static int fresh(void **state)
                                           .averaged = 4.0f,
                                           .baseline_blocks = 400.0f,
                                           .reference_error = 0.0003f},
-                              .certificate_expanded = 0.004,
-                              .certificate_factor = 2.0,
+                              .certificate_expanded_uncertainty = 0.004,
+                              .certificate_coverage_factor = 2.0,
                               .station_error_ft = 0.001,
                               .slope_max_in_ft = 0.105,
                               .half_range_k = 10.0};
@@ -70,13 +70,13 @@ static void is(enum budget_source source, double contribution)
 static void adds_up(void)
 {
     double stated = 0.0, all = 0.0;
-    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+    for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++) {
         const struct budget_row *row = &b.row[s];
         assert_near(row->standard_uncertainty, row->input / row->divisor, 1e-12);
         assert_near(row->contribution, fabs(row->sensitivity) * row->standard_uncertainty,
                     1e-9 + 1e-6 * row->contribution);
         all += row->contribution * row->contribution;
-        stated += s < BUDGET_STATED ? row->contribution * row->contribution : 0.0;
+        stated += s < BUDGET_STATED_COUNT ? row->contribution * row->contribution : 0.0;
     }
     assert_near(b.combined_uncertainty, sqrt(all), 1e-6 * b.combined_uncertainty);
     assert_near(b.stated_error, sqrt(stated), 1e-6 * b.combined_uncertainty);
@@ -86,7 +86,7 @@ static void adds_up(void)
 
 TEST_IN(a_movement_by_hand, fresh, NULL)
 {
-    budget_make(&of, &b);
+    budget_compute(&of, &b);
     adds_up();
     is(BUDGET_NOISE, 0.00112 * sqrt(1.0 / 4.0 + 1.0 / 400.0));
     is(BUDGET_ROUNDING, 0.0); /* 0.7 codes of noise average it away */
@@ -101,18 +101,18 @@ TEST_IN(a_movement_by_hand, fresh, NULL)
     is(BUDGET_TEMPERATURE, 724.9e-6 * 10.0 / sqrt(3.0)); /* hil/circuits/figures.def */
     assert_near(b.row[BUDGET_NOISE].input, 0.7, 1e-6);
     transducer.points = 4; /* of which the zero is one */
-    budget_make(&of, &b);
+    budget_compute(&of, &b);
     is(BUDGET_BASELINE, 0.0);
     transducer.calibrated_day = 0; /* its stated gain has the temperature */
-    budget_make(&of, &b);
+    budget_compute(&of, &b);
     is(BUDGET_TEMPERATURE, 0.0);
 }
 
 TEST_IN(a_tension_by_hand, fresh, NULL)
 {
     use_gage();
-    of.certificate_expanded = (double)NAN; /* none */
-    budget_make(&of, &b);
+    of.certificate_expanded_uncertainty = (double)NAN; /* none */
+    budget_compute(&of, &b);
     adds_up();
     is(BUDGET_NOISE, 0.0);
     is(BUDGET_ROUNDING, 0.289 * 0.16);
@@ -127,7 +127,7 @@ TEST_IN(a_tension_by_hand, fresh, NULL)
     is(BUDGET_TEMPERATURE, 0.0); /* 0.0835 * 10 / sqrt(3) = 0.48 lb: the stated drift has it */
     assert_near(b.coverage_factor, 1.959964, 1e-3);
     of.reading.hours = 0.0f; /* no drift is stated: the zero alone */
-    budget_make(&of, &b);
+    budget_compute(&of, &b);
     adds_up();
     is(BUDGET_TEMPERATURE, sqrt(0.08353 * 0.08353 * 100.0 / 3.0 - 0.1 * 0.1));
 }
@@ -143,10 +143,10 @@ TEST_IN(the_factor_is_of_both_distributions, fresh, NULL)
     transducer.unit_per_code = 1e-12f;
     of.station_error_ft = 0.0;
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        of.certificate_expanded = sqrt(1.0 - known[i][0]);
-        of.certificate_factor = 1.0;
+        of.certificate_expanded_uncertainty = sqrt(1.0 - known[i][0]);
+        of.certificate_coverage_factor = 1.0;
         of.half_range_k = sqrt(3.0 * known[i][0]) / 724.9e-6;
-        budget_make(&of, &b);
+        budget_compute(&of, &b);
         assert_near(b.combined_uncertainty, 1.0, 1e-6);
         assert_near(b.coverage_factor, known[i][1], 2e-3);
         assert_near(b.expanded_uncertainty, b.coverage_factor * b.combined_uncertainty, 1e-12);

@@ -244,7 +244,7 @@ TEST(no_text_speaks_of_an_option_that_is_not_taken)
         const struct command *c = command_table.commands[i].command;
         struct help_page page = help_page_make(c);
         speaks_of_its_own(c, c->usage);
-        for (size_t r = 0; r < page.rows; r++) {
+        for (size_t r = 0; r < page.row_count; r++) {
             speaks_of_its_own(c, page.row[r].text);
             if (page.row[r].term)
                 speaks_of_its_own(c, page.row[r].term);
@@ -255,7 +255,7 @@ TEST(no_text_speaks_of_an_option_that_is_not_taken)
 
 static void sound_rows(const struct command *c)
 {
-    for (size_t i = 0; i < c->count; i++) {
+    for (size_t i = 0; i < c->part_count; i++) {
         const struct command_option *o = &c->parts[i].option;
         if (c->parts[i].included)
             sound_rows(c->parts[i].included);

@@ -112,7 +112,7 @@ static enum mr_status order(unsigned code, unsigned tries, struct mr_ack *answer
     return dialogue_send_command(
         &dialogue,
         &(struct dialogue_command){
-            .code = (uint8_t)code, .argument = 5, .answer_s = ANSWER_S, .tries = tries},
+            .code = (uint8_t)code, .argument = 5, .answer_timeout_s = ANSWER_S, .tries_max = tries},
         answer, error);
 }
 
@@ -148,7 +148,7 @@ TEST_IN(a_lost_answer_is_read_from_the_state, begin, end)
     struct error error = {0};
     bool armed = false;
     struct dialogue_command arm = {.code = MR_COMMAND_ARM,
-                                   .answer_s = ANSWER_S,
+                                   .answer_timeout_s = ANSWER_S,
                                    .was_executed = dialogue_is_flag_set,
                                    .context = &armed};
     dialogue_subscribe(&dialogue, take_landing, &armed);
@@ -430,8 +430,8 @@ TEST(what_repeats)
         MR_COMMAND_RUNWAY_TAKE};
     unsigned repeat = 0;
     for (size_t i = 0; i < sizeof once / sizeof once[0]; i++)
-        assert_false(dialogue_is_repeatable(once[i]));
+        assert_false(dialogue_is_repeatable_command(once[i]));
     for (unsigned code = 0; code < 256; code++)
-        repeat += dialogue_is_repeatable(code);
+        repeat += dialogue_is_repeatable_command(code);
     assert_int_equal(repeat, 23 - sizeof once / sizeof once[0]);
 }

@@ -12,11 +12,11 @@
 
 #define TRIALS 500
 
-static const struct push_setting two_mats = {.gages = {0.5, 0.001}, .mats = 2};
+static const struct push_setting two_mats = {.gage_errors = {0.5, 0.001}, .mat_count = 2};
 
 /* What is tested, and what came of it. */
 struct trial {
-    double k_lb_ft, unloading, law, friction, spread, force_error_lb, moved_error_in;
+    double k_lb_ft, unloading, law, friction, spread, force_error_lb, displacement_error_in;
     size_t loads, each; /* loads (108 lb, 216 lb), tests under each */
     double most_lb;     /* under one axle */
     bool rounds, down;
@@ -41,21 +41,21 @@ static void run(const struct trial *t, uint64_t *seed, struct tally *tally)
     for (size_t i = 0; i < t->each; i++) {
         for (size_t axles = 1; axles <= t->loads; axles++) {
             double place = exp(t->spread * push_normal(seed)), a = (double)axles;
-            struct push_truth truth = {.k_lb_in = place * t->k_lb_ft / 12.0 * two_mats.mats *
+            struct push_truth truth = {.k_lb_in = place * t->k_lb_ft / 12.0 * two_mats.mat_count *
                                                   pow(a, t->law),
                                        .unloading = t->unloading,
                                        .limit_lb = t->friction * 108.0 * a,
                                        .force_error_lb = t->force_error_lb,
-                                       .moved_error_in = t->moved_error_in,
+                                       .displacement_error_in = t->displacement_error_in,
                                        .rounds = t->rounds};
             series[readings.count++] = push_test(&truth, 108.0 * a, t->most_lb / 8.0 * a,
                                                  t->most_lb * a, t->down, seed);
         }
     }
-    if (push_ground_find(&readings, &two_mats, &ground, &error) != MR_OK)
+    if (push_ground_estimate(&readings, &two_mats, &ground, &error) != MR_OK)
         fail_msg("%s", error.text);
     tally->k += holds(&ground.k_lb_ft.interval, t->k_lb_ft);
-    tally->unloading += holds(&ground.unloading.interval, t->unloading);
+    tally->unloading += holds(&ground.unloading_ratio.interval, t->unloading);
     tally->law += holds(&ground.axle_law.interval, t->law);
     tally->friction += holds(&ground.friction.interval, t->friction);
     tally->elastic += ground.law == PUSH_ELASTIC;
@@ -72,7 +72,7 @@ static void run(const struct trial *t, uint64_t *seed, struct tally *tally)
 static const struct trial usual = {.law = -1.0,
                                    .friction = 0.5,
                                    .force_error_lb = 0.5,
-                                   .moved_error_in = 0.001,
+                                   .displacement_error_in = 0.001,
                                    .loads = 2,
                                    .each = 1,
                                    .most_lb = 40.0,
@@ -137,7 +137,7 @@ TEST(worse_gages_widen)
 {
     struct trial trial = usual;
     trial.force_error_lb = 1.0;
-    trial.moved_error_in = 0.002;
+    trial.displacement_error_in = 0.002;
     struct tally tally = run_all(&trial, tests_take(120, TRIALS), 99u, "twice the noise");
     held(&tally, tally.k, 0.994);
     held(&tally, tally.unloading, 0.994);
@@ -178,7 +178,7 @@ TEST(rigid_ground_is_not_called_elastic)
                           .unloading = 1.0,
                           .friction = 0.5,
                           .force_error_lb = 0.5,
-                          .moved_error_in = 0.001,
+                          .displacement_error_in = 0.001,
                           .loads = 1,
                           .each = 2,
                           .most_lb = 40.0,
@@ -199,7 +199,7 @@ TEST(a_weak_push_cannot_tell)
                                                  .unloading = 1.0,
                                                  .friction = 0.5,
                                                  .force_error_lb = 0.5,
-                                                 .moved_error_in = 0.001,
+                                                 .displacement_error_in = 0.001,
                                                  .loads = 1,
                                                  .each = 1,
                                                  .most_lb = 3.0,
@@ -222,7 +222,7 @@ static struct push_ground find(struct push_series *series, size_t count,
     struct push_readings readings = {series, count};
     struct push_ground ground;
     struct error error = {0};
-    if (push_ground_find(&readings, setting, &ground, &error) != MR_OK)
+    if (push_ground_estimate(&readings, setting, &ground, &error) != MR_OK)
         fail_msg("%s", error.text);
     return ground;
 }
@@ -234,11 +234,11 @@ TEST(stiffness_is_of_one_mat)
     struct push_setting setting = two_mats;
     struct push_ground ground = find(&series, 1, &setting);
     assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.01);
-    assert_near(ground.unloading.interval.value, 0.8, 2e-5);
+    assert_near(ground.unloading_ratio.interval.value, 0.8, 2e-5);
     assert_near(ground.axle_load_lb, 108.0, 0.0);
     assert_true(isnan(ground.spread));
     push_ground_free(&ground);
-    setting.mats = 1;
+    setting.mat_count = 1;
     ground = find(&series, 1, &setting);
     assert_near(ground.k_lb_ft.interval.value, 14400.0, 0.02);
     push_ground_free(&ground);
@@ -250,8 +250,8 @@ TEST(what_was_not_read_is_not_told)
     struct push_series series[2] = {exact_test(108.0, 1200.0, 40.0, false),
                                     exact_test(216.0, 2400.0, 80.0, false)};
     struct push_ground ground = find(series, 1, &setting);
-    assert_true(isnan(ground.unloading.interval.value));
-    assert_non_null(strstr(ground.unloading.reason, "no unloading"));
+    assert_true(isnan(ground.unloading_ratio.interval.value));
+    assert_non_null(strstr(ground.unloading_ratio.reason, "no unloading"));
     assert_true(isnan(ground.axle_law.interval.value));
     assert_non_null(strstr(ground.axle_law.reason, "one load"));
     assert_true(isnan(ground.friction.interval.value));
@@ -288,12 +288,14 @@ TEST(refusals)
     struct error error = {0};
     series.path = "push.csv";
     series.count = 4;
-    assert_int_equal(push_fit(&series, two_mats.gages, 1000.0, 1.0, &fit, &error), MR_TOO_FEW);
+    assert_int_equal(push_fit(&series, two_mats.gage_errors, 1000.0, 1.0, &fit, &error),
+                     MR_TOO_FEW);
     assert_non_null(strstr(error.text, "too few readings: push.csv"));
     error = (struct error){0};
     series = exact_test(108.0, 1200.0, 2.0, true);
     series.path = "push.csv";
-    assert_int_equal(push_fit(&series, two_mats.gages, 1000.0, 1.0, &fit, &error), MR_TOO_FEW);
+    assert_int_equal(push_fit(&series, two_mats.gage_errors, 1000.0, 1.0, &fit, &error),
+                     MR_TOO_FEW);
     assert_non_null(strstr(error.text, "no force above its error"));
 }
 
@@ -303,11 +305,11 @@ TEST(signs_and_zero_do_not_matter)
     struct push_series series = exact_test(108.0, 1200.0, 40.0, true);
     for (size_t i = 0; i < series.count; i++) {
         series.force_lb[i] = -series.force_lb[i];
-        series.moved_in[i] = 0.7 - series.moved_in[i];
+        series.displacement_in[i] = 0.7 - series.displacement_in[i];
     }
     struct push_ground ground = find(&series, 1, &two_mats);
     assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.05);
-    assert_near(ground.unloading.interval.value, 0.8, 1e-5);
+    assert_near(ground.unloading_ratio.interval.value, 0.8, 1e-5);
     push_ground_free(&ground);
 }
 
@@ -317,16 +319,17 @@ TEST(through_zero_and_again)
     const double forces[] = {0, 10, 20, 30, 20, 10, 0, -10, -20, -10, 0, 10, 20, 30, 40};
     struct push_truth truth = {1200.0, 0.8, 1e9, 0.0, 0.0, false};
     struct push_series series = {.load_lb = 108.0};
-    double moved_in = 0.0, hold_lb = 0.0;
+    double displacement_in = 0.0, hold_lb = 0.0;
     for (size_t i = 0; i < sizeof forces / sizeof forces[0]; i++) {
         double change = fabs(forces[i]) - fabs(hold_lb);
-        moved_in += (forces[i] - hold_lb) * (change < 0.0 ? truth.unloading : 1.0) / truth.k_lb_in;
+        displacement_in += (forces[i] - hold_lb) * (change < 0.0 ? truth.unloading : 1.0) /
+                           truth.k_lb_in;
         hold_lb = forces[i];
         series.force_lb[series.count] = forces[i];
-        series.moved_in[series.count++] = moved_in;
+        series.displacement_in[series.count++] = displacement_in;
     }
     struct push_ground ground = find(&series, 1, &two_mats);
     assert_near(ground.k_lb_ft.interval.value, 7200.0, 0.05);
-    assert_near(ground.unloading.interval.value, 0.8, 1e-5);
+    assert_near(ground.unloading_ratio.interval.value, 0.8, 1e-5);
     push_ground_free(&ground);
 }

@@ -23,7 +23,7 @@ static int all_well(void **state)
     f.today_day = 20000;
     f.now_s = 20000 * 86400 + 43200;
     f.shunt_done = f.self_test_done = f.box_known = f.temperature_known = f.alarm_known = true;
-    f.can_used = f.database_checked = f.has_previous = true;
+    f.is_can_used = f.database_checked = f.has_previous_landing = true;
     f.identity.hello = (struct mr_hello){.layout = MR_LAYOUT};
     f.identity.key_known = true;
     f.identity.commit_known = true;
@@ -51,11 +51,11 @@ static int all_well(void **state)
     f.config.gate[0].step_codes = 64;
     f.config.gate[1].step_codes = 120;
     f.config.band[0].pretension_lb = 100.0f;
-    f.blocks = 100;
-    f.channel[0] = (struct ready_channel){.blocks = 100, .mean = 0.01f, .noise_codes = 0.7f};
+    f.block_count = 100;
+    f.channel[0] = (struct ready_channel){.block_count = 100, .mean = 0.01f, .noise_codes = 0.7f};
     f.channel[8] = f.channel[9] =
-        (struct ready_channel){.blocks = 100, .mean = 101.0f, .noise_codes = 0.7f};
-    f.channel[22] = (struct ready_channel){.blocks = 100, .mean = 62.3f, .noise_codes = 0.3f};
+        (struct ready_channel){.block_count = 100, .mean = 101.0f, .noise_codes = 0.7f};
+    f.channel[22] = (struct ready_channel){.block_count = 100, .mean = 62.3f, .noise_codes = 0.3f};
     f.time_fit = (struct timemap_fit){
         .refusal = TIMEMAP_OK, .pairs = 30, .rate_ppm = {.value = 20.0, .half_width = 50.0}};
     f.shunts.count = 2;
@@ -129,7 +129,7 @@ TEST_IN(a_configuration_is_compared_but_for_its_revision, all_well, NULL)
     struct mr_config given = f.config;
     f.config.site[0].revision = 7;
     f.config_crc = mr_config_encode(&f.config, image);
-    f.crc_expected = true;
+    f.has_expected_crc = true;
     f.expected_config = &given;
     ready_judge(&f, &report);
     assert_int_equal(check_named("configuration")->verdict, READY_GO);
@@ -145,7 +145,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("firmware", mr_image_state_text(MR_IMAGE_PROGRAM));
     f.config_crc = 1;
     only_no_go("configuration", "CRC 00000001");
-    f.crc_expected = true;
+    f.has_expected_crc = true;
     f.expected_crc = 2;
     only_no_go("configuration", "CRC 0000abcd");
     f.config.channel[8].expires_day = 20000;
@@ -161,9 +161,9 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     only_no_go("time of day", "+260");
     f.blocks_lost = 1;
     only_no_go("readings", "1 lost");
-    f.blocks = 49;
+    f.block_count = 49;
     only_no_go("readings", "49 blocks");
-    f.channel[0].invalid = 4;
+    f.channel[0].invalid_count = 4;
     f.channel[0].validity = MR_INVALID_OPEN;
     only_no_go("transducer 1", "4 of 100");
     f.channel[0].mean = -0.26f;
@@ -233,7 +233,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
 
 TEST_IN(what_was_not_done_is_no_reason, all_well, NULL)
 {
-    f.has_previous = f.can_used = false;
+    f.has_previous_landing = f.is_can_used = false;
     f.alarm.state = MR_CAN_UNPLUGGED; /* nobody wants CAN */
     f.time_fit.refusal = TIMEMAP_OTHER_RATE;
     f.config.channel[0].calibrated_day = 0;
@@ -266,10 +266,10 @@ TEST_IN(mean_and_noise, all_well, NULL)
     ready_summarize_channel(&config, blocks, 50, 8, &channel);
     assert_near(channel.mean, 10.0, 1e-5);
     assert_near(channel.noise_codes, 2.0 * sqrt(50.0 / 49.0), 1e-4);
-    assert_int_equal(channel.invalid, 0);
+    assert_int_equal(channel.invalid_count, 0);
     blocks[7].sum[MR_ADC1_REFERENCE] = 0;
     ready_summarize_channel(&config, blocks, 50, 8, &channel);
-    assert_int_equal(channel.invalid, 1);
+    assert_int_equal(channel.invalid_count, 1);
     assert_int_equal(channel.validity, MR_INVALID_REFERENCE);
     ready_summarize_channel(&config, blocks, 0, 8, &channel);
     assert_true(isnan(channel.mean));
@@ -341,7 +341,7 @@ TEST_IN(a_bounce_is_no_answer, all_well, NULL)
                                                         .count = (uint8_t)(n - 1)});
     }
     assert_int_equal(walk.response_count[WALK_SWITCH], 2);
-    assert_int_equal(walk.unexpected_events, 0);
+    assert_int_equal(walk.unexpected_event_count, 0);
 }
 
 /* ---- movements ---- */

@@ -261,8 +261,8 @@ static const struct study {
 
 struct tally {
     unsigned stated, expanded;
-    double squares[BUDGET_SOURCES]; /* of the contributions */
-    double errors, errors_rel;      /* squared; the second in combined standard uncertainties */
+    double squares[BUDGET_SOURCE_COUNT]; /* of the contributions */
+    double errors, errors_rel; /* squared; the second in combined standard uncertainties */
 };
 
 static void take(const struct study *study, const char *without, uint64_t seed, struct tally *t)
@@ -272,20 +272,20 @@ static void take(const struct study *study, const char *without, uint64_t seed, 
     draw(study->kind, &study->setting, seed, &drawn);
     bool certificate = !without || strcmp(without, "certificate") != 0,
          temperature = !without || strcmp(without, "temperature") != 0;
-    const struct budget_case of = {.channel = &drawn.channel,
-                                   .reading = drawn.reading,
-                                   .certificate_expanded = certificate ? study->certificate_rel *
-                                                                             fabs(drawn.value)
-                                                                       : (double)NAN,
-                                   .certificate_factor = study->factor,
-                                   .half_range_k = temperature ? study->setting.kelvin : 0.0};
-    budget_make(&of, &budget);
+    const struct budget_case of = {
+        .channel = &drawn.channel,
+        .reading = drawn.reading,
+        .certificate_expanded_uncertainty = certificate ? study->certificate_rel * fabs(drawn.value)
+                                                        : (double)NAN,
+        .certificate_coverage_factor = study->factor,
+        .half_range_k = temperature ? study->setting.kelvin : 0.0};
+    budget_compute(&of, &budget);
     double off = drawn.value - drawn.truth;
     t->stated += fabs(off) <= NORMAL * budget.stated_error;
     t->expanded += fabs(off) <= budget.expanded_uncertainty;
     t->errors += off * off;
     t->errors_rel += off * off / (budget.combined_uncertainty * budget.combined_uncertainty);
-    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++)
+    for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++)
         t->squares[s] += budget.row[s].contribution * budget.row[s].contribution;
 }
 
@@ -293,7 +293,7 @@ static void print_rows(const struct tally *t, unsigned draws)
 {
     printf("\n| Contribution (rms) | %s (%s) | %s (%s) |\n|---|--:|--:|\n", studies[0].name,
            studies[0].unit, studies[1].name, studies[1].unit);
-    for (enum budget_source s = 0; s < BUDGET_SOURCES; s++) {
+    for (enum budget_source s = 0; s < BUDGET_SOURCE_COUNT; s++) {
         printf("| %s |", budget_source_text(s));
         for (size_t i = 0; i < STUDIES; i++)
             printf(" %.2g |", sqrt(t[i].squares[s] / draws));
