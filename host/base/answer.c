@@ -36,7 +36,7 @@ struct answer_item {
     int decimals;
     int64_t count;
     char *words;
-    char *remark; /* text behind the value, for people only; NULL: none */
+    char *remark; /* text after the value, for people only; NULL: none */
     json_t *json;
 };
 

@@ -130,8 +130,8 @@ enum mr_status cli_parse_number(const char *text, const char *what, double low, 
         return error_set(error, MR_USAGE, "not a number: '%s' for %s; write digits such as %g",
                          text, what, low > 1.0 ? low : 1.0);
     if (number < low || number > high)
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g", text,
-                         what, low, high);
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g", text, what,
+                         low, high);
     *value = number;
     return MR_OK;
 }

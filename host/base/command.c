@@ -147,7 +147,7 @@ static enum mr_status read_number(const struct parser *p, const struct command_o
     if (quantity_read(text, option->name, unit, bare, &number, error) != MR_OK)
         return error->status;
     if (!(number >= option->low && number <= option->high))
-        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g%s%s", text,
+        return error_set(error, MR_USAGE, "out of range: %s for %s; allowed: %g to %g%s%s", text,
                          option->name, quantity_convert(option->low, unit, bare),
                          quantity_convert(option->high, unit, bare), *bare ? " " : "", bare);
     *(double *)value_address(p, option) = number;

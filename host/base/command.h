@@ -171,7 +171,7 @@ extern const struct command command_matrig;
 int command_begin(int argc, char **argv, struct global_options *before, struct error *error);
 
 /* Sorts argv into options, whose values go to `values` (an OPTION_VALUES), and other words (`words`
- * has room for operands.most; unused entries are NULL). Options are written `--name value` or
+ * has room for operands.max; unused entries are NULL). Options are written `--name value` or
  * `--name=value`, one-letter options also `-n4`. Numbers that are not given get their default.
  * MR_USAGE: an unknown option, an option given twice, a missing value, a value outside its limits,
  * too few or too many words. Texts point into argv. */

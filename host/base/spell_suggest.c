@@ -107,7 +107,7 @@ void spell_suggest_text(const struct spell_suggest *suggest,
         {" stop quit exit end ", "to end matrig log, press Ctrl-C in its terminal"},
         {" version ", "write matrig --version"},
         {" format pdf print ",
-         "the ending of -o F sets the format; to print a report, open its page in a browser"},
+         "the extension of -o F sets the format; to print a report, open its page in a browser"},
     };
     char word[40];
     out[0] = '\0';

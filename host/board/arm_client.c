@@ -58,14 +58,14 @@ static enum mr_status set_refusal_error(const struct arm_client *client, const s
     const char *name = mr_command_name(ack->code), *link = dialogue_spec(client->dialogue);
     if (answer == MR_NOT_NOW && ack->code == MR_COMMAND_ARM &&
         arm_client_is_recording(client->landing.state))
-        return error_set(error, answer,
-                         "the board refused `arm`: %s; it is %s, with landing %u: wait for the end "
-                         "of the landing, or disarm the board",
-                         link, mr_landing_state_text(client->landing.state),
-                         client->landing.landing);
+        return error_set(
+            error, answer,
+            "the board refused `arm`: %s; the board is %s, with landing %u: wait for the end "
+            "of the landing, or disarm the board",
+            link, mr_landing_state_text(client->landing.state), client->landing.landing);
     if (answer == MR_WAIT && client->box_state_known && client->box_state.wait_s > 0.0f)
         return error_set(error, answer,
-                         "the board refused `%s`: %s; its black box is ready in about %.0f s", name,
+                         "the board refused `%s`: %s; the black box is ready in about %.0f s", name,
                          link, ceil((double)client->box_state.wait_s));
     return error_set(error, answer, "the board refused `%s`: %s; %s", name, link,
                      arm_client_refusal_text(answer));
@@ -98,20 +98,21 @@ enum mr_status arm_client_send(struct arm_client *client, uint8_t code, int32_t 
     client->landing_state_received = client->box_state_known = false;
     enum mr_status status = dialogue_send_command(client->dialogue, &order, &ack, error);
     if (status == MR_TIMEOUT)
-        return error_set(
-            error, MR_TIMEOUT,
-            "the board did not answer `%s` within %d s: %s; check its state before you try again",
-            mr_command_name(code), ARM_CLIENT_ANSWER_TIMEOUT_S, dialogue_spec(client->dialogue));
+        return error_set(error, MR_TIMEOUT,
+                         "the board did not answer `%s` within %d s: %s; check the state of the "
+                         "board before you try again",
+                         mr_command_name(code), ARM_CLIENT_ANSWER_TIMEOUT_S,
+                         dialogue_spec(client->dialogue));
     if (status == MR_OK && ack.status != MR_OK)
         return set_refusal_error(client, &ack, error);
     if (status == MR_OK)
         status = dialogue_wait_until(client->dialogue, is_state_reached, client, STATE_TIMEOUT_S,
                                      error);
     return status == MR_TIMEOUT
-             ? error_set(
-                   error, MR_TIMEOUT,
-                   "the board accepted `%s` but did not report the state %s: %s; check its state",
-                   mr_command_name(code), mr_landing_state_text(client->wanted_state),
-                   dialogue_spec(client->dialogue))
+             ? error_set(error, MR_TIMEOUT,
+                         "the board accepted `%s` but did not report the state %s: %s; check the "
+                         "state of the board",
+                         mr_command_name(code), mr_landing_state_text(client->wanted_state),
+                         dialogue_spec(client->dialogue))
              : status;
 }

@@ -95,10 +95,10 @@ static enum mr_status parse_section(struct bringup *b, const char *text, size_t 
     for (bool first = true;; first = false) {
         size_t count = find_line_length(text + at, length - at);
         if (count == SIZE_MAX)
-            return error_set(
-                error, MR_TRUNCATED,
-                "bring-up: %s has no end after %zu lines; check cable and supply, and repeat",
-                b->section, b->line_count);
+            return error_set(error, MR_TRUNCATED,
+                             "bring-up: section %s has no end after %zu lines; check cable and "
+                             "supply, and repeat",
+                             b->section, b->line_count);
         if (strncmp(text + at, "end ", 4) == 0) {
             b->length = at + count + 1u;
             return check_section_end(b, text + at, mr_crc32(0, (const uint8_t *)text, at), error);
@@ -193,15 +193,17 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
                                         const char *section, struct error *error)
 {
     if (has_section_begun(l, section))
-        return error_set(error, MR_TRUNCATED,
-                         "bring-up: %s stopped after %zu bytes: %s; check cable and supply, reset "
-                         "the board and try again",
-                         section, l->bytes, link_spec(link));
+        return error_set(
+            error, MR_TRUNCATED,
+            "bring-up: section %s stopped after %zu bytes: %s; check cable and supply, reset "
+            "the board and try again",
+            section, l->bytes, link_spec(link));
     if (has_received_text(l))
-        return error_set(error, MR_TIMEOUT,
-                         "the board sent %zu bytes, but no %s: %s; check the cable, reset the "
-                         "board and try again",
-                         l->bytes, section, link_spec(link));
+        return error_set(
+            error, MR_TIMEOUT,
+            "the board sent %zu bytes, but no answer to `%s`: %s; check the cable, reset the "
+            "board and try again",
+            l->bytes, section, link_spec(link));
     return error_set(error, MR_TIMEOUT,
                      "no bring-up image answers at %d baud (%zu bytes received): %s; flash the "
                      "bring-up image, see docs/howto/bring-up.md",

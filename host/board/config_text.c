@@ -570,7 +570,8 @@ static enum mr_status read_line(struct reader *r, const char *p)
     unsigned *line = &r->line_of_field[get_field_index(at)];
     if (*line) {
         snprintf(what, sizeof what, "%s is given twice", name);
-        snprintf(advice, sizeof advice, "line %u also gives it; delete one of the lines", *line);
+        snprintf(advice, sizeof advice, "line %u also gives this field; delete one of the lines",
+                 *line);
         return refuse_text(r, MR_MALFORMED, what, advice);
     }
     *line = r->line;

@@ -475,9 +475,10 @@ static enum mr_status send_with_proof(struct dialogue *dialogue, const uint8_t *
         char uid[IDENTITY_UID_SIZE], path[KEYFILE_PATH_SIZE];
         identity_uid_text(&dialogue->identity, uid);
         keyfile_path(uid, path);
-        status = error_set(error, MR_PROOF,
-                           "the board refused `%s`: %s; this file does not hold its key: %s",
-                           mr_command_name(payload[0]), dialogue_spec(dialogue), path);
+        status = error_set(
+            error, MR_PROOF,
+            "the board refused `%s`: %s; the key in this file is not the key of the board: %s",
+            mr_command_name(payload[0]), dialogue_spec(dialogue), path);
     } else if (status == MR_OK && dialogue->answer.status == MR_PROOF &&
                dialogue->identity.key.state == MR_KEY_DAMAGED) {
         status = error_set(error, MR_PROOF,

@@ -237,7 +237,7 @@ static void add_health(const struct health_client *client, struct answer *answer
     answer_words(answer, NULL, "last reset", "%s", text);
     answer_count(answer, "reset_cause", NULL, client->hello.reset_cause);
     answer_count(answer, "restarts", "restarts", client->restarts.restarts)->suffix =
-        " since power-on that were not requested";
+        " since power-on, not counting requested ones";
     answer_count(answer, "in_row", "in a row", client->restarts.in_row)->suffix =
         client->restarts.in_row >= 5
             ? ": until the command `reset`, the board communicates but does not measure"

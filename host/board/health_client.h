@@ -19,7 +19,7 @@ struct crash_report {
     uint16_t restart_count; /* number of restarts since the fault */
 };
 
-_Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present has one bit per word");
+_Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present_bits has one bit per word");
 
 /* Adds one word. Returns true if this word completes the report. */
 bool crash_receive(struct crash_report *report, const struct mr_crash *message);

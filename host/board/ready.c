@@ -17,7 +17,7 @@
 #include "host/calibrate/jump.h"
 
 #define BYTES_PER_MB 1e6
-/* ALWAYS: tested on every rig. LISTED: listed by name if passed. */
+/* REQUIRED: tested on every rig. LISTED_IF_PASSED: named in the value if passed. */
 #define SELF_TESTS_REQUIRED \
     (1u << MR_SELF_TEST_RAM | 1u << MR_SELF_TEST_FLASH | 1u << MR_SELF_TEST_REFERENCE)
 #define SELF_TESTS_LISTED_IF_PASSED \
@@ -160,7 +160,7 @@ static void judge_calibration_days(const struct ready_facts *f, struct ready_rep
     report->is_uncalibrated = never > 0;
     if (expired)
         ready_add_check(report, READY_NO_GO, "calibration", limit,
-                        "calibrate, then matrig board config set with the new values and dates",
+                        "calibrate, then send the new values and dates: matrig board config set",
                         "expired: %s", text);
     else if (never)
         ready_add_check(
@@ -227,12 +227,13 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
     certificates_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
-    ready_add_check(report, verdict_for(state == CERTIFICATE_VALID), name, NULL,
-                    state == CERTIFICATE_OVERDUE
-                        ? "have the sensor calibrated, then matrig calibrate CHANNEL --certificate"
-                        : "enter the certificate or the serial number of the fitted sensor",
-                    "%s: No. %s%s%s", text, certificate->number,
-                    certificate->laboratory[0] ? ", " : "", certificate->laboratory);
+    ready_add_check(
+        report, verdict_for(state == CERTIFICATE_VALID), name, NULL,
+        state == CERTIFICATE_OVERDUE
+            ? "have the sensor calibrated, then run matrig calibrate CHANNEL --certificate"
+            : "enter the certificate or the serial number of the fitted sensor",
+        "%s: No. %s%s%s", text, certificate->number, certificate->laboratory[0] ? ", " : "",
+        certificate->laboratory);
 }
 
 void ready_judge_certificates(const struct ready_facts *f, struct ready_report *report)
@@ -280,10 +281,10 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
     ready_add_check(
         report, verdict, "firmware", limit,
         !whole     ? "flash the firmware again: matrig flash LINK IMAGE"
-        : f->image ? "not the image of --image: flash that one with matrig flash LINK IMAGE"
-        : verdict == READY_NOT_DONE
-            ? "the campaign has no landing of this board: give --image FILE"
-            : "not that landing's image: flash that one, or confirm with --image FILE",
+        : f->image ? "not the image of --image: flash the image with matrig flash LINK IMAGE"
+        : verdict == READY_NOT_DONE ? "the campaign has no landing of this board: give --image FILE"
+                                    : "not the image of that landing: flash that image, or confirm "
+                                      "this one with --image FILE",
         "%u.%u.%u, commit %s, image %08x, %s", id->hello.major, id->hello.minor, id->hello.patch,
         runs, (unsigned)id->image_crc,
         mr_image_state_text(id->commit_known ? id->commit.state : (unsigned)MR_IMAGE_NONE));
@@ -314,7 +315,8 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     ready_add_check(
         report, compared ? verdict_for(wanted == f->config_crc) : READY_NOT_DONE, "configuration",
         limit,
-        compared ? "send the right one with config set, or confirm with --expect-config"
+        compared ? "send the right configuration with config set, or confirm this one with "
+                   "--expect-config"
                  : "the campaign has no landing of this board: give --expect-config FILE",
         "CRC %08x, revision %u, %s", (unsigned)f->config_crc, (unsigned)f->config.site[0].revision,
         mr_config_source_text(f->config_state.source));
@@ -423,7 +425,7 @@ static void judge_channel(const struct ready_facts *f, unsigned i, struct ready_
                         : m->validity == MR_INVALID_REFERENCE
                             ? "the reference voltage is out of range: check the converter's supply"
                         : m->validity == MR_INVALID_RANGE
-                            ? "out of its range: move it back to its zero"
+                            ? "out of range: move the transducer back to its zero"
                             : "check its wiring and excitation",
                         "%s, %u of %u readings not valid",
                         !transducer && open ? "bridge open" : mr_validity_text(m->validity),
@@ -698,11 +700,12 @@ static void judge_can(const struct ready_facts *f, struct ready_report *report)
         bool is_identified = (can[0] | can[1]) != 0;
         identity_uid_text(&f->board_on_can, uid);
         identity_uid_text(&f->identity, own);
-        ready_add_check(report, READY_NO_GO, "CAN", "the board itself",
-                        "give its CAN base, such as can:can0,base=0x190, or its own serial link",
-                        "%s at base 0x%03x: UID on CAN %s, on serial %s",
-                        is_identified ? "another board" : "frames not from this board", f->can_base,
-                        is_identified ? uid : "unknown", own);
+        ready_add_check(
+            report, READY_NO_GO, "CAN", "the board itself",
+            "give the CAN base of the board, such as can:can0,base=0x190, or its own serial link",
+            "%s at base 0x%03x: UID on CAN %s, on serial %s",
+            is_identified ? "another board" : "frames not from this board", f->can_base,
+            is_identified ? uid : "unknown", own);
         return;
     }
     bool kept_silent = f->alarm_known ? f->alarm.state == MR_CAN_SILENT

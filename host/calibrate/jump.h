@@ -15,15 +15,15 @@
  * - JUMP_RATIO_TRANSDUCER: first calibration of a transducer, or a different one by its serial
  * number. Cells differ, but the amplifier is the same; centimetres for inches are a factor of 2.54.
  * - JUMP_RATIO_GAGE: first calibration of a gage, or a different one. Bridges of 5.56 and 14.4
- * uV/lb with gains of 900 and 346 (common/gain.h) are up to 2.6 times the built-in values, or less
- * by that factor; band sections differ too. */
+ * uV/lb with gains of 900 and 346 (common/gain.h) differ from the built-in values by a factor of up
+ * to 2.6; band sections differ too. */
 #define JUMP_RATIO_SAME_SENSOR 1.1
 #define JUMP_RATIO_TRANSDUCER  1.5
 #define JUMP_RATIO_GAGE        5.0
 #define JUMP_TEXT_SIZE         160
 
-/* Returns true if the gain jumped; `text` is then "gain 0.001611 -> 0.004093 in per code, 2.54
- * times". `old` and `new` belong to the same input. Returns false also if there is nothing to
+/* Returns true if the gain jumped; `text` is then "gain 0.001611 -> 0.004093 in per code, a factor
+ * of 2.54". `old` and `new` belong to the same input. Returns false also if there is nothing to
  * compare (not fitted in one of them, or of another kind). */
 bool jump_find(const struct mr_channel_config *old, const struct mr_channel_config *new,
                char text[JUMP_TEXT_SIZE]);

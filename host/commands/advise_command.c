@@ -107,7 +107,7 @@ static void begin_advice_load(const struct request *r, struct store *store,
 /* ---- relations of the rig, fitted to the recorded conditions of its landings ---- */
 
 /* A quantity that is predicted from the condition `field` of a landing. The relation is fitted to
- * earlier landings in which the condition `other` was `choice`. */
+ * earlier landings in which the condition `filter_field` was `filter_choice`. */
 struct rig_relation {
     const char *name, *label;                         /* name and label of the prediction */
     const char *field, *filter_field, *filter_choice; /* such as "temperature_f", "brake", "none" */
@@ -249,7 +249,7 @@ static const struct command_part parts[] = {
                 "This needs landings with a recorded release height (matrig record)"),
     OPTION_TEXT("--profile", "T:A,...", profile,
                 "planned deceleration over time, interpolated linearly: 0s:4ft/s2,2s:8ft/s2. Each "
-                "other row of the result is for the whole profile times a factor"),
+                "further row of the result is for the profile multiplied by a factor"),
     OPTION_NUMBER_SI("--station", "S", advise.touchdown_ft, "ft", "m", 0.0, 200.0, NUMBER_NOT_GIVEN,
                      "planned touchdown station; default: the board's touchdown station"),
     OPTION_NUMBER("--share", "S", advise.thrust_share, NULL, 0.3, 2.0, NUMBER_NOT_GIVEN,
@@ -270,10 +270,9 @@ static const struct command_part parts[] = {
                "give the advice for landing RUN from earlier data only"),
     OPTION_FLAG("--keep", keep_runway, "store plan and advice in the campaign"),
     OPTION_TEXT("--who", "W", who, "author; default: the user"),
-    OPTION_FLAG(
-        "--load", load,
-        "send the plan and the predicted probabilities (the chart) to the board, which uses them "
-        "for its risk in the next landing"),
+    OPTION_FLAG("--load", load,
+                "send the plan and the predicted probabilities (the chart) to the board, which "
+                "computes the risk of the next landing from them"),
     OPTION_TEXT("--serial", "LINK", serial, "the board's serial port (see matrig log --help)"),
     HELP_NOTE("The result is clear, caution or against, with the reason. A table has the "
               "probability of a zone of 50 mats by mean deceleration and station. The last lines "

@@ -175,7 +175,7 @@ static const struct input *find_input(const char *word, const char **value)
     return NULL;
 }
 
-/* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->unit`. */
+/* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->bare_unit`. */
 static double read_value(const struct input *input, const char *text)
 {
     double value = 0.0;

@@ -799,7 +799,7 @@ static void check_options(struct request *r, const struct subcommand *subcommand
         const char *name, *allowed_use;
     } options[] = {
         {r->can != NULL, ALLOWS_CAN, "--can", "only for arm, disarm and config"},
-        {r->db || r->run, ALLOWS_DB, r->db ? "--db" : "--run", "read's"},
+        {r->db || r->run, ALLOWS_DB, r->db ? "--db" : "--run", "only for read"},
         {r->image != NULL, ALLOWS_IMAGE, "--image", "only for matrig board without a further word"},
         {r->out || r->force, ALLOWS_OUT, r->out ? "-o" : "--force", "only for runway and config"},
     };

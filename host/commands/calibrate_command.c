@@ -262,7 +262,7 @@ static void measure_point(const struct request *r, struct dialogue *dialogue, st
     dialogue_wait_until(dialogue, has_enough_readings, g, POINT_TIMEOUT_S, fatal);
     if (g->count < BLOCKS_PER_POINT)
         error_set(fatal, g->invalid_count ? MR_LIMIT : MR_TIMEOUT, "%s: %s; %s", r->channel_text,
-                  g->invalid_count ? "its readings are not valid"
+                  g->invalid_count ? "the readings are not valid"
                                    : "no readings received within 10 s",
                   g->invalid_count ? "check the wiring of the sensor"
                                    : "check that the board is connected");
@@ -305,8 +305,8 @@ static void guide_calibration(const struct request *r, struct dialogue *dialogue
     points->unit = unit_word_find(unit, 2);
     dialogue_subscribe(dialogue, gather_readings, &g);
     cli_note(r->cli,
-             "%s: set a known value, let it rest, type it (%s) and press Enter; u removes the last "
-             "point; an empty line or q ends",
+             "%s: set a known value, wait until the sensor rests, type the value (%s) and press "
+             "Enter; u removes the last point; an empty line or q ends",
              r->channel_text, unit);
     while (points->count < CALIBRATE_POINTS_MAX) {
         if (!r->cli->quiet)

@@ -176,8 +176,9 @@ static const struct command_part parts[] = {
                 "landings"),
     OPTION_TEXT(
         "--limits", "F", limits_path,
-        "file of limits. Each limit has the path of its value in the JSON result. It is the "
-        "largest magnitude allowed; for share and within, it is the smallest value allowed. Exit 1 "
+        "file of limits. Each limit is named by the path of a value in the JSON result. A limit is "
+        "the largest allowed magnitude, but for share and within the smallest allowed value. Exit "
+        "1 "
         "when a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n  "
         " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
     OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,

@@ -222,7 +222,7 @@ static int run_set(const struct request *request)
     unsigned count = config_text_compare(&session.config, &wanted, add_change, changes);
     if (count && own_revision != revision)
         error_set(fatal, MR_LIMIT,
-                  "based on revision %u, but the board has revision %u, changed since: %s; get the "
+                  "the file is based on revision %u, but the board has revision %u: %s; get the "
                   "configuration again and edit it, or set site.revision = %u to overwrite",
                   own_revision, revision, request->file, revision);
     uint16_t base = wanted.site[0].can_base;

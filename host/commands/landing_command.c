@@ -186,7 +186,7 @@ static void correct_number(const struct field *field, const char *text, char kep
     const char *unit = quantity_unit_of_name(field->name);
     quantity_read(text, field->name, unit, NULL, &number, fatal);
     if (!(number >= field->low && number <= field->high))
-        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
+        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed: %g to %g %s", text,
                   field->name, field->low, field->high, unit);
     if (strlen(text) < 40 && quantity_parse(text, "", NULL, &alone, &wrong))
         snprintf(kept, 40, "%s", text);
@@ -416,7 +416,7 @@ static const struct command_part parts[] = {
                 "correct touchdown_ft (touchdown station), weight_lb (aircraft weight), pattern, "
                 "modification, runway or series; needs --reason"),
     OPTION_FLAG("--void", make_void,
-                "exclude the landing from report and compare, unless their --void is given. "
+                "exclude the landing from report and compare, unless you give them --void. "
                 "--unvoid includes it again. Both need --reason"),
     OPTION_CHOICE("--observe", "K", observe, "observation", "wave|break|other",
                   "record a wave, break or other observation, with --station FT, --panels N, "

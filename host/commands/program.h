@@ -30,7 +30,7 @@ bool program_is_new_campaign(const char *db);
 void program_note_new_campaign(const struct cli *cli, const char *db);
 
 /* Writes the global options of `cli` (--json, --quiet, --si) into `words`, for a program that is
- * started with the same options. `words` has room for command_matrig.count words. Returns the
+ * started with the same options. `words` has room for command_matrig.part_count words. Returns the
  * number of options. */
 size_t program_global_options(const char *words[], const struct cli *cli);
 

@@ -177,7 +177,8 @@ static void add_replay(const struct replay *replay, struct answer *answer)
                      replay->recorded.landing.firmware);
     if (replay->recorded.landing.config_crc != replay->replayed.landing.config_crc)
         answer_words(answer, NULL, "configuration",
-                     "%08x recorded, %08x replayed: the database does not contain the recorded one",
+                     "%08x recorded, %08x replayed: the database does not contain the recorded "
+                     "configuration",
                      (unsigned)replay->recorded.landing.config_crc,
                      (unsigned)replay->replayed.landing.config_crc);
     answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->suffix =

@@ -169,8 +169,8 @@ static void read_value(const char *word, struct value *value)
     const char *own = value->quantity->unit;
     quantity_read(equals + 1, name, own, NULL, &value->from, fatal);
     if (fabs(value->from) > 1e30)
-        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed is -1e30 to 1e30 %s",
-                  equals + 1, name, own);
+        error_set(fatal, MR_USAGE, "out of range: %s for %s; allowed: -1e30 to 1e30 %s", equals + 1,
+                  name, own);
 }
 
 static int scale_values(const struct request *request, const struct cli *cli)

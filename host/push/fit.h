@@ -10,7 +10,7 @@
  * true force of each reading is an unknown. For given a = 1/K and b = rho/K the displacements are
  * linear in the forces, u = u0 + G(a, b) F. The least-squares sum over all true forces is
  *
- *     chi2(a, b) = r' V^-1 r,   r = u - u0 - G F,   V = moved^2 I + force^2 G G'
+ *     chi2(a, b) = r' V^-1 r,   r = u - u0 - G F,   V = displacement^2 I + force^2 G G'
  *
  * Log det V is not added: it would treat the true forces as drawn from a distribution, and would
  * bias a toward 0. A sliding part has a free offset, and its force is the limit. Readings may slide

@@ -55,7 +55,7 @@ armed_when_ready() { # COMMAND...: the black box is looked through for a second 
     cat "$tmp/out" "$tmp/err"
     grep -q '^armed for landing 12: ' "$tmp/out"
 }
-refused_when_armed() { fails_with 2 'refused `arm`: unix:.*can; it is armed, with landing 12: wait for the end of the landing, or disarm the board' $matrig board arm 13 --can "unix:$work/can"; }
+refused_when_armed() { fails_with 2 'refused `arm`: unix:.*can; the board is armed, with landing 12: wait for the end of the landing, or disarm the board' $matrig board arm 13 --can "unix:$work/can"; }
 refused_in_json() {
     over_can --json board arm 2>/dev/null >"$tmp/refused.json"
     [ $? = 2 ] && python3 -c '

@@ -193,7 +193,7 @@ a_word_is_said_once() { # within the section a silence of 5 s
 broken_off_is_said() { # text, and then nothing
     printf 'matrig bring-up\n' >"$tmp/few.txt"
     few_words 16 16
-    fails_with 3 'sent 16 bytes, but no report: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
+    fails_with 3 'sent 16 bytes, but no answer to `report`: .*cable' build/matrig board --serial "unix:$sockets/few" bringup || return 1
     [ -n "${MATRIG_LONG:-}" ] || return 0 # half a minute of silence
     cp "$tmp/zg.txt" "$tmp/few.txt"
     few_words 100 300

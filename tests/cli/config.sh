@@ -53,7 +53,7 @@ stale() { # made from revision 1, and 2 is in force
     serial set "$tmp/stale.cfg" 2>"$tmp/stale.err"
     local status=$?
     cat "$tmp/stale.err"
-    [ $status = 1 ] && grep -q 'based on revision 1, but the board has revision 2.*stale.cfg; get the configuration again' "$tmp/stale.err"
+    [ $status = 1 ] && grep -q 'based on revision 1, but the board has revision 2: .*stale.cfg; get the configuration again' "$tmp/stale.err"
 }
 locked() { # a landing is armed: neither got nor set
     local board helper status
@@ -90,7 +90,7 @@ files_are_refused_with_line_and_advice() {
         refused 2 'no such gate: 25: .*; use gate\[1\] to gate\[24\]' 's/^gate\[24\]/gate[25]/' &&
         refused 2 'no such group: .mat.: .*; use site, channel, gate, band or predict' 's/^site\.mats/mat.mats/' &&
         refused 2 'gate has no field .place.: .*; the comment above' 's/^gate\[4\]\.station_ft/gate[4].place/' &&
-        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives it" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
+        refused 4 "site.mats is given twice: .*bad.cfg:$((mats + 1)); line $mats also gives this field" 's/^(site\.mats = .*)/\1\nsite.mats = 3/' &&
         refused 4 'field site.mats is missing: .*; give every field' '/^site\.mats/d' &&
         refused 4 'not a field: .hello world.: .*:1; write group' '1s/.*/hello world/' &&
         refused 4 'site.name cannot be .rig.: .*; it is at most 16 printable characters in double quotes' 's/^(site\.name = ).*/\1rig/' &&

@@ -157,7 +157,7 @@ check "a computer without the key is told where it belongs" fails_with 2 'accept
     env XDG_CONFIG_HOME="$work/none" $matrig board --can "$can" arm 12
 mkdir -p "$work/other/matrig"
 cp -p "$work/first" "$work/other/matrig/$(basename "$file")"
-check "an old key is not the board's" fails_with 2 'this file does not hold its key: .*other/matrig/.*key' env XDG_CONFIG_HOME="$work/other" $matrig board --can "$can" arm 12
+check "an old key is not the board's" fails_with 2 'the key in this file is not the key of the board: .*other/matrig/.*key' env XDG_CONFIG_HOME="$work/other" $matrig board --can "$can" arm 12
 off
 
 # a landing: armed and disarmed by the log, a stranger's order in it

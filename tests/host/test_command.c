@@ -102,9 +102,9 @@ TEST(a_number_is_read_with_its_unit)
             "--for", "3m"); /* metres */
     REFUSED("a time instead of a length: '3s' for --gap; write ft, in, mm, cm or m", "a.db",
             "--gap", "3s");
-    REFUSED("out of range: 3h for --for; allowed is 0.5 to 7200 s", "a.db", "--for", "3h");
+    REFUSED("out of range: 3h for --for; allowed: 0.5 to 7200 s", "a.db", "--for", "3h");
     assert_int_equal(PARSE_SI("a.db", "--gap", "300"), MR_USAGE);
-    assert_non_null(strstr(error.text, "allowed is 0 to 254 mm"));
+    assert_non_null(strstr(error.text, "allowed: 0 to 254 mm"));
 }
 
 TEST(nonsense_is_refused_in_a_line)
@@ -128,7 +128,7 @@ TEST(nonsense_is_refused_in_a_line)
     REFUSED("not a number: 'nan' for --gap", "a.db", "--gap", "nan");
     REFUSED("out of range: 0 for --for", "a.db", "--for", "0");
     REFUSED("not a whole number: '2.5' for -n", "a.db", "-n", "2.5");
-    REFUSED("out of range: 10 for -n; allowed is 1 to 9", "a.db", "-n10");
+    REFUSED("out of range: 10 for -n; allowed: 1 to 9", "a.db", "-n10");
     REFUSED("not a RUN: '1.5' for --run", "a.db", "--run", "1.5");
     REFUSED("not a RUN: '0' for --run", "a.db", "--run", "0");
     REFUSED("unknown format: 'cs' for --format; give csv, candump or mdf4", "a.db", "--format",
