@@ -90,10 +90,7 @@ static void set_value(json_t *values, const struct inspection_field *field, cons
 {
     char key[80];
     snprintf(key, sizeof key, "%s%s", field->name, what);
-    if (value)
-        json_object_set_new(values, key, value);
-    else
-        json_object_del(values, key);
+    json_object_set_new(values, key, value);
 }
 
 struct estimate inspection_number(const json_t *values, const char *name)
@@ -153,6 +150,8 @@ static enum mr_status read_estimate(const struct inspection_field *field, const 
     if (read_quantity(field, part[0], true, &number->value, error) != MR_OK ||
         read_quantity(field, part[1], false, &number->error, error) != MR_OK)
         return error->status;
+    if (field->whole && (number->value != floor(number->value) || number->error > 0.0))
+        return error_set(error, MR_USAGE, "not a whole number: %s for %s", text, field->name);
     if (!(number->value >= field->low && number->value <= field->high && number->error >= 0.0))
         return error_set(error, MR_USAGE, "out of range: %s for %s; allowed is %g to %g %s", text,
                          field->name, field->low, field->high, inspection_unit(field, false));
@@ -184,10 +183,14 @@ static enum mr_status read_number(const struct inspection_field *field, const ch
     if (status != MR_OK)
         return status;
     set_value(values, field, "", json_real(number.value));
-    set_value(values, field, "_error", number.error > 0.0 ? json_real(number.error) : NULL);
-    set_value(values, field, "_marks", marks ? json_string(text) : NULL);
+    if (number.error > 0.0)
+        set_value(values, field, "_error", json_real(number.error));
+    if (marks)
+        set_value(values, field, "_marks", json_string(text));
     return MR_OK;
 }
+
+static const char *const parts[] = {"", "_error", "_sha256", "_marks"}; /* keys of a field */
 
 static enum mr_status read_choice(const struct inspection_field *field, const char *text,
                                   json_t *values, struct error *error)
@@ -206,10 +209,12 @@ static enum mr_status read_text(const struct inspection_field *field, const char
                                 json_t *values, struct error *error)
 {
     char digest[SHA256_DIGEST_STRING_LENGTH];
-    json_t *value = strlen(text) < INSPECTION_TEXT_SIZE - 40 ? json_string(text) : NULL;
+    bool fits = strlen(text) < INSPECTION_TEXT_SIZE - 40 && !text[strcspn(text, "\r\n")];
+    json_t *value = fits ? json_string(text) : NULL;
     if (!value)
         return error_set(error, MR_USAGE,
-                         "not a text: the value of %s; give at most %d characters of UTF-8",
+                         "not a text: the value of %s; give one line of at most %d characters of "
+                         "UTF-8",
                          field->name, INSPECTION_TEXT_SIZE - 41);
     set_value(values, field, "", value);
     if (field->type != INSPECTION_PICTURE)
@@ -235,9 +240,10 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
     if (!field->name || !text)
         return refuse_name(&near, "unknown field", kind->name,
                            "matrig record --kinds lists the fields", error);
-    static const char *const parts[] = {"", "_error", "_sha256", "_marks"};
+    if (json_object_get(values, field->name))
+        return error_set(error, MR_USAGE, "two values: %s; give one", field->name);
     for (size_t i = 0; i < COUNT(parts); i++)
-        set_value(values, field, parts[i], NULL);
+        set_value(values, field, parts[i], json_null());
     if (!*++text)
         return MR_OK;
     return field->type == INSPECTION_NUMBER ? read_number(field, text, values, error)
@@ -245,21 +251,81 @@ enum mr_status inspection_read(const struct inspection_kind *kind, const char *w
                                             : read_text(field, text, values, error);
 }
 
+void inspection_complete(const struct inspection *last, bool kept, json_t *values)
+{
+    char key[80];
+    for (const struct inspection_field *field = last->kind->field; field->name; field++) {
+        for (size_t i = 0; i < COUNT(parts) && (field->from_last || !kept); i++) {
+            snprintf(key, sizeof key, "%s%s", field->name, parts[i]);
+            if (!json_object_get(values, key))
+                json_object_set(values, key, json_object_get(last->values, key));
+        }
+    }
+}
+
 /* ---- rows ---- */
 
-enum mr_status inspection_add(struct store *store, const struct store_record *row,
-                              const json_t *values, struct error *error)
+/* Returns what is wrong with the values as a whole; NULL: nothing. */
+static const char *broken_rule(const struct store_record *row, const json_t *values)
+{
+#define HAS(field)       (json_object_get(values, #field) != NULL)
+#define NUMBER_OF(field) (inspection_number(values, #field).value)
+#define IS(field, choice) \
+    (HAS(field) && strcmp(json_string_value(json_object_get(values, #field)), choice) == 0)
+#define RULE(of, is_broken, message)                \
+    if (strcmp(row->kind, #of) == 0 && (is_broken)) \
+        return message;
+#include "host/store/records.def"
+    return json_object_size(values) == 0 ? "no value; give FIELD=VALUE" : NULL;
+}
+
+/* Returns a valid record that does not allow the new one: it has the same values, or is of a kind
+ * with one record per landing. NULL: none. */
+static const struct inspection *find_same(const struct inspections *all,
+                                          const struct store_record *row)
+{
+    for (size_t i = 0; i < all->count; i++) {
+        const struct inspection *entry = &all->entry[i];
+        if (inspection_is_valid(entry, NULL, 0) && strcmp(entry->row.kind, row->kind) == 0 &&
+            entry->row.run == row->run && !(fabs(entry->row.place - row->place) > 0.0) &&
+            ((inspection_is_single(entry->kind) && entry->row.id != row->corrects) ||
+             strcmp(entry->row.fields, row->fields) == 0))
+            return entry;
+    }
+    return NULL;
+}
+
+enum mr_status inspection_add(struct store *store, struct inspections *all,
+                              const struct store_record *row, json_t *values, struct error *error)
 {
     struct store_record put = *row;
+    const char *key;
+    json_t *value;
+    void *next;
+    json_object_foreach_safe(values, next, key, value) if (json_is_null(value))
+        json_object_del(values, key);
     char *text = values
                    ? json_dumps(values, JSON_SORT_KEYS | JSON_COMPACT | JSON_REAL_PRECISION(15))
                    : xstrdup("");
     bool fits = snprintf(put.fields, sizeof put.fields, "%s", text) < (int)sizeof put.fields;
     free(text);
-    return fits ? store_record_add(store, &put, error)
-                : error_set(error, MR_TOO_LONG,
-                            "record too long: %s; give at most %zu characters in all", row->kind,
-                            sizeof put.fields - 1);
+    const char *broken = values ? broken_rule(row, values) : NULL;
+    const struct inspection *same = values ? find_same(all, &put) : NULL;
+    if (!fits)
+        return error_set(error, MR_TOO_LONG,
+                         "record too long: %s; give at most %zu characters in all", row->kind,
+                         sizeof put.fields - 1);
+    if (broken)
+        return error_set(error, MR_USAGE, "wrong record of %s: %s", row->kind, broken);
+    if (same)
+        return error_set(error, MR_USAGE,
+                         "recorded already: record %lld of %s; matrig record DB --correct %lld "
+                         "FIELD=VALUE --reason TEXT changes it",
+                         (long long)same->row.id, row->kind, (long long)same->row.id);
+    if (store_record_add(store, &put, error) != MR_OK)
+        return error->status;
+    inspection_free(all);
+    return inspection_load(store, all, error);
 }
 
 enum mr_status inspection_load(struct store *store, struct inspections *all, struct error *error)
@@ -271,7 +337,7 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
     for (size_t i = 0; i < count; i++) {
         struct inspection *entry = &all->entry[all->count];
         struct error none = {0};
-        *entry = (struct inspection){.row = rows[i]};
+        *entry = (struct inspection){.row = rows[i], .origin = rows[i].id};
         if (inspection_kind_find(rows[i].kind, &entry->kind, &none) != MR_OK)
             continue;
         if (rows[i].fields[0])
@@ -280,6 +346,7 @@ enum mr_status inspection_load(struct store *store, struct inspections *all, str
             if (all->entry[k].row.id != rows[i].corrects)
                 continue;
             entry->corrected = &all->entry[k];
+            entry->origin = all->entry[k].origin;
             all->entry[k].replaced_by = entry;
         }
         all->count++;
@@ -305,23 +372,15 @@ bool inspection_is_valid(const struct inspection *entry, const struct inspection
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run)
 {
-    for (size_t i = all->count; i-- > 0;)
-        if (inspection_is_valid(&all->entry[i], kind, run))
-            return &all->entry[i];
-    return NULL;
-}
-
-const struct inspection *inspection_previous(const struct inspections *all,
-                                             const struct inspection_kind *kind, int64_t run)
-{
-    const struct inspection *last = NULL;
+    const struct inspection *newest = NULL;
     for (size_t i = 0; i < all->count; i++) {
         const struct inspection *entry = &all->entry[i];
-        if (inspection_is_valid(entry, kind, 0) && entry->row.run <= run &&
-            (!last || entry->row.run >= last->row.run))
-            last = entry;
+        if (inspection_is_valid(entry, kind, 0) && (!run || entry->row.run <= run) &&
+            (!newest || entry->row.run > newest->row.run ||
+             (entry->row.run == newest->row.run && entry->origin >= newest->origin)))
+            newest = entry;
     }
-    return last;
+    return newest;
 }
 
 /* ---- limits ---- */
@@ -474,6 +533,20 @@ void inspection_add_table(const struct inspections *all, const struct inspection
     free(rows);
 }
 
+void inspection_add_failures(const struct inspection *entry, struct answer *answer)
+{
+    char text[INSPECTION_TEXT_SIZE], label[80];
+    for (const struct inspection_field *field = entry->kind->field; field->name; field++) {
+        if (judge_field(field, entry->values) <= INSPECTION_PASS)
+            continue;
+        format_shown(field, entry->values, answer_is_si(answer), text);
+        format_label(field, answer_is_si(answer), label);
+        answer_sentence(answer, NULL, "Record %lld, %s %s: %s (%s).", (long long)entry->row.id,
+                        label, text, inspection_verdict_text(judge_field(field, entry->values)),
+                        field->limit);
+    }
+}
+
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer)
 {
@@ -554,13 +627,14 @@ size_t inspection_add_differences(struct store *store, const struct inspections 
     answer_open_table(answer, "differences", "");
     add_journal_differences(store, &d, error);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection *a = inspection_newest(all, kind, from),
-                                *b = inspection_newest(all, kind, to);
         const struct inspection_field *field = kind->field;
         for (; field->name && inspection_is_single(kind); field++) {
             char is[2][INSPECTION_TEXT_SIZE], label[80];
-            format_shown(field, a ? a->values : NULL, si, is[0]);
-            format_shown(field, b ? b->values : NULL, si, is[1]);
+            for (int i = 0; i < 2; i++) {
+                const struct inspection *entry = inspection_newest(all, kind, d.run[i]);
+                bool has = entry && entry->row.run == d.run[i];
+                format_shown(field, has ? entry->values : NULL, si, is[i]);
+            }
             format_label(field, si, label);
             add_difference(&d, kind->name, field->name, label, is[0], is[1]);
         }

@@ -29,6 +29,7 @@ struct inspection_field {
     const char *name, *words; /* "tire_psi", "tire pressure" */
     enum inspection_type type;
     bool from_last, marked;     /* marked: see inspection_read */
+    bool whole;                 /* a whole number without error */
     double low, high;           /* range of a number, in its unit */
     double pass_low, pass_high; /* NaN: no limit */
     const char *limit;          /* source of the limits; NULL: none */
@@ -60,6 +61,7 @@ struct inspection {
     /* The record that this one corrects or withdraws, and the one that corrects or withdraws this
      * one; NULL: none. */
     const struct inspection *corrected, *replaced_by;
+    int64_t origin; /* id of the first of the records that correct one another */
 };
 struct inspections {
     struct inspection *entry; /* by id */
@@ -72,23 +74,25 @@ void inspection_free(struct inspections *all);
 /* Returns true for a valid record of this kind (NULL: any) and landing (0: any). */
 bool inspection_is_valid(const struct inspection *entry, const struct inspection_kind *kind,
                          int64_t run);
-/* Returns the newest valid record of this kind and landing; NULL: none. */
+/* Returns the newest valid record of this kind, of the landing or the nearest one before it (run 0:
+ * of any landing); NULL: none. A correction is as old as what it corrects. */
 const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
-/* Returns the newest valid record of this kind, of the landing or the nearest one before it; NULL:
- * none. */
-const struct inspection *inspection_previous(const struct inspections *all,
-                                             const struct inspection_kind *kind, int64_t run);
 
-/* Reads FIELD=VALUE into `values`; "FIELD=" removes the field. The value of a marked field may be
+/* Reads FIELD=VALUE into `values`; "FIELD=" sets null. The value of a marked field may be
  * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_height in pixels (default ERROR: 1). Fails with
- * MR_UNKNOWN, MR_USAGE, or MR_IO if a picture cannot be read. */
+ * MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be read.
+ */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
-/* Writes a row with these values (NULL: a withdrawal). The caller begins and ends the
- * transaction. */
-enum mr_status inspection_add(struct store *store, const struct store_record *row,
-                              const json_t *values, struct error *error);
+/* Adds the fields of `last` that `values` does not have: with `kept`, only those whose default is
+ * their last value. */
+void inspection_complete(const struct inspection *last, bool kept, json_t *values);
+/* Writes a row with these values, except nulls (`values` NULL: a withdrawal), and loads all records
+ * again. Refuses a record that breaks a rule of records.def or is there already. The caller begins
+ * and ends the transaction. */
+enum mr_status inspection_add(struct store *store, struct inspections *all,
+                              const struct store_record *row, json_t *values, struct error *error);
 /* Returns the number of a field: NaN, if there is none, and its standard error or 0. */
 struct estimate inspection_number(const json_t *values, const char *name);
 /* Writes a value as it is typed, "12.3+-0.4"; "": none. */
@@ -110,6 +114,8 @@ const char *inspection_verdict_text(enum inspection_verdict verdict);
  * first, withdrawn ones last. `run` 0: all landings. */
 void inspection_add_table(const struct inspections *all, const struct inspection_kind *kind,
                           int64_t run, struct answer *answer);
+/* Adds a sentence for each value of a record that does not pass, with its limit. */
+void inspection_add_failures(const struct inspection *entry, struct answer *answer);
 /* Adds all rows with their history, only in the JSON. `kind` NULL: any. */
 void inspection_add_json(const struct inspections *all, const struct inspection_kind *kind,
                          int64_t run, struct answer *answer);

@@ -11,6 +11,9 @@
 #include "host/base/error.h"
 #include "host/base/statistics.h"
 
+#define RIG_RUNWAY_FT 120.0 /* model mat (1973 report, section 2.1) */
+#define RIG_MATS      420.0
+
 /* Value of y in the next landing at x = `at`, if y (or y^2, with `squared`) is linear in x.
  * Squared: speed of a coasting gear by its height of release, where the track dissipates a fixed
  * share of the energy and drag does not depend on speed. Linear: deceleration without brakes by

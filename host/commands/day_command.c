@@ -441,7 +441,7 @@ static void read_all_facts(struct day *day)
 
 /* ---- the keyboard ---- */
 
-/* Asks a question and reads a line without surrounding blanks. Returns false at the end of input.
+/* Asks a question and reads a line without surrounding blanks. Returns false at q or end of input.
  * stdin is unbuffered, so that a command that is started later can read the rest of the input. */
 static bool ask_user(const char *question, char *line, size_t size)
 {
@@ -462,7 +462,7 @@ static bool ask_user(const char *question, char *line, size_t size)
         length--;
     line[length] = '\0';
     memmove(line, line + from, length - from + 1);
-    return true;
+    return strcmp(line, "q") != 0;
 }
 
 static void print_error(struct day *day)
@@ -704,7 +704,8 @@ static bool ask_waves(struct day *day)
 }
 
 /* Asks for a record of the landing, one question per field. Enter keeps the previous value, or ends
- * the records of the kind at the first field. False: end of input or of the records. */
+ * the records of the kind at the first field. What was answered before q is recorded. False: end of
+ * input or of the records. */
 static bool ask_record(struct day *day, const struct inspection_kind *kind,
                        const struct inspection *last)
 {
@@ -730,16 +731,17 @@ static bool ask_record(struct day *day, const struct inspection_kind *kind,
                                           : "none");
         do {
             print_error(day);
+            json_object_clear(values);
             goes_on = ask_user(question, value, sizeof value);
             snprintf(word[words], sizeof word[0], "%s=%s", field->name, value[0] ? value : was);
         } while (goes_on && inspection_read(kind, word[words], values, &day->error) != MR_OK);
         free(question);
         goes_on &= !(ends && !value[0]);
-        if (value[0] || was[0])
+        if (goes_on && (value[0] || was[0]))
             add_word(&line, word[words++]);
     }
     json_decref(values);
-    if (goes_on)
+    if (words > 0)
         run_line(day, &line);
     return goes_on;
 }
@@ -750,9 +752,9 @@ static void ask_records(struct day *day)
     struct inspections all;
     inspection_load(day->store, &all, fatal);
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
-        const struct inspection *last = inspection_previous(&all, kind, day->facts.run);
+        const struct inspection *last = inspection_newest(&all, kind, day->facts.run);
         if (kind->place != INSPECTION_LANDING || !last ||
-            (inspection_is_single(kind) && inspection_newest(&all, kind, day->facts.run)))
+            (inspection_is_single(kind) && last->row.run == day->facts.run))
             continue;
         while (ask_record(day, kind, last) && !inspection_is_single(kind))
             ;
@@ -768,6 +770,7 @@ static void run_note_step(struct day *day)
         return;
     make_step_line(day, DAY_LOOK, &line);
     run_line(day, &line);
+    printf("Enter: no answer, or the value in brackets; q: end of the questions\n");
     if (!ask_operator(day) || !ask_weight(day) || !ask_waves(day))
         return;
     ask_records(day);
@@ -901,8 +904,7 @@ static int run_day(struct day *day)
     for (;; read_all_facts(day)) {
         print_list(day);
         if (!ask_user("Enter: next step, 1-8: that step, s: skip, r: report, q: quit > ", key,
-                      sizeof key) ||
-            key[0] == 'q')
+                      sizeof key))
             break;
         read_all_facts(day); /* the facts may have changed: the prompt can wait for an hour */
         if (key[0] >= '1' && key[0] < '1' + DAY_STEPS)

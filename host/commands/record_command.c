@@ -4,8 +4,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "host/analyse/inspection.h"
+#include "host/analyse/rig.h"
 #include "host/base/assets.h"
 #include "host/base/command.h"
 #include "host/base/csv.h"
@@ -32,37 +34,39 @@ struct request {
     size_t fields;
 };
 
+/* what a record belongs to, by kind->place */
+static const char *const place_words[] = {"", "RUN", "the number of the mat",
+                                          "the number of the joint", "the station in ft"};
+
 /* ---- kinds ---- */
 
 static int list_kinds(const struct cli *cli)
 {
     struct answer *answer = answer_new(false);
-    char range[80];
-    answer_open_table(answer, "kinds", "");
+    char head[120], range[80];
     for (const struct inspection_kind *kind = inspection_kinds; kind->name; kind++) {
+        const char *place = place_words[kind->place];
+        snprintf(head, sizeof head, "%s: %s%s%s (report %s)", kind->name, kind->words,
+                 *place ? ", by " : "", place, kind->source);
+        answer_open_group(answer, kind->name, head);
         for (const struct inspection_field *field = kind->field; field->name; field++) {
             const char *unit = inspection_unit(field, false);
-            answer_open_row(answer);
-            answer_words(answer, "kind", "kind", "%s", kind->name);
-            answer_words(answer, "of", "of", "%s", inspection_place_name(kind));
-            answer_words(answer, "field", "field", "%s", field->name);
-            answer_words(answer, "words", "what", "%s", field->words);
             snprintf(range, sizeof range, "%g to %g%s%s", field->low, field->high, *unit ? " " : "",
                      unit);
-            answer_words(answer, "values", "values", "%s",
+            answer_words(answer, field->name, field->name, "%s: %s%s%s%s", field->words,
                          field->type == INSPECTION_NUMBER    ? range
                          : field->type == INSPECTION_CHOICE  ? field->choices
                          : field->type == INSPECTION_PICTURE ? "a file"
-                                                             : "a text");
-            answer_flag(answer, "from_last", "kept", field->from_last);
-            answer_words_or_none(answer, "limit", "limit", field->limit, "-");
-            answer_words(answer, "source", NULL, "report %s", kind->source);
+                                                             : "a text",
+                         field->from_last ? ", kept" : "", field->limit ? "; limit: " : "",
+                         field->limit ? field->limit : "");
         }
+        answer_close_group(answer);
     }
-    answer_close_group(answer);
     answer_sentence(answer, NULL,
                     "If you leave out a field marked kept, it gets the value from the last record "
-                    "of its kind, for a landing that of the nearest earlier one.");
+                    "of its kind, for a landing that of the nearest earlier one. FIELD= leaves it "
+                    "empty.");
     return answer_show(cli, answer, 0);
 }
 
@@ -72,39 +76,41 @@ static int list_kinds(const struct cli *cli)
 static void read_place(const struct request *r, struct store *store, struct store_record *row,
                        struct error *error)
 {
-    static const char *const needs[] = {"no place", "RUN", "the number of the mat",
-                                        "the number of the joint", "the station in ft"};
+    static const double high[] = {0.0, 0.0, RIG_MATS, RIG_MATS, RIG_RUNWAY_FT};
     const char *name = inspection_place_name(r->kind);
     struct store_landing landing;
     if (!*name != !r->place)
         error_set(error, MR_USAGE, "wrong place: a record of %s needs %s; see matrig record --help",
-                  r->kind->name, needs[r->kind->place]);
+                  r->kind->name, *name ? place_words[r->kind->place] : "no place");
     else if (r->place && r->kind->place == INSPECTION_LANDING)
         (void)(parse_run(r->place, &row->run, error) ?: store_find_run(store, &row->run, error)
                    ?: store_landing_get(store, row->run, &landing, error));
     else if (r->place &&
              quantity_read(r->place, name, quantity_unit_of_name(name), NULL, &row->place, error) ==
                  MR_OK &&
-             !(row->place >= 0.0 && row->place <= 1e6 &&
-               (r->kind->place == INSPECTION_STATION || row->place == floor(row->place))))
-        error_set(error, MR_USAGE, "not a place: %s for %s; give %s", r->place, name,
-                  needs[r->kind->place]);
+             !(row->place >= 0.0 && row->place <= high[r->kind->place] &&
+               (r->kind->place == INSPECTION_STATION ||
+                (row->place >= 1.0 && row->place == floor(row->place)))))
+        error_set(error, MR_USAGE, "not a place: %s for %s; give %s, at most %g", r->place, name,
+                  place_words[r->kind->place], high[r->kind->place]);
 }
 
-/* Copies the fields that the user left out from the newest record of the kind, of `run` or the
- * nearest landing before it, and reports them. */
-static void copy_previous_fields(const struct inspections *all, const struct inspection_kind *kind,
-                                 int64_t run, json_t *values, struct answer *answer)
+/* Completes the record with kept values of the newest record of the kind, of `run` or the nearest
+ * landing before it, and reports them. */
+static void keep_values(const struct inspections *all, const struct inspection_kind *kind,
+                        int64_t run, json_t *values, struct answer *answer)
 {
-    const struct inspection *last = inspection_previous(all, kind, run);
-    char text[INSPECTION_TEXT_SIZE], word[INSPECTION_TEXT_SIZE + 80];
+    const struct inspection *last = inspection_newest(all, kind, run);
+    char text[INSPECTION_TEXT_SIZE];
+    if (!last)
+        return;
+    inspection_complete(last, true, values);
     answer_open_table(answer, "kept", "");
-    for (const struct inspection_field *field = kind->field; last && field->name; field++) {
-        inspection_format(field, last->values, text);
-        if (!field->from_last || !text[0] || json_object_get(values, field->name))
+    for (const struct inspection_field *field = kind->field; field->name; field++) {
+        const json_t *value = json_object_get(values, field->name);
+        if (!value || value != json_object_get(last->values, field->name))
             continue;
-        snprintf(word, sizeof word, "%s=%s", field->name, text);
-        inspection_read(kind, word, values, fatal);
+        inspection_format(field, values, text);
         answer_open_row(answer);
         answer_words(answer, "field", "kept", "%s", field->name);
         answer_words(answer, "value", "value", "%s", text);
@@ -125,38 +131,33 @@ static const struct inspection *find_valid(const struct request *r, const struct
 }
 
 static enum mr_status add_record(const struct request *r, struct store *store,
-                                 const struct inspections *all, struct answer *answer,
+                                 struct inspections *all, struct answer *answer,
                                  struct error *error)
 {
     struct store_record row = store_blank_record;
     const struct inspection_kind *kind = r->kind;
     const int64_t id = r->correct ? r->correct : r->withdraw;
-    const struct inspection *old = id ? find_valid(r, all, id) : NULL, *present;
+    const struct inspection *old = id ? find_valid(r, all, id) : NULL;
     json_t *values = json_object();
     if (old) {
         kind = old->kind;
         row.run = old->row.run;
         row.place = old->row.place;
         row.corrects = old->row.id;
-        json_object_update(values, old->values);
     } else
         read_place(r, store, &row, error);
     for (size_t i = 0; i < r->fields && error->status == MR_OK; i++)
         inspection_read(kind, r->field[i], values, error);
-    if (!old && error->status == MR_OK && inspection_is_single(kind) &&
-        (present = inspection_newest(all, kind, row.run)))
-        error_set(error, MR_USAGE,
-                  "recorded already: %s of RUN %lld; matrig record DB --correct %lld FIELD=VALUE "
-                  "--reason TEXT changes it",
-                  kind->words, (long long)row.run, (long long)present->row.id);
-    if (!old && !r->csv && error->status == MR_OK)
-        copy_previous_fields(all, kind, row.run, values, answer);
+    if (old)
+        inspection_complete(old, false, values);
+    else if (!r->csv && error->status == MR_OK)
+        keep_values(all, kind, row.run, values, answer);
     row.made_us = (int64_t)link_now_us();
     annotation_copy(row.kind, sizeof row.kind, kind->name);
     annotation_copy(row.who, sizeof row.who, annotation_author(r->who));
     annotation_copy(row.reason, sizeof row.reason, r->reason);
     if (error->status == MR_OK)
-        inspection_add(store, &row, r->withdraw ? NULL : values, error);
+        inspection_add(store, all, &row, r->withdraw ? NULL : values, error);
     json_decref(values);
     return error->status;
 }
@@ -197,12 +198,21 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
     static char text[WORDS_MAX][INSPECTION_TEXT_SIZE + 80];
     char *line = NULL, *header = NULL, *head[WORDS_MAX], *cell[WORDS_MAX];
     size_t room = 0, columns = 0;
+    const char *place = inspection_place_name(r->kind);
+    json_t *names = json_object();
     struct error error = {0};
     FILE *in = fopen(r->csv, "r");
     if (!in)
         error_set(fatal, MR_IO, "cannot open: %s; check the path", r->csv);
     if (getline(&header, &room, in) >= 0)
         columns = csv_split(header + utf8_mark_length(header, strlen(header)), head, WORDS_MAX);
+    for (size_t c = 0; c < columns; c++) {
+        snprintf(text[0], sizeof text[0], "%.60s=", head[c]);
+        if (strcasecmp(head[c], place) != 0 &&
+            inspection_read(r->kind, text[0], names, &error) != MR_OK)
+            error_set(fatal, error.status, "%s, line 1: %s; commas separate the columns", r->csv,
+                      error.text);
+    }
     room = 0;
     for (size_t number = 2; getline(&line, &room, in) >= 0; number++) {
         struct request one = *r;
@@ -212,7 +222,7 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
             error_set(&error, MR_MALFORMED,
                       "the header has %zu cells; quote a text that has commas", columns);
         for (size_t c = 0; c < columns && error.status == MR_OK; c++) {
-            if (strcmp(head[c], inspection_place_name(r->kind)) == 0)
+            if (strcasecmp(head[c], place) == 0)
                 one.place = cell[c];
             else if (cell[c][0]) {
                 snprintf(text[c], sizeof text[c], "%.60s=%s", head[c], cell[c]);
@@ -221,14 +231,11 @@ static void read_csv(const struct request *r, struct store *store, struct inspec
         }
         if (error.status == MR_OK)
             add_record(&one, store, all, answer, &error);
-        if (inspection_is_single(r->kind)) { /* two lines may be of one landing */
-            inspection_free(all);
-            inspection_load(store, all, fatal);
-        }
         if (error.status != MR_OK)
             error_set(fatal, error.status, "%s, line %zu: %s", r->csv, number, error.text);
     }
     fclose(in);
+    json_decref(names);
     free(line);
     free(header);
 }
@@ -329,9 +336,13 @@ static void show_records(const struct cli *cli, const struct request *r,
 static void show_added(const struct inspections *all, size_t before, struct answer *answer)
 {
     enum inspection_verdict worst = INSPECTION_NO_LIMIT;
-    for (size_t i = before; i < all->count; i++)
-        if (all->entry[i].values && inspection_judge(&all->entry[i]) > worst)
+    for (size_t i = before; i < all->count; i++) {
+        if (!all->entry[i].values)
+            continue;
+        if (inspection_judge(&all->entry[i]) > worst)
             worst = inspection_judge(&all->entry[i]);
+        inspection_add_failures(&all->entry[i], answer);
+    }
     answer_count(answer, "added", "records added", (int64_t)(all->count - before));
     answer_count(answer, "record", "record", all->entry[all->count - 1].row.id);
     if (worst != INSPECTION_NO_LIMIT)
@@ -377,8 +388,6 @@ static int record_command(int argc, char **argv, const struct cli *cli)
         answer_sentence(answer, NULL, "The records of the two landings do not differ.");
     if (adds) {
         store_commit(store, fatal);
-        inspection_free(&all);
-        inspection_load(store, &all, fatal);
         if (all.count == before)
             error_set(fatal, MR_MALFORMED, "no records: %s; its first line names the columns",
                       r.csv);

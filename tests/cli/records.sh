@@ -93,8 +93,9 @@ assert d == {"weight_lb": (None, "1300"), "temperature_f": ("68", "73.4 +- 1.8")
 PY
 }
 csv_round_trip() {
+    $matrig --quiet record "$tmp/copy.db" launch track_ft=375 drop_ft=20 glide_deg=3 overhang_ft=17 >/dev/null || return 1
     for kind in conditions mat subgrade; do
-        record $kind -o "$tmp/$kind.csv" && $matrig --quiet record "$tmp/copy.db" launch track_ft=375 drop_ft=20 glide_deg=3 overhang_ft=17 >/dev/null || return 1
+        record $kind -o "$tmp/$kind.csv" || return 1
     done
     for kind in mat subgrade; do
         $matrig --json record "$tmp/copy.db" $kind --csv "$tmp/$kind.csv" >"$tmp/said" && $matrig --quiet record "$tmp/copy.db" $kind -o "$tmp/copy.csv" && cmp "$tmp/$kind.csv" "$tmp/copy.csv" || return 1
@@ -149,6 +150,51 @@ PY
 }
 in_si() { $matrig --si record "$db" mat 2>&1 | tee "$tmp/said" | grep 'joint strength (N/m)' && grep "$(awk 'BEGIN {printf "%.6g", 12.8 * 4.4482216152605 / 0.0254}')" "$tmp/said" && $matrig --si record "$db" conditions | grep -F "23 +- 1 "; }
 with_a_bundle() { $matrig --quiet bundle "$db" 2 -o "$tmp/one.db" && $matrig record "$tmp/one.db" >"$tmp/said" && grep 'dislocated' "$tmp/said" && grep '12.8 (was 11.5)' "$tmp/said" && ! grep '^ *1 *1 *coast' "$tmp/said"; }
+once() { # a field given twice, a record or a sheet entered twice; the second piece of damage has a place of its own
+    cp "$tmp/none.db" "$tmp/o.db"
+    printf 'mat,joint_lb_in\n20,12.5\n' >"$tmp/once.csv"
+    fails_with 2 'two values: joint_lb_in' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 joint_lb_in=13 && $matrig --quiet record "$tmp/o.db" mat --csv "$tmp/once.csv" >/dev/null &&
+        fails_with 2 'once.csv, line 2: recorded already: record 1 of mat;' $matrig record "$tmp/o.db" mat --csv "$tmp/once.csv" && fails_with 2 'recorded already: record 1 of mat' $matrig record "$tmp/o.db" mat 20 joint_lb_in=12.5 &&
+        $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=88 >/dev/null && fails_with 2 'recorded already: record 2 of damage' $matrig record "$tmp/o.db" damage 1 what=rivet station_ft=88 && $matrig --quiet record "$tmp/o.db" damage 1 what=rivet station_ft=89 >/dev/null
+}
+rules() { # each sentence names what is wrong
+    cp "$tmp/none.db" "$tmp/o.db"
+    while IFS='|' read -r expected words; do
+        eval "set -- $words"
+        fails_with 2 "$expected" $matrig record "$tmp/o.db" "$@" || return 1
+    done <<'T'
+repaired is the first RUN after the repair|damage 2 station_ft=88 repair=relaid repaired=2
+not a whole number: 2.5 for repaired|damage 1 station_ft=88 repair=relaid repaired=2.5
+repaired needs the field repair|damage 1 station_ft=88 repaired=2
+a repair needs station_ft|damage 1 repair=relaid
+shares of the axles do not sum to 100|conditions 1 front_axle_percent=60 middle_axle_percent=60 rear_axle_percent=60
+not a place: 421 for mat|mat 421 joint_lb_in=12
+not a place: 0 for joint|joint 0 stop_deg=3
+not a place: 130 for station_ft|subgrade 130 cbr_percent=12
+out of range: 121 for station_ft|damage 1 station_ft=121
+no value|mat 5 joint_lb_in=
+one line of at most|damage 1 note=$'two\nlines'
+T
+    $matrig --quiet record "$tmp/o.db" conditions 1 front_axle_percent=33.3 middle_axle_percent=33.3 rear_axle_percent=33.3 >/dev/null && $matrig --quiet record "$tmp/o.db" damage 1 station_ft=88 repair=relaid repaired=2 >/dev/null
+}
+kept_values() { # FIELD= leaves a kept value out; a corrected old record is not the newest
+    cp "$tmp/none.db" "$tmp/k.db"
+    k() { $matrig --quiet record "$tmp/k.db" "$@"; }
+    k conditions 1 drive=coast tire_psi='5+-0.2' >/dev/null && k conditions 2 tire_psi= >"$tmp/said" && ! grep tire_psi "$tmp/said" && [ "$(field "$tmp/k.db" 2 "['fields']")" = "{'drive': 'coast'}" ] || return 1
+    k --correct 2 tire_psi=6 --reason x >/dev/null && [ "$(field "$tmp/k.db" 3 "['fields']")" = "{'drive': 'coast', 'tire_psi': 6.0}" ] || return 1
+    k subgrade 10 fill_in=24 cbr_percent=20 >/dev/null && k subgrade 20 fill_in=30 cbr_percent=21 >/dev/null && k --correct 4 fill_in=26 --reason x >/dev/null && k subgrade 30 cbr_percent=22 >/dev/null &&
+        [ "$(field "$tmp/k.db" 7 "['fields']['fill_in']")" = 30.0 ]
+}
+names_the_limit() { record mat 30 joint_lb_in=11 weight_lb=0.45 >"$tmp/said" && grep 'joint strength (lb/in) 11: fail (report 2.5: ' "$tmp/said" && ! grep 'weight' "$tmp/said"; }
+headers() { # separators and columns, told as such
+    printf 'mat;joint_lb_in\n20;12.5\n' >"$tmp/h.csv"
+    fails_with 2 'h.csv, line 1: unknown field: .mat;joint_lb_in. .*commas separate the columns' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
+    printf 'MAT,slack_in,slack_in\n20,0.03,0.03\n' >"$tmp/h.csv"
+    fails_with 2 'h.csv, line 1: two values: slack_in' $matrig record "$db" mat --csv "$tmp/h.csv" || return 1
+    cp "$tmp/none.db" "$tmp/h.db"
+    printf 'RUN,drive\n1,coast\n' >"$tmp/h.csv"
+    $matrig --quiet record "$tmp/h.db" conditions --csv "$tmp/h.csv" >/dev/null
+}
 day() { printf "$1" | timeout 600 $matrig day "$2" 2>&1 >"$tmp/said.raw"; tr '\r' '\n' <"$tmp/said.raw" >"$tmp/said"; }
 day_asks_for_what_is_used() { # once a landing, with the last values; Enter keeps them
     cp "$tmp/none.db" "$tmp/d.db"
@@ -161,6 +207,13 @@ day_asks_for_what_is_used() { # once a landing, with the last values; Enter keep
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'conditions' order by id desc limit 1")" = '{"drive":"coast","end_weight_lb":200.0,"release_ft":8.5,"temperature_f":70.0,"tire_psi":5.5,"touchdown_plywood":"no"}' ] || { sqlite3 "$tmp/d.db" 'select * from records'; return 1; }
     [ "$(sqlite3 "$tmp/d.db" "select fields from records where kind = 'damage' order by id desc limit 1")" = '{"station_ft":88.0,"what":"weld"}' ] || return 1
     day '1\njk\n\n\n\n\nq\n' "$tmp/d.db" && ! grep 'run conditions: ' "$tmp/said" # RUN 2 has them
+}
+answers_stay() { # before q and before the end of input
+    cp "$tmp/none.db" "$tmp/q.db"
+    $matrig --quiet record "$tmp/q.db" conditions 1 drive=coast tire_psi=5 >/dev/null
+    day '1\njk\n\n\n\n9\nq\nq\nq\n' "$tmp/q.db" && [ "$(field "$tmp/q.db" 2 "['fields']")" = "{'drive': 'coast', 'release_ft': 9.0, 'tire_psi': 5.0}" ] || { cat "$tmp/said"; return 1; }
+    grep -q 'q: end of the questions' "$tmp/said" && $matrig --quiet record "$tmp/q.db" --withdraw 2 --reason again >/dev/null
+    day '1\n\n\n\n\n8' "$tmp/q.db" && [ "$(field "$tmp/q.db" 4 "['fields']['release_ft']")" = 8.0 ]
 }
 from_the_landing_before() { # not from a later one that was recorded first
     cp "$tmp/none.db" "$tmp/e.db"
@@ -207,18 +260,18 @@ slips() {
         fails_with 2 'out of range: 500 for tire_psi; allowed is 1 to 200 psi' $matrig record "$db" conditions 1 tire_psi=500 && fails_with 2 'a length instead of a stress' $matrig record "$db" conditions 1 tire_psi=5in &&
         fails_with 2 'needs RUN' $matrig record "$db" conditions tire_psi=5 && fails_with 2 'not a place: 1.5 for mat' $matrig record "$db" mat 1.5 joint_lb_in=12 && fails_with 2 'needs no place' $matrig record "$db" launch 3 drop_ft=20 && fails_with 2 'RUN 9' $matrig record "$db" conditions 9 tire_psi=5 &&
         fails_with 2 'did you mean coast\?' $matrig record "$db" conditions 1 drive=cost && fails_with 2 'no kind' $matrig record "$db" 1 tire_psi=5 && fails_with 2 'more than one action' $matrig record "$db" --correct 1 --withdraw 2 &&
-        fails_with 2 'recorded already: run conditions of RUN 1; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
+        fails_with 2 'recorded already: record 1 of conditions; .* --correct 1 ' $matrig record "$db" conditions 1 tire_psi=5 && fails_with 2 'to list all records' $matrig record "$db" mat 9 &&
         fails_with 2 'out of range' $matrig record "$db" mat 9 joint_lb_in=12+--1 && fails_with 2 'unexpected KIND' $matrig record "$db" conditions --correct 1 tire_psi=5 --reason x && fails_with 2 'one landing only' $matrig record "$db" --compare 1 &&
         fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" conditions 1 tire_psi=5 && fails_with 3 'no such database' $matrig record "$tmp/mistyped.db" --withdraw 1 --reason x && [ ! -e "$tmp/mistyped.db" ]
 }
 kinds() { # every limit has its section of the report; no kind has more than 25 lines
     $matrig --json record --kinds >"$tmp/said" && python3 - "$tmp/said" <<'PY'
-import collections, json, re, sys
-rows = json.load(open(sys.argv[1]))["kinds"]
-limits = {(r["kind"], r["field"]): r["limit"] for r in rows if r["limit"]}
+import json, re, sys
+kinds = json.load(open(sys.argv[1]))
+limits = {(k, f): text.split("; limit: ")[1] for k, fields in kinds.items() for f, text in fields.items() if "; limit: " in text}
 assert set(limits) == {("subgrade", "cbr_percent"), ("mat", "joint_lb_in"), ("mat", "unhinge_deg"), ("mat", "slack_in"), ("mat", "weight_lb")}, limits
 assert all(re.match(r"report (\d\.\d|table \d\.\d)", l) for l in limits.values())
-assert max(collections.Counter(r["kind"] for r in rows).values()) <= 23
+assert len(kinds) == 7 and max(len(fields) for fields in kinds.values()) <= 23
 PY
 }
 
@@ -239,12 +292,18 @@ check "a map of damage and acceptance" map_in_the_report
 check "in SI" in_si
 check "passed on with a bundle" with_a_bundle
 check "a day asks only for kinds in use" day_asks_for_what_is_used
+check "answers before q or the end of input are recorded" answers_stay
 check "values are kept from the landing before" from_the_landing_before
 check "temperatures in every unit" temperatures
 check "a value one error from its limit" at_one_error
 check "sheets with two records of a landing, and with none" bad_sheets
 check "a sheet has the worst result of its lines" worst_of_a_sheet
 check "the first records while a log runs" during_a_log
+check "nothing is recorded twice" once
+check "records that contradict themselves are refused" rules
+check "kept values can be left out, and are the newest" kept_values
+check "a value beyond its limit is named" names_the_limit
+check "the header of a sheet is checked" headers
 check "slips are refused with the near word" slips
 check "limits have their sources" kinds
 finish
