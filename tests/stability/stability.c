@@ -3,11 +3,13 @@
  * --fixed: landings.csv, with --chain: chain.csv) and prints a summary; exits with 1 when an answer
  * is contradicted, a solver crashed, or too many answers of fixed or of the chain are
  * overconfident. README.md. */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -310,6 +312,10 @@ int main(int count, char **words)
                         "[--every K] [--only I] "
                         "[--seed S] [--jobs J] [--minutes M] FOLDER\n");
         return 2;
+    }
+    if (mkdir(plan.folder, 0777) != 0 && errno != EEXIST) {
+        fprintf(stderr, "stability: cannot make %s: %s\n", plan.folder, strerror(errno));
+        return 3;
     }
     if (plan.chain)
         return chain_study(&(struct chain_plan){plan.scenes, plan.from, plan.every, plan.only,
