@@ -473,8 +473,8 @@ static bool shows_number(const struct answer_item *item)
     return item->kind <= ANSWER_COUNT || item->fact.is_number;
 }
 
-static void print_block(const struct answer *answer, size_t table, const struct column_block *block,
-                        size_t indent, FILE *out)
+static void print_column_block(const struct answer *answer, size_t table,
+                               const struct column_block *block, size_t indent, FILE *out)
 {
     char text[CELL_TEXT_SIZE];
     size_t lines = 0, end = index_after_item(answer, table);
@@ -516,7 +516,7 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
         if (block.count > 1 && used + 2 + width > TERMINAL_COLUMNS) {
             /* print the columns so far; the remaining columns go below, with the first column
              * repeated */
-            print_block(answer, table, &block, indent, out);
+            print_column_block(answer, table, &block, indent, out);
             used = indent + 2 + block.width[0];
             block.count = 1;
         }
@@ -526,7 +526,7 @@ static void print_table(const struct answer *answer, size_t table, size_t indent
         done++;
     }
     if (block.count > 0)
-        print_block(answer, table, &block, indent, out);
+        print_column_block(answer, table, &block, indent, out);
 }
 
 /* ---- facts ---- */

@@ -96,25 +96,25 @@ const struct command *help_find(const struct command_table *table, const char *n
 
 /* ---- unknown command ---- */
 
-/* Copies of the first words of all terms. The copies are static because a suggestion points to one
- * of them. */
-#define WORDS_MAX 40
-struct words {
-    char copy[WORDS_MAX][20];
+/* Copies of the first words of all terms. They must exist as long as the suggestion, which points
+ * to one of them. */
+#define FIRST_WORDS_MAX 40
+struct first_words {
+    char word[FIRST_WORDS_MAX][20];
     size_t count;
 };
 
-static void suggest_words(const struct command *command, struct words *words,
+static void suggest_words(const struct command *command, struct first_words *words,
                           struct spell_suggest *near)
 {
     for (size_t i = 0; i < command->part_count; i++) {
         const struct command_part *part = &command->parts[i];
         if (part->included)
             suggest_words(part->included, words, near);
-        if (!part->is_fixed_word || words->count == WORDS_MAX)
+        if (!part->is_fixed_word || words->count == FIRST_WORDS_MAX)
             continue;
-        char *copy = words->copy[words->count++];
-        snprintf(copy, sizeof words->copy[0], "%.*s", (int)strcspn(part->term, " "), part->term);
+        char *copy = words->word[words->count++];
+        snprintf(copy, sizeof words->word[0], "%.*s", (int)strcspn(part->term, " "), part->term);
         spell_suggest_add(near, copy);
     }
 }
@@ -122,7 +122,7 @@ static void suggest_words(const struct command *command, struct words *words,
 void help_suggest_word(const struct command *command, const char *word,
                        char out[static SPELL_SUGGEST_TEXT_SIZE])
 {
-    struct words words = {.count = 0};
+    struct first_words words = {.count = 0};
     struct spell_suggest near;
     spell_suggest_begin(&near, word);
     suggest_words(command, &words, &near);

@@ -44,7 +44,7 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
     return row[a_length][b_length];
 }
 
-static size_t common_prefix(const char *a, const char *b)
+static size_t common_prefix_length(const char *a, const char *b)
 {
     size_t n = 0;
     while (a[n] && lower_letter(a, n) == lower_letter(b, n))
@@ -65,7 +65,8 @@ bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
     if (a_length > WORD_MAX || b_length > WORD_MAX || shorter == 0)
         return is_word;
     size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
-    size_t distance = edit_distance(a, a_length, b, b_length), beginning = common_prefix(a, b);
+    size_t distance = edit_distance(a, a_length, b, b_length),
+           beginning = common_prefix_length(a, b);
     if (distance > allowed) {
         if (beginning < PREFIX_LETTERS && !(beginning == shorter && shorter >= 3))
             return is_word;

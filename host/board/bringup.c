@@ -391,7 +391,7 @@ bool bringup_limit_is_group(const struct bringup_limit *limit)
     return limit->name[strlen(limit->name) - 1u] == '*';
 }
 
-static bool limit_applies_to(const struct bringup_limit *limit, const char *name)
+static bool limit_matches_name(const struct bringup_limit *limit, const char *name)
 {
     return bringup_limit_is_group(limit) ? strncmp(limit->name, name, strlen(limit->name) - 1u) == 0
                                          : strcmp(limit->name, name) == 0;
@@ -402,7 +402,7 @@ static const struct bringup_limit *find_limit(unsigned section, const struct bri
 {
     for (size_t i = 0; i < LIMIT_COUNT; i++) {
         if (limits[i].section_bits & section &&
-            (limit_applies_to(&limits[i], line->name) ||
+            (limit_matches_name(&limits[i], line->name) ||
              (line->is_absent && strncmp(limits[i].name, line->name, strlen(line->name)) == 0)))
             return &limits[i];
     }

@@ -11,11 +11,11 @@
 
 /* Output of the bring-up image (firmware/bringup/print.h): read from a link or from a text file,
  * and checked for completeness. */
-#define BRINGUP_BAUD       115200
-#define BRINGUP_LINES_MAX  400
-#define BRINGUP_NAME_SIZE  48
-#define BRINGUP_VALUE_SIZE 40
-#define BRINGUP_SECTIONS   "report", "brown-out"
+#define BRINGUP_BAUD          115200
+#define BRINGUP_LINES_MAX     400
+#define BRINGUP_NAME_SIZE     48
+#define BRINGUP_VALUE_SIZE    40
+#define BRINGUP_SECTION_NAMES "report", "brown-out"
 
 struct bringup_line {
     char name[BRINGUP_NAME_SIZE], value[BRINGUP_VALUE_SIZE], unit[BRINGUP_NAME_SIZE];

@@ -142,8 +142,9 @@ enum certificate_state certificates_state(const struct store_certificate *certif
              : CERTIFICATE_OVERDUE;
 }
 
-void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
-                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT_SIZE])
+void certificates_state_text(const struct store_certificate *certificate,
+                             enum certificate_state state, const struct mr_channel_config *channel,
+                             char out[CERTIFICATES_TEXT_SIZE])
 {
     char date[CONFIG_DATE_SIZE] = "";
     if (certificate->due_day != STORE_NONE)

@@ -32,8 +32,9 @@ enum certificate_state certificates_state(const struct store_certificate *certif
                                           const struct mr_channel_config *channel, int64_t now_s);
 /* Writes the state as text: "valid until 2027-03-01", "overdue since 2027-03-02", ... */
 #define CERTIFICATES_TEXT_SIZE 160
-void certificates_text(const struct store_certificate *certificate, enum certificate_state state,
-                       const struct mr_channel_config *channel, char out[CERTIFICATES_TEXT_SIZE]);
+void certificates_state_text(const struct store_certificate *certificate,
+                             enum certificate_state state, const struct mr_channel_config *channel,
+                             char out[CERTIFICATES_TEXT_SIZE]);
 
 /* Returns the standard uncertainty at the reading `value`, in or lb. */
 double certificates_standard_uncertainty(const struct store_certificate *certificate, double value);

@@ -443,7 +443,7 @@ static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *comma
                                  KEY_PERIOD_S, error);
     identity_uid_text(identity, uid);
     if (status == MR_OK)
-        status = keyfile_prove(uid, identity->uid, identity->nonce, command, proof, error);
+        status = keyfile_compute_proof(uid, identity->uid, identity->nonce, command, proof, error);
     if (status != MR_OK)
         return status;
     *proven = true;

@@ -81,10 +81,10 @@ static enum mr_status read_key(const char *uid, uint8_t key[MR_KEY_BYTES], struc
     return MR_OK;
 }
 
-enum mr_status keyfile_prove(const char *uid, const uint32_t words[3],
-                             const uint8_t nonce[MR_PROOF_BYTES],
-                             const uint8_t command[MR_COMMAND_BYTES], uint8_t proof[MR_PROOF_BYTES],
-                             struct error *error)
+enum mr_status keyfile_compute_proof(const char *uid, const uint32_t words[3],
+                                     const uint8_t nonce[MR_PROOF_BYTES],
+                                     const uint8_t command[MR_COMMAND_BYTES],
+                                     uint8_t proof[MR_PROOF_BYTES], struct error *error)
 {
     uint8_t key[MR_KEY_BYTES];
     enum mr_status status = read_key(uid, key, error);

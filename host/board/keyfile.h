@@ -16,10 +16,10 @@ void keyfile_path(const char *uid, char path[KEYFILE_PATH_SIZE]);
 /* Computes the proof of a command (common/proof.h) with the board's key. `words`: the identity
  * `uid` as the board sends it. MR_UNKNOWN: there is no key. MR_IO: the key cannot be read, or other
  * users may read it. MR_MALFORMED: the file is not a key. */
-enum mr_status keyfile_prove(const char *uid, const uint32_t words[3],
-                             const uint8_t nonce[MR_PROOF_BYTES],
-                             const uint8_t command[MR_COMMAND_BYTES], uint8_t proof[MR_PROOF_BYTES],
-                             struct error *error);
+enum mr_status keyfile_compute_proof(const char *uid, const uint32_t words[3],
+                                     const uint8_t nonce[MR_PROOF_BYTES],
+                                     const uint8_t command[MR_COMMAND_BYTES],
+                                     uint8_t proof[MR_PROOF_BYTES], struct error *error);
 /* keyfile_generate makes a new key and writes it to a second file. The current key stays active
  * until keyfile_activate replaces it with the new key; keyfile_discard_new removes the new key. */
 enum mr_status keyfile_generate(const char *uid, uint8_t key[MR_KEY_BYTES], struct error *error);

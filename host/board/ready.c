@@ -225,7 +225,7 @@ static void judge_certificate(const struct ready_facts *f, unsigned i, const cha
     char name[20], text[CERTIFICATES_TEXT_SIZE];
     const struct store_certificate *certificate = &f->certificates.certificate[i];
     enum certificate_state state = certificates_state(certificate, &f->config.channel[i], f->now_s);
-    certificates_text(certificate, state, &f->config.channel[i], text);
+    certificates_state_text(certificate, state, &f->config.channel[i], text);
     snprintf(name, sizeof name, "certificate %s", channel);
     ready_add_check(
         report, verdict_for(state == CERTIFICATE_VALID), name, NULL,
@@ -291,7 +291,7 @@ static void judge_image(const struct ready_facts *f, struct ready_report *report
 }
 
 /* Returns the CRC that the board must have for the expected configuration. */
-static uint32_t expected_crc(const struct ready_facts *f)
+static uint32_t get_expected_crc(const struct ready_facts *f)
 {
     static uint8_t image[MR_CONFIG_IMAGE_BYTES];
     if (!f->expected_config)
@@ -306,7 +306,7 @@ static void judge_configuration(const struct ready_facts *f, struct ready_report
     char limit[80] = "";
     bool compared = f->has_expected_crc ||
                     (f->has_previous_landing && f->previous_config_crc != STORE_NONE);
-    uint32_t wanted = f->has_expected_crc ? expected_crc(f) : (uint32_t)f->previous_config_crc;
+    uint32_t wanted = f->has_expected_crc ? get_expected_crc(f) : (uint32_t)f->previous_config_crc;
     if (f->has_expected_crc)
         snprintf(limit, sizeof limit, "CRC %08x, as given", (unsigned)wanted);
     else if (compared)

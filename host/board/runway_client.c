@@ -32,7 +32,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
         client->hello_received = true;
     } else if (message->id == MR_ID_RUNWAY_STORE) {
         client->stored_known |= mr_runway_store_get(&client->stored, bytes, length) == MR_OK;
-        client->memory_read = client->stored_known && client->stored.copy_a != MR_RUNWAY_UNREAD;
+        client->is_memory_read = client->stored_known && client->stored.copy_a != MR_RUNWAY_UNREAD;
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
         client->state = (struct mr_predictor_state){
             .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
@@ -64,7 +64,7 @@ enum mr_status runway_client_begin(struct runway_client *client, struct dialogue
     *client = (struct runway_client){.dialogue = dialogue};
     dialogue_subscribe(dialogue, handle_message, client);
     enum mr_status status = dialogue_wait_for_hello(dialogue, NULL, NULL, error);
-    return status ?: wait_for(client, &client->memory_read, "read its memory", error);
+    return status ?: wait_for(client, &client->is_memory_read, "read its memory", error);
 }
 
 static enum mr_status send_command(struct dialogue *dialogue, unsigned code, unsigned index,

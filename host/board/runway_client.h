@@ -9,7 +9,7 @@
 /* A client for the predictor's runway state: reads, replaces or resets it. */
 struct runway_client {
     struct dialogue *dialogue;
-    bool hello_received, stored_known, memory_read, is_complete;
+    bool hello_received, stored_known, is_memory_read, is_complete;
     struct mr_runway_store stored;   /* origin of the runway state */
     struct mr_predictor_state state; /* the runway state, after runway_client_read */
     unsigned parts_received;

@@ -7,7 +7,7 @@
 
 #include "common/channels.h"
 
-const char *const walk_names[WALK_KIND_COUNT] = {"switch", "transducer", "gage"};
+const char *const walk_kind_names[WALK_KIND_COUNT] = {"switch", "transducer", "gage"};
 static const char *const kind_verbs[WALK_KIND_COUNT] = {"tripped", "pushed", "pulled"};
 
 /* ---- movements ---- */
@@ -193,7 +193,7 @@ static void judge_item(enum walk_kind kind, unsigned n, bool answered, unsigned 
                        struct ready_report *report)
 {
     char name[20];
-    snprintf(name, sizeof name, "%s %u", walk_names[kind], n);
+    snprintf(name, sizeof name, "%s %u", walk_kind_names[kind], n);
     char advice[160];
     snprintf(advice, sizeof advice, "%s %s%s", answered ? "if they were" : "if it was",
              kind_verbs[kind],
@@ -213,7 +213,7 @@ static void judge_kind(const struct walk *walk, enum walk_kind kind, struct read
         fitted = count_fitted(walk, kind);
     unsigned before = report->count;
     char name[20];
-    snprintf(name, sizeof name, "%s walk", walk_names[kind]);
+    snprintf(name, sizeof name, "%s walk", walk_kind_names[kind]);
     if (!fitted)
         return;
     if (!count) {

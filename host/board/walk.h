@@ -24,7 +24,7 @@
 #define WALK_PULL_MIN_LB   5.0f
 
 enum walk_kind { WALK_SWITCH, WALK_TRANSDUCER, WALK_GAGE, WALK_KIND_COUNT };
-extern const char *const walk_names[WALK_KIND_COUNT];
+extern const char *const walk_kind_names[WALK_KIND_COUNT];
 
 /* Detection of movements by hand. The channel that moved most is the intended one. */
 struct walk_motion {

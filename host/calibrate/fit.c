@@ -5,7 +5,8 @@
 
 #include "host/base/statistics.h"
 
-#define SLOPE_ERRORS_MIN 3.0 /* number of standard errors by which the slope must differ from 0 */
+#define SLOPE_MIN_STANDARD_ERRORS \
+    3.0 /* number of standard errors by which the slope must differ from 0 */
 
 static bool is_point_before(const struct calibrate_point *a, const struct calibrate_point *b)
 {
@@ -121,7 +122,7 @@ enum mr_status calibrate_fit(const struct calibrate_point *point, size_t count, 
     if (status != MR_OK)
         return status;
     double span = fit->high - fit->low;
-    if (!(fabs(line.slope.value) > SLOPE_ERRORS_MIN * line.slope.error))
+    if (!(fabs(line.slope.value) > SLOPE_MIN_STANDARD_ERRORS * line.slope.error))
         return error_set(error, MR_NUMERICS,
                          "the readings do not follow the known values; check the channel number "
                          "and the connection");

@@ -157,9 +157,9 @@ static void add_relation(const struct request *r, struct store *store,
     json_decref(values);
 }
 
-static const struct rig_relation drag = {
+static const struct rig_relation drag_relation = {
     "bearing_drag", "drag without brakes", "temperature_f", "brake", "none", UNIT_DECELERATION};
-static const struct rig_relation coasting = {
+static const struct rig_relation coasting_relation = {
     "coasting_speed", "speed by coasting", "release_ft", "drive", "coast", UNIT_SPEED};
 
 static int run_advise(struct request *r, const struct cli *cli)
@@ -191,8 +191,8 @@ static int run_advise(struct request *r, const struct cli *cli)
     }
     bool failed = error.status != MR_OK; /* the advice is printed first, even if loading failed */
     advise_to_answer(&advise, answer);
-    add_relation(r, store, &advise.history.inspections, &drag, r->temperature, answer);
-    add_relation(r, store, &advise.history.inspections, &coasting, r->release, answer);
+    add_relation(r, store, &advise.history.inspections, &drag_relation, r->temperature, answer);
+    add_relation(r, store, &advise.history.inspections, &coasting_relation, r->release, answer);
     answer_flag(answer, "loaded", r->load ? "loaded into the board" : NULL, r->load && !failed);
     int code = advise.verdict == ADVISE_AGAINST ? mr_status_exit_code(MR_LIMIT) : 0;
     advise_free(&advise);

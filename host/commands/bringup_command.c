@@ -187,7 +187,7 @@ static int run_sections(const struct request *request, const char *section)
 
 static bool is_section(const char *word)
 {
-    static const char *const sections[] = {BRINGUP_SECTIONS, "rom"};
+    static const char *const sections[] = {BRINGUP_SECTION_NAMES, "rom"};
     for (size_t i = 0; i < sizeof sections / sizeof sections[0]; i++) {
         if (strcmp(word, sections[i]) == 0)
             return true;

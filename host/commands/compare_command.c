@@ -18,9 +18,9 @@
 
 struct request {
     const char *db, *scene, *series, *output, *limits_path;
-    int64_t run;     /* RUN of the landing; 0: a series is compared */
-    int64_t seeds;   /* simulated landings; 0: as many as the file of the series defines */
-    double limit_in; /* largest difference, in; NaN: no limit */
+    int64_t run;         /* RUN of the landing; 0: a series is compared */
+    int64_t seeds;       /* simulated landings; 0: as many as the file of the series defines */
+    double rms_limit_in; /* largest rms difference, in; NaN: no limit */
     bool voided, all;
     struct compare_limits limits;
     char runway[500];
@@ -71,8 +71,8 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct re
     memset(request, 0, sizeof *request);
     command_parse(&command_compare, argc, argv, cli, request, words, fatal);
     read_words(words, request);
-    if (!isnan(request->limit_in))
-        compare_limits_add(&request->limits, "channels.*.rms_in", request->limit_in);
+    if (!isnan(request->rms_limit_in))
+        compare_limits_add(&request->limits, "channels.*.rms_in", request->rms_limit_in);
     output_check(request->output, request->scene, fatal);
     output_check_not_input(request->output, request->limits_path, fatal);
     if (request->limits_path)
@@ -181,7 +181,7 @@ static const struct command_part parts[] = {
         "1 "
         "when a limit is violated:\n  {\"channels.*.rms_in\": 0.05, \"channels.3.rms_in\": 0.1,\n  "
         " \"zones.*.overlap_simulated.share\": 0.5, \"series.within\": 0.8}"),
-    OPTION_NUMBER("--limit", "IN", limit_in, "in", 0.0, 1e6, (double)NAN,
+    OPTION_NUMBER("--limit", "IN", rms_limit_in, "in", 0.0, 1e6, (double)NAN,
                   "exit 1 when the rms difference of a channel exceeds IN"),
     OPTION_INTEGER("--seeds", "N", seeds, 1.0, SERIES_SEEDS_MAX, 0.0,
                    "number of seeds (runways); default: the number in the study file"),

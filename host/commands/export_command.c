@@ -134,8 +134,8 @@ static void export_csv(struct store *store, int64_t run, FILE *out, const struct
 
 /* ---- film frames ---- */
 
-static void export_film(const struct measured *measured, const struct film *film, bool si,
-                        FILE *out)
+static void write_film_csv(const struct measured *measured, const struct film *film, bool si,
+                           FILE *out)
 {
     const struct unit *station = unit_of(UNIT_STATION, si), *speed = unit_of(UNIT_SPEED, si);
     const struct store_landing *landing = &measured->landing;
@@ -163,8 +163,8 @@ static void export_film(const struct measured *measured, const struct film *film
     }
 }
 
-static void export_frames(struct store *store, int64_t run, FILE *out, const struct cli *cli,
-                          long *rows)
+static void export_film(struct store *store, int64_t run, FILE *out, const struct cli *cli,
+                        long *rows)
 {
     struct measured measured;
     struct film film = {0};
@@ -177,7 +177,7 @@ static void export_frames(struct store *store, int64_t run, FILE *out, const str
                   "camera to PE2 and PB3",
                   (long long)run, store_path(store));
     *rows = (long)film.frame_count;
-    export_film(&measured, &film, cli->si, out);
+    write_film_csv(&measured, &film, cli->si, out);
     film_free(&film);
     measured_free(&measured);
 }
@@ -200,7 +200,7 @@ static void write_export(struct store *store, int64_t run, const struct request 
     else if (strcmp(r->format, "candump") == 0)
         export_candump(store, run, made, cli, rows, fatal);
     else if (strcmp(r->format, "frames") == 0)
-        export_frames(store, run, made, cli, rows);
+        export_film(store, run, made, cli, rows);
     else if (strcmp(r->format, "mdf4") == 0)
         export_mdf4(store, run, made, cli, rows, fatal);
     else

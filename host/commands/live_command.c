@@ -18,7 +18,6 @@
  * or minutes without one. */
 #define FRAMES_AT_START_MAX 30000
 #define FRAMES_PER_POLL     2000
-#define SESSION_LINKS       200
 
 struct watch {
     const struct cli *cli;

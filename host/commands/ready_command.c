@@ -191,7 +191,7 @@ static void print_response(const struct walk_session *w, enum walk_kind kind)
     else if (kind == WALK_SWITCH)
         printf("edge %u: step of %.1f codes\n", w->walk.response_count[kind], a->step_codes);
     else
-        printf("%s %u\n", walk_names[kind], a->number);
+        printf("%s %u\n", walk_kind_names[kind], a->number);
     fflush(stdout);
 }
 

@@ -32,7 +32,7 @@ struct replay {
     bool is_same_image;
 };
 
-static void default_paths(struct replay *replay)
+static void set_default_paths(struct replay *replay)
 {
     data_dir_find(DATA_BOARD_PROGRAM, replay->program, sizeof replay->program);
     data_dir_find(DATA_FIRMWARE, replay->elf, sizeof replay->elf);
@@ -217,7 +217,7 @@ static int replay_command(int argc, char **argv, const struct cli *cli)
     struct error error = {0};
     struct store *store = NULL;
     enum mr_status status = parse_request(replay, argc, argv, cli, &error);
-    default_paths(replay);
+    set_default_paths(replay);
     if (status == MR_OK)
         status = store_open(replay->db, STORE_READ, &store, &error)
                    ?: store_find_run(store, &replay->run, &error);

@@ -9,7 +9,7 @@
 #include "host/report/report.h"
 
 /* Writes the default path of the page: demo/campaign.html for demo/campaign.db. */
-static void default_path(const char *db, char *out, size_t size)
+static void make_default_path(const char *db, char *out, size_t size)
 {
     const char *slash = strrchr(db, '/');
     const char *dot = strrchr(db, '.');
@@ -34,7 +34,7 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     report.path = words[0];
     report.run = r.run;
     if (!r.path) {
-        default_path(words[0], made_path, sizeof made_path);
+        make_default_path(words[0], made_path, sizeof made_path);
         r.path = made_path;
     }
     output_check(r.path, words[0], fatal);

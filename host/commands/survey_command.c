@@ -21,7 +21,7 @@
 
 /* ---- results of a survey ---- */
 
-static void add_head(const struct survey *survey, struct answer *answer)
+static void add_survey_head(const struct survey *survey, struct answer *answer)
 {
     const struct store_gage_survey *row = &survey->row;
     bool ended = row->ended_us != STORE_NONE;
@@ -230,7 +230,7 @@ static void add_survey(const struct survey *survey, const struct survey_results 
                        struct answer *answer)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
-    add_head(survey, answer);
+    add_survey_head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
     if (found->previous)
         answer_count(answer, "since", "compared with survey", found->previous);
@@ -374,8 +374,8 @@ struct input_line {
     bool is_too_long;
 };
 
-static void handle_bytes(struct entry_session *session, struct input_line *line, const char *bytes,
-                         size_t count)
+static void handle_typed_bytes(struct entry_session *session, struct input_line *line,
+                               const char *bytes, size_t count)
 {
     for (size_t i = 0; i < count && !session->has_quit; i++) {
         bool end = bytes[i] == '\n' || bytes[i] == '\r';
@@ -411,7 +411,7 @@ static void enter_readings(struct entry_session *session)
         count = read(STDIN_FILENO, bytes, sizeof bytes);
         if (count < 0 && errno == EINTR)
             continue;
-        handle_bytes(session, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
+        handle_typed_bytes(session, &keys, count > 0 ? bytes : "\n", count > 0 ? (size_t)count : 1);
     }
     if (!session->request->cli->quiet)
         fputc('\n', stderr);

@@ -157,7 +157,7 @@ static void add_certificate(struct answer *answer, const struct channel_budget *
     enum certificate_state state = CERTIFICATE_VALID;
     if (one->certificate) {
         state = certificates_state(one->certificate, &one->channel, (int64_t)time(NULL));
-        certificates_text(one->certificate, state, &one->channel, text);
+        certificates_state_text(one->certificate, state, &one->channel, text);
     }
     struct answer_fact *fact = answer_words(answer, "certificate", "certificate", "%s", text);
     fact->is_warning = state != CERTIFICATE_VALID;

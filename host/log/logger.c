@@ -289,7 +289,7 @@ static void send_proof(struct logger *logger, unsigned link, const uint8_t *comm
     collector_get_progress(logger->collector, &p);
     if (!p.key || p.key->state != MR_KEY_SET || !p.nonce)
         return;
-    if (keyfile_prove(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
+    if (keyfile_compute_proof(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
         memcpy(logger->nonce, p.nonce, sizeof logger->nonce);
         (void)link_send_message(logger->link[link], logger->can_base, 0, MR_ID_PROOF, proof,
                                 sizeof proof, &why);

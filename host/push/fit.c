@@ -284,11 +284,11 @@ struct push_path {
 
 /* a force turns if two readings differ by more than this number of standard errors of the gage: 3
  * sqrt 2, which equal forces exceed once in 40,000 */
-#define TURN_ERRORS_MIN 4.2
+#define TURN_MIN_STANDARD_ERRORS 4.2
 
 /* Finds the direction of the force on its way to each reading: 1 or -1. */
-static void find_directions(struct push_path *path, const struct push_series *series,
-                            double turn_lb, int *direction)
+static void find_force_directions(struct push_path *path, const struct push_series *series,
+                                  double turn_lb, int *direction)
 {
     const double *force = series->force_lb;
     size_t n = series->count, first = 0, extreme = 0;
@@ -339,17 +339,17 @@ static void add_path_step(struct push_path *path, const struct push_series *seri
 /* Computes the path. A force turns if it returns by more than the error of its gage; smaller steps
  * back do not change the direction. Returns false if no force of the series exceeds the gage's
  * error. */
-static bool make_path(struct push_path *path, const struct push_series *series,
-                      double force_error_lb)
+static bool compute_path(struct push_path *path, const struct push_series *series,
+                         double force_error_lb)
 {
     int direction[PUSH_READINGS_MAX];
-    double turn_lb = TURN_ERRORS_MIN * force_error_lb, most_lb = 0.0;
+    double turn_lb = TURN_MIN_STANDARD_ERRORS * force_error_lb, most_lb = 0.0;
     *path = (struct push_path){.count = series->count};
     for (size_t i = 0; i < series->count; i++)
         most_lb = fmax(most_lb, fabs(series->force_lb[i]));
     if (series->count == 0 || !(most_lb > turn_lb))
         return false;
-    find_directions(path, series, turn_lb, direction);
+    find_force_directions(path, series, turn_lb, direction);
     for (size_t i = 0; i < series->count; i++)
         add_path_step(path, series, turn_lb, direction[i], i);
     return true;
@@ -733,7 +733,7 @@ enum mr_status push_fit(const struct push_series *series, struct push_errors gag
     struct fit_work *w = xcalloc(1, sizeof *w);
     w->series = series;
     w->gage_errors = gages;
-    if (!make_path(&w->path, series, gages.force_lb))
+    if (!compute_path(&w->path, series, gages.force_lb))
         error_set(error, MR_TOO_FEW,
                   "no force above its error: %s: test %s under %.4g lb: the error of the gage is "
                   "%.3g lb; push harder, or give the correct error of the gage (--force-error)",
@@ -751,7 +751,7 @@ void push_fit_curve(const struct push_series *series, struct push_errors gages,
     bool is_determined = !isnan(fit->k_lb_in.value);
     double a = 1.0 / (is_determined ? fit->k_lb_in.value : fit->k_lb_in.low), shift_in = 0.0,
            b = isnan(fit->unloading_ratio.value) ? a : fit->unloading_ratio.value * a;
-    bool made = make_path(path, series, gages.force_lb);
+    bool made = compute_path(path, series, gages.force_lb);
     for (size_t i = 0; i < series->count; i++) {
         double sum = 0.0;
         for (size_t m = 0; made && m <= i; m++)

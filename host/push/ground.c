@@ -54,8 +54,8 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
 }
 
 /* Adds a parameter that is not determined. `kept`: value that a scene uses instead; NULL: none. */
-static void add_undetermined(struct answer *answer, const char *name,
-                             const struct push_parameter *parameter, const char *kept)
+static void add_undetermined_parameter(struct answer *answer, const char *name,
+                                       const struct push_parameter *parameter, const char *kept)
 {
     if (!isnan(parameter->interval.value))
         return;
@@ -66,15 +66,15 @@ static void add_undetermined(struct answer *answer, const char *name,
 
 static void add_bounds(struct answer *answer, const struct push_ground *ground)
 {
-    add_undetermined(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
+    add_undetermined_parameter(answer, "gear_k_lb_ft", &ground->k_lb_ft, NULL);
     if (isnan(ground->k_lb_ft.interval.value) && ground->k_lb_ft.interval.low > 0.0) {
         answer_remark(answer, "; at least %.0f lb/ft", ground->k_lb_ft.interval.low);
         answer_value(answer, "k_at_least_lb_ft", NULL, UNIT_NUMBER, ground->k_lb_ft.interval.low,
                      0);
     }
-    add_undetermined(answer, "gear_unloading", &ground->unloading_ratio, "1");
-    add_undetermined(answer, "gear_axle_law", &ground->axle_law, "1");
-    add_undetermined(answer, "f", &ground->friction, NULL);
+    add_undetermined_parameter(answer, "gear_unloading", &ground->unloading_ratio, "1");
+    add_undetermined_parameter(answer, "gear_axle_law", &ground->axle_law, "1");
+    add_undetermined_parameter(answer, "f", &ground->friction, NULL);
     if (isnan(ground->friction.interval.value)) {
         answer_remark(answer, "; at least %.3f", ground->friction.interval.low);
         answer_value(answer, "f_at_least", NULL, UNIT_NUMBER, ground->friction.interval.low, 3);
@@ -180,7 +180,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 
 #define Z_95                     1.96
 #define CHI_SQUARE_95_ONE_DEGREE 3.84
-#define LOAD_TOLERANCE           0.02 /* loads that differ by less are equal */
+#define LOAD_RELATIVE_TOLERANCE  0.02 /* loads that differ by less are equal */
 #define BISECTION_COUNT          60
 #define SPREAD_MAX               10.0
 
@@ -261,7 +261,7 @@ static size_t count_fit_terms(const struct push_readings *readings)
         low = fmin(low, readings->series[i].load_lb);
         high = fmax(high, readings->series[i].load_lb);
     }
-    return high > low * (1.0 + LOAD_TOLERANCE) ? 2 : 1;
+    return high > low * (1.0 + LOAD_RELATIVE_TOLERANCE) ? 2 : 1;
 }
 
 /* Computes the logarithm of the stiffness under one mat from one test, with its standard error.
@@ -308,9 +308,9 @@ static void find_stiffness(const struct push_readings *readings, const struct pu
         set_undetermined(&ground->axle_law, ground->k_lb_ft.reason);
         return;
     }
-    bool two = p.term_count == 2 && high > low * (1.0 + LOAD_TOLERANCE);
+    bool two = p.term_count == 2 && high > low * (1.0 + LOAD_RELATIVE_TOLERANCE);
     p.term_count = two ? 2 : 1;
-    if (!two && fabs(log(low / ground->axle_load_lb)) > LOAD_TOLERANCE) {
+    if (!two && fabs(log(low / ground->axle_load_lb)) > LOAD_RELATIVE_TOLERANCE) {
         char why[PUSH_REASON_SIZE];
         snprintf(why, sizeof why,
                  "tested under %.4g lb, but an axle has %.4g lb: to find how stiffness depends on "
