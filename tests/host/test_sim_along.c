@@ -111,16 +111,16 @@ static void march(const struct sim_scene *scene, double z[], size_t count)
 {
     struct planar_engine l = {0};
     const struct sim_options options = {.no_prune = true};
-    struct march march = {.steps = (uint64_t)(scene->t_end_s / 2e-5 + 0.5)};
-    march.h_s = scene->t_end_s / (double)march.steps;
+    struct march march = {.step_count = (uint64_t)(scene->t_end_s / 2e-5 + 0.5)};
+    march.h_s = scene->t_end_s / (double)march.step_count;
     memset(&error, 0, sizeof error);
-    assert_int_equal(engine_make(&l, scene, NULL, &error), MR_OK);
+    assert_int_equal(planar_engine_make(&l, scene, NULL, &error), MR_OK);
     sim_record_make(&march.record, scene, &options);
     planar_pass_run(&l, &march, &options);
     memcpy(z, l.z, count * sizeof *z);
     sim_record_free(&march.record);
     free(march.mods);
-    engine_free(&l);
+    planar_engine_free(&l);
 }
 
 /* With I = m L^2/4 each node is half of the mat of 1 slug on its own spring and damper. */

@@ -163,7 +163,7 @@ TEST(energy_is_kept_through_every_switch)
     make(&model, &s, z);
     double before = energy_lb_ft(&model, z), scale = 0.5 * 160.0 / G * 36.0;
     struct pass_outcome out = pass(&model, 1e-12, &stepper_event);
-    double after = energy_lb_ft(&model, out.z);
+    double after = energy_lb_ft(&model, out.end_z);
     assert_true(out.events > 100);
     near((after - before) / scale, 0.0, 1e-9);
     pass_outcome_free(&out);
@@ -185,7 +185,7 @@ TEST(momentum_is_kept_between_free_ends)
         make(&model, &s, z);
         struct pass_outcome out = pass(&model, 1e-9, &stepper_event);
         for (int n = 0; n < 12; n++)
-            sum += out.z[25 + 2 * n + 1];
+            sum += out.end_z[25 + 2 * n + 1];
         near(sum, 2.0, 1e-11);
         pass_outcome_free(&out);
         model_free(&model);
@@ -211,14 +211,14 @@ TEST(a_pushed_mat_comes_to_exact_rest)
             double z[6];
             make(&model, &s, z);
             struct pass_outcome out = pass(&model, 1e-9, kinds[i]);
-            near(out.z[1], 0.5 * G * 0.01, 1e-9);
-            assert_true(out.z[3 + 1] == 0.0);
+            near(out.end_z[1], 0.5 * G * 0.01, 1e-9);
+            assert_true(out.end_z[3 + 1] == 0.0);
             pass_outcome_free(&out);
             model_free(&model);
             s.force_lb = 79.999; /* below the limit */
             make(&model, &s, z);
             out = pass(&model, 1e-9, kinds[i]);
-            assert_true(out.z[1] == 0.0);
+            assert_true(out.end_z[1] == 0.0);
             pass_outcome_free(&out);
             model_free(&model);
         }
@@ -239,8 +239,8 @@ TEST(a_thrown_mat_falls_freely)
     double z[6];
     make(&model, &s, z);
     struct pass_outcome out = pass(&model, 1e-10, &stepper_event);
-    near(out.z[0] - z[0], 0.5 * G * 0.01, 1e-14);
-    near(out.z[3], G * 0.1, 1e-13);
+    near(out.end_z[0] - z[0], 0.5 * G * 0.01, 1e-14);
+    near(out.end_z[3], G * 0.1, 1e-13);
     pass_outcome_free(&out);
     model_free(&model);
     sim_scene_free(&s);

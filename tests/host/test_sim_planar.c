@@ -396,7 +396,7 @@ TEST(mats_that_collide_part_again)
  * Returns how long the step may be. */
 static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, double a_ft_s2)
 {
-    const struct stepper_kind kind = {.reversal_veps = turn_veps};
+    const struct stepper_kind kind = {.reversal_speed_veps = turn_veps};
     struct model model = {.law = law, .veps_ft_s = 0.01, .mats = MATS, .size = SIZE, .last = 1};
     double z[2 * SIZE] = {0.0}, rate[2 * SIZE] = {0.0};
     z[SIZE + 3] = v_ft_s;

@@ -65,7 +65,7 @@ enum joint_law { JOINT_LINEAR, JOINT_SLACK, JOINT_GRIT };
 /* Grit between the plates of one joint: its force, its compression grit/KL at which it yields, and
  * its reach. */
 struct joint_grit {
-    double resistance_lb, give_ft, reach_ft;
+    double resistance_lb, yield_ft, reach_ft;
 };
 
 LAW_INLINE enum joint_law joint_law(double slack_ft, bool gritty)
@@ -80,7 +80,7 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
         return law_pulled(joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s, 0.0);
     if (law == JOINT_SLACK)
         grit = (struct joint_grit){0};
-    return law_joint_pull(joint, grit.resistance_lb, grit.give_ft, grit.reach_ft, g_ft, rate_ft_s);
+    return law_joint_pull(joint, grit.resistance_lb, grit.yield_ft, grit.reach_ft, g_ft, rate_ft_s);
 }
 
 /* Depth to which the grit initially extends in a joint with opening g. */

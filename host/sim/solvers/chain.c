@@ -27,9 +27,9 @@ struct chain {
     int mats;
     int block_size; /* number of mats that the kernels process at once */
     enum joint_law joint_law;
-    struct law_joint joint;
-    bool left_free;
-    bool right_free;
+    struct law_joint joint_constants;
+    bool is_left_free;
+    bool is_right_free;
     enum sim_friction friction;
     /* the friction law is stick, and no other force depends on the speed of a mat */
     bool can_stick;
@@ -41,7 +41,8 @@ struct chain {
     double weight_friction_lb; /* Coulomb limit of a mat without the wheel, f W */
     double load_friction_lb;   /* limit that the wheel adds to a mat, f wheel_load */
     int v0_mat;
-    double *storage; /* memory of all arrays below, each with PADDING unused entries at both ends */
+    /* memory of all arrays below, each with ARRAY_PADDING unused entries at both ends */
+    double *storage;
     size_t array_length; /* length of one array */
     double *u_ft;
     double *v_ft_s;
@@ -50,29 +51,30 @@ struct chain {
     double *reach_ft;
     double *thrust_lb;
     double *limit_lb;        /* Coulomb limit of each mat */
-    double *give_ft;         /* grit/KL: compression of the grit before it yields */
+    double *grit_yield_ft;   /* grit/KL: compression of the grit before it yields */
     double *tension_lb;      /* tension of each joint in the last kick */
     double *last_tension_lb; /* tension in the last kick and in the kick before */
     double *earlier_tension_lb;
     double *previous_v_ft_s;          /* speed of each mat before the last kick */
     double *kl_lb_ft, *mat_mass_slug; /* stiffness of each joint and mass of each mat */
-    double *push_lb;                  /* largest compression and tension of each joint so far */
-    double *pull_lb;
-    double large_lb;   /* half of the largest tension so far */
-    struct mods *mods; /* NULL: the scene has no modifications */
+    double *max_push_lb;              /* largest compression and tension of each joint so far */
+    double *max_pull_lb;
+    double half_max_tension_lb; /* half of the largest tension so far */
+    struct mods *mods;          /* NULL: the scene has no modifications */
     struct element_set elements;
     struct gear *gear; /* NULL: the scene has one axle on rigid ground */
 };
 
-#define ARRAYS    16
-#define PADDING   8 /* unused entries at both ends of an array: the widest block (chain_kernel.h) */
-#define ALIGNMENT 64
+#define ARRAY_COUNT 16
+#define ARRAY_PADDING \
+    8 /* unused entries at both ends of an array: the widest block (chain_kernel.h) */
+#define ARRAY_ALIGNMENT 64
 
 #define LANES_FILE "host/sim/solvers/chain_kernel.h"
 #include "host/sim/elements/lanes_each.h"
 
 /* Coulomb limit of a mat without the wheel. */
-static double bare_limit_lb(const struct chain *chain, int mat)
+static double unloaded_friction_limit_lb(const struct chain *chain, int mat)
 {
     double weight_lb = sim_scene_weight_lb(chain->scene, mat);
     return chain->scene->friction * weight_lb +
@@ -81,25 +83,26 @@ static double bare_limit_lb(const struct chain *chain, int mat)
 
 static void chain_reset(struct chain *chain, const struct sim_scene *scene)
 {
-    chain->large_lb = 0.0;
-    memset(chain->storage, 0, ARRAYS * chain->array_length * sizeof *chain->storage);
+    chain->half_max_tension_lb = 0.0;
+    memset(chain->storage, 0, ARRAY_COUNT * chain->array_length * sizeof *chain->storage);
     for (int j = 1; j <= chain->mats + 1; j++) {
         chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         double grit_lb = sim_scene_joint(&scene->grit_lb, j);
         chain->grit_lb[j] = grit_lb;
         chain->kl_lb_ft[j] = sim_scene_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
-        chain->give_ft[j] = grit_lb / chain->kl_lb_ft[j];
-        chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j], chain->joint.slack_ft);
+        chain->grit_yield_ft[j] = grit_lb / chain->kl_lb_ft[j];
+        chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j],
+                                                  chain->joint_constants.slack_ft);
     }
     for (size_t i = 0; i < chain->array_length; i++) {
         /* entries beyond the mats must never move */
-        (chain->limit_lb - PADDING)[i] = (double)INFINITY;
-        (chain->mat_mass_slug - PADDING)[i] = chain->mass_slug;
+        (chain->limit_lb - ARRAY_PADDING)[i] = (double)INFINITY;
+        (chain->mat_mass_slug - ARRAY_PADDING)[i] = chain->mass_slug;
     }
     if (chain->mods)
         mods_reset(chain->mods);
     for (int n = 1; n <= chain->mats; n++) {
-        chain->limit_lb[n] = bare_limit_lb(chain, n);
+        chain->limit_lb[n] = unloaded_friction_limit_lb(chain, n);
         chain->mat_mass_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
         chain->v_ft_s[n] = sim_scene_along(scene, SIM_ALONG_V0,
                                            n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
@@ -109,19 +112,20 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
 /* Makes the chain of a scene. `first_mat`: mat under the wheel at t = 0. */
 static void chain_make(struct chain *chain, const struct sim_scene *scene, int first_mat)
 {
-    size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
-    double *storage = xaligned_alloc(ALIGNMENT, ARRAYS * length * sizeof *storage);
+    size_t length = ((size_t)scene->mats + 2 + ARRAY_PADDING - 1) / ARRAY_PADDING * ARRAY_PADDING +
+                    2 * ARRAY_PADDING;
+    double *storage = xaligned_alloc(ARRAY_ALIGNMENT, ARRAY_COUNT * length * sizeof *storage);
     *chain = (struct chain){
         .scene = scene,
         .mats = scene->mats,
         .is_varied = sim_scene_is_varied(scene),
         .block_size = LANES_CALL(block, ),
-        .left_free = scene->left != SIM_FIXED,
-        .right_free = scene->right != SIM_FIXED,
+        .is_left_free = scene->left != SIM_FIXED,
+        .is_right_free = scene->right != SIM_FIXED,
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_FRICTION_NONE,
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
-        .joint = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
+        .joint_constants = {scene->kl_lb_ft, scene->cl_lb_s_ft, scene->slack_ft},
         .weight_friction_lb = scene->friction * scene->weight_lb,
         .load_friction_lb = scene->friction * scene->wheel_load_lb,
         .v0_mat = scene->v0_mat > 0 ? scene->v0_mat : first_mat,
@@ -129,24 +133,24 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .storage = storage,
         .array_length = length,
     };
-    double **arrays[ARRAYS] = {&chain->u_ft,
-                               &chain->v_ft_s,
-                               &chain->gap0_ft,
-                               &chain->grit_lb,
-                               &chain->reach_ft,
-                               &chain->thrust_lb,
-                               &chain->limit_lb,
-                               &chain->give_ft,
-                               &chain->tension_lb,
-                               &chain->previous_v_ft_s,
-                               &chain->push_lb,
-                               &chain->pull_lb,
-                               &chain->last_tension_lb,
-                               &chain->earlier_tension_lb,
-                               &chain->kl_lb_ft,
-                               &chain->mat_mass_slug};
-    for (size_t i = 0; i < ARRAYS; i++)
-        *arrays[i] = storage + PADDING + i * length; /* entry 0 of an array is for mat 0 */
+    double **arrays[ARRAY_COUNT] = {&chain->u_ft,
+                                    &chain->v_ft_s,
+                                    &chain->gap0_ft,
+                                    &chain->grit_lb,
+                                    &chain->reach_ft,
+                                    &chain->thrust_lb,
+                                    &chain->limit_lb,
+                                    &chain->grit_yield_ft,
+                                    &chain->tension_lb,
+                                    &chain->previous_v_ft_s,
+                                    &chain->max_push_lb,
+                                    &chain->max_pull_lb,
+                                    &chain->last_tension_lb,
+                                    &chain->earlier_tension_lb,
+                                    &chain->kl_lb_ft,
+                                    &chain->mat_mass_slug};
+    for (size_t i = 0; i < ARRAY_COUNT; i++)
+        *arrays[i] = storage + ARRAY_PADDING + i * length; /* entry 0 of an array is for mat 0 */
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
         grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
@@ -155,8 +159,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
     chain->gear = gear_make(scene);
     chain->can_stick = chain->friction == SIM_FRICTION_STICK && chain->elements.count == 0 &&
                        !chain->gear;
-    chain->is_plain = chain->can_stick && !chain->mods && !chain->is_varied && !chain->left_free &&
-                      !chain->right_free;
+    chain->is_plain = chain->can_stick && !chain->mods && !chain->is_varied &&
+                      !chain->is_left_free && !chain->is_right_free;
     chain_reset(chain, scene);
 }
 
@@ -181,7 +185,7 @@ static void chain_remove_load(struct chain *chain, const struct sim_touch *touch
 {
     for (int i = 0; i < count; i++) {
         chain->thrust_lb[touch[i].mat] = 0.0;
-        chain->limit_lb[touch[i].mat] = bare_limit_lb(chain, touch[i].mat);
+        chain->limit_lb[touch[i].mat] = unloaded_friction_limit_lb(chain, touch[i].mat);
     }
 }
 
@@ -213,7 +217,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
                 /* the limit of a loaded mat is set again in every step */
                 loaded = loaded || touch[k].mat == mat;
             if (mat >= *first && mat <= *last && !loaded)
-                chain->limit_lb[mat] = bare_limit_lb(chain, mat);
+                chain->limit_lb[mat] = unloaded_friction_limit_lb(chain, mat);
         }
     }
     if (!mods->has_bands)
@@ -243,14 +247,14 @@ static double chain_opening_ft(const struct chain *chain, int joint)
 }
 
 /* First index of the block that contains i. */
-static int block_of(const struct chain *chain, int i)
+static int block_start(const struct chain *chain, int i)
 {
     return i & -chain->block_size;
 }
 
 /* Updates the speeds of a block of mats under the friction laws tanh and sign, or without friction.
  * These laws do not stop a mat. */
-static void slide_block(const struct chain *chain, double h_s, int first, int last)
+static void kick_sliding_block(const struct chain *chain, double h_s, int first, int last)
 {
     double *v = chain->v_ft_s;
     for (int n = first; n <= last; n++) {
@@ -265,7 +269,7 @@ static void slide_block(const struct chain *chain, double h_s, int first, int la
 
 /* Computes the speed of each mat under the gear again, from its speed before the kick: elastic
  * ground acts on it instead of Coulomb friction. */
-static void push_by_wheel(const struct chain *chain, double h_s)
+static void kick_mats_under_gear(const struct chain *chain, double h_s)
 {
     struct gear *gear = chain->gear;
     for (int i = 0; i < gear->loaded_count; i++) {
@@ -291,8 +295,9 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
     unsigned stops = 0;
     const struct element_set *set = &chain->elements;
     if (chain->gear && set->count == 0 && chain->friction == SIM_FRICTION_STICK) {
-        stops = LANES_CALL(stick, chain, h_s, h_s, block_of(chain, first), block_of(chain, last));
-        push_by_wheel(chain, h_s);
+        stops = LANES_CALL(stick, chain, h_s, h_s, block_start(chain, first),
+                           block_start(chain, last));
+        kick_mats_under_gear(chain, h_s);
         return stops;
     }
     for (int n = first; n <= last; n++) {
@@ -313,7 +318,7 @@ static __attribute__((noinline)) unsigned kick_elements(const struct chain *chai
                               (step.equivalent_s / mass);
     }
     if (chain->gear)
-        push_by_wheel(chain, h_s);
+        kick_mats_under_gear(chain, h_s);
     return stops;
 }
 
@@ -330,40 +335,41 @@ static __attribute__((noinline)) void brace_joints(const struct chain *chain, in
  * rest and remain at rest. Returns the number of mats that stopped. */
 static unsigned chain_kick(struct chain *chain, double kick_s, double h_s, int first, int last)
 {
-    int block = block_of(chain, first);
-    LANES_CALL(pull_joints, chain, block, block_of(chain, last + 1));
-    if (chain->left_free)
+    int block = block_start(chain, first);
+    LANES_CALL(pull_joints, chain, block, block_start(chain, last + 1));
+    if (chain->is_left_free)
         chain->tension_lb[1] = 0.0;
-    if (chain->right_free)
+    if (chain->is_right_free)
         chain->tension_lb[chain->mats + 1] = 0.0;
     if (chain->mods)
-        brace_joints(chain, block, block_of(chain, last + 1) + chain->block_size - 1);
+        brace_joints(chain, block, block_start(chain, last + 1) + chain->block_size - 1);
     if (chain->can_stick)
-        return LANES_CALL(stick, chain, kick_s, h_s, block, block_of(chain, last));
+        return LANES_CALL(stick, chain, kick_s, h_s, block, block_start(chain, last));
     if (chain->elements.count > 0 || chain->gear)
         return kick_elements(chain, kick_s, first, last);
-    slide_block(chain, kick_s, first, last);
+    kick_sliding_block(chain, kick_s, first, last);
     return 0;
 }
 
-static double large_tension_lb(const struct chain *chain, int first, int last)
+static double largest_tension_lb(const struct chain *chain, int first, int last)
 {
-    double most_lb = 2.0 * chain->large_lb;
+    double most_lb = 2.0 * chain->half_max_tension_lb;
     for (int j = first; j <= last + 1; j++)
-        most_lb = law_max(most_lb, law_max(chain->push_lb[j], chain->pull_lb[j]));
+        most_lb = law_max(most_lb, law_max(chain->max_push_lb[j], chain->max_pull_lb[j]));
     return 0.5 * most_lb;
 }
 
 /* Extension of joint j's spring; negative: compression. */
-static double stretch_ft(const struct chain *chain, int j)
+static double joint_spring_stretch_ft(const struct chain *chain, int j)
 {
     double g_ft = chain_opening_ft(chain, j);
-    if ((j == 1 && chain->left_free) || (j == chain->mats + 1 && chain->right_free))
+    if ((j == 1 && chain->is_left_free) || (j == chain->mats + 1 && chain->is_right_free))
         return 0.0;
     bool torn = chain->mods && mods_is_torn(chain->mods, j);
-    if (torn && g_ft > fmax(0.0, chain->joint.slack_ft))
+    if (torn && g_ft > fmax(0.0, chain->joint_constants.slack_ft))
         return 0.0;
-    return joint_stretch_ft(chain->joint_law, g_ft, chain->joint.slack_ft, chain->reach_ft[j]);
+    return joint_stretch_ft(chain->joint_law, g_ft, chain->joint_constants.slack_ft,
+                            chain->reach_ft[j]);
 }
 
 /* Kinetic energy and elastic energy of mats first..last and their joints, lb ft. */
@@ -374,15 +380,15 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
         kinetic += chain->v_ft_s[n] * chain->v_ft_s[n] *
                    (chain->mat_mass_slug[n] / chain->mass_slug);
     for (int j = first; j <= last + 1; j++) {
-        double e_ft = stretch_ft(chain, j);
-        elastic += e_ft * e_ft * (chain->kl_lb_ft[j] / chain->joint.kl_lb_ft);
+        double e_ft = joint_spring_stretch_ft(chain, j);
+        elastic += e_ft * e_ft * (chain->kl_lb_ft[j] / chain->joint_constants.kl_lb_ft);
     }
     double braced = 0.0;
     if (chain->mods) {
         struct mods_view view = chain_view(chain);
         braced = mods_energy_lb_ft(chain->mods, &view);
     }
-    return 0.5 * (chain->mass_slug * kinetic + chain->joint.kl_lb_ft * elastic) + braced;
+    return 0.5 * (chain->mass_slug * kinetic + chain->joint_constants.kl_lb_ft * elastic) + braced;
 }
 
 /* A mode of rate w and damping d moves by z^2 - (2 - h d - h^2 w^2) z + (1 - h d). It is stable,
@@ -392,9 +398,9 @@ static double chain_energy_lb_ft(const struct chain *chain, int first, int last)
  */
 static double chain_step_limit_s(const struct chain *chain)
 {
-    int ends = (chain->left_free ? 0 : 1) + (chain->right_free ? 0 : 1);
+    int ends = (chain->is_left_free ? 0 : 1) + (chain->is_right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
-    struct law_joint stiffest = chain->joint;
+    struct law_joint stiffest = chain->joint_constants;
     stiffest.kl_lb_ft = sim_scene_extreme(chain->scene, SIM_ALONG_KL, stiffest.kl_lb_ft);
     double lightest_slug = sim_scene_extreme(chain->scene, SIM_ALONG_W, chain->scene->weight_lb) /
                            chain->scene->g_ft_s2;
@@ -442,7 +448,7 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
                             "weight");
     int stressed = 0;
     for (int j = 1; j <= chain->mats + 1; j++)
-        stressed += stretch_ft(chain, j) != 0.0;
+        stressed += joint_spring_stretch_ft(chain, j) != 0.0;
     if (stressed > 0)
         sim_result_add_note(result, "%d joints start under load (gap0 below 0 or beyond slack)",
                             stressed);
@@ -452,64 +458,65 @@ static void chain_describe(const struct chain *chain, const struct sim_scene *sc
 
 /* First step / stability limit, if no step is given. The step of the coarser pass is then at the
  * limit. */
-#define STEP_SHARE         0.5
+#define FIRST_STEP_SHARE        0.5
 /* Part of a mat that the aircraft may cross in one step, if no step is given. */
-#define HOP_SHARE          0.25
-#define SHORTEST_SHARE     0.125 /* step / shortest time that a step must resolve */
-#define MIN_STEPS          1000
-#define MAX_STEPS          400000000u
-#define MAX_HALVINGS       8
+#define CROSSED_MAT_SHARE_MAX   0.25
+#define SHORTEST_TIME_SHARE_MAX 0.125 /* step / shortest time that a step must resolve */
+#define MIN_STEPS               1000
+#define MAX_STEPS               400000000u
+#define MAX_HALVINGS            8
 /* ratio of the steps of two passes; at 2 their switches would coincide */
-#define STEP_RATIO         1.9
+#define STEP_RATIO              1.9
 /* Error estimate / difference of two passes. A method of order 1 requires 1.11. */
-#define ERROR_FACTOR       2.0
-#define ERROR_FLOOR        1e-10 /* smallest error estimate / mat length */
-#define FEW_MATS           32    /* largest number of mats for which two runs can agree by chance */
-#define THIRD_ERROR_FACTOR 4.0   /* error estimate / largest difference of three passes */
-#define THIRD_STEP_RATIO   1.37  /* steps of a third pass / steps of the coarser pass */
-#define ENERGY_EXCESS      4.0
-#define STEPS_PER_CALLBACK 1024 /* number of steps between calls of may_continue */
+#define ERROR_FACTOR            2.0
+#define ERROR_FLOOR             1e-10 /* smallest error estimate / mat length */
+#define CHANCE_AGREEMENT_MATS_MAX \
+    32 /* largest number of mats for which two runs can agree by chance */
+#define THIRD_ERROR_FACTOR     4.0  /* error estimate / largest difference of three passes */
+#define THIRD_STEP_RATIO       1.37 /* steps of a third pass / steps of the coarser pass */
+#define ENERGY_RATIO_MAX       4.0
+#define STEPS_PER_CALLBACK     1024 /* number of steps between calls of may_continue */
 /* Number of steps between energy checks. Odd, so that errors of alternating sign are detected. */
-#define ENERGY_STEPS       61
-#define MAX_DISAGREEMENT   0.1
+#define STEPS_PER_ENERGY_CHECK 61
+#define MAX_DISAGREEMENT       0.1
 /* Steps for which a mat must be at rest before it leaves the window: one for its damper, one for
  * the grit, one spare. */
-#define QUIET_STEPS        3
+#define REST_STEPS_MIN         3
 
 /* The mats that are integrated: all moving mats, and one mat at rest on either side. */
 struct window {
     int first;
     int last;
-    int quiet_first; /* steps for which the two mats at each end have been at rest */
-    int quiet_last;
+    int first_rest_steps; /* steps for which the two mats at each end have been at rest */
+    int last_rest_steps;
 };
 
 /* One pass: a run over the whole duration with one step. */
 struct pass {
-    uint64_t steps;
-    /* less than `steps` if the pass failed, or ended early because all mats are at rest */
-    uint64_t steps_done;
+    uint64_t step_count;
+    /* less than `step_count` if the pass failed, or ended early because all mats are at rest */
+    uint64_t done_step_count;
     double h_s;
     double ms;
     uint64_t events;
-    uint64_t awake_sum;
-    int awake_max;
+    uint64_t awake_mat_steps;
+    int awake_mats_max;
     int pass_number; /* number of the pass, for may_continue */
-    bool interrupted;
-    bool failed;
+    bool is_interrupted;
+    bool is_failed;
     int mat; /* mat at which the pass failed */
     double t_s;
     double speed_end_ft_s;
     struct sim_record record;
-    double *push_lb, *pull_lb; /* largest compression and tension of each joint */
-    struct mods_state *mods;   /* state at the end of the pass; NULL without modifications */
+    double *max_push_lb, *max_pull_lb; /* largest compression and tension of each joint */
+    struct mods_state *mods; /* state at the end of the pass; NULL without modifications */
 };
 
-/* True if nothing in the window has moved for QUIET_STEPS. */
+/* True if nothing in the window has moved for REST_STEPS_MIN. */
 static bool is_window_at_rest(const struct window *window)
 {
-    return window->last - window->first <= 3 && window->quiet_first >= QUIET_STEPS &&
-           window->quiet_last >= QUIET_STEPS;
+    return window->last - window->first <= 3 && window->first_rest_steps >= REST_STEPS_MIN &&
+           window->last_rest_steps >= REST_STEPS_MIN;
 }
 
 /* Extends the window to the mats under the wheel. If nothing in the window has moved for a while,
@@ -538,15 +545,15 @@ static void update_window(struct window *window, const struct chain *chain)
     bool first_rests = chain->v_ft_s[window->first] == 0.0 &&
                        chain->v_ft_s[window->first + 1] == 0.0;
     bool last_rests = chain->v_ft_s[window->last] == 0.0 && chain->v_ft_s[window->last - 1] == 0.0;
-    window->quiet_first = first_rests ? window->quiet_first + 1 : 0;
-    window->quiet_last = last_rests ? window->quiet_last + 1 : 0;
-    if (window->quiet_first >= QUIET_STEPS && window->last - window->first > 2) {
+    window->first_rest_steps = first_rests ? window->first_rest_steps + 1 : 0;
+    window->last_rest_steps = last_rests ? window->last_rest_steps + 1 : 0;
+    if (window->first_rest_steps >= REST_STEPS_MIN && window->last - window->first > 2) {
         window->first++;
-        window->quiet_first = 0;
+        window->first_rest_steps = 0;
     }
-    if (window->quiet_last >= QUIET_STEPS && window->last - window->first > 2) {
+    if (window->last_rest_steps >= REST_STEPS_MIN && window->last - window->first > 2) {
         window->last--;
-        window->quiet_last = 0;
+        window->last_rest_steps = 0;
     }
 }
 
@@ -565,7 +572,7 @@ static void shrink_window(struct window *window, const struct chain *chain)
     window->last = last < chain->mats ? last + 1 : chain->mats;
 }
 
-static int find_fastest(const struct chain *chain)
+static int find_fastest_mat(const struct chain *chain)
 {
     int mat = 1;
     for (int n = 1; n <= chain->mats; n++) {
@@ -595,7 +602,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
     if (chain->gear)
         gear_start(chain->gear, h);
     sim_record_add(&pass->record, 0.0, chain->u_ft, chain->v_ft_s);
-    for (uint64_t i = 0; i < pass->steps; i++) {
+    for (uint64_t i = 0; i < pass->step_count; i++) {
         double from_s = i == 0 ? 0.0 : ((double)i - 0.5) * h;
         double to_s = ((double)i + 0.5) * h;
 
@@ -607,8 +614,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         if (chain->mods)
             chain_brace(chain, to_s - from_s, touch, count, &window.first, &window.last);
         if (chain->is_plain)
-            pass->events += LANES_CALL(step, chain, to_s - from_s, h, block_of(chain, window.first),
-                                       window.last);
+            pass->events += LANES_CALL(step, chain, to_s - from_s, h,
+                                       block_start(chain, window.first), window.last);
         else
             pass->events += chain_kick(chain, to_s - from_s, h, window.first, window.last);
         if (chain->mods)
@@ -620,43 +627,43 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         /* all mats are at rest, and the forces no longer change */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
                      sim_wheel_is_over(&wheel, from_s);
-        bool last = still || i + 1 == pass->steps;
-        pass->steps_done = i + 1;
+        bool last = still || i + 1 == pass->step_count;
+        pass->done_step_count = i + 1;
         int awake = window.last - window.first + 1;
-        pass->awake_sum += (uint64_t)awake;
-        pass->awake_max = awake > pass->awake_max ? awake : pass->awake_max;
+        pass->awake_mat_steps += (uint64_t)awake;
+        pass->awake_mats_max = awake > pass->awake_mats_max ? awake : pass->awake_mats_max;
         for (int k = 0; k < count; k++)
             put_in_lb_ft += fabs(touch[k].thrust_lb * chain->v_ft_s[touch[k].mat]) * h;
         if (!chain->is_plain)
-            LANES_CALL(drift, chain, h, block_of(chain, window.first),
-                       block_of(chain, window.last + 1));
+            LANES_CALL(drift, chain, h, block_start(chain, window.first),
+                       block_start(chain, window.last + 1));
 
         double t_s = (double)(i + 1) * h;
-        if (i % ENERGY_STEPS == 0 || last) {
-            chain->large_lb = large_tension_lb(chain, window.first, window.last);
+        if (i % STEPS_PER_ENERGY_CHECK == 0 || last) {
+            chain->half_max_tension_lb = largest_tension_lb(chain, window.first, window.last);
             double energy_lb_ft = chain_energy_lb_ft(chain, window.first, window.last);
-            if (!(energy_lb_ft <= ENERGY_EXCESS * put_in_lb_ft)) {
-                pass->failed = true;
-                pass->mat = find_fastest(chain);
+            if (!(energy_lb_ft <= ENERGY_RATIO_MAX * put_in_lb_ft)) {
+                pass->is_failed = true;
+                pass->mat = find_fastest_mat(chain);
                 pass->t_s = t_s;
                 break;
             }
         }
         if (last)
             /* so that rounding does not skip outputs at the end */
-            t_s = (double)pass->steps * h * (1.0 + 1e-11);
+            t_s = (double)pass->step_count * h * (1.0 + 1e-11);
         if (pass->record.next_s <= t_s)
             sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
         if (i % STEPS_PER_CALLBACK == 0 && options->may_continue &&
             !options->may_continue(options->may_continue_ctx, pass->pass_number,
-                                   (double)i / (double)pass->steps)) {
-            pass->interrupted = true;
-            pass->mat = find_fastest(chain);
+                                   (double)i / (double)pass->step_count)) {
+            pass->is_interrupted = true;
+            pass->mat = find_fastest_mat(chain);
             pass->t_s = t_s;
             break;
         }
         if (still) {
-            pass->awake_sum += (uint64_t)awake * (pass->steps - pass->steps_done);
+            pass->awake_mat_steps += (uint64_t)awake * (pass->step_count - pass->done_step_count);
             break;
         }
     }
@@ -664,18 +671,18 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         struct mods_view view = chain_view(chain);
         pass->mods = mods_finish(chain->mods, &view);
     }
-    size_t size = ((size_t)chain->mats + 2) * sizeof *chain->push_lb;
-    pass->push_lb = xmemdup(chain->push_lb, size);
-    pass->pull_lb = xmemdup(chain->pull_lb, size);
-    pass->speed_end_ft_s = fabs(chain->v_ft_s[find_fastest(chain)]);
+    size_t size = ((size_t)chain->mats + 2) * sizeof *chain->max_push_lb;
+    pass->max_push_lb = xmemdup(chain->max_push_lb, size);
+    pass->max_pull_lb = xmemdup(chain->max_pull_lb, size);
+    pass->speed_end_ft_s = fabs(chain->v_ft_s[find_fastest_mat(chain)]);
     pass->ms = 1e3 * (monotonic_s() - begin_s);
 }
 
 static void free_pass(struct pass *pass)
 {
     sim_record_free(&pass->record);
-    free(pass->push_lb);
-    free(pass->pull_lb);
+    free(pass->max_push_lb);
+    free(pass->max_pull_lb);
     free(pass->mods);
     *pass = (struct pass){0};
 }
@@ -683,7 +690,7 @@ static void free_pass(struct pass *pass)
 static void make_pass(struct pass *pass, const struct sim_scene *scene,
                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
 {
-    *pass = (struct pass){.steps = steps,
+    *pass = (struct pass){.step_count = steps,
                           .h_s = sim_scene_end_s(scene) / (double)steps,
                           .pass_number = ++result->passes};
     sim_record_make(&pass->record, scene, options);
@@ -691,9 +698,9 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
 
 static void add_pass_cost(const struct pass *pass, struct sim_result *result)
 {
-    result->evaluations += pass->steps_done;
-    result->other_steps +=
-        pass->steps_done; /* these steps count as rejected unless this pass becomes the result */
+    result->evaluations += pass->done_step_count;
+    /* these steps count as rejected unless this pass becomes the result */
+    result->other_steps += pass->done_step_count;
 }
 
 static void start_pass(struct pass *pass, struct chain *chain, const struct sim_scene *scene,
@@ -714,38 +721,38 @@ struct parallel_passes {
     atomic_bool stopped;
 };
 
-static bool has_not_stopped(void *context, int pass_from_1, double part)
+static bool may_passes_continue(void *context, int pass_from_1, double part)
 {
     struct parallel_passes *both = context;
     (void)pass_from_1, (void)part;
     return !atomic_load(&both->stopped);
 }
 
-static void run_share(void *context, size_t from, size_t every)
+static void run_passes_of_thread(void *context, size_t from, size_t every)
 {
     struct parallel_passes *both = context;
     for (size_t i = from; i < 2; i += every) {
         run_pass(both->pass[i], both->chain[i], both->scene, &both->options[i]);
-        if (both->pass[i]->interrupted)
+        if (both->pass[i]->is_interrupted)
             atomic_store(&both->stopped, true);
     }
 }
 
-static void run_both(struct pass *fine, struct pass *coarse, struct chain *chain,
-                     const struct sim_scene *scene, const struct sim_options *options,
-                     uint64_t fine_steps, uint64_t coarse_steps, struct sim_result *result)
+static void run_both_passes(struct pass *fine, struct pass *coarse, struct chain *chain,
+                            const struct sim_scene *scene, const struct sim_options *options,
+                            uint64_t fine_steps, uint64_t coarse_steps, struct sim_result *result)
 {
     struct chain other;
     struct parallel_passes both = {.pass = {fine, coarse},
                                    .chain = {chain, &other},
                                    .scene = scene,
                                    .options = {*options, *options}};
-    both.options[1].may_continue = has_not_stopped;
+    both.options[1].may_continue = may_passes_continue;
     both.options[1].may_continue_ctx = &both;
     chain_make(&other, scene, chain->v0_mat);
     make_pass(coarse, scene, options, coarse_steps, result);
     make_pass(fine, scene, options, fine_steps, result);
-    parallel_for(2, run_share, &both);
+    parallel_for(2, run_passes_of_thread, &both);
     add_pass_cost(coarse, result);
     add_pass_cost(fine, result);
     chain_free(&other);
@@ -757,13 +764,13 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     result->dt_s = pass->h_s;
     result->checked_dt_s = other->h_s;
     result->pass_ms = pass->ms;
-    result->steps = pass->steps_done;
-    result->other_steps -= pass->steps_done;
+    result->steps = pass->done_step_count;
+    result->other_steps -= pass->done_step_count;
     result->events = pass->events;
-    result->mats_max = pass->awake_max;
-    result->mats_mean = (double)pass->awake_sum / (double)(pass->failed || pass->interrupted
-                                                               ? pass->steps_done
-                                                               : pass->steps);
+    result->mats_max = pass->awake_mats_max;
+    result->mats_mean = (double)pass->awake_mat_steps /
+                        (double)(pass->is_failed || pass->is_interrupted ? pass->done_step_count
+                                                                         : pass->step_count);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return;
     if (pass->mods && other->mods)
@@ -774,26 +781,28 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     if (result->status == SIM_OK)
         memcpy(chain->u_ft, pass->record.snapshots[pass->record.snapshot_count - 1].u_ft,
                ((size_t)chain->mats + 1) * sizeof *chain->u_ft);
-    sim_record_chain_to_result(&pass->record, chain->u_ft, pass->push_lb, pass->pull_lb, result);
+    sim_record_chain_to_result(&pass->record, chain->u_ft, pass->max_push_lb, pass->max_pull_lb,
+                               result);
     for (int j = 1; j <= chain->mats + 1; j++)
         result->gap_ft[j] = chain_opening_ft(chain, j);
 }
 
 /* Moves the finer pass to the place of the coarser pass, for the next pair. */
-static void move_pass(struct pass *to, struct pass *from)
+static void move_finer_pass(struct pass *to, struct pass *from)
 {
     free_pass(to);
     *to = *from;
     *from = (struct pass){0};
 }
 
-static void run_single(struct chain *chain, const struct sim_scene *scene,
-                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+static void run_single_pass(struct chain *chain, const struct sim_scene *scene,
+                            const struct sim_options *options, uint64_t steps,
+                            struct sim_result *result)
 {
     struct pass only = {0};
     start_pass(&only, chain, scene, options, steps, result);
-    if (only.failed || only.interrupted)
-        sim_result_set_status(result, only.failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
+    if (only.is_failed || only.is_interrupted)
+        sim_result_set_status(result, only.is_failed ? SIM_UNSTABLE : SIM_INTERRUPTED, only.mat,
                               only.t_s);
     fill_result(chain, &only, &only, result);
     free_pass(&only);
@@ -802,25 +811,25 @@ static void run_single(struct chain *chain, const struct sim_scene *scene,
 /* True if two runs can agree by chance: joints can tear, which depends on a single peak; no
  * friction stops mats that have separated; or few mats move. A third run, with a step between those
  * of the two, then increases the error estimate. */
-static bool needs_third(const struct chain *chain, const struct sim_scene *scene)
+static bool needs_third_pass(const struct chain *chain, const struct sim_scene *scene)
 {
     return scene->mods.tear_lb < HUGE_VAL || chain->friction == SIM_FRICTION_NONE ||
-           chain->mats <= FEW_MATS;
+           chain->mats <= CHANCE_AGREEMENT_MATS_MAX;
 }
 
 /* Error estimate with a third run: THIRD_ERROR_FACTOR times the largest difference of any two runs.
  * 0: the third run failed, or was interrupted (*interrupted). */
-static double estimate_with_third_ft(struct chain *chain, const struct sim_scene *scene,
-                                     const struct sim_options *options, const struct pass *coarse,
-                                     const struct pass *fine, struct sim_result *result,
-                                     bool *interrupted)
+static double third_pass_error_ft(struct chain *chain, const struct sim_scene *scene,
+                                  const struct sim_options *options, const struct pass *coarse,
+                                  const struct pass *fine, struct sim_result *result,
+                                  bool *interrupted)
 {
     struct pass third = {0};
     double most_ft = 0.0;
     start_pass(&third, chain, scene, options,
-               (uint64_t)ceil(THIRD_STEP_RATIO * (double)coarse->steps), result);
-    *interrupted = third.interrupted;
-    if (!third.failed && !third.interrupted)
+               (uint64_t)ceil(THIRD_STEP_RATIO * (double)coarse->step_count), result);
+    *interrupted = third.is_interrupted;
+    if (!third.is_failed && !third.is_interrupted)
         most_ft = fmax(sim_record_difference(&coarse->record, &fine->record).u_ft,
                        fmax(sim_record_difference(&coarse->record, &third.record).u_ft,
                             sim_record_difference(&fine->record, &third.record).u_ft));
@@ -831,9 +840,9 @@ static double estimate_with_third_ft(struct chain *chain, const struct sim_scene
 /* Runs two passes, with `steps` and `steps`/STEP_RATIO steps (STEP_RATIO times `steps` if the
  * result is the coarser pass). Unless the step is fixed, repeats them with shorter steps while they
  * differ too much. The result is one of the two passes. */
-static void run_pairs(struct chain *chain, const struct sim_scene *scene,
-                      const struct sim_options *options, uint64_t steps, bool coarser_answers,
-                      struct sim_result *result)
+static void run_pass_pairs(struct chain *chain, const struct sim_scene *scene,
+                           const struct sim_options *options, uint64_t steps, bool coarser_answers,
+                           struct sim_result *result)
 {
     struct pass coarse = {0}, fine = {0};
     struct sim_difference apart = {0};
@@ -843,26 +852,26 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
     uint64_t coarser = coarser_answers ? steps : (uint64_t)ceil((double)steps / STEP_RATIO);
     bool both = options->in_parallel;
     if (both)
-        run_both(&fine, &coarse, chain, scene, options, finer, coarser, result);
+        run_both_passes(&fine, &coarse, chain, scene, options, finer, coarser, result);
     else
         start_pass(&coarse, chain, scene, options, coarser, result);
     for (int halvings = 0;; halvings++, both = false) {
-        if (coarse.interrupted && !both) {
-            move_pass(&fine, &coarse);
+        if (coarse.is_interrupted && !both) {
+            move_finer_pass(&fine, &coarse);
             break;
         }
         if (!both)
             start_pass(&fine, chain, scene, options, finer, result);
         finer = (uint64_t)ceil(STEP_RATIO * (double)finer);
-        if (fine.interrupted)
+        if (fine.is_interrupted)
             break;
         bool near_limit = refine && coarse.h_s > 0.54 * result->dt_limit_s;
-        if (coarse.failed && !fine.failed && near_limit) {
-            move_pass(&coarse, &fine);
+        if (coarse.is_failed && !fine.is_failed && near_limit) {
+            move_finer_pass(&coarse, &fine);
             continue;
         }
-        if (coarse.failed || fine.failed) {
-            const struct pass *failed = fine.failed ? &fine : &coarse;
+        if (coarse.is_failed || fine.is_failed) {
+            const struct pass *failed = fine.is_failed ? &fine : &coarse;
             sim_result_set_status(result, SIM_UNSTABLE, failed->mat, failed->t_s);
             break;
         }
@@ -871,11 +880,11 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
         double apart_ft = apart.u_ft * (coarser_answers ? STEP_RATIO : 1.0);
         result->error_u_ft = fmax(ERROR_FACTOR * apart_ft, ERROR_FLOOR * scene->length_ft);
         bool agree = apart_ft <= tolerance * peak_ft;
-        if (agree && needs_third(chain, scene)) {
+        if (agree && needs_third_pass(chain, scene)) {
             result->error_u_ft = fmax(result->error_u_ft,
-                                      estimate_with_third_ft(chain, scene, options, &coarse, &fine,
-                                                             result, &fine.interrupted));
-            if (fine.interrupted)
+                                      third_pass_error_ft(chain, scene, options, &coarse, &fine,
+                                                          result, &fine.is_interrupted));
+            if (fine.is_interrupted)
                 break;
         }
         if (agree && (options->rtol == 0.0 || result->error_u_ft <= tolerance * peak_ft))
@@ -884,13 +893,13 @@ static void run_pairs(struct chain *chain, const struct sim_scene *scene,
             sim_result_set_status(result, SIM_UNSTABLE, apart.mat, apart.t_s);
             break;
         }
-        if (halvings == MAX_HALVINGS || 4 * coarse.steps > MAX_STEPS) {
+        if (halvings == MAX_HALVINGS || 4 * coarse.step_count > MAX_STEPS) {
             sim_result_set_status(result, SIM_STEP_UNDERFLOW, apart.mat, apart.t_s);
             break;
         }
-        move_pass(&coarse, &fine);
+        move_finer_pass(&coarse, &fine);
     }
-    if (fine.interrupted) {
+    if (fine.is_interrupted) {
         sim_result_set_status(result, SIM_INTERRUPTED, fine.mat, fine.t_s);
         coarser_answers = false;
     }
@@ -910,14 +919,14 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
 
     sim_wheel_start(&wheel, scene);
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
-    double hop_s =
+    double crossing_s =
         /* INFINITY: the aircraft is at rest */
         scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;
     result->t_end_s = end_s;
     double shortest_s = sim_scene_shortest_s(scene);
-    result->dt_limit_s = fmin(chain_step_limit_s(&chain), fmin(hop_s, shortest_s));
+    result->dt_limit_s = fmin(chain_step_limit_s(&chain), fmin(crossing_s, shortest_s));
     chain_describe(&chain, scene, result);
 
     bool given = options->dt_s > 0.0;
@@ -936,10 +945,11 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
         chain_free(&chain);
         return error->status;
     }
-    double h =
-        given ? options->dt_s
-              : fmin(STEP_SHARE * result->dt_limit_s,
-                     fmin(fmin(HOP_SHARE * hop_s, SHORTEST_SHARE * shortest_s), end_s / MIN_STEPS));
+    double h = given ? options->dt_s
+                     : fmin(FIRST_STEP_SHARE * result->dt_limit_s,
+                            fmin(fmin(CROSSED_MAT_SHARE_MAX * crossing_s,
+                                      SHORTEST_TIME_SHARE_MAX * shortest_s),
+                                 end_s / MIN_STEPS));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     bool coarser_answers = given && options->rtol == 0.0 &&
                            STEP_RATIO * h > 0.95 * result->dt_limit_s;
@@ -951,9 +961,9 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
                   "too many steps: %s: %g s in steps of %g s; give a smaller tend or a larger dt",
                   sim_scene_name(scene), end_s, h);
     } else if (options->is_single_pass) {
-        run_single(&chain, scene, options, (uint64_t)steps, result);
+        run_single_pass(&chain, scene, options, (uint64_t)steps, result);
     } else {
-        run_pairs(&chain, scene, options, (uint64_t)steps, coarser_answers, result);
+        run_pass_pairs(&chain, scene, options, (uint64_t)steps, coarser_answers, result);
     }
     result->run_ms = 1e3 * (monotonic_s() - begin_s);
     chain_free(&chain);

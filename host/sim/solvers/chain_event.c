@@ -9,31 +9,31 @@
 #include "host/sim/elements/law.h"
 #include "host/sim/solvers/chain_motion.h"
 
-#define MIN_ORDER            6
-#define FIRST_ORDER          12
-#define STEPS_PER_CALLBACK   256
-#define MAX_STEPS            50000000u
-#define MAX_SWITCHES_AT_ONCE 64 /* largest number of switches per mat at the same time */
+#define MIN_ORDER                6
+#define FIRST_ORDER              12
+#define STEPS_PER_CALLBACK       256
+#define MAX_STEPS                50000000u
+#define MAX_SWITCHES_AT_ONCE     64 /* largest number of switches per mat at the same time */
 /* Tolerances of the runs: truncation error of a step / speed. */
-#define COARSE_TOLERANCE     1e-9
-#define FINE_TOLERANCE       1e-12
-#define FINEST_TOLERANCE     1e-13
+#define COARSE_TOLERANCE         1e-9
+#define FINE_TOLERANCE           1e-12
+#define FINEST_TOLERANCE         1e-13
 /* Difference of two runs / COARSE_TOLERANCE above which a third run is required. */
-#define THIRD_RUN_FACTOR     1e6
-#define ERROR_FACTOR         3.0   /* error estimate / largest difference between runs */
-#define ERROR_FLOOR          1e-10 /* smallest error estimate / largest movement */
-#define ERROR_FLOOR_LENGTH   1e-13 /* smallest error estimate / mat length */
+#define THIRD_RUN_FACTOR         1e6
+#define ERROR_FACTOR             3.0   /* error estimate / largest difference between runs */
+#define ERROR_FLOOR              1e-10 /* smallest error estimate / largest movement */
+#define ERROR_FLOOR_LENGTH       1e-13 /* smallest error estimate / mat length */
 /* Largest allowed difference / largest movement, if rtol is not given */
-#define MAX_DISAGREEMENT     0.1
-#define STEP_HORIZON         2.0 /* longest step / usual time to a switch */
+#define MAX_DISAGREEMENT         0.1
+#define STEP_PER_SWITCH_TIME_MAX 2.0 /* longest step / usual time to a switch */
 
-struct run {
-    double tolerance, longest_s, ms;
-    uint64_t steps, switches;
-    double awake_s;
-    int awake_max, number;
+struct tolerance_run {
+    double tolerance, longest_step_s, run_ms;
+    uint64_t step_count, switch_count;
+    double awake_mat_s;
+    int awake_mats_max, pass_number;
     enum sim_status status;
-    int mat;
+    int failed_mat;
     struct sim_record record;
 };
 
@@ -48,19 +48,20 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
 {
     int parts = 2 + (int)law_min(2.0 * h * m->max_rate, 60.0);
     for (int j = first; j <= last + 1; j++) {
-        double reach = m->reach_t[j], s[POLYNOMIAL_DEGREE], before = 0.0, middle = 0.0;
-        if (m->pull[0][j] + reach <= m->pull_most_lb[j] &&
-            reach - m->pull[0][j] <= m->push_most_lb[j])
+        double reach = m->tension_change_max[j], s[POLYNOMIAL_DEGREE_MAX], before = 0.0,
+               middle = 0.0;
+        if (m->tension_terms[0][j] + reach <= m->max_pull_lb[j] &&
+            reach - m->tension_terms[0][j] <= m->max_push_lb[j])
             continue;
         for (int k = 0; k < order; k++)
-            s[k] = m->pull[k][j];
+            s[k] = m->tension_terms[k][j];
         for (int i = 0; i <= parts; i++) {
             double after = polynomial_value(s, order - 1, h * i / parts), top = middle;
             if (i >= 2 && (middle - before) * (middle - after) > 0.0)
                 top -= (after - before) * (after - before) /
                        (8.0 * (before - 2.0 * middle + after));
-            m->pull_most_lb[j] = law_max(m->pull_most_lb[j], law_max(after, i ? top : after));
-            m->push_most_lb[j] = law_max(m->push_most_lb[j], -law_min(after, i ? top : after));
+            m->max_pull_lb[j] = law_max(m->max_pull_lb[j], law_max(after, i ? top : after));
+            m->max_push_lb[j] = law_max(m->max_push_lb[j], -law_min(after, i ? top : after));
             before = middle;
             middle = after;
         }
@@ -68,39 +69,40 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
 }
 
 /* Records the outputs within the step. Rounding must not skip outputs at the end. */
-static void record_samples(struct motion *m, struct run *run, int first, int last, int order,
-                           double h, bool at_end)
+static void record_samples(struct motion *m, struct tolerance_run *run, int first, int last,
+                           int order, double h, bool at_end)
 {
     while (run->record.next_s <= (at_end ? DBL_MAX : m->t_s + h)) {
         double at_s = law_min(h, run->record.next_s - m->t_s);
-        memcpy(m->u_at, m->c[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
+        memcpy(m->u_at, m->u_terms[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
         motion_evaluate(m, first, last, order, at_s, m->u_at, NULL);
-        sim_record_add(&run->record, run->record.next_s, m->u_at, m->reach_v);
+        sim_record_add(&run->record, run->record.next_s, m->u_at, m->speed_change_max);
     }
 }
 
 /* Finds the range of mats for a step: all moving mats, one more on either side, and mats whose
  * forces have changed; in the first step, all mats. */
-static void find_window(const struct motion *m, int *first, int *last)
+static void find_step_window(const struct motion *m, int *first, int *last)
 {
-    int low = m->low < m->changed_low ? m->low : m->changed_low;
-    int high = m->high > m->changed_high ? m->high : m->changed_high;
+    int low = m->moving_low < m->changed_low ? m->moving_low : m->changed_low;
+    int high = m->moving_high > m->changed_high ? m->moving_high : m->changed_high;
     *first = m->t_s == 0.0 || low <= 1 ? 1 : low > m->mats ? m->mats : low - 1;
     *last = m->t_s == 0.0 || high >= m->mats ? m->mats : high + 1;
     *last = *last < *first ? *first : *last;
 }
 
 /* Updates the force of the elastic ground after a step. */
-static void update_part(struct motion *m, struct part *part)
+static void update_ground_force(struct motion *m, struct mat_load *part)
 {
-    part->ground_force_lb += part->rate_lb_ft * m->c[0][part->mat];
-    if (part->touching > 0.0 && part->mode == GROUND_GIVES)
-        part->ground_force_lb = part->side * motion_part_limit_lb(m, part);
-    if (part->touching > 0.0)
+    part->ground_force_lb += part->slope_lb_ft * m->u_terms[0][part->mat];
+    if (part->axle_count > 0.0 && part->mode == GROUND_YIELDS)
+        part->ground_force_lb = part->force_sign * motion_ground_limit_lb(m, part);
+    if (part->axle_count > 0.0)
         m->friction_force_lb[part->mat] = part->ground_force_lb;
 }
 
-static void run_once(struct motion *m, struct run *run, const struct sim_options *options)
+static void run_at_tolerance(struct motion *m, struct tolerance_run *run,
+                             const struct sim_options *options)
 {
     double begin_s = monotonic_s(), end_s = sim_scene_end_s(m->scene);
     int order = FIRST_ORDER, first, last;
@@ -108,88 +110,93 @@ static void run_once(struct motion *m, struct run *run, const struct sim_options
     double usual_s = end_s;
     motion_start(m);
     while (m->t_s < end_s && run->status == SIM_OK) {
-        double until_s = m->breaks_s[m->next_break];
-        motion_place_wheel(m);
-        find_window(m, &first, &last);
-        motion_expand(m, first, last, order);
-        double allowed_s = motion_longest_s(m, first, last, order, run->tolerance);
-        double wide_s = law_min(law_min(allowed_s, STEP_HORIZON * usual_s), until_s - m->t_s);
+        double until_s = m->break_times_s[m->next_break];
+        motion_set_wheel_thrust(m);
+        find_step_window(m, &first, &last);
+        motion_expand_series(m, first, last, order);
+        double allowed_s = motion_longest_step_s(m, first, last, order, run->tolerance);
+        double wide_s = law_min(law_min(allowed_s, STEP_PER_SWITCH_TIME_MAX * usual_s),
+                                until_s - m->t_s);
         struct event event = motion_first_event(m, first, last, order, wide_s);
         double h = event.h_s;
         bool over = event.mat + event.joint == 0 && h >= until_s - m->t_s;
         update_peak_tensions(m, first, last, order, h);
         if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
             record_samples(m, run, first, last, order, h, over && until_s >= end_s);
-        for (int i = 0; m->has_gear && i < m->part_count; i++)
-            m->parts[i].ground_force_lb -= m->parts[i].rate_lb_ft * m->c[0][m->parts[i].mat];
-        motion_evaluate(m, first, last, order, h, m->c[0], m->c[1]);
-        m->max_speed_ft_s = law_max(m->max_speed_ft_s, motion_largest(m->c[1], first, last));
-        if (m->t_s > 0.0 && last - first + 1 > run->awake_max)
-            run->awake_max = last - first + 1;
+        for (int i = 0; m->has_gear && i < m->load_count; i++)
+            m->loads[i].ground_force_lb -= m->loads[i].slope_lb_ft * m->u_terms[0][m->loads[i].mat];
+        motion_evaluate(m, first, last, order, h, m->u_terms[0], m->u_terms[1]);
+        m->max_speed_ft_s = law_max(m->max_speed_ft_s,
+                                    motion_largest_value(m->u_terms[1], first, last));
+        if (m->t_s > 0.0 && last - first + 1 > run->awake_mats_max)
+            run->awake_mats_max = last - first + 1;
         m->t_s = over ? until_s : m->t_s + h;
-        run->steps++;
-        run->awake_s += h * (last - first + 1);
-        run->longest_s = law_max(run->longest_s, h);
+        run->step_count++;
+        run->awake_mat_s += h * (last - first + 1);
+        run->longest_step_s = law_max(run->longest_step_s, h);
         usual_s = event.mat + event.joint == 0 ? law_max(2.0 * h, usual_s)
                 : h > 0.0                      ? usual_s + 0.25 * (h - usual_s)
                                                : usual_s;
         at_once = h > 0.0 ? 0 : at_once + 1;
         m->changed_low = m->mats + 1;
         m->changed_high = 0;
-        for (int i = 0; m->has_gear && i < m->part_count; i++)
-            update_part(m, &m->parts[i]);
+        for (int i = 0; m->has_gear && i < m->load_count; i++)
+            update_ground_force(m, &m->loads[i]);
         if (over && ++m->next_break < m->break_count)
-            motion_press(m);
+            motion_set_wheel_action(m);
         else
-            motion_switch(m, &event);
-        run->switches += event.mat + event.joint > 0;
-        order += law_min(h, STEP_HORIZON * usual_s) < 0.5 * allowed_s ? -1 : 1;
-        order = order < MIN_ORDER         ? MIN_ORDER
-              : order > POLYNOMIAL_DEGREE ? POLYNOMIAL_DEGREE
-                                          : order;
+            motion_apply_switch(m, &event);
+        run->switch_count += event.mat + event.joint > 0;
+        order += law_min(h, STEP_PER_SWITCH_TIME_MAX * usual_s) < 0.5 * allowed_s ? -1 : 1;
+        order = order < MIN_ORDER             ? MIN_ORDER
+              : order > POLYNOMIAL_DEGREE_MAX ? POLYNOMIAL_DEGREE_MAX
+                                              : order;
         if (!isfinite(m->max_speed_ft_s) ||
-            at_once > MAX_SWITCHES_AT_ONCE * (unsigned)(m->mats + 1) || run->steps > MAX_STEPS) {
+            at_once > MAX_SWITCHES_AT_ONCE * (unsigned)(m->mats + 1) ||
+            run->step_count > MAX_STEPS) {
             run->status = SIM_STEP_UNDERFLOW;
-            run->mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
-        } else if (run->steps % STEPS_PER_CALLBACK == 0 && options->may_continue &&
-                   !options->may_continue(options->may_continue_ctx, run->number, m->t_s / end_s)) {
+            run->failed_mat = event.mat ? event.mat : event.joint > m->mats ? m->mats : event.joint;
+        } else if (run->step_count % STEPS_PER_CALLBACK == 0 && options->may_continue &&
+                   !options->may_continue(options->may_continue_ctx, run->pass_number,
+                                          m->t_s / end_s)) {
             run->status = SIM_INTERRUPTED;
-            run->mat = 1;
+            run->failed_mat = 1;
         }
     }
-    run->ms = 1e3 * (monotonic_s() - begin_s);
+    run->run_ms = 1e3 * (monotonic_s() - begin_s);
 }
 
-static void start_run(struct run *run, struct motion *m, double tolerance,
+static void start_run(struct tolerance_run *run, struct motion *m, double tolerance,
                       const struct sim_options *options, struct sim_result *result)
 {
-    *run = (struct run){.tolerance = tolerance, .number = ++result->passes};
+    *run = (struct tolerance_run){.tolerance = tolerance, .pass_number = ++result->passes};
     sim_record_make(&run->record, m->scene, options);
-    run_once(m, run, options);
-    result->evaluations += run->steps;
-    result->other_steps += run->steps;
+    run_at_tolerance(m, run, options);
+    result->evaluations += run->step_count;
+    result->other_steps += run->step_count;
 }
 
-static void fill_result(const struct motion *m, struct run *run, struct sim_result *result)
+static void fill_result(const struct motion *m, struct tolerance_run *run,
+                        struct sim_result *result)
 {
-    result->dt_s = run->longest_s;
-    result->pass_ms = run->ms;
-    result->steps = run->steps;
-    result->other_steps -= run->steps;
-    result->events = run->switches;
-    result->mats_max = run->awake_max;
-    result->mats_mean = m->t_s > 0.0 ? run->awake_s / m->t_s : 0.0;
+    result->dt_s = run->longest_step_s;
+    result->pass_ms = run->run_ms;
+    result->steps = run->step_count;
+    result->other_steps -= run->step_count;
+    result->events = run->switch_count;
+    result->mats_max = run->awake_mats_max;
+    result->mats_mean = m->t_s > 0.0 ? run->awake_mat_s / m->t_s : 0.0;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
         result->status != SIM_UNPREDICTABLE)
         return;
-    result->speed_end_ft_s = motion_largest(m->c[1], 1, m->mats);
-    sim_record_chain_to_result(&run->record, m->c[0], m->push_most_lb, m->pull_most_lb, result);
+    result->speed_end_ft_s = motion_largest_value(m->u_terms[1], 1, m->mats);
+    sim_record_chain_to_result(&run->record, m->u_terms[0], m->max_push_lb, m->max_pull_lb, result);
     for (int j = 1; j <= m->mats + 1; j++)
         result->gap_ft[j] = motion_opening_ft(m, j);
 }
 
 /* Finds the first time at which the last run differs from another run by more than apart_ft. */
-static struct sim_difference find_first_difference(const struct run *runs, int count,
+static struct sim_difference find_first_difference(const struct tolerance_run *runs, int count,
                                                    double apart_ft)
 {
     const struct sim_record *last = &runs[count - 1].record;
@@ -209,7 +216,7 @@ static struct sim_difference find_first_difference(const struct run *runs, int c
 enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_options *options,
                                struct sim_result *result, struct error *error)
 {
-    struct run runs[3] = {0};
+    struct tolerance_run runs[3] = {0};
     static const double tolerances[] = {COARSE_TOLERANCE, FINE_TOLERANCE, FINEST_TOLERANCE};
     struct motion m;
     double begin_s = monotonic_s(), apart_ft = 0.0, peak_ft = 0.0;
@@ -220,7 +227,7 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
     while (again) {
-        struct run *run = &runs[count];
+        struct tolerance_run *run = &runs[count];
         double tolerance = options->is_single_pass && options->rtol > 0.0 ? options->rtol
                                                                           : tolerances[count];
         start_run(run, &m, tolerance, options, result);
@@ -232,10 +239,10 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
                 (count == 1 ||
                  (count == 2 && apart_ft > THIRD_RUN_FACTOR * COARSE_TOLERANCE * peak_ft));
     }
-    struct run *last = &runs[count - 1];
-    result->checked_dt_s = runs[0].longest_s;
+    struct tolerance_run *last = &runs[count - 1];
+    result->checked_dt_s = runs[0].longest_step_s;
     if (last->status != SIM_OK)
-        sim_result_set_status(result, last->status, last->mat, m.t_s);
+        sim_result_set_status(result, last->status, last->failed_mat, m.t_s);
     if (!options->is_single_pass)
         result->error_u_ft = ERROR_FACTOR * apart_ft + ERROR_FLOOR * peak_ft +
                              ERROR_FLOOR_LENGTH * scene->length_ft;

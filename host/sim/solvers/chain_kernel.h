@@ -3,14 +3,14 @@
 #include "host/sim/elements/lanes_kernel.h"
 
 typedef lanes LANES(stored) __attribute__((aligned(8), may_alias));
-#define LOAD(at)         ((lanes) * (const LANES(stored) *)(at))
-#define STORE(at, value) (*(LANES(stored) *)(at) = (LANES(stored))(value))
-#define BLOCK            ((int)LANES_COUNT)
+#define LOAD_LANES(at)         ((lanes) * (const LANES(stored) *)(at))
+#define STORE_LANES(at, value) (*(LANES(stored) *)(at) = (LANES(stored))(value))
+#define BLOCK_MATS             ((int)LANES_COUNT)
 
 LANES_INLINE unsigned LANES(count)(masks set)
 {
     unsigned sum = 0;
-    for (int i = 0; i < BLOCK; i++)
+    for (int i = 0; i < BLOCK_MATS; i++)
         sum += LANES(is_set)(set, i);
     return sum;
 }
@@ -19,42 +19,45 @@ LANES_INLINE unsigned LANES(count)(masks set)
  * whole. */
 static int LANES(block)(void)
 {
-    return BLOCK;
+    return BLOCK_MATS;
 }
 
 /* Tensions of the block of joints that begins at j, from the present openings and speeds. Updates
  * the reach of grit. */
 LANES_INLINE lanes LANES(pull)(const struct chain *chain, int j, enum joint_law law)
 {
-    lanes g_ft = LOAD(chain->gap0_ft + j) + (LOAD(chain->u_ft + j) - LOAD(chain->u_ft + j - 1));
-    lanes rate_ft_s = LOAD(chain->v_ft_s + j) - LOAD(chain->v_ft_s + j - 1);
-    struct LANES(joint) joint = {LOAD(chain->kl_lb_ft + j), LAW_VALUE(chain->joint.cl_lb_s_ft),
-                                 LAW_VALUE(chain->joint.slack_ft)};
+    lanes g_ft = LOAD_LANES(chain->gap0_ft + j) +
+                 (LOAD_LANES(chain->u_ft + j) - LOAD_LANES(chain->u_ft + j - 1));
+    lanes rate_ft_s = LOAD_LANES(chain->v_ft_s + j) - LOAD_LANES(chain->v_ft_s + j - 1);
+    struct LANES(joint)
+        joint = {LOAD_LANES(chain->kl_lb_ft + j), LAW_VALUE(chain->joint_constants.cl_lb_s_ft),
+                 LAW_VALUE(chain->joint_constants.slack_ft)};
     if (law == JOINT_LINEAR)
         return joint.kl_lb_ft * g_ft + joint.cl_lb_s_ft * rate_ft_s;
     const lanes none = {0};
     bool gritty = law == JOINT_GRIT;
-    struct LANES(pull) pull = LANES(joint_pull)(
-        joint, gritty ? LOAD(chain->grit_lb + j) : none, gritty ? LOAD(chain->give_ft + j) : none,
-        gritty ? LOAD(chain->reach_ft + j) : none, g_ft, rate_ft_s);
+    struct LANES(pull)
+        pull = LANES(joint_pull)(joint, gritty ? LOAD_LANES(chain->grit_lb + j) : none,
+                                 gritty ? LOAD_LANES(chain->grit_yield_ft + j) : none,
+                                 gritty ? LOAD_LANES(chain->reach_ft + j) : none, g_ft, rate_ft_s);
     if (gritty)
-        STORE(chain->reach_ft + j, pull.reach_ft);
+        STORE_LANES(chain->reach_ft + j, pull.reach_ft);
     return pull.lb;
 }
 
 /* Stores the newest tensions. The last three of each joint are kept. */
 LANES_INLINE void LANES(keep)(const struct chain *chain, int j, lanes tension_lb)
 {
-    STORE(chain->earlier_tension_lb + j, LOAD(chain->last_tension_lb + j));
-    STORE(chain->last_tension_lb + j, LOAD(chain->tension_lb + j));
-    STORE(chain->tension_lb + j, tension_lb);
+    STORE_LANES(chain->earlier_tension_lb + j, LOAD_LANES(chain->last_tension_lb + j));
+    STORE_LANES(chain->last_tension_lb + j, LOAD_LANES(chain->tension_lb + j));
+    STORE_LANES(chain->tension_lb + j, tension_lb);
 }
 
 LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int last,
                                      enum joint_law law)
 {
     const struct chain copy = *all, *chain = &copy;
-    for (int j = first; j <= last; j += BLOCK)
+    for (int j = first; j <= last; j += BLOCK_MATS)
         LANES(keep)(chain, j, LANES(pull)(chain, j, law));
 }
 
@@ -62,10 +65,10 @@ LANES_INLINE void LANES(pull_blocks)(const struct chain *all, int first, int las
 LANES_INLINE struct LANES(slip)
     LANES(slip)(const struct chain *chain, int n, lanes v_ft_s, lanes per_lb)
 {
-    lanes pull_lb = LOAD(chain->tension_lb + n + 1) - LOAD(chain->tension_lb + n);
-    struct LANES(slip) slip = LANES(mat_slip)(v_ft_s, pull_lb + LOAD(chain->thrust_lb + n),
-                                              LOAD(chain->limit_lb + n), per_lb);
-    STORE(chain->v_ft_s + n, slip.v_ft_s);
+    lanes pull_lb = LOAD_LANES(chain->tension_lb + n + 1) - LOAD_LANES(chain->tension_lb + n);
+    struct LANES(slip) slip = LANES(mat_slip)(v_ft_s, pull_lb + LOAD_LANES(chain->thrust_lb + n),
+                                              LOAD_LANES(chain->limit_lb + n), per_lb);
+    STORE_LANES(chain->v_ft_s + n, slip.v_ft_s);
     return slip;
 }
 
@@ -90,9 +93,9 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
 LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, lanes middle_lb,
                               lanes last_lb)
 {
-    lanes push_lb = LANES(greater)(-last_lb, LOAD(chain->push_lb + j));
-    lanes pull_lb = LANES(greater)(last_lb, LOAD(chain->pull_lb + j));
-    masks large = LAW_IS_GREATER(LAW_ABS(middle_lb), LAW_VALUE(chain->large_lb));
+    lanes push_lb = LANES(greater)(-last_lb, LOAD_LANES(chain->max_push_lb + j));
+    lanes pull_lb = LANES(greater)(last_lb, LOAD_LANES(chain->max_pull_lb + j));
+    masks large = LAW_IS_GREATER(LAW_ABS(middle_lb), LAW_VALUE(chain->half_max_tension_lb));
     if (LANES(any)(large)) {
         const lanes none = {0};
         lanes across_lb = last_lb - first_lb, up_lb = middle_lb - first_lb;
@@ -106,8 +109,8 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
         push_lb = LANES(greater)(-most_lb, push_lb);
         pull_lb = LANES(greater)(most_lb, pull_lb);
     }
-    STORE(chain->push_lb + j, push_lb);
-    STORE(chain->pull_lb + j, pull_lb);
+    STORE_LANES(chain->max_push_lb + j, push_lb);
+    STORE_LANES(chain->max_pull_lb + j, pull_lb);
 }
 
 /* Kick with friction law stick, for the mats of the blocks first..last, which may be at rest,
@@ -118,18 +121,18 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
     const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
-    for (int n = first; n <= last; n += BLOCK) {
+    for (int n = first; n <= last; n += BLOCK_MATS) {
         if (chain->is_varied)
-            per_lb = LAW_VALUE(kick_s) / LOAD(chain->mat_mass_slug + n);
-        lanes v_ft_s = LOAD(chain->v_ft_s + n);
-        STORE(chain->previous_v_ft_s + n, v_ft_s);
+            per_lb = LAW_VALUE(kick_s) / LOAD_LANES(chain->mat_mass_slug + n);
+        lanes v_ft_s = LOAD_LANES(chain->v_ft_s + n);
+        STORE_LANES(chain->previous_v_ft_s + n, v_ft_s);
         struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
         if (!LANES(any)(slip.stops))
             continue;
         stops += LANES(count)(slip.stops);
         if (!chain->gear)
-            STORE(chain->u_ft + n,
-                  LOAD(chain->u_ft + n) + LANES(place_ft)(v_ft_s, slip, kick_s, h_s));
+            STORE_LANES(chain->u_ft + n,
+                        LOAD_LANES(chain->u_ft + n) + LANES(place_ft)(v_ft_s, slip, kick_s, h_s));
     }
     return stops;
 }
@@ -139,11 +142,12 @@ static unsigned LANES(stick)(const struct chain *all, double kick_s, double h_s,
 static void LANES(drift)(const struct chain *all, double h_s, int first, int last)
 {
     const struct chain copy = *all, *chain = &copy;
-    for (int n = first; n <= last; n += BLOCK) {
-        STORE(chain->u_ft + n, LOAD(chain->u_ft + n) + LAW_VALUE(h_s) * LOAD(chain->v_ft_s + n));
+    for (int n = first; n <= last; n += BLOCK_MATS) {
+        STORE_LANES(chain->u_ft + n,
+                    LOAD_LANES(chain->u_ft + n) + LAW_VALUE(h_s) * LOAD_LANES(chain->v_ft_s + n));
         LANES(note)
-        (chain, n, LOAD(chain->earlier_tension_lb + n), LOAD(chain->last_tension_lb + n),
-         LOAD(chain->tension_lb + n));
+        (chain, n, LOAD_LANES(chain->earlier_tension_lb + n),
+         LOAD_LANES(chain->last_tension_lb + n), LOAD_LANES(chain->tension_lb + n));
     }
 }
 
@@ -157,27 +161,28 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
     const struct chain copy = *all, *chain = &copy;
     lanes per_lb = LAW_VALUE(kick_s / chain->mass_slug);
     unsigned stops = 0;
-    for (int j = first; j <= last + 1; j += BLOCK) {
-        lanes before_lb = LOAD(chain->last_tension_lb + j), last_lb = LOAD(chain->tension_lb + j);
+    for (int j = first; j <= last + 1; j += BLOCK_MATS) {
+        lanes before_lb = LOAD_LANES(chain->last_tension_lb + j),
+              last_lb = LOAD_LANES(chain->tension_lb + j);
         lanes tension_lb = LANES(pull)(chain, j, law);
         LANES(note)(chain, j, before_lb, last_lb, tension_lb);
-        STORE(chain->last_tension_lb + j, last_lb);
-        STORE(chain->tension_lb + j, tension_lb);
+        STORE_LANES(chain->last_tension_lb + j, last_lb);
+        STORE_LANES(chain->tension_lb + j, tension_lb);
     }
-    for (int n = first; n <= last; n += BLOCK) {
-        lanes v_ft_s = LOAD(chain->v_ft_s + n), u_ft = LOAD(chain->u_ft + n);
+    for (int n = first; n <= last; n += BLOCK_MATS) {
+        lanes v_ft_s = LOAD_LANES(chain->v_ft_s + n), u_ft = LOAD_LANES(chain->u_ft + n);
         struct LANES(slip) slip = LANES(slip)(chain, n, v_ft_s, per_lb);
         if (LANES(any)(slip.stops)) {
             stops += LANES(count)(slip.stops);
             u_ft += LANES(place_ft)(v_ft_s, slip, kick_s, h_s);
         }
-        STORE(chain->u_ft + n, u_ft + LAW_VALUE(h_s) * slip.v_ft_s);
+        STORE_LANES(chain->u_ft + n, u_ft + LAW_VALUE(h_s) * slip.v_ft_s);
     }
     return stops;
 }
 
 /* Calls a separate loop for each joint law. The compiler removes unused code from each loop. */
-#define EACH_LAW(chain, do, ...)                                                \
+#define CALL_FOR_JOINT_LAW(chain, do, ...)                                      \
     ((chain)->joint_law == JOINT_LINEAR  ? do(chain, __VA_ARGS__, JOINT_LINEAR) \
      : (chain)->joint_law == JOINT_SLACK ? do(chain, __VA_ARGS__, JOINT_SLACK)  \
                                          : do(chain, __VA_ARGS__, JOINT_GRIT))
@@ -185,14 +190,14 @@ LANES_INLINE unsigned LANES(stride)(const struct chain *all, double kick_s, doub
 static unsigned LANES(step)(const struct chain *chain, double kick_s, double h_s, int first,
                             int last)
 {
-    return EACH_LAW(chain, LANES(stride), kick_s, h_s, first, last);
+    return CALL_FOR_JOINT_LAW(chain, LANES(stride), kick_s, h_s, first, last);
 }
 
 static void LANES(pull_joints)(const struct chain *chain, int first, int last)
 {
-    EACH_LAW(chain, LANES(pull_blocks), first, last);
+    CALL_FOR_JOINT_LAW(chain, LANES(pull_blocks), first, last);
 }
-#undef EACH_LAW
-#undef LOAD
-#undef STORE
-#undef BLOCK
+#undef CALL_FOR_JOINT_LAW
+#undef LOAD_LANES
+#undef STORE_LANES
+#undef BLOCK_MATS

@@ -11,37 +11,37 @@
 #include "host/sim/elements/gear.h"
 #include "host/sim/elements/law.h"
 
-#define PADDING         8
-#define ALIGNMENT       64
+#define ARRAY_PADDING         8
+#define ARRAY_ALIGNMENT       64
 /* Largest product of step and fastest rate, divided by the order. The terms of the series then
  * decrease. */
-#define SERIES_LIMIT    0.4
-#define TANH_SATURATION 20.0 /* speed / veps above which tanh is 1 */
-#define COULOMB_SPEED   25.0 /* speed / veps above which a mat slides by Coulomb's law */
+#define SERIES_STEP_MAX       0.4
+#define TANH_SATURATION_SPEED 20.0 /* speed / veps above which tanh is 1 */
+#define COULOMB_SPEED_MIN     25.0 /* speed / veps above which a mat slides by Coulomb's law */
 /* Largest product of step and rate of tanh, while the argument of tanh is near 0 */
-#define POLE_LIMIT      0.3
-#define EDGE_TOLERANCE  1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
-#define ROUNDING        (16.0 * DBL_EPSILON)
-#define SLIDE_ON_GROUND 3 /* value of slide for a mat on elastic ground */
+#define TANH_STEP_MAX         0.3
+#define EDGE_TOLERANCE        1e-12 /* mats; README.md: a wheel at x = n L is on mat n + 1 */
+#define ROUNDING_SHARE        (16.0 * DBL_EPSILON)
+#define SLIDE_ON_GROUND       3 /* value of slide for a mat on elastic ground */
 
 #if defined __x86_64__ && defined __GNUC__ && !defined __clang__
-#define VECTORS _Pragma("GCC ivdep")
+#define VECTORISE_LOOP _Pragma("GCC ivdep")
 #else
-#define VECTORS
+#define VECTORISE_LOOP
 #endif
 
 /* ---- a step's series ---- */
 
 LAW_INLINE void expand_tensions(const struct motion *m, int k, int first, int count)
 {
-    const double *u = m->c[k] + first, *v = m->c[k + 1] + first;
-    const double *a = m->a + first, *b = m->b + first;
-    double *pull = m->pull[k] + first, factor = k + 1.0;
-    VECTORS
+    const double *u = m->u_terms[k] + first, *v = m->u_terms[k + 1] + first;
+    const double *a = m->tension_a + first, *b = m->tension_b + first;
+    double *pull = m->tension_terms[k] + first, factor = k + 1.0;
+    VECTORISE_LOOP
     for (int j = 0; j < count; j++)
         pull[j] = a[j] * (u[j] - u[j - 1]) + b[j] * (factor * (v[j] - v[j - 1]));
     for (int j = 0; k == 0 && j < count; j++)
-        pull[j] += a[j] * m->gap0_ft[first + j] + m->at_lb[first + j];
+        pull[j] += a[j] * m->gap0_ft[first + j] + m->tension_at_lb[first + j];
 }
 
 /* Computes the series of y = tanh w, with w = speed / veps, from y' = (1 - y^2) w'. */
@@ -50,64 +50,67 @@ static void expand_tanh_friction(const struct motion *m, int k, int first, int l
     double per = 1.0 / m->scene->veps_ft_s;
     for (int n = first; n <= last; n++) {
         double sum = 0.0;
-        m->smooth[k][n] = 0.0;
-        if (m->slide[n] != 2)
+        m->tanh_terms[k][n] = 0.0;
+        if (m->slide_direction[n] != 2)
             continue;
         if (k == 0) {
-            m->smooth[0][n] = elementary_tanh(m->c[1][n] * per);
-            m->square[0][n] = 1.0 - m->smooth[0][n] * m->smooth[0][n];
+            m->tanh_terms[0][n] = elementary_tanh(m->u_terms[1][n] * per);
+            m->tanh_square_terms[0][n] = 1.0 - m->tanh_terms[0][n] * m->tanh_terms[0][n];
             continue;
         }
         for (int i = 0; i < k; i++) /* the coefficients of w are w_(i+1) = (i + 2) c_(i+2) / veps */
-            sum += (i + 1) * (i + 2) * m->c[i + 2][n] * per * m->square[k - 1 - i][n];
-        m->smooth[k][n] = sum / k;
+            sum += (i + 1) * (i + 2) * m->u_terms[i + 2][n] * per *
+                   m->tanh_square_terms[k - 1 - i][n];
+        m->tanh_terms[k][n] = sum / k;
         sum = 0.0;
         for (int i = 0; i <= k; i++)
-            sum += m->smooth[i][n] * m->smooth[k - i][n];
-        m->square[k][n] = -sum;
+            sum += m->tanh_terms[i][n] * m->tanh_terms[k - i][n];
+        m->tanh_square_terms[k][n] = -sum;
     }
 }
 
-VECTOR void motion_expand(const struct motion *m, int first, int last, int order)
+VECTOR void motion_expand_series(const struct motion *m, int first, int last, int order)
 {
     int count = last - first + 1;
     /* Mats beyond the range are at rest. Their older coefficients may be left from an earlier
      * motion. */
     for (int k = 1; k <= order; k++)
-        m->c[k][first - 1] = m->c[k][last + 1] = 0.0;
+        m->u_terms[k][first - 1] = m->u_terms[k][last + 1] = 0.0;
     for (int k = 0; k < order; k++) {
         expand_tensions(m, k, first, count + 1);
         if (k + 2 > order)
             break;
-        const double *pull = m->pull[k] + first, *v = m->c[k + 1] + first;
-        const double *per_slug = m->free_per_slug + first, *rub = m->friction_force_lb + first;
+        const double *pull = m->tension_terms[k] + first, *v = m->u_terms[k + 1] + first;
+        const double *per_slug = m->moving_inverse_mass + first,
+                     *rub = m->friction_force_lb + first;
         const double *drag = m->drag_lb_s_ft + first;
-        double *next = m->c[k + 2] + first, factor = k + 1.0;
+        double *next = m->u_terms[k + 2] + first, factor = k + 1.0;
         double share = 1.0 / ((k + 1.0) * (k + 2.0));
-        VECTORS
+        VECTORISE_LOOP
         for (int n = 0; n < count; n++)
             next[n] = pull[n + 1] - pull[n] - drag[n] * (factor * v[n]);
         for (int n = 0; k < 3 && n < count; n++)
-            next[n] += m->thrust[k][first + n] - (k == 0 ? rub[n] : 0.0);
-        for (int i = 0; m->has_gear && k > 0 && i < m->part_count; i++) {
-            const struct part *part = &m->parts[i];
-            m->c[k + 2][part->mat] -= part->rate_lb_ft * m->c[k][part->mat] +
-                                      (k == 1 && part->mode == GROUND_GIVES
-                                           ? part->side * m->load_friction_lb * part->load[1]
-                                           : 0.0);
+            next[n] += m->thrust_terms[k][first + n] - (k == 0 ? rub[n] : 0.0);
+        for (int i = 0; m->has_gear && k > 0 && i < m->load_count; i++) {
+            const struct mat_load *part = &m->loads[i];
+            m->u_terms[k + 2][part->mat] -=
+                part->slope_lb_ft * m->u_terms[k][part->mat] +
+                (k == 1 && part->mode == GROUND_YIELDS
+                     ? part->force_sign * m->load_friction_lb * part->load_share[1]
+                     : 0.0);
         }
-        if (m->friction == SIM_FRICTION_TANH) {
+        if (m->friction_law == SIM_FRICTION_TANH) {
             expand_tanh_friction(m, k, first, last);
             for (int n = 0; n < count; n++)
-                next[n] -= m->limit_lb[first + n] * m->smooth[k][first + n];
+                next[n] -= m->limit_lb[first + n] * m->tanh_terms[k][first + n];
         }
-        VECTORS
+        VECTORISE_LOOP
         for (int n = 0; n < count; n++)
             next[n] *= per_slug[n] * share;
     }
 }
 
-VECTOR double motion_largest(const double *values, int first, int last)
+VECTOR double motion_largest_value(const double *values, int first, int last)
 {
     double most = 0.0;
     for (int n = first; n <= last; n++)
@@ -118,30 +121,32 @@ VECTOR double motion_largest(const double *values, int first, int last)
 /* Longest step for which the last two terms, which are omitted, are within the tolerance, relative
  * to the largest speed so far or the speed that the step itself adds. The terms must also
  * decrease. */
-double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance)
+double motion_longest_step_s(const struct motion *m, int first, int last, int order,
+                             double tolerance)
 {
     double h = (double)INFINITY, v = m->max_speed_ft_s,
-           bent = 2.0 * motion_largest(m->c[2], first, last);
-    double twisted = 3.0 * motion_largest(m->c[3], first, last);
-    bool springs = m->ground_lb_s_ft > 0.0 || m->has_gear;
-    for (int n = first; m->friction == SIM_FRICTION_TANH && n <= last; n++) {
+           bent = 2.0 * motion_largest_value(m->u_terms[2], first, last);
+    double twisted = 3.0 * motion_largest_value(m->u_terms[3], first, last);
+    bool springs = m->ground_damping_lb_s_ft > 0.0 || m->has_gear;
+    for (int n = first; m->friction_law == SIM_FRICTION_TANH && n <= last; n++) {
         /* the series of tanh converges up to a pole, so the speed must change by less than veps */
-        double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->c[2][n]),
-               jerk = fabs(6.0 * m->c[3][n]);
-        if (m->slide[n] == 2)
-            h = law_min(
-                h, law_min(POLE_LIMIT / (m->tanh_rate + a / veps), sqrt(POLE_LIMIT * veps / jerk)));
+        double veps = m->scene->veps_ft_s, a = fabs(2.0 * m->u_terms[2][n]),
+               jerk = fabs(6.0 * m->u_terms[3][n]);
+        if (m->slide_direction[n] == 2)
+            h = law_min(h, law_min(TANH_STEP_MAX / (m->tanh_rate + a / veps),
+                                   sqrt(TANH_STEP_MAX * veps / jerk)));
     }
     for (int j = first; !springs && j <= last + 1; j++)
-        springs = m->a[j] != 0.0 && (m->free_per_slug[j] != 0.0 || m->free_per_slug[j - 1] != 0.0);
+        springs = m->tension_a[j] != 0.0 &&
+                  (m->moving_inverse_mass[j] != 0.0 || m->moving_inverse_mass[j - 1] != 0.0);
     for (int k = order - 1; k <= order; k++) {
-        double term = k * motion_largest(m->c[k], first, last) / tolerance;
+        double term = k * motion_largest_value(m->u_terms[k], first, last) / tolerance;
         if (term > 0.0)
             h = law_min(h, law_max(elementary_pow(v / term, 1.0 / (k - 1)),
                                    law_max(elementary_pow(bent / term, 1.0 / (k - 2)),
                                            elementary_pow(twisted / term, 1.0 / (k - 3)))));
     }
-    return springs ? law_min(h, SERIES_LIMIT * order / m->max_rate) : h;
+    return springs ? law_min(h, SERIES_STEP_MAX * order / m->max_rate) : h;
 }
 
 VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
@@ -149,11 +154,11 @@ VECTOR void motion_evaluate(const struct motion *m, int first, int last, int ord
 {
     int count = last - first + 1;
     double *sum = m->sum + first, *slope = m->slope + first;
-    memcpy(sum, m->c[order] + first, (size_t)count * sizeof *sum);
+    memcpy(sum, m->u_terms[order] + first, (size_t)count * sizeof *sum);
     memset(slope, 0, (size_t)count * sizeof *slope);
     for (int k = order; k-- > 0;) {
-        const double *c = m->c[k] + first;
-        VECTORS
+        const double *c = m->u_terms[k] + first;
+        VECTORISE_LOOP
         for (int n = 0; n < count; n++) {
             slope[n] = slope[n] * h + sum[n];
             sum[n] = sum[n] * h + c[n];
@@ -166,28 +171,31 @@ VECTOR void motion_evaluate(const struct motion *m, int first, int last, int ord
 
 /* ---- switches ---- */
 
-VECTOR static void set_bounds(const struct motion *m, int first, int last, int order, double h)
+VECTOR static void set_change_bounds(const struct motion *m, int first, int last, int order,
+                                     double h)
 {
-    double *rv = m->reach_v + first, *rg = m->reach_g + first, *rt = m->reach_t + first;
+    double *rv = m->speed_change_max + first, *rg = m->opening_change_max + first,
+           *rt = m->tension_change_max + first;
     int count = last - first + 1;
     double power = 1.0;
     memset(rv - 1, 0, ((size_t)count + 2) * sizeof *rv);
     memset(rg, 0, ((size_t)count + 1) * sizeof *rg);
     memset(rt, 0, ((size_t)count + 1) * sizeof *rt);
     for (int k = 1; k <= order; k++) {
-        const double *u = m->c[k] + first, *pull = m->pull[k < order ? k : 0] + first;
+        const double *u = m->u_terms[k] + first,
+                     *pull = m->tension_terms[k < order ? k : 0] + first;
         double slope = k * power;
         power *= h;
         if (k >= 2) {
-            VECTORS
+            VECTORISE_LOOP
             for (int n = 0; n < count; n++)
                 rv[n] += fabs(u[n]) * slope;
         }
-        VECTORS
+        VECTORISE_LOOP
         for (int j = 0; j <= count; j++)
             rg[j] += fabs(u[j] - u[j - 1]) * power;
         if (k < order) {
-            VECTORS
+            VECTORISE_LOOP
             for (int j = 0; j <= count; j++)
                 rt[j] += fabs(pull[j]) * power;
         }
@@ -196,48 +204,51 @@ VECTOR static void set_bounds(const struct motion *m, int first, int last, int o
 
 double motion_opening_ft(const struct motion *m, int j)
 {
-    return m->gap0_ft[j] + (m->c[0][j] - m->c[0][j - 1]);
+    return m->gap0_ft[j] + (m->u_terms[0][j] - m->u_terms[0][j - 1]);
 }
 
-static double noise_ft(const struct motion *m, int j)
+static double opening_rounding_ft(const struct motion *m, int j)
 {
-    return ROUNDING * (fabs(m->c[0][j]) + fabs(m->c[0][j - 1]) + fabs(m->gap0_ft[j]) + m->slack_ft);
+    return ROUNDING_SHARE * (fabs(m->u_terms[0][j]) + fabs(m->u_terms[0][j - 1]) +
+                             fabs(m->gap0_ft[j]) + m->slack_ft);
 }
 
-static double noise_ft_s(const struct motion *m)
+static double speed_rounding_ft_s(const struct motion *m)
 {
-    return ROUNDING * m->max_speed_ft_s;
+    return ROUNDING_SHARE * m->max_speed_ft_s;
 }
 
-static double noise_lb(const struct motion *m, int j)
+static double tension_rounding_lb(const struct motion *m, int j)
 {
-    if (m->mode[j] == JOINT_CUT || m->mode[j] == JOINT_OPEN || m->mode[j] == JOINT_FREED)
+    if (m->joint_mode[j] == JOINT_CUT || m->joint_mode[j] == JOINT_OPEN ||
+        m->joint_mode[j] == JOINT_GRIT_OPENING)
         return 0.0;
-    return m->kl * noise_ft(m, j) + m->cl * noise_ft_s(m) + ROUNDING * m->grit_lb[j];
+    return m->kl_lb_ft * opening_rounding_ft(m, j) + m->cl_lb_s_ft * speed_rounding_ft_s(m) +
+           ROUNDING_SHARE * m->grit_lb[j];
 }
 
 static double tension_lb(const struct motion *m, int j)
 {
-    return m->a[j] * motion_opening_ft(m, j) + m->b[j] * (m->c[1][j] - m->c[1][j - 1]) +
-           m->at_lb[j];
+    return m->tension_a[j] * motion_opening_ft(m, j) +
+           m->tension_b[j] * (m->u_terms[1][j] - m->u_terms[1][j - 1]) + m->tension_at_lb[j];
 }
 
 static double push_lb(const struct motion *m, int n)
 {
-    return tension_lb(m, n + 1) - tension_lb(m, n) + m->thrust[0][n];
+    return tension_lb(m, n + 1) - tension_lb(m, n) + m->thrust_terms[0][n];
 }
 
-static double noise_push_lb(const struct motion *m, int n)
+static double push_rounding_lb(const struct motion *m, int n)
 {
-    return noise_lb(m, n) + noise_lb(m, n + 1) +
-           ROUNDING * (m->limit_lb[n] + fabs(m->thrust[0][n]));
+    return tension_rounding_lb(m, n) + tension_rounding_lb(m, n + 1) +
+           ROUNDING_SHARE * (m->limit_lb[n] + fabs(m->thrust_terms[0][n]));
 }
 
 static void opening_series(const struct motion *m, int j, int order, double *g)
 {
     g[0] = motion_opening_ft(m, j);
     for (int k = 1; k <= order; k++)
-        g[k] = m->c[k][j] - m->c[k][j - 1];
+        g[k] = m->u_terms[k][j] - m->u_terms[k][j - 1];
 }
 
 static void keep_earlier_event(struct event *event, double h, int mat, int joint, int which)
@@ -246,42 +257,45 @@ static void keep_earlier_event(struct event *event, double h, int mat, int joint
         *event = (struct event){h, mat, joint, which};
 }
 
-double motion_part_limit_lb(const struct motion *m, const struct part *part)
+double motion_ground_limit_lb(const struct motion *m, const struct mat_load *part)
 {
     return m->weight_friction_lb +
-           m->load_friction_lb * (part->load[0] + part->load[1] * (m->t_s - m->from_s));
+           m->load_friction_lb *
+               (part->load_share[0] + part->load_share[1] * (m->t_s - m->last_break_s));
 }
 
 /* Finds the next event of elastic ground. `which` 0: the speed of the mat reverses; 1: the force
  * reaches its limit or leaves it; 2: the load falls to 0. */
-static void find_part_event(const struct motion *m, const struct part *part, int order,
-                            struct event *event)
+static void find_ground_event(const struct motion *m, const struct mat_load *part, int order,
+                              struct event *event)
 {
-    double s[POLYNOMIAL_DEGREE + 1], v[POLYNOMIAL_DEGREE + 1],
-        limit_lb = motion_part_limit_lb(m, part);
-    double limit_rate = m->load_friction_lb * part->load[1], noise_lb = ROUNDING * limit_lb;
+    double s[POLYNOMIAL_DEGREE_MAX + 1], v[POLYNOMIAL_DEGREE_MAX + 1],
+        limit_lb = motion_ground_limit_lb(m, part);
+    double limit_rate = m->load_friction_lb * part->load_share[1],
+           noise_lb = ROUNDING_SHARE * limit_lb;
     int n = part->mat;
-    if (part->mode == GROUND_RIDES)
+    if (part->mode == GROUND_FRICTIONLESS)
         return;
     v[order] = 0.0;
     for (int k = 0; k < order; k++)
-        v[k] = part->side * (k + 1) * m->c[k + 1][n];
-    if (part->mode == GROUND_GIVES) {
-        double rate = part->k_lb_ft / (limit_rate < 0.0 ? m->rho : 1.0);
+        v[k] = part->force_sign * (k + 1) * m->u_terms[k + 1][n];
+    if (part->mode == GROUND_YIELDS) {
+        double rate = part->k_lb_ft / (limit_rate < 0.0 ? m->recovered_share : 1.0);
         for (int k = 0; k < order; k++)
             s[k] = rate * v[k];
         s[0] -= limit_rate;
-        keep_earlier_event(event,
-                           polynomial_first_fall_s(s, order - 1, event->h_s, rate * noise_ft_s(m)),
-                           n, 0, 1);
+        keep_earlier_event(
+            event,
+            polynomial_first_negative_s(s, order - 1, event->h_s, rate * speed_rounding_ft_s(m)), n,
+            0, 1);
         return;
     }
     for (int which = 0; which < 3; which++) {
         if (which == 2 && part->mode == GROUND_LOADS)
             continue;
-        s[0] = part->side * part->ground_force_lb;
+        s[0] = part->force_sign * part->ground_force_lb;
         for (int k = 1; k <= order; k++)
-            s[k] = part->side * part->rate_lb_ft * m->c[k][n];
+            s[k] = part->force_sign * part->slope_lb_ft * m->u_terms[k][n];
         for (int k = 0; which < 2 && k <= order; k++)
             s[k] = which == 0 ? (part->mode == GROUND_LOADS ? v[k] : -v[k]) : -s[k];
         if (which == 1) {
@@ -290,123 +304,133 @@ static void find_part_event(const struct motion *m, const struct part *part, int
         }
         keep_earlier_event(
             event,
-            polynomial_first_fall_s(s, order, event->h_s, which == 0 ? noise_ft_s(m) : noise_lb), n,
-            0, which);
+            polynomial_first_negative_s(s, order, event->h_s,
+                                        which == 0 ? speed_rounding_ft_s(m) : noise_lb),
+            n, 0, which);
     }
 }
 
 static void find_mat_event(const struct motion *m, int n, int order, struct event *event)
 {
-    double s[POLYNOMIAL_DEGREE + 1], way = m->slide[n];
-    if (m->slide[n] == SLIDE_ON_GROUND)
-        return; /* find_part_event handles this mat */
-    if (m->slide[n] == 2) {
-        double far_ft_s = m->friction == SIM_FRICTION_TANH ? COULOMB_SPEED * m->scene->veps_ft_s
-                                                           : DBL_MAX;
-        if (far_ft_s - fabs(m->c[1][n]) >= m->reach_v[n])
+    double s[POLYNOMIAL_DEGREE_MAX + 1], way = m->slide_direction[n];
+    if (m->slide_direction[n] == SLIDE_ON_GROUND)
+        return; /* find_ground_event handles this mat */
+    if (m->slide_direction[n] == 2) {
+        double far_ft_s = m->friction_law == SIM_FRICTION_TANH
+                            ? COULOMB_SPEED_MIN * m->scene->veps_ft_s
+                            : DBL_MAX;
+        if (far_ft_s - fabs(m->u_terms[1][n]) >= m->speed_change_max[n])
             return;
         for (way = -1.0; way <= 1.0; way += 2.0) {
             for (int k = 0; k < order; k++)
-                s[k] = -way * (k + 1) * m->c[k + 1][n];
+                s[k] = -way * (k + 1) * m->u_terms[k + 1][n];
             s[0] += far_ft_s;
             keep_earlier_event(
-                event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_ft_s(m)), n, 0, 0);
+                event,
+                polynomial_first_negative_s(s, order - 1, event->h_s, speed_rounding_ft_s(m)), n, 0,
+                0);
         }
         return;
     }
-    if (m->slide[n]) {
-        double near_ft_s = m->friction == SIM_FRICTION_TANH ? TANH_SATURATION * m->scene->veps_ft_s
-                                                            : 0.0;
-        if (way * m->c[1][n] - near_ft_s >= m->reach_v[n])
+    if (m->slide_direction[n]) {
+        double near_ft_s = m->friction_law == SIM_FRICTION_TANH
+                             ? TANH_SATURATION_SPEED * m->scene->veps_ft_s
+                             : 0.0;
+        if (way * m->u_terms[1][n] - near_ft_s >= m->speed_change_max[n])
             return;
         for (int k = 0; k < order; k++)
-            s[k] = way * (k + 1) * m->c[k + 1][n];
+            s[k] = way * (k + 1) * m->u_terms[k + 1][n];
         s[0] -= near_ft_s;
-        keep_earlier_event(event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_ft_s(m)),
-                           n, 0, 0);
+        keep_earlier_event(
+            event, polynomial_first_negative_s(s, order - 1, event->h_s, speed_rounding_ft_s(m)), n,
+            0, 0);
         return;
     }
-    double h = event->h_s, x = m->pull[0][n + 1] - m->pull[0][n] + m->thrust[0][n];
-    double most = m->reach_t[n + 1] + m->reach_t[n] +
-                  h * (fabs(m->thrust[1][n]) + h * fabs(m->thrust[2][n]));
+    double h = event->h_s,
+           x = m->tension_terms[0][n + 1] - m->tension_terms[0][n] + m->thrust_terms[0][n];
+    double most = m->tension_change_max[n + 1] + m->tension_change_max[n] +
+                  h * (fabs(m->thrust_terms[1][n]) + h * fabs(m->thrust_terms[2][n]));
     if (m->limit_lb[n] - fabs(x) > most || m->limit_lb[n] == (double)INFINITY)
         return;
     for (way = -1.0; way <= 1.0; way += 2.0) {
         for (int k = 0; k < order; k++)
-            s[k] = -way * (m->pull[k][n + 1] - m->pull[k][n] + (k < 3 ? m->thrust[k][n] : 0.0));
+            s[k] = -way * (m->tension_terms[k][n + 1] - m->tension_terms[k][n] +
+                           (k < 3 ? m->thrust_terms[k][n] : 0.0));
         s[0] += m->limit_lb[n];
         keep_earlier_event(
-            event, polynomial_first_fall_s(s, order - 1, event->h_s, noise_push_lb(m, n)), n, 0, 0);
+            event, polynomial_first_negative_s(s, order - 1, event->h_s, push_rounding_lb(m, n)), n,
+            0, 0);
     }
 }
 
 /* Computes the conditions that end the mode of a joint. Condition `which` (0, 1, 2) is a series
  * that must not fall below 0. Returns false if there is no such condition. */
-static bool find_joint_end(const struct motion *m, int j, int which, const double *g, int order,
-                           double *s, double *noise)
+static bool find_joint_mode_end(const struct motion *m, int j, int which, const double *g,
+                                int order, double *s, double *noise)
 {
     enum { LIMITS_OPENING, LIMITS_SPEED, LIMITS_FORCE } of = LIMITS_OPENING;
     double way = 1.0, at = 0.0;
     bool first = which == 0;
-    switch (m->mode[j]) {
+    switch (m->joint_mode[j]) {
     case JOINT_OPEN:
         way = first ? 1.0 : -1.0;
         at = first ? 0.0 : m->slack_ft;
         break;
     case JOINT_PRESSED: way = -1.0; break;
     case JOINT_HOOKED: at = m->slack_ft; break;
-    case JOINT_FREED:
+    case JOINT_GRIT_OPENING:
         of = first ? LIMITS_SPEED : LIMITS_OPENING;
         way = first ? 1.0 : -1.0;
         at = m->slack_ft;
         break;
-    case JOINT_HELD:
+    case JOINT_GRIT_HOLDS:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = which == 2 ? 1.0 : -1.0;
         at = first ? m->reach_ft[j] : which == 1 ? 0.0 : -m->grit_lb[j];
         break;
-    case JOINT_LOOSE:
+    case JOINT_GRIT_FORCELESS:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? -1.0 : 1.0;
         at = first ? m->reach_ft[j] : 0.0;
         break;
-    case JOINT_FULL:
+    case JOINT_GRIT_AT_LIMIT:
         of = first ? LIMITS_OPENING : LIMITS_FORCE;
         way = first ? 1.0 : -1.0;
-        at = first ? m->reach_ft[j] - m->grit_lb[j] / m->kl : -m->grit_lb[j];
+        at = first ? m->reach_ft[j] - m->grit_lb[j] / m->kl_lb_ft : -m->grit_lb[j];
         break;
-    case JOINT_YIELDS:
+    case JOINT_GRIT_YIELDS:
         of = first ? LIMITS_OPENING : LIMITS_SPEED;
         way = first ? 1.0 : -1.0;
-        at = first ? -m->grit_lb[j] / m->kl : 0.0;
+        at = first ? -m->grit_lb[j] / m->kl_lb_ft : 0.0;
         break;
     default: return false;
     }
     static const int ends_of[] = {
-        [JOINT_OPEN] = 2, [JOINT_PRESSED] = 1, [JOINT_HOOKED] = 1, [JOINT_FREED] = 2,
-        [JOINT_HELD] = 3, [JOINT_LOOSE] = 2,   [JOINT_FULL] = 2,   [JOINT_YIELDS] = 2,
+        [JOINT_OPEN] = 2,          [JOINT_PRESSED] = 1,     [JOINT_HOOKED] = 1,
+        [JOINT_GRIT_OPENING] = 2,  [JOINT_GRIT_HOLDS] = 3,  [JOINT_GRIT_FORCELESS] = 2,
+        [JOINT_GRIT_AT_LIMIT] = 2, [JOINT_GRIT_YIELDS] = 2,
     };
-    if (which >= ends_of[m->mode[j]])
+    if (which >= ends_of[m->joint_mode[j]])
         return false;
     switch (of) {
     case LIMITS_OPENING:
         for (int k = 0; k <= order; k++)
             s[k] = way * g[k];
         s[0] -= way * at;
-        *noise = noise_ft(m, j);
+        *noise = opening_rounding_ft(m, j);
         break;
     case LIMITS_SPEED:
         for (int k = 0; k < order; k++)
             s[k] = way * (k + 1) * g[k + 1];
         s[order] = 0.0;
-        *noise = noise_ft_s(m);
+        *noise = speed_rounding_ft_s(m);
         break;
     case LIMITS_FORCE:
         for (int k = 0; k < order; k++)
-            s[k] = way * (m->kl * g[k] + m->cl * (k + 1) * g[k + 1]);
-        s[0] -= way * (m->kl * m->reach_ft[j] + at);
+            s[k] = way * (m->kl_lb_ft * g[k] + m->cl_lb_s_ft * (k + 1) * g[k + 1]);
+        s[0] -= way * (m->kl_lb_ft * m->reach_ft[j] + at);
         s[order] = 0.0;
-        *noise = noise_lb(m, j);
+        *noise = tension_rounding_lb(m, j);
         break;
     }
     return true;
@@ -414,10 +438,11 @@ static bool find_joint_end(const struct motion *m, int j, int which, const doubl
 
 static void find_joint_event(const struct motion *m, int j, int order, struct event *event)
 {
-    double g[POLYNOMIAL_DEGREE + 1], s[POLYNOMIAL_DEGREE + 1], noise,
+    double g[POLYNOMIAL_DEGREE_MAX + 1], s[POLYNOMIAL_DEGREE_MAX + 1], noise,
         g_ft = motion_opening_ft(m, j);
-    double way = m->reach_g[j];
-    switch (m->mode[j]) { /* skip the joint early: most joints are far from the end of their mode */
+    double way = m->opening_change_max[j];
+    switch (m->joint_mode
+                [j]) { /* skip the joint early: most joints are far from the end of their mode */
     case JOINT_CUT:
     case JOINT_ELASTIC: return;
     case JOINT_OPEN:
@@ -432,17 +457,19 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
         if (g_ft - m->slack_ft > way)
             return;
         break;
-    case JOINT_HELD: {
-        double t = m->pull[0][j];
-        if (m->reach_ft[j] - g_ft > way && -t > m->reach_t[j] && t + m->grit_lb[j] > m->reach_t[j])
+    case JOINT_GRIT_HOLDS: {
+        double t = m->tension_terms[0][j];
+        if (m->reach_ft[j] - g_ft > way && -t > m->tension_change_max[j] &&
+            t + m->grit_lb[j] > m->tension_change_max[j])
             return;
         break;
     }
-    case JOINT_FREED:
-    case JOINT_YIELDS: {
-        bool yields = m->mode[j] == JOINT_YIELDS;
-        double v = m->c[1][j] - m->c[1][j - 1], change = m->reach_v[j] + m->reach_v[j - 1];
-        double room = yields ? g_ft + m->grit_lb[j] / m->kl : m->slack_ft - g_ft;
+    case JOINT_GRIT_OPENING:
+    case JOINT_GRIT_YIELDS: {
+        bool yields = m->joint_mode[j] == JOINT_GRIT_YIELDS;
+        double v = m->u_terms[1][j] - m->u_terms[1][j - 1],
+               change = m->speed_change_max[j] + m->speed_change_max[j - 1];
+        double room = yields ? g_ft + m->grit_lb[j] / m->kl_lb_ft : m->slack_ft - g_ft;
         v = yields ? -v : v;
         if (room > way && v >= change && (v > 0.0 || change == 0.0))
             return;
@@ -451,52 +478,59 @@ static void find_joint_event(const struct motion *m, int j, int order, struct ev
     default: break;
     }
     opening_series(m, j, order, g);
-    for (int which = 0; find_joint_end(m, j, which, g, order, s, &noise); which++)
-        keep_earlier_event(event, polynomial_first_fall_s(s, order, event->h_s, noise), 0, j,
+    for (int which = 0; find_joint_mode_end(m, j, which, g, order, s, &noise); which++)
+        keep_earlier_event(event, polynomial_first_negative_s(s, order, event->h_s, noise), 0, j,
                            which);
 }
 
-static void set_mode(struct motion *m, int j, enum mode mode)
+static void set_joint_mode(struct motion *m, int j, enum joint_mode mode)
 {
     bool spring = mode == JOINT_ELASTIC || mode == JOINT_PRESSED || mode == JOINT_HOOKED ||
-                  mode == JOINT_HELD;
-    m->mode[j] = (unsigned char)mode;
-    m->a[j] = spring ? m->kl : 0.0;
-    m->b[j] = spring ? m->cl : 0.0;
-    m->at_lb[j] = mode == JOINT_HOOKED                       ? -m->kl * m->slack_ft
-                : mode == JOINT_HELD                         ? -m->kl * m->reach_ft[j]
-                : mode == JOINT_FULL || mode == JOINT_YIELDS ? -m->grit_lb[j]
-                                                             : 0.0;
+                  mode == JOINT_GRIT_HOLDS;
+    m->joint_mode[j] = (unsigned char)mode;
+    m->tension_a[j] = spring ? m->kl_lb_ft : 0.0;
+    m->tension_b[j] = spring ? m->cl_lb_s_ft : 0.0;
+    m->tension_at_lb[j] = mode == JOINT_HOOKED     ? -m->kl_lb_ft * m->slack_ft
+                        : mode == JOINT_GRIT_HOLDS ? -m->kl_lb_ft * m->reach_ft[j]
+                        : mode == JOINT_GRIT_AT_LIMIT || mode == JOINT_GRIT_YIELDS ? -m->grit_lb[j]
+                                                                                   : 0.0;
 }
 
 static void switch_joint(struct motion *m, int j, int which)
 {
     bool dirty = m->grit_lb[j] > 0.0;
     double g_ft = motion_opening_ft(m, j);
-    switch (m->mode[j]) {
-    case JOINT_OPEN: set_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HOOKED); break;
-    case JOINT_PRESSED: set_mode(m, j, dirty ? JOINT_FREED : JOINT_OPEN); break;
+    switch (m->joint_mode[j]) {
+    case JOINT_OPEN: set_joint_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HOOKED); break;
+    case JOINT_PRESSED: set_joint_mode(m, j, dirty ? JOINT_GRIT_OPENING : JOINT_OPEN); break;
     case JOINT_HOOKED:
         m->reach_ft[j] = m->slack_ft;
-        set_mode(m, j, dirty ? JOINT_HELD : JOINT_OPEN);
+        set_joint_mode(m, j, dirty ? JOINT_GRIT_HOLDS : JOINT_OPEN);
         break;
-    case JOINT_FREED:
+    case JOINT_GRIT_OPENING:
         if (which == 0)
             m->reach_ft[j] = g_ft;
-        set_mode(m, j, which == 1 ? JOINT_HOOKED : g_ft > 0.0 ? JOINT_HELD : JOINT_PRESSED);
+        set_joint_mode(m, j,
+                       which == 1   ? JOINT_HOOKED
+                       : g_ft > 0.0 ? JOINT_GRIT_HOLDS
+                                    : JOINT_PRESSED);
         break;
-    case JOINT_HELD:
-        set_mode(m, j,
-                 which == 0    ? JOINT_FREED
-                 : which == 1  ? JOINT_LOOSE
-                 : m->cl > 0.0 ? JOINT_FULL
-                               : JOINT_YIELDS);
+    case JOINT_GRIT_HOLDS:
+        set_joint_mode(m, j,
+                       which == 0            ? JOINT_GRIT_OPENING
+                       : which == 1          ? JOINT_GRIT_FORCELESS
+                       : m->cl_lb_s_ft > 0.0 ? JOINT_GRIT_AT_LIMIT
+                                             : JOINT_GRIT_YIELDS);
         break;
-    case JOINT_LOOSE: set_mode(m, j, which == 0 ? JOINT_FREED : JOINT_HELD); break;
-    case JOINT_FULL: set_mode(m, j, which == 0 ? JOINT_YIELDS : JOINT_HELD); break;
-    case JOINT_YIELDS:
-        m->reach_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl;
-        set_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_HELD);
+    case JOINT_GRIT_FORCELESS:
+        set_joint_mode(m, j, which == 0 ? JOINT_GRIT_OPENING : JOINT_GRIT_HOLDS);
+        break;
+    case JOINT_GRIT_AT_LIMIT:
+        set_joint_mode(m, j, which == 0 ? JOINT_GRIT_YIELDS : JOINT_GRIT_HOLDS);
+        break;
+    case JOINT_GRIT_YIELDS:
+        m->reach_ft[j] = which == 0 ? 0.0 : g_ft + m->grit_lb[j] / m->kl_lb_ft;
+        set_joint_mode(m, j, which == 0 ? JOINT_PRESSED : JOINT_GRIT_HOLDS);
         break;
     default: break;
     }
@@ -504,90 +538,91 @@ static void switch_joint(struct motion *m, int j, int which)
 
 static void set_slide(struct motion *m, int n, int way)
 {
-    m->slide[n] = (signed char)way;
-    m->drag_lb_s_ft[n] = m->ground_lb_s_ft;
-    m->free_per_slug[n] = way ? m->per_slug : 0.0;
+    m->slide_direction[n] = (signed char)way;
+    m->drag_lb_s_ft[n] = m->ground_damping_lb_s_ft;
+    m->moving_inverse_mass[n] = way ? m->inverse_mass : 0.0;
     m->friction_force_lb[n] = way == 1 || way == -1 ? way * m->limit_lb[n] : 0.0;
-    if (way && n < m->low)
-        m->low = n;
-    if (way && n > m->high)
-        m->high = n;
+    if (way && n < m->moving_low)
+        m->moving_low = n;
+    if (way && n > m->moving_high)
+        m->moving_high = n;
 }
 
-static void shrink_range(struct motion *m)
+static void shrink_moving_range(struct motion *m)
 {
-    while (m->low <= m->high && m->slide[m->low] == 0)
-        m->low++;
-    while (m->low <= m->high && m->slide[m->high] == 0)
-        m->high--;
-    if (m->low > m->high) {
-        m->low = m->mats + 1;
-        m->high = 0;
+    while (m->moving_low <= m->moving_high && m->slide_direction[m->moving_low] == 0)
+        m->moving_low++;
+    while (m->moving_low <= m->moving_high && m->slide_direction[m->moving_high] == 0)
+        m->moving_high--;
+    if (m->moving_low > m->moving_high) {
+        m->moving_low = m->mats + 1;
+        m->moving_high = 0;
     }
 }
 
-static void set_part(struct motion *m, struct part *part, enum part_mode mode)
+static void set_ground_mode(struct motion *m, struct mat_load *part, enum ground_mode mode)
 {
-    double limit_lb = motion_part_limit_lb(m, part);
+    double limit_lb = motion_ground_limit_lb(m, part);
     part->mode = mode;
-    part->rate_lb_ft = mode == GROUND_LOADS   ? part->k_lb_ft
-                     : mode == GROUND_UNLOADS ? part->k_lb_ft / m->rho
-                                              : 0.0;
-    if (mode == GROUND_GIVES)
-        part->ground_force_lb = part->side * limit_lb;
+    part->slope_lb_ft = mode == GROUND_LOADS   ? part->k_lb_ft
+                      : mode == GROUND_UNLOADS ? part->k_lb_ft / m->recovered_share
+                                               : 0.0;
+    if (mode == GROUND_YIELDS)
+        part->ground_force_lb = part->force_sign * limit_lb;
     set_slide(m, part->mat, SLIDE_ON_GROUND);
-    m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping * sqrt(part->k_lb_ft / m->per_slug);
+    m->drag_lb_s_ft[part->mat] += 2.0 * m->scene->gear.damping *
+                                  sqrt(part->k_lb_ft / m->inverse_mass);
     m->friction_force_lb[part->mat] = part->ground_force_lb;
 }
 
-static void switch_part(struct motion *m, struct part *part, int which)
+static void switch_ground(struct motion *m, struct mat_load *part, int which)
 {
-    if (part->mode == GROUND_GIVES)
-        set_part(m, part, part->load[1] > 0.0 ? GROUND_LOADS : GROUND_UNLOADS);
+    if (part->mode == GROUND_YIELDS)
+        set_ground_mode(m, part, part->load_share[1] > 0.0 ? GROUND_LOADS : GROUND_UNLOADS);
     else if (which == 0)
-        set_part(m, part, part->mode == GROUND_LOADS ? GROUND_UNLOADS : GROUND_LOADS);
+        set_ground_mode(m, part, part->mode == GROUND_LOADS ? GROUND_UNLOADS : GROUND_LOADS);
     else if (which == 1)
-        set_part(m, part, GROUND_GIVES);
+        set_ground_mode(m, part, GROUND_YIELDS);
     else {
-        part->side = -part->side;
-        set_part(m, part, GROUND_LOADS);
+        part->force_sign = -part->force_sign;
+        set_ground_mode(m, part, GROUND_LOADS);
     }
 }
 
 static void switch_mat(struct motion *m, int n, int which)
 {
-    for (int i = 0; m->slide[n] == SLIDE_ON_GROUND && i < m->part_count; i++) {
-        if (m->parts[i].mat == n) {
-            switch_part(m, &m->parts[i], which);
+    for (int i = 0; m->slide_direction[n] == SLIDE_ON_GROUND && i < m->load_count; i++) {
+        if (m->loads[i].mat == n) {
+            switch_ground(m, &m->loads[i], which);
             return;
         }
     }
-    bool rests = m->slide[n] == 0;
-    if (m->friction == SIM_FRICTION_TANH) {
-        set_slide(m, n, m->slide[n] != 2 ? 2 : m->c[1][n] > 0.0 ? 1 : -1);
+    bool rests = m->slide_direction[n] == 0;
+    if (m->friction_law == SIM_FRICTION_TANH) {
+        set_slide(m, n, m->slide_direction[n] != 2 ? 2 : m->u_terms[1][n] > 0.0 ? 1 : -1);
         return;
     }
-    m->c[1][n] = 0.0;
+    m->u_terms[1][n] = 0.0;
     double x = push_lb(m, n);
-    bool held = !rests && fabs(x) <= m->limit_lb[n] + noise_push_lb(m, n);
+    bool held = !rests && fabs(x) <= m->limit_lb[n] + push_rounding_lb(m, n);
     set_slide(m, n, held ? 0 : x > 0.0 ? 1 : -1);
-    shrink_range(m);
+    shrink_moving_range(m);
 }
 
 /* ---- the wheel ---- */
 
-static int compare_values(const void *a, const void *b)
+static int compare_doubles(const void *a, const void *b)
 {
     double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
 }
 
-static size_t line_count(const struct motion *m)
+static size_t axle_line_count(const struct motion *m)
 {
     return m->has_gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
 }
 
-static double behind_ft(const struct motion *m, size_t line)
+static double line_setback_ft(const struct motion *m, size_t line)
 {
     const struct sim_list *lines = &m->scene->gear.lines_ft;
     return m->has_gear && lines->count > 0 ? lines->values[line] : 0.0;
@@ -599,60 +634,60 @@ static double axles_of(const struct motion *m, size_t line)
     return m->has_gear && axles->count > 0 ? axles->values[line] : 1.0;
 }
 
-static void add_break(struct motion *m, double t_s)
+static void add_break_time(struct motion *m, double t_s)
 {
     if (!(t_s > 0.0 && t_s < sim_scene_end_s(m->scene)))
         return;
-    xlist_grow(&m->breaks_s, m->break_count, sizeof *m->breaks_s);
-    m->breaks_s[m->break_count++] = t_s;
+    xlist_grow(&m->break_times_s, m->break_count, sizeof *m->break_times_s);
+    m->break_times_s[m->break_count++] = t_s;
 }
 
 /* Adds breaks at the times at which a point `ahead_ft` ahead of the path crosses from one mat to
  * the next. */
-static void add_hops(struct motion *m, const struct sim_path_row *row, double ahead_ft)
+static void add_mat_crossings(struct motion *m, const struct sim_path_row *row, double ahead_ft)
 {
     double length_ft = m->scene->length_ft, x0_ft = row[0].x_ft + ahead_ft;
     double x1_ft = row[1].x_ft + ahead_ft, stopping_distance_ft = x1_ft - x0_ft;
     double low = ceil(fmin(x0_ft, x1_ft) / length_ft), high = floor(fmax(x0_ft, x1_ft) / length_ft);
     for (double i = fmax(low, 0.0); i <= fmin(high, m->mats); i++)
-        add_break(m, row[0].t_s + (row[1].t_s - row[0].t_s) *
-                                      ((i * length_ft - x0_ft) / stopping_distance_ft));
+        add_break_time(m, row[0].t_s + (row[1].t_s - row[0].t_s) *
+                                           ((i * length_ft - x0_ft) / stopping_distance_ft));
 }
 
-static void make_breaks(struct motion *m)
+static void make_break_times(struct motion *m)
 {
     const struct sim_scene *scene = m->scene;
     double half_ft = m->has_gear ? 0.5 * scene->gear.foot_ft : 0.0;
     for (size_t i = 0; i < m->wheel.count; i++) {
         const struct sim_path_row *row = m->wheel.rows + i;
-        add_break(m, row->t_s);
+        add_break_time(m, row->t_s);
         if (i + 1 == m->wheel.count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
             continue;
-        for (size_t line = 0; line < line_count(m); line++) {
-            double ahead_ft = -behind_ft(m, line);
-            add_hops(m, row, ahead_ft);
+        for (size_t line = 0; line < axle_line_count(m); line++) {
+            double ahead_ft = -line_setback_ft(m, line);
+            add_mat_crossings(m, row, ahead_ft);
             if (scene->thrust == SIM_THRUST_LINEAR)
-                add_hops(m, row, ahead_ft + 0.5 * scene->length_ft);
+                add_mat_crossings(m, row, ahead_ft + 0.5 * scene->length_ft);
             if (half_ft > 0.0) {
-                add_hops(m, row, ahead_ft - half_ft);
-                add_hops(m, row, ahead_ft + half_ft);
+                add_mat_crossings(m, row, ahead_ft - half_ft);
+                add_mat_crossings(m, row, ahead_ft + half_ft);
             }
         }
     }
-    add_break(m, scene->force_stop_s);
-    qsort(m->breaks_s, m->break_count, sizeof *m->breaks_s, compare_values);
-    xlist_grow(&m->breaks_s, m->break_count, sizeof *m->breaks_s);
-    m->breaks_s[m->break_count++] = sim_scene_end_s(scene);
+    add_break_time(m, scene->force_stop_s);
+    qsort(m->break_times_s, m->break_count, sizeof *m->break_times_s, compare_doubles);
+    xlist_grow(&m->break_times_s, m->break_count, sizeof *m->break_times_s);
+    m->break_times_s[m->break_count++] = sim_scene_end_s(scene);
 }
 
-static struct part *find_part(struct motion *m, int mat)
+static struct mat_load *find_load(struct motion *m, int mat)
 {
     int i = 0;
-    while (i < m->part_count && m->parts[i].mat != mat)
+    while (i < m->load_count && m->loads[i].mat != mat)
         i++;
-    if (i == m->part_count)
-        m->parts[m->part_count++] = (struct part){.mat = mat};
-    return &m->parts[i];
+    if (i == m->load_count)
+        m->loads[m->load_count++] = (struct mat_load){.mat = mat};
+    return &m->loads[i];
 }
 
 /* Adds the action of `axles` axles on a mat: `share` of the thrust and load of each. `rate` is the
@@ -660,18 +695,18 @@ static struct part *find_part(struct motion *m, int mat)
 static void add_part(struct motion *m, int mat, double share, double rate, double axles,
                      const double force[2], bool thrust, bool load)
 {
-    if (mat < 1 || mat > m->mats || m->part_count == SIM_TOUCH_MAX)
+    if (mat < 1 || mat > m->mats || m->load_count == SIM_TOUCH_MAX)
         return;
-    struct part *part = find_part(m, mat);
+    struct mat_load *part = find_load(m, mat);
     if (thrust) {
         part->thrust_lb[0] += axles * share * force[0];
         part->thrust_lb[1] += axles * (share * force[1] + rate * force[0]);
         part->thrust_lb[2] += axles * rate * force[1];
     }
     if (load) {
-        part->load[0] += axles * share;
-        part->load[1] += axles * rate;
-        part->touching += axles;
+        part->load_share[0] += axles * share;
+        part->load_share[1] += axles * rate;
+        part->axle_count += axles;
     }
 }
 
@@ -712,54 +747,56 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
     }
 }
 
-static void start_near_mat(struct motion *m, int n)
+static void mark_mat_changed(struct motion *m, int n)
 {
     m->changed_low = n < m->changed_low ? n : m->changed_low;
     m->changed_high = n > m->changed_high ? n : m->changed_high;
 }
 
 /* Starts the elastic ground under a loaded mat again. `before`: its previous state, or NULL. */
-static void restart_part(struct motion *m, struct part *part, const struct part *before)
+static void restart_ground(struct motion *m, struct mat_load *part, const struct mat_load *before)
 {
-    double v = m->c[1][part->mat];
-    part->k_lb_ft = gear_stiffness_lb_ft(m->scene, part->touching);
+    double v = m->u_terms[1][part->mat];
+    part->k_lb_ft = gear_stiffness_lb_ft(m->scene, part->axle_count);
     part->ground_force_lb = before ? before->ground_force_lb : 0.0;
-    if (before && part->touching < before->touching)
+    if (before && part->axle_count < before->axle_count)
         part->ground_force_lb *= part->k_lb_ft / before->k_lb_ft;
-    if (m->friction == SIM_FRICTION_NONE) {
+    if (m->friction_law == SIM_FRICTION_NONE) {
         part->ground_force_lb = 0.0;
-        set_part(m, part, GROUND_RIDES);
+        set_ground_mode(m, part, GROUND_FRICTIONLESS);
         return;
     }
-    double limit_lb = motion_part_limit_lb(m, part);
+    double limit_lb = motion_ground_limit_lb(m, part);
     part->ground_force_lb = fmax(-limit_lb, fmin(limit_lb, part->ground_force_lb));
-    part->side = part->ground_force_lb > 0.0 ? 1 : part->ground_force_lb < 0.0 || v < 0.0 ? -1 : 1;
-    set_part(m, part, v * part->side < 0.0 ? GROUND_UNLOADS : GROUND_LOADS);
+    part->force_sign = part->ground_force_lb > 0.0            ? 1
+                     : part->ground_force_lb < 0.0 || v < 0.0 ? -1
+                                                              : 1;
+    set_ground_mode(m, part, v * part->force_sign < 0.0 ? GROUND_UNLOADS : GROUND_LOADS);
 }
 
 static void remove_wheel(struct motion *m, int n)
 {
-    double v = m->c[1][n];
-    bool slides = m->friction == SIM_FRICTION_STICK ||
-                  (m->friction == SIM_FRICTION_TANH &&
-                   fabs(v) > COULOMB_SPEED * m->scene->veps_ft_s);
+    double v = m->u_terms[1][n];
+    bool slides = m->friction_law == SIM_FRICTION_STICK ||
+                  (m->friction_law == SIM_FRICTION_TANH &&
+                   fabs(v) > COULOMB_SPEED_MIN * m->scene->veps_ft_s);
     m->limit_lb[n] = m->weight_friction_lb;
     int left = slides ? (v > 0.0) - (v < 0.0) : 2;
-    set_slide(m, n, m->slide[n] == SLIDE_ON_GROUND ? left : m->slide[n]);
+    set_slide(m, n, m->slide_direction[n] == SLIDE_ON_GROUND ? left : m->slide_direction[n]);
 }
 
 /* Sets the forces of the wheel from the present time to the next break. */
-void motion_press(struct motion *m)
+void motion_set_wheel_action(struct motion *m)
 {
     const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
-    double until_s = m->breaks_s[m->next_break], half_s = 0.5 * (until_s - m->t_s);
+    double until_s = m->break_times_s[m->next_break], half_s = 0.5 * (until_s - m->t_s);
     double middle_s = m->t_s + half_s, force[2] = {0.0, 0.0}, x_ft = last->x_ft, speed_ft_s = 0.0;
-    struct part before[SIM_TOUCH_MAX];
-    int count = m->part_count;
+    struct mat_load before[SIM_TOUCH_MAX];
+    int count = m->load_count;
     bool there = middle_s >= rows->t_s;
-    memcpy(before, m->parts, sizeof before);
-    m->part_count = 0;
-    m->from_s = m->t_s;
+    memcpy(before, m->loads, sizeof before);
+    m->load_count = 0;
+    m->last_break_s = m->t_s;
     for (const struct sim_path_row *row = rows; row < last; row++) {
         double long_s = row[1].t_s - row->t_s;
         if (!(middle_s >= row->t_s && middle_s < row[1].t_s))
@@ -773,40 +810,40 @@ void motion_press(struct motion *m)
                            (row[1].force_lb - row->force_lb) * ((m->t_s - row->t_s) / long_s)
                      : 0.0;
     }
-    for (size_t i = 0; there && i < line_count(m); i++)
-        add_line(m, x_ft - behind_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
+    for (size_t i = 0; there && i < axle_line_count(m); i++)
+        add_line(m, x_ft - line_setback_ft(m, i), speed_ft_s, half_s, axles_of(m, i), force);
     for (int i = 0; i < count; i++) {
         int n = before[i].mat;
-        start_near_mat(m, n);
-        m->thrust[0][n] = m->thrust[1][n] = m->thrust[2][n] = 0.0;
+        mark_mat_changed(m, n);
+        m->thrust_terms[0][n] = m->thrust_terms[1][n] = m->thrust_terms[2][n] = 0.0;
         remove_wheel(m, n);
     }
-    for (int i = 0; i < m->part_count; i++) {
-        struct part *part = &m->parts[i];
-        const struct part *was = NULL;
+    for (int i = 0; i < m->load_count; i++) {
+        struct mat_load *part = &m->loads[i];
+        const struct mat_load *was = NULL;
         for (int k = 0; k < count; k++)
-            was = before[k].mat == part->mat && before[k].touching > 0.0 ? &before[k] : was;
-        start_near_mat(m, part->mat);
-        m->limit_lb[part->mat] = m->weight_friction_lb + m->load_friction_lb * part->load[0];
-        if (m->has_gear && part->touching > 0.0)
-            restart_part(m, part, was);
+            was = before[k].mat == part->mat && before[k].axle_count > 0.0 ? &before[k] : was;
+        mark_mat_changed(m, part->mat);
+        m->limit_lb[part->mat] = m->weight_friction_lb + m->load_friction_lb * part->load_share[0];
+        if (m->has_gear && part->axle_count > 0.0)
+            restart_ground(m, part, was);
         else
-            set_slide(m, part->mat, m->slide[part->mat]);
+            set_slide(m, part->mat, m->slide_direction[part->mat]);
     }
-    shrink_range(m);
+    shrink_moving_range(m);
 }
 
 /* Sets the thrust of the wheel from the present time on. */
-void motion_place_wheel(struct motion *m)
+void motion_set_wheel_thrust(struct motion *m)
 {
-    double dt = m->t_s - m->from_s;
-    for (int i = 0; i < m->part_count; i++) {
-        const struct part *part = &m->parts[i];
+    double dt = m->t_s - m->last_break_s;
+    for (int i = 0; i < m->load_count; i++) {
+        const struct mat_load *part = &m->loads[i];
         const double *f = part->thrust_lb;
-        m->thrust[0][part->mat] = f[0] + dt * (f[1] + dt * f[2]);
-        m->thrust[1][part->mat] = f[1] + 2.0 * dt * f[2];
-        m->thrust[2][part->mat] = f[2];
-        start_near_mat(m, part->mat);
+        m->thrust_terms[0][part->mat] = f[0] + dt * (f[1] + dt * f[2]);
+        m->thrust_terms[1][part->mat] = f[1] + 2.0 * dt * f[2];
+        m->thrust_terms[2][part->mat] = f[2];
+        mark_mat_changed(m, part->mat);
     }
 }
 
@@ -815,10 +852,10 @@ void motion_place_wheel(struct motion *m)
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s)
 {
     struct event event = {wide_s, 0, 0, 0};
-    set_bounds(m, first, last, order, wide_s);
-    for (int i = 0; m->has_gear && i < m->part_count; i++) {
-        if (m->parts[i].touching > 0.0)
-            find_part_event(m, &m->parts[i], order, &event);
+    set_change_bounds(m, first, last, order, wide_s);
+    for (int i = 0; m->has_gear && i < m->load_count; i++) {
+        if (m->loads[i].axle_count > 0.0)
+            find_ground_event(m, &m->loads[i], order, &event);
     }
     for (int n = first; n <= last; n++)
         find_mat_event(m, n, order, &event);
@@ -827,129 +864,133 @@ struct event motion_first_event(struct motion *m, int first, int last, int order
     return event;
 }
 
-void motion_switch(struct motion *m, const struct event *event)
+void motion_apply_switch(struct motion *m, const struct event *event)
 {
     if (event->mat)
-        switch_mat(m, event->mat, event->which);
+        switch_mat(m, event->mat, event->condition);
     else if (event->joint)
-        switch_joint(m, event->joint, event->which);
+        switch_joint(m, event->joint, event->condition);
 }
 
 void motion_make(struct motion *m, const struct sim_scene *scene)
 {
-    size_t length = ((size_t)scene->mats + 2 + PADDING - 1) / PADDING * PADDING + 2 * PADDING;
+    size_t length = ((size_t)scene->mats + 2 + ARRAY_PADDING - 1) / ARRAY_PADDING * ARRAY_PADDING +
+                    2 * ARRAY_PADDING;
     bool tanh_law = scene->friction_law == SIM_FRICTION_TANH && scene->friction > 0.0;
-    size_t arrays = (POLYNOMIAL_DEGREE + 1) + POLYNOMIAL_DEGREE + 21 +
-                    (tanh_law ? 2 * POLYNOMIAL_DEGREE : 0);
+    size_t arrays = (POLYNOMIAL_DEGREE_MAX + 1) + POLYNOMIAL_DEGREE_MAX + 21 +
+                    (tanh_law ? 2 * POLYNOMIAL_DEGREE_MAX : 0);
     *m = (struct motion){.scene = scene,
                          .mats = scene->mats,
-                         .per_slug = scene->g_ft_s2 / scene->weight_lb,
-                         .kl = scene->kl_lb_ft,
-                         .cl = scene->cl_lb_s_ft,
+                         .inverse_mass = scene->g_ft_s2 / scene->weight_lb,
+                         .kl_lb_ft = scene->kl_lb_ft,
+                         .cl_lb_s_ft = scene->cl_lb_s_ft,
                          .slack_ft = scene->slack_ft,
-                         .ground_lb_s_ft = scene->element[ELEMENT_ground_damping],
+                         .ground_damping_lb_s_ft = scene->element[ELEMENT_ground_damping],
                          .weight_friction_lb = scene->friction * scene->weight_lb,
                          .load_friction_lb = scene->friction * scene->wheel_load_lb,
-                         .friction = !(scene->friction > 0.0) ||
-                                             scene->friction_law == SIM_FRICTION_NONE
-                                       ? SIM_FRICTION_NONE
-                                   : tanh_law ? SIM_FRICTION_TANH
-                                              : SIM_FRICTION_STICK,
+                         .friction_law = !(scene->friction > 0.0) ||
+                                                 scene->friction_law == SIM_FRICTION_NONE
+                                           ? SIM_FRICTION_NONE
+                                       : tanh_law ? SIM_FRICTION_TANH
+                                                  : SIM_FRICTION_STICK,
                          .has_gear = scene->element[ELEMENT_gear_ground] > 0.0,
-                         .rho = scene->gear.unloading,
-                         .length = length};
-    double w = 4.0 * m->kl * m->per_slug, d = 4.0 * m->cl * m->per_slug;
+                         .recovered_share = scene->gear.unloading,
+                         .array_length = length};
+    double w = 4.0 * m->kl_lb_ft * m->inverse_mass, d = 4.0 * m->cl_lb_s_ft * m->inverse_mass;
     double axles = 0.0;
-    for (size_t i = 0; i < line_count(m); i++)
+    for (size_t i = 0; i < axle_line_count(m); i++)
         axles += axles_of(m, i);
-    double ground = m->has_gear ? gear_stiffness_lb_ft(scene, axles) * m->per_slug : 0.0;
-    m->max_rate = d + sqrt(w + ground / law_min(1.0, m->rho)) + m->ground_lb_s_ft * m->per_slug +
+    double ground = m->has_gear ? gear_stiffness_lb_ft(scene, axles) * m->inverse_mass : 0.0;
+    m->max_rate = d + sqrt(w + ground / law_min(1.0, m->recovered_share)) +
+                  m->ground_damping_lb_s_ft * m->inverse_mass +
                   2.0 * scene->gear.damping * sqrt(ground);
-    m->tanh_rate = (m->weight_friction_lb + m->load_friction_lb) * m->per_slug / scene->veps_ft_s;
+    m->tanh_rate = (m->weight_friction_lb + m->load_friction_lb) * m->inverse_mass /
+                   scene->veps_ft_s;
     sim_wheel_start(&m->wheel, scene);
-    make_breaks(m);
-    m->storage = xaligned_alloc(ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
-    double *next = (double *)m->storage + PADDING;
-    double **const places[] = {&m->thrust[0],
-                               &m->thrust[1],
-                               &m->thrust[2],
-                               &m->free_per_slug,
+    make_break_times(m);
+    m->storage = xaligned_alloc(ARRAY_ALIGNMENT, arrays * length * sizeof(double) + 2 * length);
+    double *next = (double *)m->storage + ARRAY_PADDING;
+    double **const places[] = {&m->thrust_terms[0],
+                               &m->thrust_terms[1],
+                               &m->thrust_terms[2],
+                               &m->moving_inverse_mass,
                                &m->limit_lb,
                                &m->friction_force_lb,
                                &m->drag_lb_s_ft,
-                               &m->reach_v,
-                               &m->a,
-                               &m->b,
-                               &m->at_lb,
+                               &m->speed_change_max,
+                               &m->tension_a,
+                               &m->tension_b,
+                               &m->tension_at_lb,
                                &m->gap0_ft,
                                &m->grit_lb,
                                &m->reach_ft,
-                               &m->push_most_lb,
-                               &m->pull_most_lb,
-                               &m->reach_g,
-                               &m->reach_t,
+                               &m->max_push_lb,
+                               &m->max_pull_lb,
+                               &m->opening_change_max,
+                               &m->tension_change_max,
                                &m->u_at,
                                &m->sum,
                                &m->slope};
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++, next += length)
         *places[i] = next;
-    for (int k = 0; k <= POLYNOMIAL_DEGREE; k++, next += length)
-        m->c[k] = next;
-    for (int k = 0; k < POLYNOMIAL_DEGREE; k++, next += length)
-        m->pull[k] = next;
-    for (int k = 0; tanh_law && k < POLYNOMIAL_DEGREE; k++, next += 2 * length) {
-        m->smooth[k] = next;
-        m->square[k] = next + length;
+    for (int k = 0; k <= POLYNOMIAL_DEGREE_MAX; k++, next += length)
+        m->u_terms[k] = next;
+    for (int k = 0; k < POLYNOMIAL_DEGREE_MAX; k++, next += length)
+        m->tension_terms[k] = next;
+    for (int k = 0; tanh_law && k < POLYNOMIAL_DEGREE_MAX; k++, next += 2 * length) {
+        m->tanh_terms[k] = next;
+        m->tanh_square_terms[k] = next + length;
     }
-    m->slide = (signed char *)((double *)m->storage + arrays * length) + PADDING;
-    m->mode = (unsigned char *)m->slide + length;
+    m->slide_direction = (signed char *)((double *)m->storage + arrays * length) + ARRAY_PADDING;
+    m->joint_mode = (unsigned char *)m->slide_direction + length;
 }
 
 void motion_free(struct motion *m)
 {
-    free(m->breaks_s);
+    free(m->break_times_s);
     free(m->storage);
 }
 
 void motion_start(struct motion *m)
 {
     const struct sim_scene *scene = m->scene;
-    size_t doubles = (size_t)((double *)(void *)(m->slide - PADDING) - (double *)m->storage);
-    memset(m->storage, 0, doubles * sizeof(double) + 2 * m->length);
+    size_t doubles =
+        (size_t)((double *)(void *)(m->slide_direction - ARRAY_PADDING) - (double *)m->storage);
+    memset(m->storage, 0, doubles * sizeof(double) + 2 * m->array_length);
     m->next_break = 0;
-    m->part_count = 0;
+    m->load_count = 0;
     m->t_s = m->max_speed_ft_s = 0.0;
-    m->low = m->mats + 1;
-    m->high = 0;
+    m->moving_low = m->mats + 1;
+    m->moving_high = 0;
     m->changed_low = m->mats + 1;
     m->changed_high = 0;
     for (int j = 0; j < m->mats + 2; j++)
-        set_mode(m, j, JOINT_CUT);
+        set_joint_mode(m, j, JOINT_CUT);
     for (int j = 1; j <= m->mats + 1; j++) {
         double g_ft = m->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
         bool end = (j == 1 && scene->left == SIM_FREE) ||
                    (j == m->mats + 1 && scene->right == SIM_FREE);
         m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
         m->reach_ft[j] = joint_first_reach_ft(g_ft, m->slack_ft);
-        set_mode(m, j,
-                 end                   ? JOINT_CUT
-                 : m->slack_ft <= 0.0  ? JOINT_ELASTIC
-                 : g_ft < 0.0          ? JOINT_PRESSED
-                 : g_ft > m->slack_ft  ? JOINT_HOOKED
-                 : m->grit_lb[j] > 0.0 ? JOINT_FREED
-                                       : JOINT_OPEN);
+        set_joint_mode(m, j,
+                       end                   ? JOINT_CUT
+                       : m->slack_ft <= 0.0  ? JOINT_ELASTIC
+                       : g_ft < 0.0          ? JOINT_PRESSED
+                       : g_ft > m->slack_ft  ? JOINT_HOOKED
+                       : m->grit_lb[j] > 0.0 ? JOINT_GRIT_OPENING
+                                             : JOINT_OPEN);
     }
     for (int n = 1; n <= m->mats; n++) {
         m->limit_lb[n] = m->weight_friction_lb;
-        set_slide(m, n, m->friction == SIM_FRICTION_STICK ? 0 : 2);
+        set_slide(m, n, m->friction_law == SIM_FRICTION_STICK ? 0 : 2);
     }
     m->limit_lb[0] = m->limit_lb[m->mats + 1] = (double)INFINITY;
     int thrown = scene->v0_mat > 0 ? scene->v0_mat : sim_wheel_first_mat(&m->wheel);
-    m->c[1][thrown] = scene->v0_ft_s;
-    if (m->friction != SIM_FRICTION_NONE && scene->v0_ft_s != 0.0 &&
-        (m->friction == SIM_FRICTION_STICK ||
-         fabs(scene->v0_ft_s) > COULOMB_SPEED * scene->veps_ft_s))
+    m->u_terms[1][thrown] = scene->v0_ft_s;
+    if (m->friction_law != SIM_FRICTION_NONE && scene->v0_ft_s != 0.0 &&
+        (m->friction_law == SIM_FRICTION_STICK ||
+         fabs(scene->v0_ft_s) > COULOMB_SPEED_MIN * scene->veps_ft_s))
         set_slide(m, thrown, scene->v0_ft_s > 0.0 ? 1 : -1);
     m->max_speed_ft_s = fabs(scene->v0_ft_s);
-    motion_press(m);
+    motion_set_wheel_action(m);
 }

@@ -1,10 +1,10 @@
 /* Motion: a chain in motion, as chain_event.h solves it: state, series of a step, switches, wheel.
  *
- * A step calls motion_place_wheel, motion_expand (the series of u of mats first..last),
- * motion_longest_s for its length, motion_first_event within it, motion_evaluate at its end, then
- * motion_switch, or motion_press at a break of the wheel. Mats 1..N with the ground at 0 and N+1,
- * joints 1..N+1. Units are ft, lb, s and slug. One owner, one thread: motion_make allocates,
- * motion_free releases; the scene must outlive it. */
+ * A step calls motion_set_wheel_thrust, motion_expand_series (the series of u of mats first..last),
+ * motion_longest_step_s for its length, motion_first_event within it, motion_evaluate at its end,
+ * then motion_apply_switch, or motion_set_wheel_action at a break of the wheel. Mats 1..N with the
+ * ground at 0 and N+1, joints 1..N+1. Units are ft, lb, s and slug. One owner, one thread:
+ * motion_make allocates, motion_free releases; the scene must outlive it. */
 #ifndef MATRIG_HOST_SIM_SOLVERS_CHAIN_MOTION_H
 #define MATRIG_HOST_SIM_SOLVERS_CHAIN_MOTION_H
 
@@ -13,32 +13,33 @@
 
 /* Present mode of a joint, which determines its force and its next switch. README.md, "Joint
  * force"; law.h describes the grit. */
-enum mode {
+enum joint_mode {
     JOINT_CUT,     /* a cut joint, at a free end */
     JOINT_ELASTIC, /* a joint without slack */
     JOINT_OPEN,    /* without grit: between closed and hooked */
     JOINT_PRESSED,
     JOINT_HOOKED,
-    JOINT_FREED,  /* with grit: open and opening, so its reach increases */
-    JOINT_HELD,   /* its grit holds the joint */
-    JOINT_LOOSE,  /* held by grit, but the damper would cause tension */
-    JOINT_FULL,   /* held by grit; with the damper, the force is the largest that grit transmits */
-    JOINT_YIELDS, /* the grit yields, so its reach decreases */
+    JOINT_GRIT_OPENING,   /* with grit: open and opening, so its reach increases */
+    JOINT_GRIT_HOLDS,     /* its grit holds the joint */
+    JOINT_GRIT_FORCELESS, /* held by grit, but the damper would cause tension */
+    /* held by grit; with the damper, the force is the largest that grit transmits */
+    JOINT_GRIT_AT_LIMIT,
+    JOINT_GRIT_YIELDS, /* the grit yields, so its reach decreases */
 };
 
-enum part_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_GIVES, GROUND_RIDES };
+enum ground_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_YIELDS, GROUND_FRICTIONLESS };
 
 /* The action of the wheel on one mat, from `from_s` on. */
-struct part {
+struct mat_load {
     int mat;
-    double thrust_lb[3]; /* thrust and its first two derivatives: lb, lb/s, lb/s2 */
-    double load[2];      /* share of an axle's load, and its rate of change */
-    double touching;     /* number of axles that are on the mat */
+    double thrust_lb[3];  /* thrust and its first two derivatives: lb, lb/s, lb/s2 */
+    double load_share[2]; /* share of an axle's load, and its rate of change */
+    double axle_count;    /* number of axles that are on the mat */
     /* Ground under the gear (gear.h): stiffness and damping for this mat, force on the mat, and
      * mode. */
-    double k_lb_ft, ground_force_lb, rate_lb_ft;
-    int side; /* sign of ground_force_lb */
-    enum part_mode mode;
+    double k_lb_ft, ground_force_lb, slope_lb_ft;
+    int force_sign; /* sign of ground_force_lb */
+    enum ground_mode mode;
 };
 
 struct motion {
@@ -46,37 +47,39 @@ struct motion {
     int mats;
     double tanh_rate; /* rate of the friction law tanh at speed 0, 1/s */
     double max_rate;  /* fastest rate of the chain if all joints transmit force, 1/s */
-    double per_slug, kl, cl, slack_ft, ground_lb_s_ft, weight_friction_lb, load_friction_lb;
-    enum sim_friction friction; /* friction law: stick, tanh or none */
+    double inverse_mass, kl_lb_ft, cl_lb_s_ft, slack_ft, ground_damping_lb_s_ft, weight_friction_lb,
+        load_friction_lb;
+    enum sim_friction friction_law; /* friction law: stick, tanh or none */
     void *storage;
-    size_t length; /* length of each array */
+    size_t array_length; /* length of each array */
     /* For each mat: series of u (c[0] ft, c[1] ft/s, ...), of the thrust, and of tanh. */
-    double *c[POLYNOMIAL_DEGREE + 1], *thrust[3], *smooth[POLYNOMIAL_DEGREE],
-        *square[POLYNOMIAL_DEGREE];
-    double *free_per_slug; /* 1/mass of a moving mat, otherwise 0 */
+    double *u_terms[POLYNOMIAL_DEGREE_MAX + 1], *thrust_terms[3],
+        *tanh_terms[POLYNOMIAL_DEGREE_MAX], *tanh_square_terms[POLYNOMIAL_DEGREE_MAX];
+    double *moving_inverse_mass; /* 1/mass of a moving mat, otherwise 0 */
     double *limit_lb, *friction_force_lb, *drag_lb_s_ft;
-    double *reach_v; /* largest possible change of the speed within a step */
+    double *speed_change_max; /* largest possible change of the speed within a step */
     /* For each joint: series of the tension, which is a g + b g' + at. */
-    double *pull[POLYNOMIAL_DEGREE], *a, *b, *at_lb;
-    double *gap0_ft, *grit_lb, *reach_ft, *push_most_lb, *pull_most_lb;
-    double *reach_g, *reach_t; /* largest possible changes of opening and tension within a step */
+    double *tension_terms[POLYNOMIAL_DEGREE_MAX], *tension_a, *tension_b, *tension_at_lb;
+    double *gap0_ft, *grit_lb, *reach_ft, *max_push_lb, *max_pull_lb;
+    double *opening_change_max,
+        *tension_change_max; /* largest possible changes of opening and tension within a step */
     double *u_at, *sum, *slope;
     /* Direction of sliding. 0: at rest. 2: friction law none or tanh, without Coulomb's law.
      * SLIDE_ON_GROUND: on elastic ground. */
-    signed char *slide;
-    unsigned char *mode;
-    int low, high;                 /* outermost mats that move; low > high: no mat moves */
+    signed char *slide_direction;
+    unsigned char *joint_mode;
+    int moving_low, moving_high;   /* outermost mats that move; low > high: no mat moves */
     int changed_low, changed_high; /* range of mats whose thrust or limit has changed */
     struct sim_wheel wheel;
     /* Times at which the action of the wheel changes, ascending. The last one is the end of the
      * run. */
-    double *breaks_s;
+    double *break_times_s;
     size_t break_count, next_break;
-    double from_s; /* time of the last break */
-    struct part parts[SIM_TOUCH_MAX];
-    int part_count;
+    double last_break_s; /* time of the last break */
+    struct mat_load loads[SIM_TOUCH_MAX];
+    int load_count;
     bool has_gear; /* true: the gear is on elastic ground */
-    double rho;
+    double recovered_share;
     double t_s;
     double max_speed_ft_s;
 };
@@ -86,7 +89,7 @@ struct event {
     double h_s;
     int mat, joint; /* number of the mat or joint; the other is 0; both 0: there is no switch */
     /* number of the condition that was met, for the mode of the joint or the elastic ground */
-    int which;
+    int condition;
 };
 
 void motion_make(struct motion *m, const struct sim_scene *scene);
@@ -95,25 +98,26 @@ void motion_free(struct motion *m);
 void motion_start(struct motion *m);
 
 /* Sets the thrust of the wheel from the present time on. */
-void motion_place_wheel(struct motion *m);
+void motion_set_wheel_thrust(struct motion *m);
 /* Sets the action of the wheel from the present time to the next break. */
-void motion_press(struct motion *m);
+void motion_set_wheel_action(struct motion *m);
 
 /* Computes the series of u of mats first..last and of their joints' tensions, up to the term
  * `order`. */
-void motion_expand(const struct motion *m, int first, int last, int order);
+void motion_expand_series(const struct motion *m, int first, int last, int order);
 /* Longest step for which the omitted terms are within `tolerance` of the speed. */
-double motion_longest_s(const struct motion *m, int first, int last, int order, double tolerance);
+double motion_longest_step_s(const struct motion *m, int first, int last, int order,
+                             double tolerance);
 /* Finds the first switch within wide_s. If there is none, h_s is wide_s. Leaves the possible change
- * of the tensions within wide_s in reach_t. */
+ * of the tensions within wide_s in tension_change_max. */
 struct event motion_first_event(struct motion *m, int first, int last, int order, double wide_s);
 /* Computes u and, unless `v` is NULL, v of mats first..last at time h of the step. */
 void motion_evaluate(const struct motion *m, int first, int last, int order, double h, double *u,
                      double *v);
-void motion_switch(struct motion *m, const struct event *event);
+void motion_apply_switch(struct motion *m, const struct event *event);
 
 double motion_opening_ft(const struct motion *m, int joint);
-double motion_part_limit_lb(const struct motion *m, const struct part *part);
-double motion_largest(const double *values, int first, int last);
+double motion_ground_limit_lb(const struct motion *m, const struct mat_load *part);
+double motion_largest_value(const double *values, int first, int last);
 
 #endif

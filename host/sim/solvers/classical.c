@@ -3,7 +3,7 @@
 
 #include "host/sim/solvers/stepper.h"
 
-#define FOR_STATE(s, k)                                         \
+#define FOR_STATE_VALUES(s, k)                                  \
     for (int half_ = 0; half_ < 2; half_++)                     \
         for (int k = half_ * (s)->model->size + stepper_low(s); \
              k < half_ * (s)->model->size + stepper_high(s); k++)
@@ -16,10 +16,10 @@ static void runge_kutta(struct stepper *s, double h, const double *y, const doub
     static const double part[3] = {0.5, 0.5, 1.0};
     for (int i = 0; i < 3; i++) {
         const double *rate = i == 0 ? f : k3[i - 1];
-        FOR_STATE(s, k) at[k] = y[k] + part[i] * h * rate[k];
+        FOR_STATE_VALUES(s, k) at[k] = y[k] + part[i] * h * rate[k];
         stepper_rates(s, s->t_s + part[i] * h, at, k3[i]);
     }
-    FOR_STATE(s, k)
+    FOR_STATE_VALUES(s, k)
     s->z_new[k] = y[k] + h / 6.0 * (f[k] + 2.0 * (k3[0][k] + k3[1][k]) + k3[2][k]);
 }
 
@@ -32,7 +32,7 @@ static void runge_kutta(struct stepper *s, double h, const double *y, const doub
 
 struct rk4_work {
     double *k[5]; /* four stages, and the rates at the end */
-    double *at;
+    double *stage_state;
 };
 
 static void rk4_restart(struct stepper *s)
@@ -48,7 +48,7 @@ static bool rk4_advance(struct stepper *s, double limit_s)
     if (last)
         h = limit_s - s->t_s;
     stepper_rates(s, s->t_s, s->z, w->k[0]);
-    runge_kutta(s, h, s->z, w->k[0], w->k + 1, w->at);
+    runge_kutta(s, h, s->z, w->k[0], w->k + 1, w->stage_state);
     s->t_new_s = last ? limit_s : s->t_s + h;
     return true;
 }
@@ -66,10 +66,10 @@ const struct stepper_kind stepper_rk4 = {
     .has_fixed_step = true,
     .description = "classical Runge-Kutta, fixed step, events sampled",
     .work_bytes = sizeof(struct rk4_work),
-    .rows = 6,
+    .row_count = 6,
     .restart = rk4_restart,
     .advance = rk4_advance,
-    .dense = rk4_interpolate,
+    .interpolate = rk4_interpolate,
 };
 
 /* ---- rkgs ---- */
@@ -105,7 +105,7 @@ static void rkgs_gill(struct stepper *s, double t_s, double h, double *z)
     struct rkgs_work *w = s->work;
     for (int i = 0; i < 4; i++) {
         stepper_rates(s, t_s + rkgs_gill_time[i] * h, z, w->rate);
-        FOR_STATE(s, k)
+        FOR_STATE_VALUES(s, k)
         {
             double step = h * w->rate[k];
             double move = rkgs_gill_a[i] * (step - rkgs_gill_b[i] * w->q[k]);
@@ -157,10 +157,10 @@ const struct stepper_kind stepper_rkgs = {
     .rtol = 1e-6,
     .description = "Runge-Kutta-Gill with halving and doubling, events sampled",
     .work_bytes = sizeof(struct rkgs_work),
-    .rows = 7,
+    .row_count = 7,
     .restart = rkgs_restart,
     .advance = rkgs_advance,
-    .dense = rkgs_interpolate,
+    .interpolate = rkgs_interpolate,
 };
 
 /* ---- hamming ---- */
@@ -186,8 +186,8 @@ struct hamming_work {
         *f[HAMMING_POINTS];
     double *difference; /* P - C of the last step */
     double *predicted, *modified, *rate, *k[3];
-    int known_points; /* number of equidistant points in y and f */
-    int steps_at_h;   /* number of steps since the step size changed */
+    int known_point_count; /* number of equidistant points in y and f */
+    int equal_step_count;  /* number of steps since the step size changed */
     bool has_difference;
     double h_s; /* step between the points */
 };
@@ -195,7 +195,7 @@ struct hamming_work {
 static void hamming_restart(struct stepper *s)
 {
     struct hamming_work *w = s->work;
-    w->known_points = 0;
+    w->known_point_count = 0;
     w->has_difference = false;
 }
 
@@ -209,7 +209,8 @@ static void hamming_rotate(struct hamming_work *w)
     }
     w->y[0] = y;
     w->f[0] = f;
-    w->known_points = w->known_points < HAMMING_POINTS ? w->known_points + 1 : HAMMING_POINTS;
+    w->known_point_count = w->known_point_count < HAMMING_POINTS ? w->known_point_count + 1
+                                                                 : HAMMING_POINTS;
 }
 
 static void hamming_runge_kutta(struct stepper *s, double h)
@@ -224,7 +225,7 @@ static double hamming_predict_correct(struct stepper *s, double h)
     struct hamming_work *w = s->work;
     double *const *y = w->y, *const *f = w->f;
     double most = 0.0;
-    FOR_STATE(s, k)
+    FOR_STATE_VALUES(s, k)
     {
         w->predicted[k] = y[3][k] + 4.0 * h / 3.0 * (2.0 * f[0][k] - f[1][k] + 2.0 * f[2][k]);
         w->modified[k] = w->predicted[k] -
@@ -284,22 +285,23 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             h = limit_s - s->t_s;
         if (!(s->h_s >= s->min_step_s))
             return false;
-        if (w->known_points > 1 && h != w->h_s) { /* a different step size requires a new start */
-            w->known_points = 1;
+        if (w->known_point_count > 1 &&
+            h != w->h_s) { /* a different step size requires a new start */
+            w->known_point_count = 1;
             w->has_difference = false;
         }
         w->h_s = h;
-        bool started = w->known_points >= 4;
+        bool started = w->known_point_count >= 4;
         double test = started ? hamming_predict_correct(s, h) : hamming_start_step(s, h);
         if (test <= 1.0) {
-            w->steps_at_h++;
+            w->equal_step_count++;
             if (started) {
                 memcpy(w->difference, w->rate, bytes);
                 w->has_difference = true;
-                if (test < 0.02 && w->steps_at_h > 6) {
+                if (test < 0.02 && w->equal_step_count > 6) {
                     s->h_s *= 2.0;
-                    w->steps_at_h = 0;
-                    if (w->known_points >= HAMMING_POINTS) {
+                    w->equal_step_count = 0;
+                    if (w->known_point_count >= HAMMING_POINTS) {
                         /* keep every second of the last 8 points (the new one is the 8th): 8, 6, 4,
                          * 2 */
                         double *y[HAMMING_POINTS], *f[HAMMING_POINTS];
@@ -310,7 +312,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
                         }
                         memcpy(w->y, y, sizeof y);
                         memcpy(w->f, f, sizeof f);
-                        w->known_points = 3;
+                        w->known_point_count = 3;
                         w->h_s = s->h_s;
                         w->has_difference = false;
                     }
@@ -320,7 +322,7 @@ static bool hamming_advance(struct stepper *s, double limit_s)
             return true;
         }
         stepper_reject(s, 0.5 * h);
-        w->steps_at_h = 0;
+        w->equal_step_count = 0;
     }
 }
 
@@ -336,8 +338,8 @@ const struct stepper_kind stepper_hamming = {
     .rtol = 1e-6,
     .description = "Hamming's predictor-corrector with halving and doubling, events sampled",
     .work_bytes = sizeof(struct hamming_work),
-    .rows = 2 * HAMMING_POINTS + 7,
+    .row_count = 2 * HAMMING_POINTS + 7,
     .restart = hamming_restart,
     .advance = hamming_advance,
-    .dense = hamming_interpolate,
+    .interpolate = hamming_interpolate,
 };

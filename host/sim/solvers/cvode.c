@@ -23,19 +23,19 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-struct work {
-    double *z, *rate, *part; /* 2 size values in each array */
-    double *mass, *by_p, *by_v, *drift;
+struct cvode_work {
+    double *z, *rate, *half_rhs; /* 2 size values in each array */
+    double *mass, *dr_dp, *dr_dv, *dr_dt;
     struct stepper *stepper;
     SUNContext context;
     void *cvode;
-    N_Vector y, tolerance, between;
+    N_Vector y, tolerance, interpolated;
     SUNMatrix matrix;
-    SUNLinearSolver solver, band;
-    bool begun;
+    SUNLinearSolver solver, band_solver;
+    bool is_started;
 };
 
-static void to_state(const struct work *w, const double *y, double *z)
+static void state_from_vector(const struct cvode_work *w, const double *y, double *z)
 {
     int size = w->stepper->model->size;
     for (int i = 0; i < size; i++) {
@@ -44,7 +44,7 @@ static void to_state(const struct work *w, const double *y, double *z)
     }
 }
 
-static void from_state(const struct work *w, const double *z, double *y)
+static void vector_from_state(const struct cvode_work *w, const double *z, double *y)
 {
     int size = w->stepper->model->size;
     for (int i = 0; i < size; i++) {
@@ -53,17 +53,17 @@ static void from_state(const struct work *w, const double *z, double *y)
     }
 }
 
-static int rates(realtype t, N_Vector y, N_Vector to, void *user)
+static int compute_rates(realtype t, N_Vector y, N_Vector to, void *user)
 {
-    struct work *w = user;
+    struct cvode_work *w = user;
     int size = w->stepper->model->size;
-    to_state(w, N_VGetArrayPointer(y), w->z);
+    state_from_vector(w, N_VGetArrayPointer(y), w->z);
     stepper_rates(w->stepper, t, w->z, w->rate);
     for (int i = 0; i < 2 * size; i++) {
         if (!isfinite(w->rate[i]))
             return 1; /* the library then retries with a smaller step */
     }
-    from_state(w, w->rate, N_VGetArrayPointer(to));
+    vector_from_state(w, w->rate, N_VGetArrayPointer(to));
     return 0;
 }
 
@@ -78,18 +78,18 @@ static void add_row(SUNMatrix matrix, int row, int i, int size, const double *ro
     }
 }
 
-static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, booleantype reuse,
-                         booleantype *fresh, realtype gamma, void *user, N_Vector t1, N_Vector t2,
-                         N_Vector t3)
+static int set_newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix,
+                             booleantype reuse, booleantype *fresh, realtype gamma, void *user,
+                             N_Vector t1, N_Vector t2, N_Vector t3)
 {
-    struct work *w = user;
+    struct cvode_work *w = user;
     struct model *m = w->stepper->model;
     (void)t1, (void)t2, (void)t3;
     if (!reuse) {
-        to_state(w, N_VGetArrayPointer(y), w->z);
-        to_state(w, N_VGetArrayPointer(fy), w->rate);
+        state_from_vector(w, N_VGetArrayPointer(y), w->z);
+        state_from_vector(w, N_VGetArrayPointer(fy), w->rate);
         model_sample_shape(m, w->z);
-        model_linearise(m, t, w->z, w->rate + m->size, w->mass, w->by_p, w->by_v, w->drift);
+        model_linearise(m, t, w->z, w->rate + m->size, w->mass, w->dr_dp, w->dr_dv, w->dr_dt);
     }
     *fresh = !reuse;
     SUNMatZero(matrix);
@@ -97,91 +97,91 @@ static int newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matrix, 
         SM_ELEMENT_B(matrix, 2 * i, 2 * i) = 1.0;
         SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = -gamma;
         add_row(matrix, 2 * i + 1, i, m->size, w->mass, 1.0, 1);
-        add_row(matrix, 2 * i + 1, i, m->size, w->by_p, -gamma, 0);
-        add_row(matrix, 2 * i + 1, i, m->size, w->by_v, -gamma, 1);
+        add_row(matrix, 2 * i + 1, i, m->size, w->dr_dp, -gamma, 0);
+        add_row(matrix, 2 * i + 1, i, m->size, w->dr_dv, -gamma, 1);
     }
     return 0;
 }
 
-static SUNLinearSolver_Type solver_type(SUNLinearSolver solver)
+static SUNLinearSolver_Type band_solver_type(SUNLinearSolver solver)
 {
     (void)solver;
     return SUNLINEARSOLVER_DIRECT;
 }
 
-static int solver_setup(SUNLinearSolver solver, SUNMatrix matrix)
+static int band_solver_setup(SUNLinearSolver solver, SUNMatrix matrix)
 {
-    return SUNLinSolSetup(((struct work *)solver->content)->band, matrix);
+    return SUNLinSolSetup(((struct cvode_work *)solver->content)->band_solver, matrix);
 }
 
-static int solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b,
-                        realtype tolerance)
+static int band_solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector x, N_Vector b,
+                             realtype tolerance)
 {
-    struct work *w = solver->content;
+    struct cvode_work *w = solver->content;
     int size = w->stepper->model->size;
     double *right = N_VGetArrayPointer(b);
     for (int i = 0; i < size; i++)
-        w->part[size + i] = right[2 * i + 1];
-    banded_multiply(size, w->mass, w->part + size, w->part);
+        w->half_rhs[size + i] = right[2 * i + 1];
+    banded_multiply(size, w->mass, w->half_rhs + size, w->half_rhs);
     for (int i = 0; i < size; i++)
-        right[2 * i + 1] = w->part[i];
-    return SUNLinSolSolve(w->band, matrix, x, b, tolerance);
+        right[2 * i + 1] = w->half_rhs[i];
+    return SUNLinSolSolve(w->band_solver, matrix, x, b, tolerance);
 }
 
-static void release(struct stepper *s)
+static void free_work(struct stepper *s)
 {
-    struct work *w = s->work;
+    struct cvode_work *w = s->work;
     if (w->cvode)
         CVodeFree(&w->cvode);
     if (w->solver)
         SUNLinSolFreeEmpty(w->solver);
-    if (w->band)
-        SUNLinSolFree(w->band);
+    if (w->band_solver)
+        SUNLinSolFree(w->band_solver);
     if (w->matrix)
         SUNMatDestroy(w->matrix);
     if (w->y)
         N_VDestroy(w->y);
     if (w->tolerance)
         N_VDestroy(w->tolerance);
-    if (w->between)
-        N_VDestroy(w->between);
+    if (w->interpolated)
+        N_VDestroy(w->interpolated);
     if (w->context)
         SUNContext_Free(&w->context);
 }
 
 /* Creates the objects of the library. Returns false if one could not be created. */
-static bool make_library(struct stepper *s)
+static bool create_sundials_objects(struct stepper *s)
 {
-    struct work *w = s->work;
+    struct cvode_work *w = s->work;
     int length = 2 * s->model->size,
         half = 2 * MODEL_BAND + 1 < length - 1 ? 2 * MODEL_BAND + 1 : length - 1;
     if (SUNContext_Create(NULL, &w->context) != 0)
         return false;
     w->y = N_VNew_Serial(length, w->context);
     w->tolerance = N_VNew_Serial(length, w->context);
-    w->between = N_VNew_Serial(length, w->context);
+    w->interpolated = N_VNew_Serial(length, w->context);
     w->matrix = SUNBandMatrix(length, half, half, w->context);
     w->cvode = CVodeCreate(CV_BDF, w->context);
     w->solver = SUNLinSolNewEmpty(w->context);
-    if (!w->y || !w->tolerance || !w->between || !w->matrix || !w->cvode || !w->solver)
+    if (!w->y || !w->tolerance || !w->interpolated || !w->matrix || !w->cvode || !w->solver)
         return false;
-    w->band = SUNLinSol_Band(w->y, w->matrix, w->context);
-    if (!w->band)
+    w->band_solver = SUNLinSol_Band(w->y, w->matrix, w->context);
+    if (!w->band_solver)
         return false;
     w->solver->content = w;
-    w->solver->ops->gettype = solver_type;
-    w->solver->ops->setup = solver_setup;
-    w->solver->ops->solve = solver_solve;
+    w->solver->ops->gettype = band_solver_type;
+    w->solver->ops->setup = band_solver_setup;
+    w->solver->ops->solve = band_solver_solve;
     double *tolerance = N_VGetArrayPointer(w->tolerance);
     for (int i = 0; i < length; i++)
         tolerance[i] = i % 2 == 0 ? s->atol_ft : s->atol_ft_s;
-    from_state(w, s->z, N_VGetArrayPointer(w->y));
-    return CVodeInit(w->cvode, rates, 0.0, w->y) == CV_SUCCESS &&
+    vector_from_state(w, s->z, N_VGetArrayPointer(w->y));
+    return CVodeInit(w->cvode, compute_rates, 0.0, w->y) == CV_SUCCESS &&
            CVodeSetUserData(w->cvode, w) == CV_SUCCESS &&
            CVodeSetErrFile(w->cvode, NULL) == CV_SUCCESS &&
            CVodeSVtolerances(w->cvode, s->rtol, w->tolerance) == CV_SUCCESS &&
            CVodeSetLinearSolver(w->cvode, w->solver, w->matrix) == CV_SUCCESS &&
-           CVodeSetLinSysFn(w->cvode, newton_matrix) == CV_SUCCESS &&
+           CVodeSetLinSysFn(w->cvode, set_newton_matrix) == CV_SUCCESS &&
            CVodeSetLSetupFrequency(w->cvode, 1) == CV_SUCCESS &&
            CVodeSetJacEvalFrequency(w->cvode, 1) == CV_SUCCESS &&
            CVodeSetMaxErrTestFails(w->cvode, 40) == CV_SUCCESS &&
@@ -190,31 +190,31 @@ static bool make_library(struct stepper *s)
 
 static void make(struct stepper *s, double *more)
 {
-    struct work *w = s->work;
+    struct cvode_work *w = s->work;
     size_t size = (size_t)s->model->size;
     w->stepper = s;
-    w->drift = more;
-    w->mass = w->drift + size;
-    w->by_p = w->mass + MODEL_ROW * size;
-    w->by_v = w->by_p + MODEL_ROW * size;
-    if (!make_library(s))
+    w->dr_dt = more;
+    w->mass = w->dr_dt + size;
+    w->dr_dp = w->mass + MODEL_ROW * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW * size;
+    if (!create_sundials_objects(s))
         xmalloc_failed(size * sizeof *more);
 }
 
 static void restart(struct stepper *s)
 {
-    ((struct work *)s->work)->begun = false;
+    ((struct cvode_work *)s->work)->is_started = false;
 }
 
 static bool advance(struct stepper *s, double limit_s)
 {
-    struct work *w = s->work;
+    struct cvode_work *w = s->work;
     realtype reached = s->t_s;
-    if (!w->begun) {
-        from_state(w, s->z, N_VGetArrayPointer(w->y));
+    if (!w->is_started) {
+        vector_from_state(w, s->z, N_VGetArrayPointer(w->y));
         if (CVodeReInit(w->cvode, s->t_s, w->y) != CV_SUCCESS)
             return false;
-        w->begun = true;
+        w->is_started = true;
     }
     if (CVodeSetStopTime(w->cvode, limit_s) != CV_SUCCESS)
         return false;
@@ -223,17 +223,17 @@ static bool advance(struct stepper *s, double limit_s)
     CVodeGetNumErrTestFails(w->cvode, &failures);
     if (flag < 0 || !(reached > s->t_s))
         return false;
-    to_state(w, N_VGetArrayPointer(w->y), s->z_new);
+    state_from_vector(w, N_VGetArrayPointer(w->y), s->z_new);
     s->t_new_s = flag == CV_TSTOP_RETURN ? limit_s : reached;
     return true;
 }
 
-static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
-    struct work *w = s->work;
-    if (CVodeGetDky(w->cvode, fmin(t_s, s->t_new_s), 0, w->between) != CV_SUCCESS)
-        N_VScale(1.0, w->y, w->between);
-    const double *y = N_VGetArrayPointer(w->between);
+    struct cvode_work *w = s->work;
+    if (CVodeGetDky(w->cvode, fmin(t_s, s->t_new_s), 0, w->interpolated) != CV_SUCCESS)
+        N_VScale(1.0, w->y, w->interpolated);
+    const double *y = N_VGetArrayPointer(w->interpolated);
     for (int i = low; i < high; i++) {
         z[i] = y[2 * i];
         z[s->model->size + i] = y[2 * i + 1];
@@ -245,12 +245,12 @@ const struct stepper_kind stepper_cvode = {
     .samples_shape = true,
     .rtol = 1e-8,
     .description = "SUNDIALS CVODE, BDF, banded, restarted at hops and at stick-slip",
-    .work_bytes = sizeof(struct work),
-    .rows = 3,
-    .extra_values = 1 + 3 * MODEL_ROW,
+    .work_bytes = sizeof(struct cvode_work),
+    .row_count = 3,
+    .extra_value_rows = 1 + 3 * MODEL_ROW,
     .make = make,
-    .free = release,
+    .free = free_work,
     .restart = restart,
     .advance = advance,
-    .dense = dense,
+    .interpolate = interpolate,
 };

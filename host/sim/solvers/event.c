@@ -7,27 +7,27 @@
  * order 7 (E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5 and
  * II.6). */
 
-#define STAGES 16 /* 12 stages, the new point, 3 stages for the dense output */
-#define TERMS  7
+#define STAGE_COUNT      16 /* 12 stages, the new point, 3 stages for the dense output */
+#define DENSE_TERM_COUNT 7
 
-static const double nodes[STAGES] = {0.0,
-                                     0.526001519587677318785587544488e-1,
-                                     0.789002279381515978178381316732e-1,
-                                     0.118350341907227396726757197510,
-                                     0.281649658092772603273242802490,
-                                     1.0 / 3.0,
-                                     0.25,
-                                     4.0 / 13.0,
-                                     127.0 / 195.0,
-                                     0.6,
-                                     6.0 / 7.0,
-                                     1.0,
-                                     1.0,
-                                     0.1,
-                                     0.2,
-                                     7.0 / 9.0};
+static const double stage_nodes[STAGE_COUNT] = {0.0,
+                                                0.526001519587677318785587544488e-1,
+                                                0.789002279381515978178381316732e-1,
+                                                0.118350341907227396726757197510,
+                                                0.281649658092772603273242802490,
+                                                1.0 / 3.0,
+                                                0.25,
+                                                4.0 / 13.0,
+                                                127.0 / 195.0,
+                                                0.6,
+                                                6.0 / 7.0,
+                                                1.0,
+                                                1.0,
+                                                0.1,
+                                                0.2,
+                                                7.0 / 9.0};
 
-static const double stage[STAGES][STAGES - 1] = {
+static const double stage_weights[STAGE_COUNT][STAGE_COUNT - 1] = {
     [1] = {5.26001519587677318785587544488e-2},
     [2] = {1.97250569845378994544595329183e-2, 5.91751709536136983633785987549e-2},
     [3] = {2.95875854768068491816892993775e-2, 0, 8.87627564304205475450678981324e-2},
@@ -75,24 +75,24 @@ static const double stage[STAGES][STAGES - 1] = {
 };
 
 /* Weights of order 3 minus weights of order 8, for stages 0, 8 and 11. */
-#define THIRD_0  0.244094488188976377952755905512
-#define THIRD_8  0.733846688281611857341361741547
-#define THIRD_11 0.220588235294117647058823529412e-1
+#define THIRD_ORDER_0  0.244094488188976377952755905512
+#define THIRD_ORDER_8  0.733846688281611857341361741547
+#define THIRD_ORDER_11 0.220588235294117647058823529412e-1
 
-static const double fifth[12] = {0.1312004499419488073250102996e-1,
-                                 0,
-                                 0,
-                                 0,
-                                 0,
-                                 -0.1225156446376204440720569753e1,
-                                 -0.4957589496572501915214079952,
-                                 0.1664377182454986536961530415e1,
-                                 -0.3503288487499736816886487290,
-                                 0.3341791187130174790297318841,
-                                 0.8192320648511571246570742613e-1,
-                                 -0.2235530786388629525884427845e-1};
+static const double fifth_order_errors[12] = {0.1312004499419488073250102996e-1,
+                                              0,
+                                              0,
+                                              0,
+                                              0,
+                                              -0.1225156446376204440720569753e1,
+                                              -0.4957589496572501915214079952,
+                                              0.1664377182454986536961530415e1,
+                                              -0.3503288487499736816886487290,
+                                              0.3341791187130174790297318841,
+                                              0.8192320648511571246570742613e-1,
+                                              -0.2235530786388629525884427845e-1};
 
-static const double dense_terms[TERMS - 3][STAGES] = {
+static const double dense_term_weights[DENSE_TERM_COUNT - 3][STAGE_COUNT] = {
     {-0.84289382761090128651353491142e1, 0, 0, 0, 0, 0.56671495351937776962531783590,
      -0.30689499459498916912797304727e1, 0.23846676565120698287728149680e1,
      0.21170345824450282767155149946e1, -0.87139158377797299206789907490,
@@ -119,28 +119,28 @@ static const double dense_terms[TERMS - 3][STAGES] = {
      -0.39177261675615439165231486172e2, -0.14972683625798562581422125276e3},
 };
 
-struct work {
-    double *rate[STAGES]; /* 2 size values in each array */
-    double *at;           /* state at which a stage is evaluated */
-    double *terms[TERMS]; /* terms of the dense output */
-    bool begun;           /* true: rate[0] is the rate at (t, z) */
-    bool dense;           /* true: `terms` belong to the last step */
-    double h_s;           /* size of the last step */
+struct event_work {
+    double *rate[STAGE_COUNT];             /* 2 size values in each array */
+    double *stage_state;                   /* state at which a stage is evaluated */
+    double *dense_terms[DENSE_TERM_COUNT]; /* terms of the dense output */
+    bool has_start_rate;                   /* true: rate[0] is the rate at (t, z) */
+    bool has_dense_terms;                  /* true: `dense_terms` belong to the last step */
+    double last_h_s;                       /* size of the last step */
 };
 
 static void restart(struct stepper *s)
 {
-    struct work *w = s->work;
-    w->begun = w->dense = false;
+    struct event_work *w = s->work;
+    w->has_start_rate = w->has_dense_terms = false;
 }
 
 /* Computes the state of stage i: z plus h times the weighted rates, for both halves of the
  * state. */
-VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
+VECTOR static void compute_stage_state(const struct stepper *s, int i, double h, double *to)
 {
-    const struct work *w = s->work;
+    const struct event_work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
-    const double *row = stage[i];
+    const double *row = stage_weights[i];
     for (int half = 0; half < 2; half++) {
         int from = half * size + low, end = half * size + high;
         const double *first = w->rate[0];
@@ -159,19 +159,19 @@ VECTOR static void combine(const struct stepper *s, int i, double h, double *to)
 }
 
 /* Largest error / tolerance of the step in z_new. */
-static double error_of(const struct stepper *s, double h)
+static double step_error(const struct stepper *s, double h)
 {
-    const struct work *w = s->work;
+    const struct event_work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
     double most5 = 0.0, most3 = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         for (int k = half * size + low; k < half * size + high; k++) {
-            double e5 = fifth[0] * w->rate[0][k], e3;
+            double e5 = fifth_order_errors[0] * w->rate[0][k], e3;
             for (int j = 5; j < 12; j++)
-                e5 += fifth[j] * w->rate[j][k];
-            e3 = (s->z_new[k] - s->z[k]) / h - THIRD_0 * w->rate[0][k] - THIRD_8 * w->rate[8][k] -
-                 THIRD_11 * w->rate[11][k];
+                e5 += fifth_order_errors[j] * w->rate[j][k];
+            e3 = (s->z_new[k] - s->z[k]) / h - THIRD_ORDER_0 * w->rate[0][k] -
+                 THIRD_ORDER_8 * w->rate[8][k] - THIRD_ORDER_11 * w->rate[11][k];
             double scale = 1.0 / (atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k])));
             if (!(fabs(s->z_new[k]) < 1e300))
                 return (double)NAN;
@@ -186,9 +186,9 @@ static double error_of(const struct stepper *s, double h)
 
 static bool advance(struct stepper *s, double limit_s)
 {
-    struct work *w = s->work;
+    struct event_work *w = s->work;
     bool rejected = false;
-    if (w->begun && s->t_s == s->t_new_s) {
+    if (w->has_start_rate && s->t_s == s->t_new_s) {
         double *kept = w->rate[0];
         /* the rates at the end of the last step are those at the start of this one */
         stepper_copy(s, w->rate[12], kept);
@@ -203,19 +203,19 @@ static bool advance(struct stepper *s, double limit_s)
         bool turns = stepper_end_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
         for (int i = 1; i < 12; i++) {
-            combine(s, i, h, w->at);
-            stepper_rates(s, s->t_s + nodes[i] * h, w->at, w->rate[i]);
+            compute_stage_state(s, i, h, w->stage_state);
+            stepper_rates(s, s->t_s + stage_nodes[i] * h, w->stage_state, w->rate[i]);
         }
-        combine(s, 12, h, s->z_new);
-        double error = error_of(s, h);
+        compute_stage_state(s, 12, h, s->z_new);
+        double error = step_error(s, h);
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.125) : 6.0;
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.333, grow)));
             stepper_rates(s, s->t_new_s, s->z_new, w->rate[12]);
-            w->h_s = h;
-            w->begun = true;
-            w->dense = false;
+            w->last_h_s = h;
+            w->has_start_rate = true;
+            w->has_dense_terms = false;
             s->rate = w->rate[0];
             s->rate_new = w->rate[12];
             return true;
@@ -226,43 +226,43 @@ static bool advance(struct stepper *s, double limit_s)
     }
 }
 
-static void prepare(struct stepper *s)
+static void prepare_dense_terms(struct stepper *s)
 {
-    struct work *w = s->work;
+    struct event_work *w = s->work;
     int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
-    double h = w->h_s;
-    for (int i = 13; i < STAGES; i++) {
-        combine(s, i, h, w->at);
-        stepper_rates(s, s->t_s + nodes[i] * h, w->at, w->rate[i]);
+    double h = w->last_h_s;
+    for (int i = 13; i < STAGE_COUNT; i++) {
+        compute_stage_state(s, i, h, w->stage_state);
+        stepper_rates(s, s->t_s + stage_nodes[i] * h, w->stage_state, w->rate[i]);
     }
     for (int half = 0; half < 2; half++) {
         for (int k = half * size + low; k < half * size + high; k++) {
             double change = s->z_new[k] - s->z[k];
-            w->terms[0][k] = change;
-            w->terms[1][k] = h * w->rate[0][k] - change;
-            w->terms[2][k] = 2.0 * change - h * (w->rate[12][k] + w->rate[0][k]);
-            for (size_t d = 0; d < TERMS - 3; d++) {
-                double sum = dense_terms[d][0] * w->rate[0][k];
-                for (int j = 5; j < STAGES; j++)
-                    sum += dense_terms[d][j] * w->rate[j][k];
-                w->terms[3 + d][k] = h * sum;
+            w->dense_terms[0][k] = change;
+            w->dense_terms[1][k] = h * w->rate[0][k] - change;
+            w->dense_terms[2][k] = 2.0 * change - h * (w->rate[12][k] + w->rate[0][k]);
+            for (size_t d = 0; d < DENSE_TERM_COUNT - 3; d++) {
+                double sum = dense_term_weights[d][0] * w->rate[0][k];
+                for (int j = 5; j < STAGE_COUNT; j++)
+                    sum += dense_term_weights[d][j] * w->rate[j][k];
+                w->dense_terms[3 + d][k] = h * sum;
             }
         }
     }
-    w->dense = true;
+    w->has_dense_terms = true;
 }
 
-VECTOR static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+VECTOR static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
-    struct work *w = s->work;
-    if (!w->dense)
-        prepare(s);
-    double x = (t_s - s->t_s) / w->h_s;
+    struct event_work *w = s->work;
+    if (!w->has_dense_terms)
+        prepare_dense_terms(s);
+    double x = (t_s - s->t_s) / w->last_h_s;
     for (int half = 0; half < 2; half++) {
         for (int k = half * s->model->size + low; k < half * s->model->size + high; k++) {
             double sum = 0.0;
-            for (size_t i = TERMS; i-- > 0;)
-                sum = (sum + w->terms[i][k]) * (i % 2 == 0 ? x : 1.0 - x);
+            for (size_t i = DENSE_TERM_COUNT; i-- > 0;)
+                sum = (sum + w->dense_terms[i][k]) * (i % 2 == 0 ? x : 1.0 - x);
             z[k] = s->z[k] + sum;
         }
     }
@@ -270,18 +270,18 @@ VECTOR static void dense(struct stepper *s, double t_s, int low, int high, doubl
 
 const struct stepper_kind stepper_event = {
     .name = "event",
-    .can_prune = true,
+    .can_leave_out_mats = true,
     .has_long_steps = true,
-    .reversal_veps = 2.0,
+    .reversal_speed_veps = 2.0,
     .rtol = 1e-8,
-    .loose_kind = &stepper_event5,
+    .kind_for_loose_rtol = &stepper_event5,
     .loose_rtol = 9e-8,
     .description = "Dormand-Prince 8(5,3), every event located",
-    .work_bytes = sizeof(struct work),
-    .rows = STAGES + 1 + TERMS,
+    .work_bytes = sizeof(struct event_work),
+    .row_count = STAGE_COUNT + 1 + DENSE_TERM_COUNT,
     .restart = restart,
     .advance = advance,
-    .dense = dense,
+    .interpolate = interpolate,
 };
 
 /* ---- order 5 ---- */
@@ -291,10 +291,10 @@ const struct stepper_kind stepper_event = {
  * Ordinary Differential Equations I, II.5 and II.6). Where stability and not accuracy limits the
  * step, it reaches the same step as the order 8 method with half the evaluations. */
 
-#define ORDER5_STAGES 7 /* the last stage is the first stage of the next step */
+#define ORDER5_STAGE_COUNT 7 /* the last stage is the first stage of the next step */
 
-static const double order5_nodes[ORDER5_STAGES] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
-static const double order5_stage[ORDER5_STAGES][ORDER5_STAGES - 1] = {
+static const double order5_nodes[ORDER5_STAGE_COUNT] = {0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0};
+static const double order5_stage_weights[ORDER5_STAGE_COUNT][ORDER5_STAGE_COUNT - 1] = {
     [1] = {1.0 / 5.0},
     [2] = {3.0 / 40.0, 9.0 / 40.0},
     [3] = {44.0 / 45.0, -56.0 / 15.0, 32.0 / 9.0},
@@ -302,36 +302,36 @@ static const double order5_stage[ORDER5_STAGES][ORDER5_STAGES - 1] = {
     [5] = {9017.0 / 3168.0, -355.0 / 33.0, 46732.0 / 5247.0, 49.0 / 176.0, -5103.0 / 18656.0},
     [6] = {35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0},
 };
-static const double order5_fourth[ORDER5_STAGES] = {
+static const double order5_fourth_errors[ORDER5_STAGE_COUNT] = {
     71.0 / 57600.0,      0.0,          -71.0 / 16695.0, 71.0 / 1920.0,
     -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0};
-static const double order5_dense_term[ORDER5_STAGES] = {
+static const double order5_dense_term[ORDER5_STAGE_COUNT] = {
     -12715105075.0 / 11282082432.0,  0.0,
     87487479700.0 / 32700410799.0,   -10690763975.0 / 1880347072.0,
     701980252875.0 / 199316789632.0, -1453857185.0 / 822651844.0,
     69997945.0 / 29380423.0};
 
 struct order5_work {
-    double *rate[ORDER5_STAGES]; /* 2 size values in each array */
-    double *at;                  /* state at which a stage is evaluated */
-    bool begun;                  /* true: rate[6] is the rate at the start of the next step */
-    double error_before;         /* error / tolerance of the last accepted step */
-    double h_s;                  /* size of the last step */
+    double *rate[ORDER5_STAGE_COUNT]; /* 2 size values in each array */
+    double *stage_state;              /* state at which a stage is evaluated */
+    bool has_start_rate;              /* true: rate[6] is the rate at the start of the next step */
+    double last_error_ratio;          /* error / tolerance of the last accepted step */
+    double last_h_s;                  /* size of the last step */
 };
 
 static void order5_restart(struct stepper *s)
 {
     struct order5_work *w = s->work;
-    w->begun = false;
-    w->error_before = 1e-4;
+    w->has_start_rate = false;
+    w->last_error_ratio = 1e-4;
 }
 
-VECTOR static void order5_combine(const struct stepper *s, int i, double h, double *to)
+VECTOR static void order5_compute_stage_state(const struct stepper *s, int i, double h, double *to)
 {
     const struct order5_work *w = s->work;
-    const double *row = order5_stage[i];
-    double a[ORDER5_STAGES - 1];
-    for (int j = 0; j < ORDER5_STAGES - 1; j++)
+    const double *row = order5_stage_weights[i];
+    double a[ORDER5_STAGE_COUNT - 1];
+    for (int j = 0; j < ORDER5_STAGE_COUNT - 1; j++)
         a[j] = j < i ? h * row[j] : 0.0;
     for (int half = 0; half <= s->model->size; half += s->model->size) {
         int from = half + stepper_low(s), end = half + stepper_high(s);
@@ -369,7 +369,7 @@ VECTOR static void order5_combine(const struct stepper *s, int i, double h, doub
 }
 
 /* Largest error / tolerance of the step in z_new. */
-static double order5_error_of(const struct stepper *s, double h)
+static double order5_step_error(const struct stepper *s, double h)
 {
     const struct order5_work *w = s->work;
     double most = 0.0;
@@ -377,9 +377,10 @@ static double order5_error_of(const struct stepper *s, double h)
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
         int start = half * s->model->size;
         for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
-            double e = order5_fourth[0] * w->rate[0][k] + order5_fourth[2] * w->rate[2][k] +
-                       order5_fourth[3] * w->rate[3][k] + order5_fourth[4] * w->rate[4][k] +
-                       order5_fourth[5] * w->rate[5][k] + order5_fourth[6] * w->rate[6][k];
+            double e =
+                order5_fourth_errors[0] * w->rate[0][k] + order5_fourth_errors[2] * w->rate[2][k] +
+                order5_fourth_errors[3] * w->rate[3][k] + order5_fourth_errors[4] * w->rate[4][k] +
+                order5_fourth_errors[5] * w->rate[5][k] + order5_fourth_errors[6] * w->rate[6][k];
             double old = fabs(s->z[k]), new = fabs(s->z_new[k]);
             double part = fabs(e) / (atol + s->rtol * (old > new ? old : new));
             if (!(new < 1e300))
@@ -394,7 +395,7 @@ static bool order5_advance(struct stepper *s, double limit_s)
 {
     struct order5_work *w = s->work;
     bool rejected = false;
-    if (w->begun && s->t_s == s->t_new_s) {
+    if (w->has_start_rate && s->t_s == s->t_new_s) {
         double *first = w->rate[0];
         w->rate[0] = w->rate[6];
         w->rate[6] = first;
@@ -408,23 +409,23 @@ static bool order5_advance(struct stepper *s, double limit_s)
             return false;
         bool turns = stepper_end_at_reversal(s, w->rate[0], &h);
         last = last && !turns;
-        for (int i = 1; i < ORDER5_STAGES; i++) {
-            double *to = i < ORDER5_STAGES - 1 ? w->at : s->z_new;
-            order5_combine(s, i, h, to);
+        for (int i = 1; i < ORDER5_STAGE_COUNT; i++) {
+            double *to = i < ORDER5_STAGE_COUNT - 1 ? w->stage_state : s->z_new;
+            order5_compute_stage_state(s, i, h, to);
             stepper_rates(s, s->t_s + order5_nodes[i] * h, to, w->rate[i]);
         }
-        double error = order5_error_of(s, h);
+        double error = order5_step_error(s, h);
         if (error <= 1.0) {
             /* Step control with a power of the last error converges to the stability limit; without
              * it, steps at the limit fail repeatedly. */
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.17) *
-                                            elementary_pow(w->error_before, 0.04)
+                                            elementary_pow(w->last_error_ratio, 0.04)
                                       : 6.0;
-            w->error_before = fmax(error, 1e-4);
+            w->last_error_ratio = fmax(error, 1e-4);
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last || turns,
                            fmin(rejected ? 1.0 : 6.0, fmax(0.2, grow)));
-            w->h_s = h;
-            w->begun = true;
+            w->last_h_s = h;
+            w->has_start_rate = true;
             s->rate = w->rate[0];
             s->rate_new = w->rate[6];
             return true;
@@ -435,10 +436,10 @@ static bool order5_advance(struct stepper *s, double limit_s)
     }
 }
 
-VECTOR static void order5_dense(struct stepper *s, double t_s, int low, int high, double *z)
+VECTOR static void order5_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     const struct order5_work *w = s->work;
-    double h = w->h_s, x = (t_s - s->t_s) / h, y = 1.0 - x;
+    double h = w->last_h_s, x = (t_s - s->t_s) / h, y = 1.0 - x;
     for (int half = 0; half <= s->model->size; half += s->model->size) {
         for (int k = half + low; k < half + high; k++) {
             double change = s->z_new[k] - s->z[k];
@@ -454,14 +455,14 @@ VECTOR static void order5_dense(struct stepper *s, double t_s, int low, int high
 
 const struct stepper_kind stepper_event5 = {
     .name = "event",
-    .can_prune = true,
+    .can_leave_out_mats = true,
     .has_long_steps = true,
-    .reversal_veps = 6.0,
+    .reversal_speed_veps = 6.0,
     .rtol = 1e-5,
     .description = "Dormand-Prince 5(4), every event located",
     .work_bytes = sizeof(struct order5_work),
-    .rows = ORDER5_STAGES + 1,
+    .row_count = ORDER5_STAGE_COUNT + 1,
     .restart = order5_restart,
     .advance = order5_advance,
-    .dense = order5_dense,
+    .interpolate = order5_interpolate,
 };

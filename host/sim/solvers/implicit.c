@@ -15,20 +15,21 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define STAGES 6
-#define GAMMA  0.25
+#define STAGE_COUNT 6
+#define GAMMA       0.25
 
-static const double nodes[STAGES] = {0.0, 0.386, 0.21, 0.63, 1.0, 1.0};
+static const double stage_nodes[STAGE_COUNT] = {0.0, 0.386, 0.21, 0.63, 1.0, 1.0};
 /* factors of df/dt in each stage */
-static const double drifts[STAGES] = {0.25, -0.1043, 0.1035, -0.0362, 0.0, 0.0};
-static const double shifts[STAGES][STAGES - 1] = {
+static const double time_derivative_factors[STAGE_COUNT] = {0.25,    -0.1043, 0.1035,
+                                                            -0.0362, 0.0,     0.0};
+static const double stage_state_weights[STAGE_COUNT][STAGE_COUNT - 1] = {
     [1] = {1.544},
     [2] = {0.9466785280815826, 0.2557011698983284},
     [3] = {3.314825187068521, 2.896124015972201, 0.9986419139977817},
     [4] = {1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950},
     [5] = {1.221224509226641, 6.019134481288629, 12.53708332932087, -0.6878860361058950, 1.0},
 };
-static const double mixes[STAGES][STAGES - 1] = {
+static const double stage_sum_weights[STAGE_COUNT][STAGE_COUNT - 1] = {
     [1] = {-5.6688},
     [2] = {-2.430093356833875, -0.2063599157091915},
     [3] = {-0.1073529058151375, -9.594562251023355, -20.47028614809616},
@@ -36,31 +37,31 @@ static const double mixes[STAGES][STAGES - 1] = {
     [5] = {8.083246795921522, -7.981132988064893, -31.52159432874371, 16.31930543123136,
            -6.058818238834054},
 };
-struct work {
-    double *k[STAGES];
-    double *rate, *at, *mix; /* 2 size values in each array */
-    double *mass, *by_p, *by_v, *lu;
-    double *drift; /* `size` values: dR/dt, later M^-1 dR/dt */
-    double *right; /* `size` values */
+struct implicit_work {
+    double *k[STAGE_COUNT];
+    double *rate, *stage_state, *stage_sum; /* 2 size values in each array */
+    double *mass, *dr_dp, *dr_dv, *lu;
+    double *dr_dt; /* `size` values: dR/dt, later M^-1 dR/dt */
+    double *rhs;   /* `size` values */
     int *pivot;
     double *mass_lu;
     int *mass_pivot;
-    bool has_end_rates; /* `at` has the rates at the end of the last step */
-    double swing_s;     /* 1 / fastest rate of the springs; 0: not computed yet */
+    bool has_end_rates;      /* `stage_state` has the rates at the end of the last step */
+    double fastest_spring_s; /* 1 / fastest rate of the springs; 0: not computed yet */
 };
 
 static void make(struct stepper *s, double *more)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     size_t size = (size_t)s->model->size;
     w->mass = more;
-    w->by_p = w->mass + MODEL_ROW * size;
-    w->by_v = w->by_p + MODEL_ROW * size;
-    w->lu = w->by_v + MODEL_ROW * size;
+    w->dr_dp = w->mass + MODEL_ROW * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW * size;
+    w->lu = w->dr_dv + MODEL_ROW * size;
     w->mass_lu = w->lu + BAND_WIDTH * size;
-    w->drift = w->mass_lu + BAND_WIDTH * size;
-    w->right = w->drift + size;
-    w->pivot = (int *)(w->right + size);
+    w->dr_dt = w->mass_lu + BAND_WIDTH * size;
+    w->rhs = w->dr_dt + size;
+    w->pivot = (int *)(w->rhs + size);
     w->mass_pivot = w->pivot + size;
 }
 
@@ -71,19 +72,19 @@ static void make(struct stepper *s, double *more)
  * and steps grow when the swing has decayed. */
 static void restart(struct stepper *s)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     w->has_end_rates = false;
-    if (w->swing_s <= 0.0) {
+    if (w->fastest_spring_s <= 0.0) {
         double rate = model_fastest_rate(s->model, s->z, MODEL_SWINGS);
-        w->swing_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
+        w->fastest_spring_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
     }
-    s->h_s = fmin(s->h_s, w->swing_s);
+    s->h_s = fmin(s->h_s, w->fastest_spring_s);
 }
 
-static void weighted_sum(const struct stepper *s, const double *weights, int count, double scale,
-                         const double *from, double *to)
+static void add_weighted_stages(const struct stepper *s, const double *weights, int count,
+                                double scale, const double *from, double *to)
 {
-    const struct work *w = s->work;
+    const struct implicit_work *w = s->work;
     for (int half = 0; half < 2; half++) {
         int start = half * s->model->size;
         for (int i = start + stepper_low(s); i < start + stepper_high(s); i++) {
@@ -96,44 +97,44 @@ static void weighted_sum(const struct stepper *s, const double *weights, int cou
 }
 
 /* Solves for k with r = rate + mix (+ h d df/dt). The matrix must be factored. */
-static void solve(const struct stepper *s, double h, double drift, double *k)
+static void solve_stage(const struct stepper *s, double h, double drift, double *k)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     int size = s->model->size, low = stepper_low(s), high = stepper_high(s), count = high - low;
     size_t row = (size_t)low * MODEL_ROW;
-    double *r = w->mix; /* right-hand side of the stage: r_p and r_v */
+    double *r = w->stage_sum; /* right-hand side of the stage: r_p and r_v */
     for (int half = 0; half < 2; half++) {
         for (int i = half * size + low; i < half * size + high; i++)
             r[i] += w->rate[i];
     }
     for (int i = low; drift != 0.0 && i < high; i++)
-        r[size + i] += drift * h * w->drift[i];
-    banded_multiply(count, w->by_p + row, r + low, w->right + low);
+        r[size + i] += drift * h * w->dr_dt[i];
+    banded_multiply(count, w->dr_dp + row, r + low, w->rhs + low);
     banded_multiply(count, w->mass + row, r + size + low, k + size + low);
     for (int i = low; i < high; i++)
-        k[size + i] += h * GAMMA * w->right[i];
+        k[size + i] += h * GAMMA * w->rhs[i];
     banded_solve(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low, k + size + low);
     for (int i = low; i < high; i++)
         k[i] = h * GAMMA * (r[i] + k[size + i]);
 }
 
-static bool linearise(struct stepper *s)
+static bool factor_step_matrix(struct stepper *s)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     int size = s->model->size, low = stepper_low(s), count = stepper_high(s) - low;
     stepper_rates(s, s->t_s, s->z, w->rate);
-    model_linearise(s->model, s->t_s, s->z, w->rate + size, w->mass, w->by_p, w->by_v, w->drift);
+    model_linearise(s->model, s->t_s, s->z, w->rate + size, w->mass, w->dr_dp, w->dr_dv, w->dr_dt);
     bool drifts_at_all = false;
     for (int i = low; i < low + count; i++)
-        drifts_at_all = drifts_at_all || w->drift[i] != 0.0;
+        drifts_at_all = drifts_at_all || w->dr_dt[i] != 0.0;
     if (drifts_at_all) {
         size_t row = (size_t)low * MODEL_ROW;
-        banded_load(count, 1.0, w->mass + row, 0.0, w->by_p + row, 0.0, w->by_v + row,
+        banded_load(count, 1.0, w->mass + row, 0.0, w->dr_dp + row, 0.0, w->dr_dv + row,
                     w->mass_lu + (size_t)low * BAND_WIDTH);
         if (!banded_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
             return false;
         banded_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low,
-                     w->drift + low);
+                     w->dr_dt + low);
     }
     return true;
 }
@@ -142,34 +143,35 @@ static bool linearise(struct stepper *s)
  * matrix is singular. */
 static bool solve_stages(struct stepper *s, double h)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
     size_t row = (size_t)low * MODEL_ROW;
-    banded_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->by_p + row, -1.0,
-                w->by_v + row, w->lu + (size_t)low * BAND_WIDTH);
+    banded_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->dr_dp + row, -1.0,
+                w->dr_dv + row, w->lu + (size_t)low * BAND_WIDTH);
     if (!banded_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
         return false;
-    double *first = w->rate, *kept = w->at;
-    for (int i = 0; i < STAGES; i++) {
-        weighted_sum(s, mixes[i], i, 1.0 / h, NULL, w->mix);
+    double *first = w->rate, *kept = w->stage_state;
+    for (int i = 0; i < STAGE_COUNT; i++) {
+        add_weighted_stages(s, stage_sum_weights[i], i, 1.0 / h, NULL, w->stage_sum);
         if (i > 0) {
-            weighted_sum(s, shifts[i], i, 1.0, s->z, kept);
+            add_weighted_stages(s, stage_state_weights[i], i, 1.0, s->z, kept);
             w->rate = w->k[i]; /* w->k[i] is not used until it is solved for */
-            stepper_rates(s, s->t_s + nodes[i] * h, kept, w->rate);
+            stepper_rates(s, s->t_s + stage_nodes[i] * h, kept, w->rate);
         }
-        solve(s, h, drifts[i], w->k[i]);
+        solve_stage(s, h, time_derivative_factors[i], w->k[i]);
         w->rate = first;
     }
-    static const double one[STAGES] = {0, 0, 0, 0, 0, 1};
-    double *last = w->mix; /* the solution is the state of the last stage plus the last stage */
-    weighted_sum(s, one, STAGES, 1.0, kept, last);
+    static const double one[STAGE_COUNT] = {0, 0, 0, 0, 0, 1};
+    double *last =
+        w->stage_sum; /* the solution is the state of the last stage plus the last stage */
+    add_weighted_stages(s, one, STAGE_COUNT, 1.0, kept, last);
     stepper_copy(s, last, s->z_new);
     return true;
 }
 
-static double error_of(const struct stepper *s)
+static double step_error(const struct stepper *s)
 {
-    const struct work *w = s->work;
+    const struct implicit_work *w = s->work;
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
@@ -178,7 +180,7 @@ static double error_of(const struct stepper *s)
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300))
                 return (double)NAN;
-            most = fmax(most, fabs(w->k[STAGES - 1][k]) / scale);
+            most = fmax(most, fabs(w->k[STAGE_COUNT - 1][k]) / scale);
         }
     }
     return most;
@@ -186,17 +188,17 @@ static double error_of(const struct stepper *s)
 
 static bool advance(struct stepper *s, double limit_s)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     bool rejected = false;
     w->has_end_rates = false;
-    if (!linearise(s))
+    if (!factor_step_matrix(s))
         return false;
     for (;;) {
         double h;
         bool last;
         if (!stepper_choose_step(s, limit_s, &h, &last))
             return false;
-        double error = solve_stages(s, h) ? error_of(s) : (double)NAN;
+        double error = solve_stages(s, h) ? step_error(s) : (double)NAN;
         if (error <= 1.0) {
             double grow = error > 0.0 ? 0.9 * elementary_pow(error, -0.25) : 6.0;
             stepper_accept(s, h, last ? limit_s : s->t_s + h, last,
@@ -211,27 +213,27 @@ static bool advance(struct stepper *s, double limit_s)
 
 /* Interpolates with the cubic through both ends and their rates. The slopes of the method's own
  * interpolant at the ends have errors of tolerance / step, which would cause false switches. */
-static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
-    struct work *w = s->work;
+    struct implicit_work *w = s->work;
     if (!w->has_end_rates) {
-        stepper_rates(s, s->t_new_s, s->z_new, w->at);
+        stepper_rates(s, s->t_new_s, s->z_new, w->stage_state);
         w->has_end_rates = true;
     }
-    stepper_cubic(s, s->z, w->rate, s->z_new, w->at, t_s, low, high, z);
+    stepper_cubic(s, s->z, w->rate, s->z_new, w->stage_state, t_s, low, high, z);
 }
 
 const struct stepper_kind stepper_implicit = {
     .name = "implicit",
-    .can_prune = true,
+    .can_leave_out_mats = true,
     .has_long_steps = true,
     .rtol = 1e-7,
     .description = "RODAS, linearly implicit of order 4(3), banded, every event located",
-    .work_bytes = sizeof(struct work),
-    .rows = STAGES + 3,
-    .extra_values = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
+    .work_bytes = sizeof(struct implicit_work),
+    .row_count = STAGE_COUNT + 3,
+    .extra_value_rows = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
     .make = make,
     .restart = restart,
     .advance = advance,
-    .dense = dense,
+    .interpolate = interpolate,
 };

@@ -10,36 +10,36 @@
 #include "host/sim/solvers/planar_engine.h"
 #include "host/sim/elements/law.h"
 
-#define STEP_SHARE           0.25  /* first step / stability limit, if no step is given */
-#define HOP_SHARE            0.25  /* part of a mat that the aircraft may cross in one step */
-#define SHORTEST_SHARE       0.125 /* step / shortest time that a step must resolve */
+#define FIRST_STEP_SHARE        0.25  /* first step / stability limit, if no step is given */
+#define CROSSED_MAT_SHARE_MAX   0.25  /* part of a mat that the aircraft may cross in one step */
+#define SHORTEST_TIME_SHARE_MAX 0.125 /* step / shortest time that a step must resolve */
 /* Largest product of step and fastest rate. The scheme is stable up to 2 for an undamped
  * oscillation, less with damping. */
-#define STABILITY_LIMIT      1.8
-#define MIN_STEPS            1000.0
-#define MAX_STEPS            1e8
-#define MAX_SHORTENED        4
+#define STABILITY_LIMIT         1.8
+#define MIN_STEPS               1000.0
+#define MAX_STEPS               1e8
+#define MAX_STEP_REDUCTIONS     4
 /* Error estimate / difference of two marches (a march is a run with one step size,
  * planar_engine.h). The scheme is of order 1, so the finer march has an error as large as the
  * difference. */
-#define ERROR_FACTOR         2.0
+#define ERROR_FACTOR            2.0
 /* Ratio of the steps of two marches. With the ratio 2, every second short step would end together
  * with a long one, and both marches would sample these switches at the same moment. */
-#define STEP_RATIO           1.9
+#define STEP_RATIO              1.9
 /* Step of a fourth march / finer step. It is between the steps of the coarse and the rough
  * march. */
-#define FOURTH_STEP_RATIO    2.6
+#define FOURTH_STEP_RATIO       2.6
 /* Step of an additional march / finer step, if the result is sensitive. */
-#define SENSITIVE_STEP_RATIO 1.37
+#define SENSITIVE_STEP_RATIO    1.37
 /* The result is sensitive if the error estimate exceeds this fraction of the largest movement or
  * lift. */
-#define SENSITIVE_PART       1e-3
+#define SENSITIVE_ERROR_MIN     1e-3
 /* Factor by which the estimate of a sensitive result is multiplied; from 1.5 after seed 930973 */
-#define SENSITIVE_FACTOR     2.0
+#define SENSITIVE_ERROR_FACTOR  2.0
 
 /* Least error estimate, as a part of the largest movement or lift: all marches miss a contact that
  * is shorter than their steps. Set after seed 940556, whose scene 219 has such a contact. */
-#define LEAST_ERROR_PART 1e-4
+#define ERROR_SHARE_MIN 1e-4
 
 static void free_march(struct march *march)
 {
@@ -49,7 +49,7 @@ static void free_march(struct march *march)
 }
 
 /* Clears a march whose arrays belong to another march now. */
-static void clear_arrays(struct march *march)
+static void clear_moved_march(struct march *march)
 {
     march->record = (struct sim_record){0};
     march->mods = NULL;
@@ -59,12 +59,12 @@ static void start_march(struct planar_engine *l, struct march *march,
                         const struct sim_options *options, uint64_t steps,
                         struct sim_result *result)
 {
-    *march = (struct march){.steps = steps,
+    *march = (struct march){.step_count = steps,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
-                            .number = ++result->passes};
+                            .pass_number = ++result->passes};
     sim_record_make(&march->record, l->scene, options);
     planar_pass_run(l, march, options);
-    result->evaluations += march->steps_done;
+    result->evaluations += march->done_step_count;
 }
 
 static double *copy_array(const double *from, size_t count)
@@ -80,23 +80,23 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->dt_s = fine->h_s;
     result->checked_dt_s = coarse->h_s;
     result->pass_ms = fine->ms;
-    result->steps = fine->steps_done;
-    result->other_steps = result->evaluations - fine->steps_done;
+    result->steps = fine->done_step_count;
+    result->other_steps = result->evaluations - fine->done_step_count;
     result->events = fine->events;
-    result->mats_max = fine->mats_max;
-    result->mats_mean = fine->awake_s / ((double)fine->steps_done * fine->h_s);
+    result->mats_max = fine->awake_mats_max;
+    result->mats_mean = fine->awake_mat_s / ((double)fine->done_step_count * fine->h_s);
     result->crest_deg = fine->crest_deg;
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
-    result->overrun_count = fine->overruns;
-    result->first_crest = fine->first_crest;
-    result->first_crest_wheel = fine->first_crest_wheel;
-    memcpy(result->overrun, fine->overrun, sizeof result->overrun);
+    result->overrun_count = fine->overrun_count;
+    result->first_crest = fine->first_crest_node;
+    result->first_crest_wheel = fine->first_crest_wheel_mat;
+    memcpy(result->overrun, fine->overrun_nodes, sizeof result->overrun);
     size_t joints = (size_t)l->model.mats + 1;
-    result->push_lb = copy_array(l->push_lb, joints);
-    result->pull_lb = copy_array(l->pull_lb, joints);
-    result->rise_ft = copy_array(l->rise_ft, joints);
+    result->push_lb = copy_array(l->max_push_lb, joints);
+    result->pull_lb = copy_array(l->max_pull_lb, joints);
+    result->rise_ft = copy_array(l->max_rise_ft, joints);
     if (fine->mods && coarse->mods)
         fine->mods->error_lb = ERROR_FACTOR * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
@@ -106,7 +106,7 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
 }
 
 /* Difference of two marches. */
-static struct pass_difference difference_of(const struct march *a, const struct march *b)
+static struct pass_difference march_difference(const struct march *a, const struct march *b)
 {
     return (struct pass_difference){sim_record_difference(&a->record, &b->record),
                                     fmax(sim_record_lift_difference(&a->record, &b->record),
@@ -114,21 +114,21 @@ static struct pass_difference difference_of(const struct march *a, const struct 
 }
 
 /* True if two complete marches agree. */
-static bool is_in_agreement(const struct planar_engine *l, const struct march *coarse,
-                            const struct march *fine)
+static bool do_marches_agree(const struct planar_engine *l, const struct march *coarse,
+                             const struct march *fine)
 {
-    struct pass_difference apart = difference_of(coarse, fine);
+    struct pass_difference apart = march_difference(coarse, fine);
     double threshold = pass_bow_threshold_ft(l->scene),
            lift = fmin(coarse->max_lift_ft, fine->max_lift_ft);
-    return apart.u.u_ft <= PASS_DISAGREEMENT * sim_record_peak(&fine->record).u_ft +
+    return apart.u.u_ft <= PASS_DISAGREEMENT_MAX * sim_record_peak(&fine->record).u_ft +
                                1e-9 * l->model.length_ft &&
-           apart.lift_ft <= PASS_DISAGREEMENT * fmax(lift, threshold) &&
+           apart.lift_ft <= PASS_DISAGREEMENT_MAX * fmax(lift, threshold) &&
            (coarse->max_lift_ft > threshold) == (fine->max_lift_ft > threshold);
 }
 
-static bool is_complete(const struct march *march)
+static bool is_march_complete(const struct march *march)
 {
-    return march->steps_done > 0 && march->status == SIM_OK;
+    return march->done_step_count > 0 && march->status == SIM_OK;
 }
 
 static void widen_error(struct sim_result *result, struct pass_difference apart)
@@ -139,30 +139,31 @@ static void widen_error(struct sim_result *result, struct pass_difference apart)
 
 /* Computes the error estimate. Every step size samples the switches differently, so two marches can
  * agree by chance. If the previous march also agrees with these two, its difference is included. */
-static void compute_error(const struct planar_engine *l, const struct march *rough,
-                          const struct march *coarse, const struct march *fine,
-                          struct pass_difference apart, struct sim_result *result)
+static void set_error_of_marches(const struct planar_engine *l, const struct march *rough,
+                                 const struct march *coarse, const struct march *fine,
+                                 struct pass_difference apart, struct sim_result *result)
 {
     result->error_u_ft = ERROR_FACTOR * apart.u.u_ft;
     /* the contact of a landing node is found up to one step late, with the same error in all
      * marches */
     result->error_lift_ft = fmax(ERROR_FACTOR * apart.lift_ft, fine->h_s * fine->impact_ft_s);
-    if (!is_complete(rough))
+    if (!is_march_complete(rough))
         return;
-    struct pass_difference before = difference_of(rough, coarse);
-    if (is_in_agreement(l, rough, coarse))
+    struct pass_difference before = march_difference(rough, coarse);
+    if (do_marches_agree(l, rough, coarse))
         widen_error(result, before);
 }
 
 /* Runs one more march on a copy, so that the state in `l`, which belongs to the result, does not
  * change. */
-static void march_copy(struct planar_engine *l, struct march *march,
-                       const struct sim_options *options, uint64_t steps, struct sim_result *result)
+static void run_extra_march(struct planar_engine *l, struct march *march,
+                            const struct sim_options *options, uint64_t steps,
+                            struct sim_result *result)
 {
-    double *kept = xmalloc(l->stored_count * sizeof *kept);
-    memcpy(kept, l->z, l->stored_count * sizeof *kept);
+    double *kept = xmalloc(l->stored_value_count * sizeof *kept);
+    memcpy(kept, l->z, l->stored_value_count * sizeof *kept);
     start_march(l, march, options, steps, result);
-    memcpy(l->z, kept, l->stored_count * sizeof *kept);
+    memcpy(l->z, kept, l->stored_value_count * sizeof *kept);
     free(kept);
 }
 
@@ -174,22 +175,22 @@ static void widen_by_fourth_march(struct planar_engine *l, const struct sim_opti
                                   const struct march *fine, struct sim_result *result)
 {
     struct march between = {0};
-    uint64_t steps = (uint64_t)ceil((double)fine->steps / FOURTH_STEP_RATIO);
+    uint64_t steps = (uint64_t)ceil((double)fine->step_count / FOURTH_STEP_RATIO);
     if (sim_scene_end_s(l->scene) / (double)steps > result->dt_limit_s)
         return;
-    march_copy(l, &between, options, steps, result);
-    if (is_complete(&between)) {
+    run_extra_march(l, &between, options, steps, result);
+    if (is_march_complete(&between)) {
         const struct march *const others[] = {fine, coarse, rough};
         for (int i = 0; i < 3; i++) {
             struct pass_difference apart = {0};
-            if (is_complete(others[i]))
-                apart = difference_of(&between, others[i]);
-            if (is_complete(others[i]) && is_in_agreement(l, &between, others[i]))
+            if (is_march_complete(others[i]))
+                apart = march_difference(&between, others[i]);
+            if (is_march_complete(others[i]) && do_marches_agree(l, &between, others[i]))
                 widen_error(result, apart);
         }
-        if (is_complete(rough)) {
-            if (is_in_agreement(l, rough, fine))
-                widen_error(result, difference_of(rough, fine));
+        if (is_march_complete(rough)) {
+            if (do_marches_agree(l, rough, fine))
+                widen_error(result, march_difference(rough, fine));
         }
     }
     free_march(&between);
@@ -202,36 +203,36 @@ static void widen_if_sensitive(struct planar_engine *l, const struct sim_options
                                const struct march *fine, struct sim_result *result)
 {
     struct march beside = {0};
-    if (result->error_u_ft <= SENSITIVE_PART * sim_record_peak(&fine->record).u_ft &&
-        result->error_lift_ft <= SENSITIVE_PART * fine->max_lift_ft)
+    if (result->error_u_ft <= SENSITIVE_ERROR_MIN * sim_record_peak(&fine->record).u_ft &&
+        result->error_lift_ft <= SENSITIVE_ERROR_MIN * fine->max_lift_ft)
         return;
-    uint64_t steps = (uint64_t)ceil((double)fine->steps / SENSITIVE_STEP_RATIO);
-    march_copy(l, &beside, options, steps, result);
-    if (is_complete(&beside)) {
-        struct pass_difference apart = difference_of(&beside, fine);
-        result->error_u_ft = SENSITIVE_FACTOR *
+    uint64_t steps = (uint64_t)ceil((double)fine->step_count / SENSITIVE_STEP_RATIO);
+    run_extra_march(l, &beside, options, steps, result);
+    if (is_march_complete(&beside)) {
+        struct pass_difference apart = march_difference(&beside, fine);
+        result->error_u_ft = SENSITIVE_ERROR_FACTOR *
                              fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
-        result->error_lift_ft = SENSITIVE_FACTOR *
+        result->error_lift_ft = SENSITIVE_ERROR_FACTOR *
                                 fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
     }
     free_march(&beside);
 }
 
 /* Sets the divergence from the marches so far. Called if no shorter step gives agreement. */
-static void set_divergence(const struct planar_engine *l, const struct march *rough,
-                           const struct march *coarse, const struct march *fine,
-                           struct sim_result *result)
+static void set_divergence_of_marches(const struct planar_engine *l, const struct march *rough,
+                                      const struct march *coarse, const struct march *fine,
+                                      struct sim_result *result)
 {
     const struct march *others[] = {coarse, rough};
     double threshold = pass_bow_threshold_ft(l->scene);
-    double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&fine->record).u_ft,
-           most_lift_ft = PASS_DISAGREEMENT * fmax(fine->max_lift_ft, threshold);
+    double most_u_ft = PASS_DISAGREEMENT_MAX * sim_record_peak(&fine->record).u_ft,
+           most_lift_ft = PASS_DISAGREEMENT_MAX * fmax(fine->max_lift_ft, threshold);
     result->divergence_runs = 1;
     result->divergence_waves = fine->max_lift_ft > threshold;
     for (int i = 0; i < 2; i++) {
-        if (!is_complete(others[i]))
+        if (!is_march_complete(others[i]))
             continue;
-        struct pass_difference apart = difference_of(fine, others[i]);
+        struct pass_difference apart = march_difference(fine, others[i]);
         divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
         result->error_u_ft = fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
         result->error_lift_ft = fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
@@ -240,24 +241,24 @@ static void set_divergence(const struct planar_engine *l, const struct march *ro
     }
 }
 
-static uint64_t fewer_steps(uint64_t steps)
+static uint64_t coarser_step_count(uint64_t steps)
 {
     return (uint64_t)ceil((double)steps / STEP_RATIO);
 }
 
 /* Runs marches at a step and at a longer step, then at shorter ones until two agree. `rough`: the
  * march at the next longer step, or empty. */
-static void run_pairs(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
-                      struct march *rough, struct sim_result *result)
+static void run_march_pairs(struct planar_engine *l, const struct sim_options *options,
+                            uint64_t steps, struct march *rough, struct sim_result *result)
 {
     struct march coarse = {0}, fine = {0};
     struct pass_difference apart = {0};
-    start_march(l, &coarse, options, fewer_steps(steps), result);
+    start_march(l, &coarse, options, coarser_step_count(steps), result);
     for (int shortened = 0;; shortened++) {
         if (coarse.status == SIM_INTERRUPTED) {
             sim_result_set_status(result, coarse.status, coarse.mat, coarse.t_s);
             fine = coarse;
-            clear_arrays(&coarse);
+            clear_moved_march(&coarse);
             break;
         }
         start_march(l, &fine, options, steps, result);
@@ -272,32 +273,31 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
             sim_result_set_status(result, fine.status, fine.mat, fine.t_s);
             break;
         }
-        apart = failed ? apart : difference_of(&coarse, &fine);
-        if (!failed && is_in_agreement(l, &coarse, &fine)) {
-            compute_error(l, rough, &coarse, &fine, apart, result);
+        apart = failed ? apart : march_difference(&coarse, &fine);
+        if (!failed && do_marches_agree(l, &coarse, &fine)) {
+            set_error_of_marches(l, rough, &coarse, &fine, apart, result);
             widen_by_fourth_march(l, options, rough, &coarse, &fine, result);
             widen_if_sensitive(l, options, &fine, result);
             result->error_u_ft = fmax(result->error_u_ft,
-                                      LEAST_ERROR_PART * sim_record_peak(&fine.record).u_ft);
-            result->error_lift_ft = fmax(result->error_lift_ft,
-                                         LEAST_ERROR_PART * fine.max_lift_ft);
+                                      ERROR_SHARE_MIN * sim_record_peak(&fine.record).u_ft);
+            result->error_lift_ft = fmax(result->error_lift_ft, ERROR_SHARE_MIN * fine.max_lift_ft);
             break;
         }
-        if (options->dt_s > 0.0 || shortened == MAX_SHORTENED ||
+        if (options->dt_s > 0.0 || shortened == MAX_STEP_REDUCTIONS ||
             STEP_RATIO * (double)steps > MAX_STEPS) {
             if (failed)
                 sim_result_set_status(result, failed->status, failed->mat, failed->t_s);
             else if (options->dt_s > 0.0)
                 sim_result_set_status(result, SIM_UNSTABLE, apart.u.mat, apart.u.t_s);
             else
-                set_divergence(l, rough, &coarse, &fine, result);
+                set_divergence_of_marches(l, rough, &coarse, &fine, result);
             break;
         }
         free_march(rough);
         *rough = coarse;
         coarse = fine;
         steps = (uint64_t)ceil(STEP_RATIO * (double)steps);
-        clear_arrays(&fine);
+        clear_moved_march(&fine);
     }
     fill_result(l, &fine, &coarse, result);
     free_march(&coarse);
@@ -306,11 +306,11 @@ static void run_pairs(struct planar_engine *l, const struct sim_options *options
 
 /* Runs marches with the step and with two longer ones. The longest step is used only if it is
  * stable. */
-static void run_checked(struct planar_engine *l, const struct sim_options *options, uint64_t steps,
-                        struct sim_result *result)
+static void run_given_step(struct planar_engine *l, const struct sim_options *options,
+                           uint64_t steps, struct sim_result *result)
 {
     struct march rough = {0};
-    uint64_t fewest = fewer_steps(fewer_steps(steps));
+    uint64_t fewest = coarser_step_count(coarser_step_count(steps));
     bool stable = sim_scene_end_s(l->scene) / (double)fewest <= result->dt_limit_s;
     if (stable)
         start_march(l, &rough, options, fewest, result);
@@ -318,12 +318,12 @@ static void run_checked(struct planar_engine *l, const struct sim_options *optio
         sim_result_set_status(result, rough.status, rough.mat, rough.t_s);
         fill_result(l, &rough, &rough, result);
     } else {
-        run_pairs(l, options, steps, &rough, result);
+        run_march_pairs(l, options, steps, &rough, result);
     }
     free_march(&rough);
 }
 
-static double step_limit_s(struct planar_engine *l, double hop_s)
+static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
 {
     struct model *m = &l->model;
     model_start(m, l->z);
@@ -339,23 +339,24 @@ static double step_limit_s(struct planar_engine *l, double hop_s)
     double rate = model_fastest_rate(&fastest, l->z, MODEL_STAGGERED);
     if (l->mods)
         rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia));
-    return fmin(rate > 0.0 ? STABILITY_LIMIT / rate : HUGE_VAL, hop_s);
+    return fmin(rate > 0.0 ? STABILITY_LIMIT / rate : HUGE_VAL, crossing_s);
 }
 
-static enum mr_status run_with(struct planar_engine *l, const struct sim_options *options,
-                               struct sim_result *result, struct error *error)
+static enum mr_status run_engine(struct planar_engine *l, const struct sim_options *options,
+                                 struct sim_result *result, struct error *error)
 {
     struct sim_wheel wheel;
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
     /* INFINITY: the aircraft is at rest */
-    double hop_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
-    result->dt_limit_s = step_limit_s(l, hop_s);
-    double h = options->dt_s > 0.0
-                 ? options->dt_s
-                 : fmin((options->is_single_pass ? 2.0 : 1.0) * STEP_SHARE * result->dt_limit_s,
-                        fmin(fmin(HOP_SHARE * hop_s, end_s / MIN_STEPS),
-                             SHORTEST_SHARE * sim_scene_shortest_s(l->scene)));
+    double crossing_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
+    result->dt_limit_s = stable_step_limit_s(l, crossing_s);
+    double h =
+        options->dt_s > 0.0
+            ? options->dt_s
+            : fmin((options->is_single_pass ? 2.0 : 1.0) * FIRST_STEP_SHARE * result->dt_limit_s,
+                   fmin(fmin(CROSSED_MAT_SHARE_MAX * crossing_s, end_s / MIN_STEPS),
+                        SHORTEST_TIME_SHARE_MAX * sim_scene_shortest_s(l->scene)));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
@@ -371,18 +372,18 @@ static enum mr_status run_with(struct planar_engine *l, const struct sim_options
     if (options->is_single_pass) {
         struct march only = {0};
         start_march(l, &only, options, (uint64_t)steps, result);
-        result->first_crest = only.first_crest;
-        result->first_crest_wheel = only.first_crest_wheel;
+        result->first_crest = only.first_crest_node;
+        result->first_crest_wheel = only.first_crest_wheel_mat;
         if (only.status != SIM_OK)
             sim_result_set_status(result, only.status, only.mat, only.t_s);
-        result->t_end_s = fmin(result->t_end_s, (double)only.steps_done * only.h_s);
+        result->t_end_s = fmin(result->t_end_s, (double)only.done_step_count * only.h_s);
         fill_result(l, &only, &only, result);
         free_march(&only);
         return error->status;
     }
     /* true: the check with double the step is stable too */
     bool room = 2.0 * h <= result->dt_limit_s;
-    run_checked(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result);
+    run_given_step(l, options, 2 * (uint64_t)ceil(room ? steps / 2.0 : steps), result);
     return MR_OK;
 }
 
@@ -391,7 +392,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
 {
     struct planar_engine l = {0};
     double begin_s = monotonic_s();
-    if (engine_make(&l, scene, result, error) == MR_OK) {
+    if (planar_engine_make(&l, scene, result, error) == MR_OK) {
         result->solver = "staggered";
         result->mats = scene->mats;
         result->t_end_s = sim_scene_end_s(scene);
@@ -400,9 +401,9 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
                     "3.6 times the step, twice the difference of the first two");
         if (l.mods)
             mods_describe(l.mods, result);
-        run_with(&l, options, result, error);
+        run_engine(&l, options, result, error);
         result->run_ms = 1e3 * (monotonic_s() - begin_s);
     }
-    engine_free(&l);
+    planar_engine_free(&l);
     return error->status;
 }

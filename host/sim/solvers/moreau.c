@@ -22,70 +22,76 @@
 #include "host/sim/models/model.h"
 #include "host/sim/solvers/stepper.h"
 
-#define SHARED_MAX      32 /* largest number of switches that have a share at the same time */
-#define ROUNDS_MAX      40
+#define SHARED_SWITCHES_MAX 32 /* largest number of switches that have a share at the same time */
+#define SOLVE_ROUNDS_MAX    40
 /* Largest number of halvings of a step that does not converge. The last step is accepted even if it
  * does not converge. */
-#define HALVINGS_MAX    5
-#define FLIPS_MAX       3  /* number of flips of a switch in one step after which it gets a share */
-#define SLIDE_FLIPS_MAX 10 /* number of flips of a mat in one step after which its mode is fixed */
-#define SWEEPS_MAX      100   /* largest number of Gauss-Seidel passes */
-#define CONVERGED       1e-11 /* limit of convergence / largest of the speeds and sqrt(g L) */
-#define SAME_SHARE      1e-9
-#define SHARE_PART      1e-4
+#define STEP_HALVINGS_MAX   5
+#define FLIPS_BEFORE_SHARE \
+    3 /* number of flips of a switch in one step after which it gets a share */
+#define FLIPS_BEFORE_FIXED_SLIDE \
+    10 /* number of flips of a mat in one step after which its mode is fixed */
+#define GAUSS_SEIDEL_SWEEPS_MAX 100 /* largest number of Gauss-Seidel passes */
+/* limit of convergence / largest of the speeds and sqrt(g L) */
+#define CONVERGENCE_LIMIT       1e-11
+#define CONVERGED_SHARE_CHANGE  1e-9
+#define SHARE_DIFFERENCE        1e-4
 
 struct shared_switch {
-    struct model_switch which;
-    int on, off; /* the two modes of the switch */
+    struct model_switch id;
+    int on_mode, off_mode; /* the two modes of the switch */
     double share, change, sigma;
-    double by[SHARED_MAX]; /* derivative of sigma of this switch with respect to each share */
-    double *push;          /* accelerations due to this share, then the change of v1 due to it */
+    double sigma_slopes
+        [SHARED_SWITCHES_MAX]; /* derivative of sigma of this switch with respect to each share */
+    double *accel; /* accelerations due to this share, then the change of v1 due to it */
 };
 
-struct work {
-    double *at;    /* the state (p_m, v1) */
-    double *moved; /* the state after a change of one share */
-    double *rate;  /* accelerations in the present modes, then those with one switch on */
-    double *pushes[SHARED_MAX];
-    double *mass, *by_p, *by_v, *on_p, *on_v, *off_p, *off_v, *lu, *drift, *step;
+struct moreau_work {
+    double *middle_state;  /* the state (p_m, v1) */
+    double *shifted_state; /* the state after a change of one share */
+    double *accel;         /* accelerations in the present modes, then those with one switch on */
+    double *share_accel[SHARED_SWITCHES_MAX];
+    double *mass, *dr_dp, *dr_dv, *dr_dp_on, *dr_dv_on, *dr_dp_off, *dr_dv_off, *lu, *dr_dt,
+        *newton_step;
     int *pivot;
-    signed char *modes_before, *flips; /* modes before an update; number of flips in this step */
-    int apex_flips;
-    struct shared_switch shared_switch[SHARED_MAX];
-    int count;
+    signed char *modes_before,
+        *flip_counts; /* modes before an update; number of flips in this step */
+    int apex_flip_count;
+    struct shared_switch shared_switch[SHARED_SWITCHES_MAX];
+    int shared_count;
 };
 
 /* Number of modes in the model's mode arrays, contact to lift, which are contiguous in memory. */
-static size_t modes_length(const struct model *m)
+static size_t mode_count(const struct model *m)
 {
     return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
 }
 
 static void make(struct stepper *s, double *more)
 {
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     size_t size = (size_t)s->model->size;
     w->mass = more;
-    w->by_p = w->mass + MODEL_ROW * size;
-    w->by_v = w->by_p + MODEL_ROW * size;
-    w->on_p = w->by_v + MODEL_ROW * size;
-    w->on_v = w->on_p + MODEL_ROW * size;
-    w->off_p = w->on_v + MODEL_ROW * size;
-    w->off_v = w->off_p + MODEL_ROW * size;
-    w->lu = w->off_v + MODEL_ROW * size;
-    w->drift = w->lu + BAND_WIDTH * size;
-    w->step = w->drift + size;
-    w->pivot = (int *)(w->step + size);
+    w->dr_dp = w->mass + MODEL_ROW * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW * size;
+    w->dr_dp_on = w->dr_dv + MODEL_ROW * size;
+    w->dr_dv_on = w->dr_dp_on + MODEL_ROW * size;
+    w->dr_dp_off = w->dr_dv_on + MODEL_ROW * size;
+    w->dr_dv_off = w->dr_dp_off + MODEL_ROW * size;
+    w->lu = w->dr_dv_off + MODEL_ROW * size;
+    w->dr_dt = w->lu + BAND_WIDTH * size;
+    w->newton_step = w->dr_dt + size;
+    w->pivot = (int *)(w->newton_step + size);
     w->modes_before = (signed char *)(w->pivot + 2 * size);
-    w->flips = w->modes_before + 4 * sizeof(double) * size;
+    w->flip_counts = w->modes_before + 4 * sizeof(double) * size;
 }
 
 static void restart(struct stepper *s)
 {
-    ((struct work *)s->work)->count = 0;
+    ((struct moreau_work *)s->work)->shared_count = 0;
 }
 
-static signed char *mode_of(const struct model *m, struct model_switch which)
+static signed char *switch_mode(const struct model *m, struct model_switch which)
 {
     return which.kind == MODEL_CONTACT ? &m->contact[which.index]
          : which.kind == MODEL_TORSION ? &m->torsion[which.index]
@@ -93,24 +99,24 @@ static signed char *mode_of(const struct model *m, struct model_switch which)
 }
 
 /* Sets a mode and updates everything that depends on it, except which mats slide. */
-static void set_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
+static void set_switch_mode(struct stepper *s, struct model_switch which, int mode, double t_s)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     if (which.kind == MODEL_APEX)
         m->apex = mode;
     else
-        *mode_of(m, which) = (signed char)mode;
+        *switch_mode(m, which) = (signed char)mode;
     if (which.kind != MODEL_CONTACT && which.kind != MODEL_APEX)
         return;
     signed char *slide = w->modes_before + (m->slide - m->contact);
     memcpy(slide, m->slide, (size_t)m->mats);
-    model_settle(m, t_s, w->at);
+    model_settle(m, t_s, w->middle_state);
     memcpy(m->slide, slide, (size_t)m->mats);
 }
 
-static void set_position(const struct stepper *s, double h, const double *v1, double scale,
-                         const double *more, double *at)
+static void set_positions(const struct stepper *s, double h, const double *v1, double scale,
+                          const double *more, double *at)
 {
     int size = s->model->size;
     for (int i = 0; i < size; i++) {
@@ -120,10 +126,11 @@ static void set_position(const struct stepper *s, double h, const double *v1, do
     }
 }
 
-static struct shared_switch *share_of(struct work *w, enum model_switch_kind kind, int index)
+static struct shared_switch *find_shared_switch(struct moreau_work *w, enum model_switch_kind kind,
+                                                int index)
 {
-    for (int k = 0; k < w->count; k++) {
-        if (w->shared_switch[k].which.kind == kind && w->shared_switch[k].which.index == index)
+    for (int k = 0; k < w->shared_count; k++) {
+        if (w->shared_switch[k].id.kind == kind && w->shared_switch[k].id.index == index)
             return &w->shared_switch[k];
     }
     return NULL;
@@ -131,10 +138,10 @@ static struct shared_switch *share_of(struct work *w, enum model_switch_kind kin
 
 static void add_shared(struct stepper *s, enum model_switch_kind kind, int index, int on, int off)
 {
-    struct work *w = s->work;
-    if (w->count < SHARED_MAX && on != off)
-        w->shared_switch[w->count++] =
-            (struct shared_switch){.which = {kind, index}, .on = on, .off = off, .share = 0.5};
+    struct moreau_work *w = s->work;
+    if (w->shared_count < SHARED_SWITCHES_MAX && on != off)
+        w->shared_switch[w->shared_count++] = (struct shared_switch){
+            .id = {kind, index}, .on_mode = on, .off_mode = off, .share = 0.5};
 }
 
 /* Updates the modes from the state `at`. Switches with a share stay off. Returns the number of
@@ -142,69 +149,69 @@ static void add_shared(struct stepper *s, enum model_switch_kind kind, int index
 static int update_modes(struct stepper *s, double t_s)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     const struct {
         enum model_switch_kind kind;
         signed char *modes;
     } kinds[] = {{MODEL_CONTACT, m->contact}, {MODEL_TORSION, m->torsion}, {MODEL_SLACK, m->joint}};
     int changed = 0, apex = m->apex;
-    memcpy(w->modes_before, m->contact, modes_length(m));
-    model_sample_shape(m, w->at);
+    memcpy(w->modes_before, m->contact, mode_count(m));
+    model_sample_shape(m, w->middle_state);
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         signed char *mode = kinds[k].modes, *was = w->modes_before + (mode - m->contact),
-                    *flips = w->flips + (mode - m->contact);
+                    *flips = w->flip_counts + (mode - m->contact);
         for (int j = 0; j <= m->mats; j++) {
             if (mode[j] == was[j])
                 continue;
-            if (share_of(w, kinds[k].kind, j)) {
+            if (find_shared_switch(w, kinds[k].kind, j)) {
                 mode[j] = was[j];
                 continue;
             }
             changed++;
-            if (++flips[j] > FLIPS_MAX && mode[j] * was[j] == 0) {
+            if (++flips[j] > FLIPS_BEFORE_SHARE && mode[j] * was[j] == 0) {
                 add_shared(s, kinds[k].kind, j, mode[j] ? mode[j] : was[j], 0);
                 mode[j] = 0;
             }
         }
     }
     /* the sampling may have set switches that have a share to on */
-    for (int k = 0; k < w->count; k++) {
-        if (w->shared_switch[k].which.kind != MODEL_APEX)
-            *mode_of(m, w->shared_switch[k].which) = (signed char)w->shared_switch[k].off;
+    for (int k = 0; k < w->shared_count; k++) {
+        if (w->shared_switch[k].id.kind != MODEL_APEX)
+            *switch_mode(m, w->shared_switch[k].id) = (signed char)w->shared_switch[k].off_mode;
     }
     if (m->shear != SIM_SHEAR_NONE && m->apex != apex && m->lifted_nodes > 0) {
         bool has = false;
-        for (int k = 0; k < w->count; k++)
-            has = has || w->shared_switch[k].which.kind == MODEL_APEX;
-        if (!has && ++w->apex_flips > FLIPS_MAX)
+        for (int k = 0; k < w->shared_count; k++)
+            has = has || w->shared_switch[k].id.kind == MODEL_APEX;
+        if (!has && ++w->apex_flip_count > FLIPS_BEFORE_SHARE)
             add_shared(s, MODEL_APEX, m->apex, m->apex, apex);
         changed += !has;
-        if (has || w->apex_flips > FLIPS_MAX)
+        if (has || w->apex_flip_count > FLIPS_BEFORE_SHARE)
             m->apex = apex;
     }
-    if (w->count > 0 && m->shear != SIM_SHEAR_NONE)
-        set_mode(s, (struct model_switch){MODEL_APEX, m->apex}, m->apex, t_s);
+    if (w->shared_count > 0 && m->shear != SIM_SHEAR_NONE)
+        set_switch_mode(s, (struct model_switch){MODEL_APEX, m->apex}, m->apex, t_s);
     return changed;
 }
 
 /* Computes push and friction limit of a mat, including the shares of the switches at its ends. */
-static void compute_forces(struct stepper *s, double t_s, int mat, double *push_lb,
-                           double *limit_lb)
+static void compute_mat_forces(struct stepper *s, double t_s, int mat, double *push_lb,
+                               double *limit_lb)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
-    *push_lb = model_push_lb(m, t_s, w->at, mat);
-    *limit_lb = model_limit_lb(m, w->at, mat);
+    struct moreau_work *w = s->work;
+    *push_lb = model_push_lb(m, t_s, w->middle_state, mat);
+    *limit_lb = model_limit_lb(m, w->middle_state, mat);
     double push = *push_lb, limit = *limit_lb;
-    for (int k = 0; k < w->count; k++) {
+    for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
-        bool beside = one->which.index == mat || one->which.index == mat + 1;
-        if (!beside || (one->which.kind != MODEL_CONTACT && one->which.kind != MODEL_SLACK))
+        bool beside = one->id.index == mat || one->id.index == mat + 1;
+        if (!beside || (one->id.kind != MODEL_CONTACT && one->id.kind != MODEL_SLACK))
             continue;
-        *mode_of(m, one->which) = (signed char)one->on;
-        *push_lb += one->share * (model_push_lb(m, t_s, w->at, mat) - push);
-        *limit_lb += one->share * (model_limit_lb(m, w->at, mat) - limit);
-        *mode_of(m, one->which) = (signed char)one->off;
+        *switch_mode(m, one->id) = (signed char)one->on_mode;
+        *push_lb += one->share * (model_push_lb(m, t_s, w->middle_state, mat) - push);
+        *limit_lb += one->share * (model_limit_lb(m, w->middle_state, mat) - limit);
+        *switch_mode(m, one->id) = (signed char)one->off_mode;
     }
 }
 
@@ -213,26 +220,26 @@ static void compute_forces(struct stepper *s, double t_s, int mat, double *push_
 static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
-    signed char *flips = w->flips + (m->slide - m->contact);
+    struct moreau_work *w = s->work;
+    signed char *flips = w->flip_counts + (m->slide - m->contact);
     int changed = 0;
     if (m->law != SIM_FRICTION_STICK)
         return 0;
     for (int n = 0; n < m->mats; n++) {
-        double v0 = s->z[m->size + 2 * n + 1], v1 = w->at[m->size + 2 * n + 1];
+        double v0 = s->z[m->size + 2 * n + 1], v1 = w->middle_state[m->size + 2 * n + 1];
         signed char way = m->slide[n];
         if (way != 0 && way * v1 < 0.0) {
             m->slide[n] = 0;
         } else if (way == 0) {
             double push, limit;
-            compute_forces(s, t_s, n, &push, &limit);
+            compute_mat_forces(s, t_s, n, &push, &limit);
             push += m->mass_slug * v0 / h;
             if (fabs(push) > limit)
                 m->slide[n] = push > 0.0 ? 1 : -1;
         }
         if (m->slide[n] == way)
             continue;
-        if (flips[n] >= SLIDE_FLIPS_MAX) {
+        if (flips[n] >= FLIPS_BEFORE_FIXED_SLIDE) {
             m->slide[n] = way;
         } else {
             flips[n]++;
@@ -247,49 +254,50 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
 static bool solve_newton_step(struct stepper *s, double h, double t_s, const double *v1)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     int size = m->size;
-    double *left = w->moved;
-    model_rates(m, t_s, w->at, w->rate);
+    double *left = w->shifted_state;
+    model_rates(m, t_s, w->middle_state, w->accel);
     for (int i = 0; i < size; i++)
-        w->drift[i] = (v1[i] - s->z[size + i]) / h;
-    double *slope = w->moved + size; /* dR/dt is not used */
-    model_linearise(m, t_s, w->at, w->drift, w->mass, w->by_p, w->by_v, slope);
-    memcpy(left, w->rate, (size_t)size * sizeof *left);
-    if (w->count > 0) {
-        memcpy(w->off_p, w->by_p, (size_t)size * MODEL_ROW * sizeof *w->off_p);
-        memcpy(w->off_v, w->by_v, (size_t)size * MODEL_ROW * sizeof *w->off_v);
+        w->dr_dt[i] = (v1[i] - s->z[size + i]) / h;
+    double *slope = w->shifted_state + size; /* dR/dt is not used */
+    model_linearise(m, t_s, w->middle_state, w->dr_dt, w->mass, w->dr_dp, w->dr_dv, slope);
+    memcpy(left, w->accel, (size_t)size * sizeof *left);
+    if (w->shared_count > 0) {
+        memcpy(w->dr_dp_off, w->dr_dp, (size_t)size * MODEL_ROW * sizeof *w->dr_dp_off);
+        memcpy(w->dr_dv_off, w->dr_dv, (size_t)size * MODEL_ROW * sizeof *w->dr_dv_off);
     }
-    for (int k = 0; k < w->count; k++) {
+    for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
-        one->push = w->pushes[k];
-        set_mode(s, one->which, one->on, t_s);
-        model_rates(m, t_s, w->at, one->push);
-        model_linearise(m, t_s, w->at, w->drift, w->mass, w->on_p, w->on_v, slope);
-        set_mode(s, one->which, one->off, t_s);
+        one->accel = w->share_accel[k];
+        set_switch_mode(s, one->id, one->on_mode, t_s);
+        model_rates(m, t_s, w->middle_state, one->accel);
+        model_linearise(m, t_s, w->middle_state, w->dr_dt, w->mass, w->dr_dp_on, w->dr_dv_on,
+                        slope);
+        set_switch_mode(s, one->id, one->off_mode, t_s);
         for (int i = 0; i < size; i++) {
-            one->push[i] -= w->rate[i];
-            left[i] += one->share * one->push[i];
+            one->accel[i] -= w->accel[i];
+            left[i] += one->share * one->accel[i];
         }
         /* sum of the slopes of the modes and of each share times the slope of its switch */
         for (int i = 0; i < size * MODEL_ROW; i++) {
-            w->by_p[i] += one->share * (w->on_p[i] - w->off_p[i]);
-            w->by_v[i] += one->share * (w->on_v[i] - w->off_v[i]);
+            w->dr_dp[i] += one->share * (w->dr_dp_on[i] - w->dr_dp_off[i]);
+            w->dr_dv[i] += one->share * (w->dr_dv_on[i] - w->dr_dv_off[i]);
         }
     }
     for (int i = 0; i < size; i++)
-        left[i] -= w->drift[i];
-    banded_multiply(size, w->mass, left, w->step);
-    banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->by_p, -1.0, w->by_v, w->lu);
+        left[i] -= w->dr_dt[i];
+    banded_multiply(size, w->mass, left, w->newton_step);
+    banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->dr_dp, -1.0, w->dr_dv, w->lu);
     for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++) {
         if (m->slide[n] == 0) /* the equation of a mat at rest is v1/h = 0 */
-            w->step[2 * n + 1] = -v1[2 * n + 1] / h;
+            w->newton_step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
     if (!banded_factor(size, w->lu, w->pivot))
         return false;
-    banded_solve(size, w->lu, w->pivot, w->step);
-    for (int k = 0; k < w->count; k++) {
-        double *push = w->shared_switch[k].push;
+    banded_solve(size, w->lu, w->pivot, w->newton_step);
+    for (int k = 0; k < w->shared_count; k++) {
+        double *push = w->shared_switch[k].accel;
         for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++)
             push[2 * n + 1] = m->slide[n] == 0 ? 0.0 : push[2 * n + 1];
         banded_multiply(size, w->mass, push, push + size);
@@ -300,50 +308,50 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
 
 /* Finds shares for which every sigma fits, with sigma linearised in the shares. Returns the largest
  * change of a share. */
-static double find_shares(struct stepper *s, double h, double t_s, double *v1)
+static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     double most = 0.0;
-    set_position(s, h, v1, 0.0, NULL, w->moved);
-    for (int j = 0; j < w->count; j++) {
-        w->shared_switch[j].sigma = -model_margin(m, t_s, w->moved, w->shared_switch[j].which);
+    set_positions(s, h, v1, 0.0, NULL, w->shifted_state);
+    for (int j = 0; j < w->shared_count; j++) {
+        w->shared_switch[j].sigma = -model_margin(m, t_s, w->shifted_state, w->shared_switch[j].id);
         w->shared_switch[j].change = 0.0;
     }
-    for (int k = 0; k < w->count; k++) {
+    for (int k = 0; k < w->shared_count; k++) {
         /* sigma is not smooth, so its slope towards 0 is used */
-        double part = copysign(SHARE_PART, w->shared_switch[k].sigma);
-        set_position(s, h, v1, part, w->shared_switch[k].push + m->size, w->moved);
-        for (int j = 0; j < w->count; j++)
-            w->shared_switch[j].by[k] =
-                (-model_margin(m, t_s, w->moved, w->shared_switch[j].which) -
+        double part = copysign(SHARE_DIFFERENCE, w->shared_switch[k].sigma);
+        set_positions(s, h, v1, part, w->shared_switch[k].accel + m->size, w->shifted_state);
+        for (int j = 0; j < w->shared_count; j++)
+            w->shared_switch[j].sigma_slopes[k] =
+                (-model_margin(m, t_s, w->shifted_state, w->shared_switch[j].id) -
                  w->shared_switch[j].sigma) /
                 part;
     }
-    for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
+    for (int sweep = 0; sweep < GAUSS_SEIDEL_SWEEPS_MAX; sweep++) {
         double moved = 0.0;
-        for (int j = 0; j < w->count; j++) {
+        for (int j = 0; j < w->shared_count; j++) {
             struct shared_switch *one = &w->shared_switch[j];
             double sigma = one->sigma;
-            for (int k = 0; k < w->count; k++)
-                sigma += one->by[k] * w->shared_switch[k].change;
+            for (int k = 0; k < w->shared_count; k++)
+                sigma += one->sigma_slopes[k] * w->shared_switch[k].change;
             /* a switch that is driven away from its edge is on or off, without a share */
             double share = one->share + one->change;
-            double to = one->by[j] < 0.0  ? share - sigma / one->by[j]
-                      : one->by[j] == 0.0 ? share
-                      : sigma > 0.0       ? 1.0
-                                          : 0.0;
+            double to = one->sigma_slopes[j] < 0.0  ? share - sigma / one->sigma_slopes[j]
+                      : one->sigma_slopes[j] == 0.0 ? share
+                      : sigma > 0.0                 ? 1.0
+                                                    : 0.0;
             to = fmin(fmax(to, 0.0), 1.0);
             moved = fmax(moved, fabs(to - share));
             one->change = to - one->share;
         }
-        if (moved < 0.1 * SAME_SHARE)
+        if (moved < 0.1 * CONVERGED_SHARE_CHANGE)
             break;
     }
-    for (int k = 0; k < w->count; k++) {
+    for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
         for (int i = 0; i < m->size; i++)
-            v1[i] += one->change * one->push[m->size + i];
+            v1[i] += one->change * one->accel[m->size + i];
         one->share += one->change;
         most = fmax(most, fabs(one->change));
     }
@@ -351,53 +359,53 @@ static double find_shares(struct stepper *s, double h, double t_s, double *v1)
 }
 
 /* Solves for v1 (second half of z_new) over a step of h. Returns false if there is no convergence
- * in ROUNDS_MAX rounds. */
-static bool settle(struct stepper *s, double h)
+ * in SOLVE_ROUNDS_MAX rounds. */
+static bool solve_step(struct stepper *s, double h)
 {
     struct model *m = s->model;
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     int size = m->size;
     double t_s = s->t_s + 0.5 * h, scale = sqrt(m->scene->g_ft_s2 * m->length_ft);
     double *v1 = s->z_new + size;
     memcpy(v1, s->z + size, (size_t)size * sizeof *v1);
-    memset(w->flips, 0, modes_length(m));
-    w->apex_flips = 0;
-    set_position(s, h, v1, 0.0, NULL, w->at);
+    memset(w->flip_counts, 0, mode_count(m));
+    w->apex_flip_count = 0;
+    set_positions(s, h, v1, 0.0, NULL, w->middle_state);
     update_modes(s, t_s);
-    for (int round = 0; round < ROUNDS_MAX; round++) {
+    for (int round = 0; round < SOLVE_ROUNDS_MAX; round++) {
         if (!solve_newton_step(s, h, t_s, v1))
             return false;
         double most = 0.0, speed = scale;
         for (int i = 0; i < size; i++) {
-            v1[i] += w->step[i];
-            most = fmax(most, fabs(w->step[i]));
+            v1[i] += w->newton_step[i];
+            most = fmax(most, fabs(w->newton_step[i]));
             speed = fmax(speed, fabs(v1[i]));
         }
         if (!isfinite(most))
             return false;
-        double changed = w->count > 0 ? find_shares(s, h, t_s, v1) : 0.0;
-        set_position(s, h, v1, 0.0, NULL, w->at);
+        double changed = w->shared_count > 0 ? solve_shares(s, h, t_s, v1) : 0.0;
+        set_positions(s, h, v1, 0.0, NULL, w->middle_state);
         int flipped = update_modes(s, t_s);
         flipped += update_mat_modes(s, h, t_s);
-        if (flipped == 0 && most <= CONVERGED * speed && changed <= SAME_SHARE)
+        if (flipped == 0 && most <= CONVERGENCE_LIMIT * speed && changed <= CONVERGED_SHARE_CHANGE)
             return true;
     }
     return false;
 }
 
 /* Replaces shares of 0 and 1 by the modes off and on. */
-static void keep_shares(struct stepper *s, double t_s)
+static void drop_full_shares(struct stepper *s, double t_s)
 {
-    struct work *w = s->work;
+    struct moreau_work *w = s->work;
     int kept = 0;
-    for (int k = 0; k < w->count; k++) {
+    for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch one = w->shared_switch[k];
         if (one.share > 0.0 && one.share < 1.0)
             w->shared_switch[kept++] = one;
         else
-            set_mode(s, one.which, one.share > 0.0 ? one.on : one.off, t_s);
+            set_switch_mode(s, one.id, one.share > 0.0 ? one.on_mode : one.off_mode, t_s);
     }
-    w->count = kept;
+    w->shared_count = kept;
 }
 
 static bool advance(struct stepper *s, double limit_s)
@@ -407,7 +415,7 @@ static bool advance(struct stepper *s, double limit_s)
     bool last = s->t_s + h * (1.0 + 1e-9) >= limit_s;
     if (last)
         h = limit_s - s->t_s;
-    for (int half = 0; !settle(s, h) && half < HALVINGS_MAX; half++) {
+    for (int half = 0; !solve_step(s, h) && half < STEP_HALVINGS_MAX; half++) {
         stepper_reject(s, s->h_s);
         restart(s);
         h *= 0.5;
@@ -416,11 +424,11 @@ static bool advance(struct stepper *s, double limit_s)
     for (int i = 0; i < m->size; i++)
         s->z_new[i] = s->z[i] + 0.5 * h * (s->z[m->size + i] + s->z_new[m->size + i]);
     s->t_new_s = last ? limit_s : s->t_s + h;
-    keep_shares(s, s->t_new_s);
+    drop_full_shares(s, s->t_new_s);
     return true;
 }
 
-static void dense(struct stepper *s, double t_s, int low, int high, double *z)
+static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     double h = s->t_new_s - s->t_s, part = (t_s - s->t_s) / h;
     int size = s->model->size;
@@ -434,14 +442,14 @@ static void dense(struct stepper *s, double t_s, int low, int high, double *z)
 const struct stepper_kind stepper_moreau = {
     .name = "moreau",
     .samples_switches = true,
-    .settles_stops = true,
+    .finds_stops_in_step = true,
     .has_fixed_step = true,
     .description = "Moreau and Jean, fixed step, all events settled within the step",
-    .work_bytes = sizeof(struct work),
-    .rows = 3 + SHARED_MAX,
-    .extra_values = 7 * MODEL_ROW + BAND_WIDTH + 12,
+    .work_bytes = sizeof(struct moreau_work),
+    .row_count = 3 + SHARED_SWITCHES_MAX,
+    .extra_value_rows = 7 * MODEL_ROW + BAND_WIDTH + 12,
     .make = make,
     .restart = restart,
     .advance = advance,
-    .dense = dense,
+    .interpolate = interpolate,
 };

@@ -7,72 +7,73 @@
 #include "host/base/monotonic_clock.h"
 #include "host/base/xmalloc.h"
 
-#define FOLDED_DEG     85.0
+#define FOLDED_MIN_DEG        85.0
 /* Degrees. If the step is given and a mat turns by more in one step, the run is unstable and not
  * folded. */
-#define STEP_DEG       30.0
-#define FOUND_MAX      64
-#define ROOT_STEPS     100
-#define INNER_POINTS   6
-#define ROUNDS_MAX     8
+#define STEP_TURN_MAX_DEG     30.0
+#define FOUND_SWITCHES_MAX    64
+#define ROOT_STEPS_MAX        100
+#define INNER_PARTS           6
+#define EVENT_ROUNDS_MAX      8
 /* Number of consecutive events without progress, per mat, after which the run ends as chatter */
-#define STALLS_PER_MAT 20
+#define STALLS_PER_MAT_MAX    20
 /* Smallest step, as a fraction of the time since the start or of 1 s, whichever is larger. */
-#define MIN_STEP       1e-14
-#define MIN_STEP_PER_S 1.0
+#define MIN_STEP_SHARE        1e-14
+#define MIN_STEP_TIME_S       1.0
 /* The error of a moving point's position due to the clock is its speed times a few units of the
  * clock's resolution. Late in a run the resolution is coarse: at 1e9 s a double resolves 1e-7 s. */
-#define CLOCK_FROM_S   100.0 /* before this time the resolution of the clock is negligible */
-#define CLOCK_STEPS    4.0
-#define REPEATED_STEPS 100
+#define CLOCK_ERROR_FROM_S    100.0 /* before this time the resolution of the clock is negligible */
+#define CLOCK_ERROR_UNITS     4.0
+#define REPEATED_STEPS        100
 /* Two flips coincide if they are closer than this fraction of the step */
-#define COINCIDENT     1e-8
+#define COINCIDENT_STEP_SHARE 1e-8
 /* Tolerance of heights and displacements / (rtol times mat length). */
-#define POSITION_PART  0.0005
-#define SPEED_PART     0.25 /* tolerance of rates / (rtol times sqrt(g L)) */
+#define POSITION_TOLERANCE    0.0005
+#define SPEED_TOLERANCE       0.25 /* tolerance of rates / (rtol times sqrt(g L)) */
 
 struct pass {
     struct stepper stepper;
     struct model *model;
-    struct pass_outcome *out;
+    struct pass_outcome *outcome;
     double *storage;
     double *z_event;
     double *z_until; /* the end of the part of the last step that is searched for events */
     double until_s;
     double *u, *v, *height; /* of each mat, for the record */
     /* modes of contact, torsion and joint after the last step, if they are sampled */
-    signed char *modes;
-    unsigned *flips; /* number of flips of each contact, torsion and joint */
-    int stalls;
+    signed char *sampled_modes;
+    unsigned *flip_counts; /* number of flips of each contact, torsion and joint */
+    int stall_count;
     /* number of further steps that are repeated (repeat_step_until) */
     int repeated_steps_left;
-    struct model_switch flipped; /* switch of the last event */
-    double flipped_s;
-    double awake_s;
-    double angle_deg; /* largest joint angle after the last step */
+    struct model_switch last_flip; /* switch of the last event */
+    double last_flip_s;
+    double awake_mat_s;
+    double max_angle_deg; /* largest joint angle after the last step */
 };
 
 /* Reasons why a run makes no progress. */
-#define STEP_TOO_SMALL     "its step became too small"
-#define SWITCHES_TOO_CLOSE "events (contact, sticking, slipping) follow each other too closely"
-#define STEPS_EXHAUSTED    "it reached its limit of steps"
+#define REASON_STEP_TOO_SMALL "its step became too small"
+#define REASON_SWITCHES_TOO_CLOSE \
+    "events (contact, sticking, slipping) follow each other too closely"
+#define REASON_STEPS_EXHAUSTED "it reached its limit of steps"
 
-static bool fail(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
+static bool fail_pass(struct pass *p, enum sim_status status, int mat_from_1, double t_s)
 {
-    p->out->status = status;
-    p->out->mat = mat_from_1;
-    p->out->t_s = t_s;
+    p->outcome->status = status;
+    p->outcome->mat = mat_from_1;
+    p->outcome->t_s = t_s;
     return false;
 }
 
 static bool fail_without_progress(struct pass *p, int mat_from_1, double t_s, const char *why)
 {
-    p->out->reason = why;
-    return fail(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
+    p->outcome->reason = why;
+    return fail_pass(p, SIM_STEP_UNDERFLOW, mat_from_1, t_s);
 }
 
 /* Finds the fastest mat, or the first mat whose state is not finite. */
-static int find_fastest(const struct model *m, const double *z, double *speed)
+static int find_fastest_mat(const struct model *m, const double *z, double *speed)
 {
     int mat = m->first;
     *speed = 0.0;
@@ -92,7 +93,7 @@ static int find_fastest(const struct model *m, const double *z, double *speed)
 static void store_state(struct pass *p, double t_s, double *z)
 {
     const struct model *m = p->model;
-    struct sim_record *record = &p->out->record;
+    struct sim_record *record = &p->outcome->record;
     model_fill(m, z);
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
@@ -108,15 +109,15 @@ static void store_state(struct pass *p, double t_s, double *z)
 static void store_state_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
-    while (p->out->record.next_s <= t_s) {
-        double at = p->out->record.next_s;
+    while (p->outcome->record.next_s <= t_s) {
+        double at = p->outcome->record.next_s;
         stepper_copy(s, s->z, p->z_event);
-        s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+        s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
         store_state(p, at, p->z_event);
     }
 }
 
-static double margin(struct pass *p, double t_s, const double *z, struct model_switch which)
+static double switch_margin(struct pass *p, double t_s, const double *z, struct model_switch which)
 {
     if (p->stepper.kind->samples_shape)
         model_sample_shape(p->model, z);
@@ -133,17 +134,17 @@ static double find_switch_time(struct pass *p, struct model_switch which)
     if (!s->kind->samples_shape)
         model_switch_range(p->model, which, &low, &high);
     double a = s->t_s, b = p->until_s, close = 1e-12 * (b - a);
-    double at_a = margin(p, a, s->z, which), at_b = margin(p, b, p->z_until, which);
+    double at_a = switch_margin(p, a, s->z, which), at_b = switch_margin(p, b, p->z_until, which);
     if (at_a < 0.0)
         return a;
     int side = 0;
-    for (int i = 0; i < ROOT_STEPS && b - a > close; i++) {
+    for (int i = 0; i < ROOT_STEPS_MAX && b - a > close; i++) {
         double share = at_a > 0.0 && i % 8 != 7 ? at_a / (at_a - at_b) : 0.5;
         double t = a + fmin(fmax(share, 1e-4), 0.9999) * (b - a);
         if (!(t > a && t < b))
             break;
-        s->kind->dense(s, t, low, high, z);
-        double value = margin(p, t, z, which);
+        s->kind->interpolate(s, t, low, high, z);
+        double value = switch_margin(p, t, z, which);
         if (value < 0.0) {
             b = t;
             at_b = value;
@@ -162,10 +163,10 @@ static double find_switch_time(struct pass *p, struct model_switch which)
 }
 
 /* Keeps only stops and starts of mats in the list. Returns their number. */
-static int keep_only_slides(struct model_switch *found, int count)
+static int keep_slide_switches(struct model_switch *found, int count)
 {
     int kept = 0;
-    for (int i = 0; i < count && i < FOUND_MAX; i++) {
+    for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
         if (found[i].kind == MODEL_SLIDE || found[i].kind == MODEL_STICK)
             found[kept++] = found[i];
     }
@@ -182,13 +183,13 @@ static int find_violations_inside(struct pass *p, double to, struct model_switch
     struct model *m = p->model;
     if (s->kind->samples_shape || !s->kind->has_long_steps)
         return 0;
-    for (int i = 1; i < INNER_POINTS; i++) {
-        double t = s->t_s + (to - s->t_s) * i / INNER_POINTS;
+    for (int i = 1; i < INNER_PARTS; i++) {
+        double t = s->t_s + (to - s->t_s) * i / INNER_PARTS;
         stepper_copy(s, s->z, p->z_event);
-        s->kind->dense(s, t, stepper_low(s), stepper_high(s), p->z_event);
-        int count = model_find_violations(m, t, p->z_event, found, FOUND_MAX);
+        s->kind->interpolate(s, t, stepper_low(s), stepper_high(s), p->z_event);
+        int count = model_find_violations(m, t, p->z_event, found, FOUND_SWITCHES_MAX);
         if (p->repeated_steps_left > 0)
-            count = keep_only_slides(found, count);
+            count = keep_slide_switches(found, count);
         if (count > 0) {
             stepper_copy(s, p->z_event, p->z_until);
             p->until_s = t;
@@ -210,7 +211,7 @@ static int find_violations(struct pass *p, struct model_switch *found)
         return count;
     p->until_s = s->t_new_s;
     stepper_copy(s, s->z_new, p->z_until);
-    return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_MAX);
+    return model_find_violations(m, s->t_new_s, s->z_new, found, FOUND_SWITCHES_MAX);
 }
 
 /* If a lift has a peak within the last step, records it at the peak. */
@@ -221,19 +222,20 @@ static void record_lift_peak(struct pass *p, double end_s, const double *z_end, 
     int node, rate;
     double lift = model_lift_ft(m, z_end, &node);
     rate = m->size + 2 * (node - 1);
-    if (lift > p->out->max_lift_ft)
-        p->out->max_lift_ft = lift;
-    if (lift <= 0.0 || lift < 0.9 * p->out->max_lift_ft || !(s->z[rate] < 0.0 && z_end[rate] > 0.0))
+    if (lift > p->outcome->max_lift_ft)
+        p->outcome->max_lift_ft = lift;
+    if (lift <= 0.0 || lift < 0.9 * p->outcome->max_lift_ft ||
+        !(s->z[rate] < 0.0 && z_end[rate] > 0.0))
         return;
     double a = s->t_s, b = end_s;
     for (int i = 0; i < 40 && b - a > 1e-9 * (end_s - s->t_s); i++) {
         double middle = 0.5 * (a + b);
-        s->kind->dense(s, middle, 2 * (node - 1), 2 * node - 1, spare);
+        s->kind->interpolate(s, middle, 2 * (node - 1), 2 * node - 1, spare);
         if (spare[rate] < 0.0)
             a = middle;
         else
             b = middle;
-        p->out->max_lift_ft = fmax(p->out->max_lift_ft, -spare[2 * (node - 1)]);
+        p->outcome->max_lift_ft = fmax(p->outcome->max_lift_ft, -spare[2 * (node - 1)]);
     }
 }
 
@@ -259,13 +261,13 @@ static bool is_flipping_back(const struct pass *p, double at, const struct model
 {
     bool same = false;
     for (int i = 0; i < count; i++)
-        same = same || (flips[i].kind == p->flipped.kind && flips[i].index == p->flipped.index);
-    return same && at - p->flipped_s <= COINCIDENT * p->stepper.h_s;
+        same = same || (flips[i].kind == p->last_flip.kind && flips[i].index == p->last_flip.index);
+    return same && at - p->last_flip_s <= COINCIDENT_STEP_SHARE * p->stepper.h_s;
 }
 
 /* Returns a number that identifies a switch. The sum of several such numbers does not depend on
  * their order. Uses the finalizer of splitmix64 (S. Vigna, public domain). */
-static uint64_t switch_mark(struct model_switch flip)
+static uint64_t switch_hash(struct model_switch flip)
 {
     uint64_t x = ((uint64_t)flip.kind << 32) + (uint64_t)(flip.index + 1);
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
@@ -278,8 +280,9 @@ static bool handle_events(struct pass *p, bool *event)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
-    struct model_switch found[FOUND_MAX], together[FOUND_MAX], chosen = {MODEL_CONTACT, 0};
-    double when[FOUND_MAX];
+    struct model_switch found[FOUND_SWITCHES_MAX], together[FOUND_SWITCHES_MAX],
+        chosen = {MODEL_CONTACT, 0};
+    double when[FOUND_SWITCHES_MAX];
     int flips = 0;
     if (s->kind->samples_shape)
         model_sample_shape(m, s->z_new);
@@ -291,9 +294,9 @@ static bool handle_events(struct pass *p, bool *event)
     if (count == 0)
         return true;
     bool nearer = true; /* `found` is new, so it is not known whether an event is before until_s */
-    for (int round = 0; round < ROUNDS_MAX; round++) {
+    for (int round = 0; round < EVENT_ROUNDS_MAX; round++) {
         double first = (double)INFINITY;
-        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
             when[i] = find_switch_time(p, found[i]);
             if (when[i] < first) {
                 first = when[i];
@@ -304,15 +307,15 @@ static bool handle_events(struct pass *p, bool *event)
             break;
         at = fmin(at, first);
         flips = 0;
-        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
             if (when[i] <= at + 1e-11 * (p->until_s - s->t_s))
                 together[flips++] = found[i];
         }
         /* another switch may have changed and then changed back */
-        struct model_switch before[FOUND_MAX];
+        struct model_switch before[FOUND_SWITCHES_MAX];
         int earlier = at > s->t_s ? find_violations_inside(p, at, before) : 0;
         nearer = earlier > 0;
-        if (nearer && round + 1 < ROUNDS_MAX) {
+        if (nearer && round + 1 < EVENT_ROUNDS_MAX) {
             memcpy(found, before, sizeof found);
             count = earlier;
             at = p->until_s;
@@ -320,12 +323,12 @@ static bool handle_events(struct pass *p, bool *event)
         }
         stepper_copy(s, s->z, p->z_event);
         if (at > s->t_s)
-            s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+            s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
         if (s->kind->samples_shape)
             model_sample_shape(m, p->z_event);
-        count = model_find_violations(m, at, p->z_event, found, FOUND_MAX);
+        count = model_find_violations(m, at, p->z_event, found, FOUND_SWITCHES_MAX);
         int others = 0;
-        for (int i = 0; i < count && i < FOUND_MAX; i++) {
+        for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
             bool known = false;
             for (int k = 0; k < flips; k++)
                 known = known ||
@@ -344,41 +347,43 @@ static bool handle_events(struct pass *p, bool *event)
     if (again) {
         double speed;
         if (!repeat_step_until(p, at))
-            return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEP_TOO_SMALL);
+            return fail_without_progress(p, find_fastest_mat(m, s->z, &speed), s->t_s,
+                                         REASON_STEP_TOO_SMALL);
         at = s->t_new_s;
-        flips = model_find_violations(m, at, s->z_new, together, FOUND_MAX);
-        flips = flips < FOUND_MAX ? flips : FOUND_MAX;
+        flips = model_find_violations(m, at, s->z_new, together, FOUND_SWITCHES_MAX);
+        flips = flips < FOUND_SWITCHES_MAX ? flips : FOUND_SWITCHES_MAX;
         *event = flips > 0;
         if (!*event)
             return true;
     }
     if (at - s->t_s <= s->min_step_s) {
-        if (++p->stalls > STALLS_PER_MAT * m->mats + 200)
+        if (++p->stall_count > STALLS_PER_MAT_MAX * m->mats + 200)
             return fail_without_progress(p, chosen.index < m->mats ? chosen.index + 1 : m->mats, at,
-                                         SWITCHES_TOO_CLOSE);
+                                         REASON_SWITCHES_TOO_CLOSE);
     } else
-        p->stalls = 0;
+        p->stall_count = 0;
     if (at > s->t_s)
         store_state_until(p, at);
     stepper_copy(s, again ? s->z_new : s->z, p->z_event);
     if (at > s->t_s && !again)
-        s->kind->dense(s, at, stepper_low(s), stepper_high(s), p->z_event);
+        s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
     record_lift_peak(p, at, p->z_event, p->z_until);
     stepper_copy(s, p->z_event, s->z_new);
     s->t_new_s = at;
     for (int i = 0; i < flips; i++) {
         model_apply_switch(m, at, s->z_new, together[i]);
-        p->out->switch_sum += switch_mark(together[i]);
+        p->outcome->switch_hash_sum += switch_hash(together[i]);
         if (together[i].kind <= MODEL_SLACK) {
             unsigned *flipped =
-                &p->flips[(int)together[i].kind * (m->mats + 1) + together[i].index];
-            p->out->max_flips = ++*flipped > p->out->max_flips ? *flipped : p->out->max_flips;
+                &p->flip_counts[(int)together[i].kind * (m->mats + 1) + together[i].index];
+            p->outcome->max_flips = ++*flipped > p->outcome->max_flips ? *flipped
+                                                                       : p->outcome->max_flips;
         }
     }
     model_settle(m, at, s->z_new);
-    p->flipped = together[0];
-    p->flipped_s = at;
-    p->out->events++;
+    p->last_flip = together[0];
+    p->last_flip_s = at;
+    p->outcome->events++;
     return true;
 }
 
@@ -394,7 +399,7 @@ static bool stop_reversed_mats(struct pass *p)
          i += 2) {
         if (s->z[i] * s->z_new[i] < 0.0) {
             s->z_new[i] = 0.0;
-            p->out->events++;
+            p->outcome->events++;
             any = true;
         }
     }
@@ -402,16 +407,16 @@ static bool stop_reversed_mats(struct pass *p)
 }
 
 /* Counts the sampled modes that the last step changed. */
-static void count_sampled(struct pass *p)
+static void count_sampled_changes(struct pass *p)
 {
     const struct model *m = p->model;
     size_t length = (size_t)(m->slide - m->contact);
     for (size_t i = 0; i < length; i++)
-        p->out->sampled_changes += m->contact[i] != p->modes[i];
-    memcpy(p->modes, m->contact, length);
+        p->outcome->sampled_change_count += m->contact[i] != p->sampled_modes[i];
+    memcpy(p->sampled_modes, m->contact, length);
 }
 
-static bool make_step(struct pass *p, double limit_s)
+static bool advance_pass(struct pass *p, double limit_s)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -419,12 +424,13 @@ static bool make_step(struct pass *p, double limit_s)
     int mat;
     bool event = false;
     if (!s->kind->advance(s, limit_s))
-        return fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEP_TOO_SMALL);
+        return fail_without_progress(p, find_fastest_mat(m, s->z, &speed), s->t_s,
+                                     REASON_STEP_TOO_SMALL);
     if (s->kind->samples_switches) {
         store_state_until(p, s->t_new_s);
         record_lift_peak(p, s->t_new_s, s->z_new, p->z_event);
-        event = !s->kind->settles_stops && stop_reversed_mats(p);
-        count_sampled(p);
+        event = !s->kind->finds_stops_in_step && stop_reversed_mats(p);
+        count_sampled_changes(p);
     } else {
         if (!handle_events(p, &event))
             return false;
@@ -433,19 +439,21 @@ static bool make_step(struct pass *p, double limit_s)
             record_lift_peak(p, s->t_new_s, s->z_new, p->z_event);
         }
     }
-    p->out->steps++;
-    p->out->longest_s = fmax(p->out->longest_s, s->t_new_s - s->t_s);
+    p->outcome->steps++;
+    p->outcome->longest_step_s = fmax(p->outcome->longest_step_s, s->t_new_s - s->t_s);
     int live = m->last - m->first + 1;
-    p->awake_s += live * (s->t_new_s - s->t_s);
-    p->out->mats_max = live > p->out->mats_max ? live : p->out->mats_max;
+    p->awake_mat_s += live * (s->t_new_s - s->t_s);
+    p->outcome->awake_mats_max = live > p->outcome->awake_mats_max ? live
+                                                                   : p->outcome->awake_mats_max;
     double *old = s->z;
     s->z = s->z_new;
     s->z_new = old;
     s->t_s = s->t_new_s;
-    if (s->t_s > CLOCK_FROM_S) {
-        find_fastest(m, s->z, &speed);
-        p->out->clock_ft = fmax(p->out->clock_ft,
-                                CLOCK_STEPS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
+    if (s->t_s > CLOCK_ERROR_FROM_S) {
+        find_fastest_mat(m, s->z, &speed);
+        p->outcome->clock_error_ft =
+            fmax(p->outcome->clock_error_ft,
+                 CLOCK_ERROR_UNITS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
     }
     if (model_update_window(m, s->z)) {
         model_settle(m, s->t_s, s->z);
@@ -455,26 +463,27 @@ static bool make_step(struct pass *p, double limit_s)
         s->kind->restart(s);
     double angle = model_worst_angle_deg(m, s->z, &mat);
     if (!isfinite(angle) || !isfinite(s->z[m->size + 2 * mat - 1]) || !isfinite(s->z[2 * mat - 1]))
-        return fail(p, SIM_UNSTABLE, find_fastest(m, s->z, &speed), s->t_s);
-    if (angle > FOLDED_DEG)
-        return fail(p,
-                    s->kind->has_fixed_step && angle - p->angle_deg > STEP_DEG ? SIM_UNSTABLE
-                                                                               : SIM_FOLDED,
-                    mat, s->t_s);
-    p->angle_deg = angle;
+        return fail_pass(p, SIM_UNSTABLE, find_fastest_mat(m, s->z, &speed), s->t_s);
+    if (angle > FOLDED_MIN_DEG)
+        return fail_pass(p,
+                         s->kind->has_fixed_step && angle - p->max_angle_deg > STEP_TURN_MAX_DEG
+                             ? SIM_UNSTABLE
+                             : SIM_FOLDED,
+                         mat, s->t_s);
+    p->max_angle_deg = angle;
     return true;
 }
 
-static bool may_continue(const struct pass *p, const struct pass_request *request,
-                         const struct sim_options *options)
+static bool may_pass_continue(const struct pass *p, const struct pass_request *request,
+                              const struct sim_options *options)
 {
-    return !options->may_continue || p->out->steps % PASS_STEPS_PER_CALLBACK != 0 ||
-           options->may_continue(options->may_continue_ctx, request->number,
+    return !options->may_continue || p->outcome->steps % PASS_STEPS_PER_CALLBACK != 0 ||
+           options->may_continue(options->may_continue_ctx, request->pass_number,
                                  p->stepper.t_s / sim_scene_end_s(p->model->scene));
 }
 
-static void follow_spans(struct pass *p, const struct pass_request *request,
-                         const struct sim_options *options)
+static void run_spans(struct pass *p, const struct pass_request *request,
+                      const struct sim_options *options)
 {
     struct stepper *s = &p->stepper;
     struct model *m = p->model;
@@ -482,32 +491,33 @@ static void follow_spans(struct pass *p, const struct pass_request *request,
     for (size_t i = 0; i < m->spans.count; i++) {
         double end = m->spans.spans[i].t1_s;
         model_enter_span(m, i, s->z);
-        if (s->kind->has_fixed_step && request->first_part > 0.0)
-            s->dt_s = fmin(request->dt_s, request->first_part * (end - s->t_s));
+        if (s->kind->has_fixed_step && request->first_step_factor > 0.0)
+            s->dt_s = fmin(request->dt_s, request->first_step_factor * (end - s->t_s));
         s->kind->restart(s);
         while (s->t_s < end) {
-            s->min_step_s = MIN_STEP * fmin(end_s, fmax(MIN_STEP_PER_S, s->t_s));
-            if (!make_step(p, end))
+            s->min_step_s = MIN_STEP_SHARE * fmin(end_s, fmax(MIN_STEP_TIME_S, s->t_s));
+            if (!advance_pass(p, end))
                 return;
-            if (!may_continue(p, request, options)) {
-                fail(p, SIM_INTERRUPTED, find_fastest(m, s->z, &speed), s->t_s);
+            if (!may_pass_continue(p, request, options)) {
+                fail_pass(p, SIM_INTERRUPTED, find_fastest_mat(m, s->z, &speed), s->t_s);
                 return;
             }
-            if (p->out->steps + s->rejected_steps > request->max_steps) {
-                fail_without_progress(p, find_fastest(m, s->z, &speed), s->t_s, STEPS_EXHAUSTED);
+            if (p->outcome->steps + s->rejected_steps > request->max_steps) {
+                fail_without_progress(p, find_fastest_mat(m, s->z, &speed), s->t_s,
+                                      REASON_STEPS_EXHAUSTED);
                 return;
             }
         }
     }
     model_fill(m, s->z);
-    int mat = find_fastest(m, s->z, &speed);
+    int mat = find_fastest_mat(m, s->z, &speed);
     for (int i = 0; i < 2 * m->size; i++) {
         if (!isfinite(s->z[i])) {
-            fail(p, SIM_UNSTABLE, mat, s->t_s);
+            fail_pass(p, SIM_UNSTABLE, mat, s->t_s);
             return;
         }
     }
-    p->out->speed_end_ft_s = speed;
+    p->outcome->speed_end_ft_s = speed;
 }
 
 void pass_run(struct pass_outcome *out, struct model *m, const struct pass_request *request,
@@ -515,29 +525,31 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
 {
     size_t length = 2 * (size_t)m->size;
     double end_s = sim_scene_end_s(m->scene), begin_s = monotonic_s();
-    struct pass p = {.model = m, .out = out};
+    struct pass p = {.model = m, .outcome = out};
     *out = (struct pass_outcome){0};
     p.storage = xcalloc(4 * length + 4 * ((size_t)m->mats + 1), sizeof *p.storage);
-    out->z = xcalloc(length, sizeof *out->z);
+    out->end_z = xcalloc(length, sizeof *out->end_z);
     p.z_event = p.storage + 2 * length;
     p.z_until = p.z_event + length;
     p.u = p.z_until + length;
     p.v = p.u + m->mats + 1;
     p.height = p.v + m->mats + 1;
-    p.modes = (signed char *)(p.height + m->mats + 1);
-    p.flips = xcalloc(3 * ((size_t)m->mats + 1), sizeof *p.flips);
+    p.sampled_modes = (signed char *)(p.height + m->mats + 1);
+    p.flip_counts = xcalloc(3 * ((size_t)m->mats + 1), sizeof *p.flip_counts);
     const struct stepper_kind *kind = request->kind;
-    if (kind->loose_kind && request->rtol >= kind->loose_rtol)
-        kind = kind->loose_kind;
+    if (kind->kind_for_loose_rtol && request->rtol >= kind->loose_rtol)
+        kind = kind->kind_for_loose_rtol;
     p.stepper = (struct stepper){
         .kind = kind,
         .model = m,
         .rtol = request->rtol,
-        .atol_ft = request->rtol * POSITION_PART * m->length_ft,
-        .atol_ft_s = request->rtol * SPEED_PART * sqrt(m->scene->g_ft_s2 * m->length_ft),
+        .atol_ft = request->rtol * POSITION_TOLERANCE * m->length_ft,
+        .atol_ft_s = request->rtol * SPEED_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft),
         .dt_s = request->dt_s,
         .h_s = fmin(1e-5, 0.01 * end_s) *
-               (kind->samples_switches && request->first_part > 0.0 ? request->first_part : 1.0),
+               (kind->samples_switches && request->first_step_factor > 0.0
+                    ? request->first_step_factor
+                    : 1.0),
         .z = p.storage,
         .z_new = p.storage + length,
     };
@@ -545,40 +557,40 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     stepper_make(&p.stepper);
     int node;
     m->evaluations = 0;
-    m->prunes = request->kind->can_prune && !options->no_prune;
+    m->prunes = request->kind->can_leave_out_mats && !options->no_prune;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
     if (out->record.next_s <= 0.0)
         store_state(&p, 0.0, p.stepper.z);
-    follow_spans(&p, request, options);
+    run_spans(&p, request, options);
     model_fill(m, p.stepper.z);
-    memcpy(out->z, p.stepper.z, length * sizeof *out->z);
+    memcpy(out->end_z, p.stepper.z, length * sizeof *out->end_z);
     out->evaluations = m->evaluations;
-    out->rejected = p.stepper.rejected_steps;
-    out->mats_mean = p.stepper.t_s > 0.0 ? p.awake_s / p.stepper.t_s : m->mats;
+    out->rejected_steps = p.stepper.rejected_steps;
+    out->awake_mats_mean = p.stepper.t_s > 0.0 ? p.awake_mat_s / p.stepper.t_s : m->mats;
     stepper_free(&p.stepper);
     out->ms = 1e3 * (monotonic_s() - begin_s);
-    free(p.flips);
+    free(p.flip_counts);
     free(p.storage);
 }
 
 void pass_outcome_free(struct pass_outcome *out)
 {
     sim_record_free(&out->record);
-    free(out->z);
-    out->z = NULL;
+    free(out->end_z);
+    out->end_z = NULL;
 }
 
 /* ---- outcome of a run ---- */
 
-#define BOW_WAVE_FT 0.05
+#define BOW_WAVE_MIN_FT 0.05
 
 double pass_bow_threshold_ft(const struct sim_scene *scene)
 {
     double bump = 0.0;
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         bump = fmax(bump, scene->bump_ft.values[i]);
-    return fmax(BOW_WAVE_FT, 2.0 * bump);
+    return fmax(BOW_WAVE_MIN_FT, 2.0 * bump);
 }
 
 static void fill_final_shape(const struct model *m, const double *z, struct sim_result *result)
@@ -627,11 +639,12 @@ void pass_fill_result(const struct model *m, struct pass_outcome *pass,
     result->pass_ms = pass->ms;
     result->steps = pass->steps;
     result->events = pass->events;
-    result->dt_s = pass->longest_s;
-    result->checked_dt_s = other->longest_s;
-    result->mats_max = pass->mats_max;
-    result->mats_mean = pass->mats_mean;
-    pass_fill_outputs(m, pass->z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s, result);
+    result->dt_s = pass->longest_step_s;
+    result->checked_dt_s = other->longest_step_s;
+    result->mats_max = pass->awake_mats_max;
+    result->mats_mean = pass->awake_mats_mean;
+    pass_fill_outputs(m, pass->end_z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
+                      result);
 }
 
 /* ---- difference of two passes ---- */
@@ -649,8 +662,8 @@ bool passes_agree(const struct sim_scene *scene, const struct pass_outcome *a,
     double threshold = pass_bow_threshold_ft(scene);
     double peak = fmin(sim_record_peak(&a->record).u_ft, sim_record_peak(&b->record).u_ft);
     double lift = fmin(a->max_lift_ft, b->max_lift_ft);
-    return apart.u.u_ft <= PASS_DISAGREEMENT * peak + 1e-9 * scene->length_ft &&
-           apart.lift_ft <= PASS_DISAGREEMENT * lift + 0.01 * threshold &&
+    return apart.u.u_ft <= PASS_DISAGREEMENT_MAX * peak + 1e-9 * scene->length_ft &&
+           apart.lift_ft <= PASS_DISAGREEMENT_MAX * lift + 0.01 * threshold &&
            (a->max_lift_ft > threshold) == (b->max_lift_ft > threshold);
 }
 

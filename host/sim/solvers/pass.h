@@ -13,13 +13,13 @@ struct pass_request {
     double rtol; /* tolerance, for a stepper that chooses its step */
     double dt_s; /* step, for a stepper with a fixed step */
     uint64_t max_steps;
-    int number; /* number of the pass, for options->may_continue */
+    int pass_number; /* number of the pass, for options->may_continue */
     /* For a stepper that halves and doubles its step: first step / usual first step. 0: the usual
      * first step. With equal or simple ratios, two runs would have steps that are powers of two of
      * each other and end at the same times. For a stepper with a fixed step: largest step /
      * duration of a span. 0: no limit. In a span shorter than their steps, two runs would use the
      * same single step and agree even if it is wrong. */
-    double first_part;
+    double first_step_factor;
 };
 
 struct pass_outcome {
@@ -27,22 +27,22 @@ struct pass_outcome {
     int mat; /* mat at which the pass failed, from 1 */
     double t_s;
     const char *reason; /* reason why the pass made no progress */
-    uint64_t evaluations, steps, rejected, events;
+    uint64_t evaluations, steps, rejected_steps, events;
     /* sum of a number for each switch (pass.c, switch_mark): passes with different sums switched
      * differently */
-    uint64_t switch_sum;
+    uint64_t switch_hash_sum;
     unsigned max_flips; /* largest number of flips of a single contact, torsion or joint */
     /* number of modes that changed between steps, for a stepper that samples modes */
-    uint64_t sampled_changes;
+    uint64_t sampled_change_count;
     double ms;
     double max_lift_ft;
     double speed_end_ft_s;
-    double longest_s; /* longest step */
-    double clock_ft;  /* error of positions due to the resolution of the clock */
-    int mats_max;
-    double mats_mean;
+    double longest_step_s; /* longest step */
+    double clock_error_ft; /* error of positions due to the resolution of the clock */
+    int awake_mats_max;
+    double awake_mats_mean;
     struct sim_record record;
-    double *z; /* state at the end: 2 size values */
+    double *end_z; /* state at the end: 2 size values */
 };
 
 /* Runs a pass. The model is set to t = 0 first. The caller frees the outcome in every case. */
@@ -65,7 +65,7 @@ void pass_fill_result(const struct model *model, struct pass_outcome *pass,
                       const struct pass_outcome *other, struct sim_result *result);
 
 /* difference / largest movement or lift; passes that differ by more contradict each other */
-#define PASS_DISAGREEMENT 0.2
+#define PASS_DISAGREEMENT_MAX 0.2
 
 /* The difference of two complete passes of a scene. */
 struct pass_difference {

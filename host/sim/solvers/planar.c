@@ -9,21 +9,22 @@
 #include "host/sim/solvers/landing.h"
 #include "host/sim/solvers/pass.h"
 
-#define RTOL_FACTOR        0.01
-#define MAX_TIGHTENINGS    2
-#define MAX_STEPS          5000000u
-#define MAX_CHATTER_STEPS  50000u /* largest number of steps of event before auto tries implicit */
+#define TIGHTENED_RTOL_FACTOR 0.01
+#define MAX_TIGHTENINGS       2
+#define MAX_STEPS             5000000u
+/* largest number of steps of event before auto tries implicit */
+#define MAX_EVENT_STEPS       50000u
 /* smallest number of steps of implicit before auto tries event; it is larger if event itself would
  * need many */
-#define MAX_IMPLICIT_STEPS 20000u
+#define MAX_IMPLICIT_STEPS    20000u
 /* Largest number of steps of implicit if no solver is left to try */
-#define MAX_AUTO_STEPS     300000u
+#define MAX_AUTO_STEPS        300000u
 /* Largest number of steps with friction `sign`, which chatters near rest */
-#define MAX_SIGN_STEPS     10000u
-#define MAX_FIXED_STEPS    400000000.0
+#define MAX_SIGN_STEPS        10000u
+#define MAX_FIXED_STEPS       400000000.0
 /* Largest number of steps that event may need for stability. A scene that needs more is limited to
- * MAX_CHATTER_STEPS. */
-#define MAX_EXPLICIT_STEPS 500000.0
+ * MAX_EVENT_STEPS. */
+#define MAX_STABILITY_STEPS   500000.0
 bool planar_has_solver(const char *name)
 {
     return strcmp(name, "auto") == 0 || strcmp(name, "staggered") == 0 || stepper_find(name);
@@ -31,15 +32,15 @@ bool planar_has_solver(const char *name)
 
 /* ---- deadline ---- */
 
-static double clock_s(const struct sim_options *options)
+static double read_clock_s(const struct sim_options *options)
 {
     return options->clock_s ? options->clock_s(options->clock_ctx) : monotonic_s();
 }
 
-static bool is_in_time(void *ctx, int pass, double part)
+static bool is_before_deadline(void *ctx, int pass, double part)
 {
     struct deadline *w = ctx;
-    if (clock_s(w->requested_options) >= w->until_s) {
+    if (read_clock_s(w->requested_options) >= w->until_s) {
         w->is_exceeded = true;
         return false;
     }
@@ -52,8 +53,8 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
     *w = (struct deadline){.requested_options = asked, .options = *asked};
     if (limit_s <= 0.0)
         return;
-    w->until_s = clock_s(asked) + limit_s;
-    w->options.may_continue = is_in_time;
+    w->until_s = read_clock_s(asked) + limit_s;
+    w->options.may_continue = is_before_deadline;
     w->options.may_continue_ctx = w;
 }
 
@@ -63,76 +64,77 @@ void deadline_begin(struct deadline *w, const struct sim_options *asked, double 
  *
  * Runs that should agree separate: each switch that differs makes their difference
  * larger, until it is as large as the result. Further runs then show how far apart the results of
- * the scene can be. Their stiffnesses differ by DIVERGENCE_PART, less than a stiffness can be
+ * the scene can be. Their stiffnesses differ by STIFFNESS_NUDGE, less than a stiffness can be
  * known. The result is SIM_UNPREDICTABLE. Its t_s and mat are where the first two of all runs
  * separate (by more than a fifth of the largest movement or lift). Its error estimates are the
  * largest difference between any run and the reported run. */
-#define DIVERGENCE_PART 1e-9
-#define DIVERGENCE_RUNS 4 /* number of runs in addition to the two that separate */
+#define STIFFNESS_NUDGE      1e-9
+#define DIVERGENCE_RUN_COUNT 4 /* number of runs in addition to the two that separate */
 
 /* Ratio of the tolerances of two passes. */
-#define ESTIMATE_CHECK_FACTOR   30.0
+#define ESTIMATE_RTOL_RATIO        30.0
 /* Ratio of two fixed steps. With the ratio 2, every second short step would end together with a
  * long one, and both runs would sample these switches at the same moment. */
-#define ESTIMATE_GRID_RATIO     1.9
+#define ESTIMATE_FIXED_STEP_RATIO  1.9
 /* Factor on the first step of the second run, for solvers that halve and double their step. */
-#define ESTIMATE_FIRST_PART     0.72
-#define ESTIMATE_SPAN_PART      0.5 /* largest step / span, for the longer of two fixed steps */
-#define ESTIMATE_MIN_RTOL       1e-13
+#define ESTIMATE_FIRST_STEP_FACTOR 0.72
+#define ESTIMATE_STEP_SPAN_SHARE   0.5 /* largest step / span, for the longer of two fixed steps */
+#define ESTIMATE_MIN_RTOL          1e-13
 /* Ends of the stability regions on the negative real axis: of the classical method and,
  * approximately, of the method of order 8. */
-#define ESTIMATE_RK4_REAL       2.785
-#define ESTIMATE_EXPLICIT_REACH 6.0
+#define ESTIMATE_RK4_STABILITY     2.785
+#define ESTIMATE_EVENT_STABILITY   6.0
 /* Number of steps that stability requires of event, above which implicit is used */
-#define ESTIMATE_EXPLICIT_STEPS 10000.0
-#define ESTIMATE_STEP_RATIO     4.0 /* cost of a step of implicit / cost of a step of event */
+#define ESTIMATE_EVENT_STEPS_MAX   10000.0
+#define ESTIMATE_STEP_COST_RATIO   4.0 /* cost of a step of implicit / cost of a step of event */
 
 /* The runs of one scene with one solver. `coarse` and `fine` are complete. `third` is optional. */
-struct error_pair {
+struct solver_passes {
     struct pass_outcome coarse, fine, third;
-    struct pass_request check, request; /* requests of `coarse` and `fine` */
-    bool coarse_answers;
+    struct pass_request coarse_request, fine_request; /* requests of `coarse` and `fine` */
+    bool is_result_coarse;
 };
 
 /* Makes the model with slightly different stiffnesses. The bits of `run` select the signs of the
  * differences. */
-static struct model nudge_stiffness(const struct model *m, int run)
+static struct model make_nudged_model(const struct model *m, int run)
 {
     struct model other = *m;
-    other.kl *= 1.0 + (run & 1 ? DIVERGENCE_PART : -DIVERGENCE_PART);
-    other.kv *= 1.0 + (run & 2 ? DIVERGENCE_PART : -DIVERGENCE_PART);
+    other.kl *= 1.0 + (run & 1 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
+    other.kv *= 1.0 + (run & 2 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
     return other;
 }
 
-/* Runs one pass of the model with slightly different stiffnesses. `run`: 0 to DIVERGENCE_RUNS -
- * 1. */
-static void run_nudged(const struct model *m, const struct pass_request *request,
-                       const struct sim_options *options, int run, struct pass_outcome *pass,
-                       struct sim_result *result)
+/* Runs one pass of the model with slightly different stiffnesses. `run`: 0 to DIVERGENCE_RUN_COUNT
+ * - 1. */
+static void run_nudged_pass(const struct model *m, const struct pass_request *request,
+                            const struct sim_options *options, int run, struct pass_outcome *pass,
+                            struct sim_result *result)
 {
-    struct model near = nudge_stiffness(m, run);
+    struct model near = make_nudged_model(m, run);
     struct pass_request again = *request;
-    again.number = ++result->passes;
+    again.pass_number = ++result->passes;
     pass_run(pass, &near, &again, options);
     result->evaluations += pass->evaluations;
 }
 
 /* Sets the divergence after two complete passes contradict each other. `given` is the pass that is
  * reported. */
-static void set_divergence(const struct model *m, const struct pass_request *request,
-                           const struct sim_options *options, const struct pass_outcome *given,
-                           const struct pass_outcome *other, struct sim_result *result)
+static void set_divergence_of_runs(const struct model *m, const struct pass_request *request,
+                                   const struct sim_options *options,
+                                   const struct pass_outcome *given,
+                                   const struct pass_outcome *other, struct sim_result *result)
 {
     double threshold = pass_bow_threshold_ft(m->scene);
-    double most_u_ft = PASS_DISAGREEMENT * sim_record_peak(&given->record).u_ft,
-           most_lift_ft = PASS_DISAGREEMENT * given->max_lift_ft + 0.01 * threshold;
+    double most_u_ft = PASS_DISAGREEMENT_MAX * sim_record_peak(&given->record).u_ft,
+           most_lift_ft = PASS_DISAGREEMENT_MAX * given->max_lift_ft + 0.01 * threshold;
     result->status = SIM_OK;
     result->divergence_runs = 1;
     result->divergence_waves = given->max_lift_ft > threshold;
-    for (int run = -1; run < DIVERGENCE_RUNS; run++) {
+    for (int run = -1; run < DIVERGENCE_RUN_COUNT; run++) {
         struct pass_outcome pass = {0};
         if (run >= 0)
-            run_nudged(m, request, options, run, &pass, result);
+            run_nudged_pass(m, request, options, run, &pass, result);
         const struct pass_outcome *next = run < 0 ? other : &pass;
         if (next->status == SIM_OK) {
             result->divergence_runs++;
@@ -149,33 +151,34 @@ static void set_divergence(const struct model *m, const struct pass_request *req
 
 /* The result is sensitive if the estimate exceeds the tolerance by this factor, because errors then
  * grow. */
-#define SENSITIVE_TOLERANCES       1000.0
+#define SENSITIVE_TOLERANCE_RATIO  1000.0
 /* The same for a fixed step: estimate / largest movement. */
-#define SENSITIVE_PART             0.05
+#define SENSITIVE_ERROR_MIN        0.05
 /* Error estimate / difference of two passes that sample their switches. The method is then of order
  * 1, so the finer pass has an error as large as the difference. */
 #define ERROR_FACTOR               2.0
 #define FINER_ERROR_FACTOR         1.2 /* factor for the difference from a finer pass */
-#define LONGER_ERROR_FACTOR        4.0 /* the same if the result is the coarser pass */
-#define OTHERS_ERROR_FACTOR        1.5 /* the same for the difference to a pass of another method */
+#define COARSER_ERROR_FACTOR       4.0 /* the same if the result is the coarser pass */
+#define OTHER_METHOD_ERROR_FACTOR  1.5 /* the same for the difference to a pass of another method */
 /* Smallest number of steps allowed to a run of another method. */
-#define MIN_OTHER_STEPS            5000.0
+#define OTHER_METHOD_MIN_STEPS     5000.0
 #define EVENT_EVALUATIONS_PER_STEP 12.0 /* number of evaluations in one step of event */
 /* Criteria of a bounce: one joint or foot changes at least this many times, its changes are a large
  * part of all changes, and there are few steps per change. */
 #define BOUNCE_FLIPS_MIN           4
-#define REBOUND_STEPS              100.0
-#define PACE_AHEAD                 0.02 /* fraction of the steps allowed without progress */
+#define STEPS_PER_BOUNCE_MAX       100.0
+#define STALLED_SHARE_MAX          0.02 /* fraction of the steps allowed without progress */
 /* Number of runs that are added where no other method gives an answer. The ratios of their steps
  * and tolerances are not simple, so that switches do not coincide. */
-#define EXTRA_RUNS                 2
+#define EXTRA_RUN_COUNT            2
 #define EXTRA_STEP_RATIO           1.37
 #define EXTRA_RTOL_RATIO           2.2
 
 /* Smallest error of a lift / error of a position. Lifts are differences of positions, in which
  * tolerances add up, and both runs can miss a lift of that size. */
-#define LIFT_ERROR_FLOOR 10.0
-#define FLOOR_STEPS      0.1 /* error of the tolerance per square root of the number of steps */
+#define LIFT_ERROR_RATIO_MIN 10.0
+#define ERROR_GROWTH_PER_ROOT_STEP \
+    0.1 /* error of the tolerance per square root of the number of steps */
 
 static bool is_solver_automatic(const struct sim_options *options)
 {
@@ -183,16 +186,16 @@ static bool is_solver_automatic(const struct sim_options *options)
 }
 
 /* Number of steps that event needs for stability alone. */
-static double explicit_steps(const struct model *m, const struct sim_result *result)
+static double event_stability_steps(const struct model *m, const struct sim_result *result)
 {
-    return ESTIMATE_RK4_REAL / result->dt_limit_s * sim_scene_end_s(m->scene) /
-           ESTIMATE_EXPLICIT_REACH;
+    return ESTIMATE_RK4_STABILITY / result->dt_limit_s * sim_scene_end_s(m->scene) /
+           ESTIMATE_EVENT_STABILITY;
 }
 
-static void cost_add(struct sim_result *result, const struct pass_outcome *pass)
+static void add_pass_cost(struct sim_result *result, const struct pass_outcome *pass)
 {
     result->evaluations += pass->evaluations;
-    result->other_steps += pass->rejected;
+    result->other_steps += pass->rejected_steps;
 }
 
 static void widen_error(struct sim_result *result, struct pass_difference apart, double factor)
@@ -201,20 +204,20 @@ static void widen_error(struct sim_result *result, struct pass_difference apart,
     result->error_lift_ft = fmax(result->error_lift_ft, factor * apart.lift_ft);
 }
 
-static bool is_sampling(const struct stepper_kind *kind)
+static bool does_kind_sample(const struct stepper_kind *kind)
 {
     return kind->samples_switches || kind->samples_shape;
 }
 
 /* Runs another pass, which may end early. */
-static void repeat_pass(struct pass_outcome *pass, struct model *m,
-                        const struct pass_request *request, const struct sim_options *options,
-                        struct sim_result *result)
+static void run_another_pass(struct pass_outcome *pass, struct model *m,
+                             const struct pass_request *request, const struct sim_options *options,
+                             struct sim_result *result)
 {
     struct pass_request numbered = *request;
-    numbered.number = ++result->passes;
+    numbered.pass_number = ++result->passes;
     pass_run(pass, m, &numbered, options);
-    cost_add(result, pass);
+    add_pass_cost(result, pass);
 }
 
 /* Increases the estimate by a third pass. Two passes can agree by chance if their switches are
@@ -222,22 +225,23 @@ static void repeat_pass(struct pass_outcome *pass, struct model *m,
  * shorter. Otherwise the third tolerance is between those of the two passes. A third pass that
  * fails changes nothing. */
 static void widen_by_third_pass(struct model *m, const struct sim_options *options,
-                                struct error_pair *runs, struct sim_result *result)
+                                struct solver_passes *runs, struct sim_result *result)
 {
-    const struct stepper_kind *kind = runs->request.kind;
-    struct pass_request request = runs->request;
-    if (!is_sampling(kind) && runs->coarse.switch_sum == runs->fine.switch_sum)
+    const struct stepper_kind *kind = runs->fine_request.kind;
+    struct pass_request request = runs->fine_request;
+    if (!does_kind_sample(kind) && runs->coarse.switch_hash_sum == runs->fine.switch_hash_sum)
         return;
-    request.rtol *= sqrt(ESTIMATE_CHECK_FACTOR);
-    request.first_part = ESTIMATE_FIRST_PART * ESTIMATE_FIRST_PART;
-    request.dt_s = ESTIMATE_GRID_RATIO * runs->check.dt_s;
+    request.rtol *= sqrt(ESTIMATE_RTOL_RATIO);
+    request.first_step_factor = ESTIMATE_FIRST_STEP_FACTOR * ESTIMATE_FIRST_STEP_FACTOR;
+    request.dt_s = ESTIMATE_FIXED_STEP_RATIO * runs->coarse_request.dt_s;
     bool longer = request.dt_s <= result->dt_limit_s;
     if (!longer)
-        request.dt_s = runs->request.dt_s / ESTIMATE_GRID_RATIO;
+        request.dt_s = runs->fine_request.dt_s / ESTIMATE_FIXED_STEP_RATIO;
     if (kind->has_fixed_step)
-        request.first_part = longer ? runs->check.first_part * ESTIMATE_GRID_RATIO
-                                    : runs->request.first_part / ESTIMATE_GRID_RATIO;
-    repeat_pass(&runs->third, m, &request, options, result);
+        request.first_step_factor =
+            longer ? runs->coarse_request.first_step_factor * ESTIMATE_FIXED_STEP_RATIO
+                   : runs->fine_request.first_step_factor / ESTIMATE_FIXED_STEP_RATIO;
+    run_another_pass(&runs->third, m, &request, options, result);
     if (runs->third.status != SIM_OK)
         return;
     double share = ERROR_FACTOR;
@@ -249,9 +253,9 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
         widen_error(result, fine, share);
     } else if (!longer) {
         widen_error(result, fine, share);
-        widen_error(result, coarse, runs->coarse_answers ? share : 1.0);
+        widen_error(result, coarse, runs->is_result_coarse ? share : 1.0);
     } else if (passes_agree(m->scene, &runs->coarse, &runs->third, coarse)) {
-        widen_error(result, coarse, share / ESTIMATE_GRID_RATIO);
+        widen_error(result, coarse, share / ESTIMATE_FIXED_STEP_RATIO);
     }
 }
 
@@ -262,38 +266,38 @@ static void widen_by_third_pass(struct model *m, const struct sim_options *optio
  * all of its runs can have the same error. The long steps of implicit skip events, and it makes the
  * same error at each bounce of mats that collide repeatedly. The stability limit is that of all
  * parts that can move. If implicit is checked and little moves, event may need far fewer steps, so
- * it is tried as long as it makes progress (is_progressing). */
+ * it is tried as long as it makes progress (is_within_step_budget). */
 static uint64_t max_check_steps(const struct model *m, const struct sim_options *options,
-                                const struct error_pair *runs, const struct sim_result *result)
+                                const struct solver_passes *runs, const struct sim_result *result)
 {
     const struct pass_outcome *coarse = &runs->coarse, *fine = &runs->fine;
-    bool implicit = runs->request.kind == &stepper_implicit,
+    bool implicit = runs->fine_request.kind == &stepper_implicit,
          automatic = is_solver_automatic(options);
-    double asked = explicit_steps(m, result);
-    double most = implicit ? ESTIMATE_STEP_RATIO * (double)(coarse->steps + fine->steps)
+    double asked = event_stability_steps(m, result);
+    double most = implicit ? ESTIMATE_STEP_COST_RATIO * (double)(coarse->steps + fine->steps)
                            : (double)(coarse->evaluations + fine->evaluations) /
                                  EVENT_EVALUATIONS_PER_STEP;
     /* auto has tried event, unless it began with implicit */
-    bool tried = automatic && (!implicit || asked <= ESTIMATE_EXPLICIT_STEPS);
-    bool useful = is_sampling(runs->request.kind) ||
-                  (runs->request.kind != &stepper_event && fine->events > 0);
-    most = fmax(most, MIN_OTHER_STEPS);
+    bool tried = automatic && (!implicit || asked <= ESTIMATE_EVENT_STEPS_MAX);
+    bool useful = does_kind_sample(runs->fine_request.kind) ||
+                  (runs->fine_request.kind != &stepper_event && fine->events > 0);
+    most = fmax(most, OTHER_METHOD_MIN_STEPS);
     return useful && !tried && (implicit || asked <= most) ? (uint64_t)most : 0;
 }
 
 /* Progress of a run that is stopped if it needs more steps than planned. */
 struct step_budget {
     const struct sim_options *options;
-    /* number of calls of is_progressing so far, and number of planned steps */
-    double calls, planned_steps;
+    /* number of calls of is_within_step_budget so far, and number of planned steps */
+    double call_count, planned_steps;
 };
 
-static bool is_progressing(void *ctx, int pass, double part)
+static bool is_within_step_budget(void *ctx, int pass, double part)
 {
     struct step_budget *step_budget = ctx;
-    step_budget->calls++;
-    return PASS_STEPS_PER_CALLBACK * step_budget->calls <=
-               (part + PACE_AHEAD) * step_budget->planned_steps &&
+    step_budget->call_count++;
+    return PASS_STEPS_PER_CALLBACK * step_budget->call_count <=
+               (part + STALLED_SHARE_MAX) * step_budget->planned_steps &&
            (!step_budget->options->may_continue ||
             step_budget->options->may_continue(step_budget->options->may_continue_ctx, pass, part));
 }
@@ -301,7 +305,7 @@ static bool is_progressing(void *ctx, int pass, double part)
 /* Adds a run of event, which locates every switch. All runs of one solver have the same systematic
  * errors, so another method is needed. Returns true if the run of event is complete. */
 static bool add_event_run(struct model *m, const struct sim_options *options,
-                          struct error_pair *runs, struct sim_result *result)
+                          struct solver_passes *runs, struct sim_result *result)
 {
     struct pass_outcome pass = {0};
     struct pass_request request = {
@@ -313,38 +317,38 @@ static bool add_event_run(struct model *m, const struct sim_options *options,
     struct sim_options paced = *options;
     if (request.max_steps == 0)
         return false;
-    paced.may_continue = is_progressing;
+    paced.may_continue = is_within_step_budget;
     paced.may_continue_ctx = &step_budget;
-    repeat_pass(&pass, m, &request, &paced, result);
+    run_another_pass(&pass, m, &request, &paced, result);
     bool done = pass.status == SIM_OK;
     if (done) {
         sim_result_add_note(result, "the error estimate also uses a run with --solver event, which "
                                     "locates every event (contact, sticking, slipping)");
-        const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
-        widen_error(result, pass_compare(answer, &pass), OTHERS_ERROR_FACTOR);
+        const struct pass_outcome *answer = runs->is_result_coarse ? &runs->coarse : &runs->fine;
+        widen_error(result, pass_compare(answer, &pass), OTHER_METHOD_ERROR_FACTOR);
     }
     pass_outcome_free(&pass);
     return done;
 }
 
-static bool has_bounces(const struct model *m, const struct pass_outcome *pass)
+static bool has_pass_bounces(const struct model *m, const struct pass_outcome *pass)
 {
     return pass->max_flips >= BOUNCE_FLIPS_MIN &&
            4.0 * m->mats * pass->max_flips >= (double)pass->events &&
-           (double)pass->steps <= REBOUND_STEPS * (double)pass->events;
+           (double)pass->steps <= STEPS_PER_BOUNCE_MAX * (double)pass->events;
 }
 
 /* Adds a finer run if there is no run of event. Implicit makes the same error at every bounce, so
  * two of its runs can agree by chance. It mostly loses energy, so a run between the two can have
  * the same error too, and the run must be finer. */
 static void add_finer_run_after_bounces(struct model *m, const struct sim_options *options,
-                                        struct error_pair *runs, struct sim_result *result)
+                                        struct solver_passes *runs, struct sim_result *result)
 {
-    struct pass_request request = runs->request;
-    if (request.kind != &stepper_implicit || !has_bounces(m, &runs->fine) || runs->third.z)
+    struct pass_request request = runs->fine_request;
+    if (request.kind != &stepper_implicit || !has_pass_bounces(m, &runs->fine) || runs->third.end_z)
         return;
-    request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol / sqrt(ESTIMATE_CHECK_FACTOR));
-    repeat_pass(&runs->third, m, &request, options, result);
+    request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol / sqrt(ESTIMATE_RTOL_RATIO));
+    run_another_pass(&runs->third, m, &request, options, result);
     if (runs->third.status == SIM_OK)
         widen_error(result, pass_compare(&runs->fine, &runs->third), ERROR_FACTOR);
 }
@@ -352,65 +356,67 @@ static void add_finer_run_after_bounces(struct model *m, const struct sim_option
 /* Adds runs if switches are sampled and no other method locates them. If a part hovers, each step
  * size gives a different motion, even if two runs agree by chance. The added runs show how far
  * results differ. */
-static void add_runs_where_hovering(struct model *m, const struct sim_options *options,
-                                    const struct error_pair *runs, struct sim_result *result)
+static void add_runs_if_only_sampled(struct model *m, const struct sim_options *options,
+                                     const struct solver_passes *runs, struct sim_result *result)
 {
-    struct pass_request request = runs->request;
-    if (!is_sampling(request.kind))
+    struct pass_request request = runs->fine_request;
+    if (!does_kind_sample(request.kind))
         return;
     sim_result_add_note(result,
                         "events (contact, sticking, slipping) are sampled, and no run of another "
                         "method locates them: the error estimate includes two more runs");
-    for (int i = 0; i < EXTRA_RUNS; i++) {
+    for (int i = 0; i < EXTRA_RUN_COUNT; i++) {
         struct pass_outcome pass = {0};
         request.dt_s /= EXTRA_STEP_RATIO;
         request.rtol *= EXTRA_RTOL_RATIO;
-        request.first_part = request.kind->has_fixed_step
-                               ? request.first_part / EXTRA_STEP_RATIO
-                               : (i == 0 ? 1.0 : ESTIMATE_FIRST_PART) / EXTRA_STEP_RATIO;
-        repeat_pass(&pass, m, &request, options, result);
+        request.first_step_factor = request.kind->has_fixed_step
+                                      ? request.first_step_factor / EXTRA_STEP_RATIO
+                                      : (i == 0 ? 1.0 : ESTIMATE_FIRST_STEP_FACTOR) /
+                                            EXTRA_STEP_RATIO;
+        run_another_pass(&pass, m, &request, options, result);
         if (pass.status == SIM_OK) {
             widen_error(result, pass_compare(&runs->fine, &pass), ERROR_FACTOR);
-            if (runs->coarse_answers)
+            if (runs->is_result_coarse)
                 widen_error(result, pass_compare(&runs->coarse, &pass), ERROR_FACTOR);
         }
         pass_outcome_free(&pass);
     }
 }
 
-static bool is_sensitive(const struct model *m, const struct error_pair *runs,
-                         const struct sim_result *result)
+static bool is_result_sensitive(const struct model *m, const struct solver_passes *runs,
+                                const struct sim_result *result)
 {
-    if (!runs->request.kind->has_fixed_step)
+    if (!runs->fine_request.kind->has_fixed_step)
         return fmax(result->error_u_ft, result->error_lift_ft) >
-               SENSITIVE_TOLERANCES * runs->request.rtol * m->length_ft;
-    return result->error_u_ft > SENSITIVE_PART * sim_record_peak(&runs->fine.record).u_ft ||
-           result->error_lift_ft > SENSITIVE_PART * runs->fine.max_lift_ft;
+               SENSITIVE_TOLERANCE_RATIO * runs->fine_request.rtol * m->length_ft;
+    return result->error_u_ft > SENSITIVE_ERROR_MIN * sim_record_peak(&runs->fine.record).u_ft ||
+           result->error_lift_ft > SENSITIVE_ERROR_MIN * runs->fine.max_lift_ft;
 }
 
 /* If the result is sensitive, adds runs with slightly different stiffnesses to the estimate. */
 static void add_runs_if_sensitive(struct model *m, const struct sim_options *options,
-                                  const struct error_pair *runs, struct sim_result *result)
+                                  const struct solver_passes *runs, struct sim_result *result)
 {
-    bool fixed = runs->request.kind->has_fixed_step;
-    if (!is_sensitive(m, runs, result))
+    bool fixed = runs->fine_request.kind->has_fixed_step;
+    if (!is_result_sensitive(m, runs, result))
         return;
     sim_result_add_note(result,
                         "sensitive: errors grow %s; the error estimate also uses one run with a "
                         "smaller %s and %d runs with stiffnesses changed by %g of their value",
                         fixed ? "to more than a twentieth of the movement" : "more than 1000-fold",
-                        fixed ? "step" : "tolerance", DIVERGENCE_RUNS, DIVERGENCE_PART);
-    const struct pass_outcome *answer = runs->coarse_answers ? &runs->coarse : &runs->fine;
-    struct pass_request finer = runs->request;
-    finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_CHECK_FACTOR);
-    finer.dt_s /= ESTIMATE_GRID_RATIO;
-    finer.first_part /= ESTIMATE_GRID_RATIO; /* first_part is 0 unless the step is fixed */
-    for (int run = -1; run < DIVERGENCE_RUNS; run++) {
+                        fixed ? "step" : "tolerance", DIVERGENCE_RUN_COUNT, STIFFNESS_NUDGE);
+    const struct pass_outcome *answer = runs->is_result_coarse ? &runs->coarse : &runs->fine;
+    struct pass_request finer = runs->fine_request;
+    finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_RTOL_RATIO);
+    finer.dt_s /= ESTIMATE_FIXED_STEP_RATIO;
+    finer.first_step_factor /=
+        ESTIMATE_FIXED_STEP_RATIO; /* first_part is 0 unless the step is fixed */
+    for (int run = -1; run < DIVERGENCE_RUN_COUNT; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
-            repeat_pass(&pass, m, &finer, options, result);
+            run_another_pass(&pass, m, &finer, options, result);
         else
-            run_nudged(m, &runs->request, options, run, &pass, result);
+            run_nudged_pass(m, &runs->fine_request, options, run, &pass, result);
         if (pass.status == SIM_OK)
             widen_error(result, pass_compare(answer, &pass),
                         run < 0 && !fixed ? FINER_ERROR_FACTOR : ERROR_FACTOR);
@@ -420,35 +426,35 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
 
 /* Computes the error estimate of the result, with additional runs if they are needed. Returns false
  * if the two passes contradict each other. `where`: their largest difference. */
-static bool error_estimate(struct model *m, const struct sim_options *options,
-                           struct error_pair *runs, struct sim_result *result,
+static bool estimate_error(struct model *m, const struct sim_options *options,
+                           struct solver_passes *runs, struct sim_result *result,
                            struct sim_difference *where)
 {
-    const struct stepper_kind *kind = runs->request.kind;
+    const struct stepper_kind *kind = runs->fine_request.kind;
     const struct pass_outcome *a = &runs->coarse, *b = &runs->fine;
     struct pass_difference apart = pass_compare(a, b);
     /* Two passes can agree more closely than their errors allow. Errors of single steps add up like
      * random numbers. */
-    double grown = fmax(1.0, FLOOR_STEPS * sqrt((double)b->steps));
-    double least_ft = kind->has_fixed_step ? 0.0 : runs->request.rtol * m->length_ft;
+    double grown = fmax(1.0, ERROR_GROWTH_PER_ROOT_STEP * sqrt((double)b->steps));
+    double least_ft = kind->has_fixed_step ? 0.0 : runs->fine_request.rtol * m->length_ft;
     *where = apart.u;
     result->error_u_ft = result->error_lift_ft = 0.0;
     widen_error(result, apart,
-                !is_sampling(kind)     ? 1.0
-                : runs->coarse_answers ? LONGER_ERROR_FACTOR
-                                       : ERROR_FACTOR);
+                !does_kind_sample(kind)  ? 1.0
+                : runs->is_result_coarse ? COARSER_ERROR_FACTOR
+                                         : ERROR_FACTOR);
     if (!passes_agree(m->scene, a, b, apart))
         return false;
     widen_by_third_pass(m, options, runs, result);
     if (!add_event_run(m, options, runs, result)) {
         add_finer_run_after_bounces(m, options, runs, result);
-        add_runs_where_hovering(m, options, runs, result);
+        add_runs_if_only_sampled(m, options, runs, result);
     }
     add_runs_if_sensitive(m, options, runs, result);
-    result->error_u_ft += b->clock_ft;
+    result->error_u_ft += b->clock_error_ft;
     if (sim_record_peak(&a->record).u_ft > 0.0 && sim_record_peak(&b->record).u_ft > 0.0) {
         result->error_u_ft = fmax(result->error_u_ft, grown * least_ft);
-        result->error_lift_ft = fmax(result->error_lift_ft, LIFT_ERROR_FLOOR * least_ft);
+        result->error_lift_ft = fmax(result->error_lift_ft, LIFT_ERROR_RATIO_MIN * least_ft);
     }
     return true;
 }
@@ -458,86 +464,90 @@ static bool error_estimate(struct model *m, const struct sim_options *options,
  * The method is in moreau.c.
  *
  * A scene is run with steps 1.9 times shorter each time, until the estimated error is below a
- * ten-thousandth of the largest movement and of the largest lift, or until MOREAU_WORK is used up.
- * The run with the shortest steps is the answer. The method is of order 1 where anything switches:
- * the error of the shortest steps is then 1.1 times the last difference, and 2.6 times for order
- * 1/2. The estimate is three times the larger of the last difference and the previous difference
- * divided by 1.9, so that runs that agree by chance do not make it too small. If the runs with the
- * shortest steps contradict each other, the result is `unpredictable` (above). With a given step,
- * the steps are the given one, 1.9 and 3.6 times as long. */
-#define MOREAU_WORK 1.5e7 /* largest number of evaluations times mats of a run: about 10 s */
+ * ten-thousandth of the largest movement and of the largest lift, or until MOREAU_WORK_MAX is used
+ * up. The run with the shortest steps is the answer. The method is of order 1 where anything
+ * switches: the error of the shortest steps is then 1.1 times the last difference, and 2.6 times
+ * for order 1/2. The estimate is three times the larger of the last difference and the previous
+ * difference divided by 1.9, so that runs that agree by chance do not make it too small. If the
+ * runs with the shortest steps contradict each other, the result is `unpredictable` (above). With a
+ * given step, the steps are the given one, 1.9 and 3.6 times as long. */
+#define MOREAU_WORK_MAX 1.5e7 /* largest number of evaluations times mats of a run: about 10 s */
 
 #define MOREAU_ERROR_FACTOR 3.0
-#define FIRST_STEPS         500.0
-#define CLOSE_FRACTION      1e-4
-#define MAX_RUNS            16
-#define RUNS                3
+#define MOREAU_FIRST_STEPS  500.0
+#define MOREAU_CLOSE_ERROR  1e-4
+#define MOREAU_MAX_RUNS     16
+#define MOREAU_KEPT_RUNS    3
 
 /* The latest runs of moreau. The last one has the shortest steps. */
 struct moreau_runs {
-    struct pass_outcome runs[RUNS];
-    int count; /* number of runs that are complete */
-    struct pass_difference last, before;
+    struct pass_outcome runs[MOREAU_KEPT_RUNS];
+    int run_count; /* number of runs that are complete */
+    struct pass_difference last_difference, previous_difference;
 };
 
 static void moreau_runs_add(struct moreau_runs *l, const struct pass_outcome *run)
 {
-    if (l->count == RUNS) {
+    if (l->run_count == MOREAU_KEPT_RUNS) {
         pass_outcome_free(&l->runs[0]);
         l->runs[0] = l->runs[1];
         l->runs[1] = l->runs[2];
-        l->count--;
+        l->run_count--;
     }
-    l->runs[l->count++] = *run;
-    l->before = l->last;
-    if (l->count > 1)
-        l->last = pass_compare(&l->runs[l->count - 2], &l->runs[l->count - 1]);
+    l->runs[l->run_count++] = *run;
+    l->previous_difference = l->last_difference;
+    if (l->run_count > 1)
+        l->last_difference = pass_compare(&l->runs[l->run_count - 2], &l->runs[l->run_count - 1]);
 }
 
-static void restart(struct moreau_runs *l)
+static void moreau_runs_clear(struct moreau_runs *l)
 {
-    for (int i = 0; i < l->count; i++)
+    for (int i = 0; i < l->run_count; i++)
         pass_outcome_free(&l->runs[i]);
-    l->count = 0;
+    l->run_count = 0;
 }
 
-static bool is_in_agreement(const struct moreau_runs *l, const struct sim_scene *scene)
+static bool do_moreau_runs_agree(const struct moreau_runs *l, const struct sim_scene *scene)
 {
-    return l->count == RUNS && passes_agree(scene, &l->runs[1], &l->runs[2], l->last);
+    return l->run_count == MOREAU_KEPT_RUNS &&
+           passes_agree(scene, &l->runs[1], &l->runs[2], l->last_difference);
 }
 
-static void fill_error(const struct moreau_runs *l, struct sim_result *result)
+static void fill_moreau_error(const struct moreau_runs *l, struct sim_result *result)
 {
-    double before = l->count == RUNS ? 1.0 / ESTIMATE_GRID_RATIO : 0.0;
-    result->error_u_ft = MOREAU_ERROR_FACTOR * fmax(l->last.u.u_ft, before * l->before.u.u_ft) +
-                         l->runs[l->count - 1].clock_ft;
-    result->error_lift_ft = MOREAU_ERROR_FACTOR * fmax(l->last.lift_ft, before * l->before.lift_ft);
+    double before = l->run_count == MOREAU_KEPT_RUNS ? 1.0 / ESTIMATE_FIXED_STEP_RATIO : 0.0;
+    result->error_u_ft = MOREAU_ERROR_FACTOR * fmax(l->last_difference.u.u_ft,
+                                                    before * l->previous_difference.u.u_ft) +
+                         l->runs[l->run_count - 1].clock_error_ft;
+    result->error_lift_ft = MOREAU_ERROR_FACTOR * fmax(l->last_difference.lift_ft,
+                                                       before * l->previous_difference.lift_ft);
 }
 
-static bool is_close_enough(const struct moreau_runs *l, const struct sim_scene *scene,
-                            const struct sim_result *result)
+static bool is_moreau_error_small(const struct moreau_runs *l, const struct sim_scene *scene,
+                                  const struct sim_result *result)
 {
-    const struct pass_outcome *best = &l->runs[l->count - 1];
+    const struct pass_outcome *best = &l->runs[l->run_count - 1];
     double lift_ft = fmax(best->max_lift_ft, pass_bow_threshold_ft(scene));
-    return is_in_agreement(l, scene) &&
-           result->error_u_ft <= CLOSE_FRACTION * sim_record_peak(&best->record).u_ft &&
-           result->error_lift_ft <= CLOSE_FRACTION * lift_ft;
+    return do_moreau_runs_agree(l, scene) &&
+           result->error_u_ft <= MOREAU_CLOSE_ERROR * sim_record_peak(&best->record).u_ft &&
+           result->error_lift_ft <= MOREAU_CLOSE_ERROR * lift_ft;
 }
 
-static void fill_result(struct model *m, const struct sim_options *options,
-                        const struct pass_request *request, struct moreau_runs *l, bool given,
-                        struct sim_result *result)
+static void fill_moreau_result(struct model *m, const struct sim_options *options,
+                               const struct pass_request *request, struct moreau_runs *l,
+                               bool given, struct sim_result *result)
 {
-    struct pass_outcome *best = &l->runs[l->count - 1], *other = &l->runs[l->count - 2];
-    if (!is_in_agreement(l, m->scene)) {
-        sim_result_set_status(result, SIM_UNSTABLE, l->last.u.mat, l->last.u.t_s);
+    struct pass_outcome *best = &l->runs[l->run_count - 1], *other = &l->runs[l->run_count - 2];
+    if (!do_moreau_runs_agree(l, m->scene)) {
+        sim_result_set_status(result, SIM_UNSTABLE, l->last_difference.u.mat,
+                              l->last_difference.u.t_s);
         if (!given)
-            set_divergence(m, request, options, best, other, result);
+            set_divergence_of_runs(m, request, options, best, other, result);
     }
     pass_fill_result(m, best, other, result);
 }
 
-static void moreau_run(const struct model *model, const struct sim_options *options,
+static void run_moreau(const struct model *model, const struct sim_options *options,
                        struct sim_result *result)
 {
     struct model m = *model;
@@ -546,11 +556,12 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     double work = 0.0, end_s = sim_scene_end_s(m.scene);
     struct pass_request request = {&stepper_moreau,
                                    0.0,
-                                   given ? options->dt_s * ESTIMATE_GRID_RATIO * ESTIMATE_GRID_RATIO
-                                         : end_s / FIRST_STEPS,
+                                   given ? options->dt_s * ESTIMATE_FIXED_STEP_RATIO *
+                                               ESTIMATE_FIXED_STEP_RATIO
+                                         : end_s / MOREAU_FIRST_STEPS,
                                    UINT64_MAX,
                                    0,
-                                   ESTIMATE_SPAN_PART};
+                                   ESTIMATE_STEP_SPAN_SHARE};
     if (m.law == SIM_FRICTION_SIGN) {
         m.law = SIM_FRICTION_STICK;
         sim_result_add_note(result,
@@ -559,47 +570,48 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
     sim_result_add_note(result,
                         "error estimate: three times the largest difference to runs with 1.9 "
                         "and 3.6 times the step");
-    for (int i = 0; i < MAX_RUNS; i++) {
+    for (int i = 0; i < MOREAU_MAX_RUNS; i++) {
         struct pass_outcome run = {0};
-        request.number = ++result->passes;
-        request.max_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK / (double)m.mats);
+        request.pass_number = ++result->passes;
+        request.max_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK_MAX / (double)m.mats);
         pass_run(&run, &m, &request, options);
         double done = (double)run.evaluations * m.mats;
-        cost_add(result, &run);
+        add_pass_cost(result, &run);
         work += done;
         if (run.status == SIM_INTERRUPTED) {
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_fill_result(&m, &run, &run, result);
             pass_outcome_free(&run);
-            restart(&moreau_runs);
+            moreau_runs_clear(&moreau_runs);
             return;
         }
-        bool more = given ? i + 1 < RUNS
-                          : i + 1 < MAX_RUNS && work + ESTIMATE_GRID_RATIO * done < MOREAU_WORK;
+        bool more = given ? i + 1 < MOREAU_KEPT_RUNS
+                          : i + 1 < MOREAU_MAX_RUNS &&
+                                work + ESTIMATE_FIXED_STEP_RATIO * done < MOREAU_WORK_MAX;
         if (run.status == SIM_OK) {
             moreau_runs_add(&moreau_runs, &run);
-            fill_error(&moreau_runs, result);
+            fill_moreau_error(&moreau_runs, result);
         } else { /* the runs with longer steps are not used any more */
             sim_result_set_status(result, run.status, run.mat, run.t_s);
             pass_outcome_free(&run);
-            restart(&moreau_runs);
+            moreau_runs_clear(&moreau_runs);
         }
-        if (!more || (!given && is_close_enough(&moreau_runs, m.scene, result)))
+        if (!more || (!given && is_moreau_error_small(&moreau_runs, m.scene, result)))
             break;
-        request.dt_s /= ESTIMATE_GRID_RATIO;
-        request.first_part /= ESTIMATE_GRID_RATIO;
+        request.dt_s /= ESTIMATE_FIXED_STEP_RATIO;
+        request.first_step_factor /= ESTIMATE_FIXED_STEP_RATIO;
     }
-    if (moreau_runs.count >= 2) {
+    if (moreau_runs.run_count >= 2) {
         result->status = SIM_OK;
         /* the error of positions is at least that of solver event */
-        if (sim_record_peak(&moreau_runs.runs[moreau_runs.count - 1].record).u_ft > 0.0)
+        if (sim_record_peak(&moreau_runs.runs[moreau_runs.run_count - 1].record).u_ft > 0.0)
             result->error_lift_ft = fmax(result->error_lift_ft,
-                                         LIFT_ERROR_FLOOR * stepper_event.rtol * m.length_ft);
-        fill_result(&m, options, &request, &moreau_runs, given, result);
-    } else if (moreau_runs.count == 1) {
+                                         LIFT_ERROR_RATIO_MIN * stepper_event.rtol * m.length_ft);
+        fill_moreau_result(&m, options, &request, &moreau_runs, given, result);
+    } else if (moreau_runs.run_count == 1) {
         sim_result_set_status(result, SIM_UNSTABLE, 1, end_s);
     }
-    restart(&moreau_runs);
+    moreau_runs_clear(&moreau_runs);
 }
 
 /* ---- auto and the rest ---- */
@@ -608,25 +620,25 @@ static void moreau_run(const struct model *model, const struct sim_options *opti
 static uint64_t max_steps_before_change(const struct model *m, const struct stepper_kind *kind,
                                         bool last, const struct sim_result *result)
 {
-    double steps = explicit_steps(m, result);
+    double steps = event_stability_steps(m, result);
     if (kind == &stepper_event)
-        return last ? (uint64_t)(2.0 * steps) + MAX_CHATTER_STEPS : MAX_CHATTER_STEPS;
-    if (last || steps > MAX_EXPLICIT_STEPS)
+        return last ? (uint64_t)(2.0 * steps) + MAX_EVENT_STEPS : MAX_EVENT_STEPS;
+    if (last || steps > MAX_STABILITY_STEPS)
         return MAX_AUTO_STEPS;
-    return (uint64_t)fmax(MAX_IMPLICIT_STEPS, steps / ESTIMATE_STEP_RATIO);
+    return (uint64_t)fmax(MAX_IMPLICIT_STEPS, steps / ESTIMATE_STEP_COST_RATIO);
 }
 
 static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
                                                 const struct sim_options *options, double rate,
                                                 struct sim_result *result)
 {
-    double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EXPLICIT_REACH;
+    double steps = rate * sim_scene_end_s(scene) / ESTIMATE_EVENT_STABILITY;
     if (!is_solver_automatic(options))
         return stepper_find(options->solver);
     if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
         sim_result_add_note(result, "auto: friction law 'sign' does not define the force on a mat "
                                     "at rest; its exact form, law 'stick', is used");
-    if (steps <= ESTIMATE_EXPLICIT_STEPS) {
+    if (steps <= ESTIMATE_EVENT_STEPS_MAX) {
         sim_result_add_note(
             result, "auto: event; the fastest rate, %.4g /s, requires at most %.0f explicit steps",
             rate, ceil(steps));
@@ -641,35 +653,37 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
 /* Runs `coarse` and `fine`. `coarse_answers`: the result is that of `coarse`, otherwise that of
  * `fine`. `last`: no other solver follows, so the result is unpredictable if the runs contradict
  * each other. */
-static void run_pair(struct model *m, const struct sim_options *options,
-                     struct pass_request request, bool coarse_answers, bool last,
-                     bool *contradicted, struct sim_result *result)
+static void run_coarse_and_fine(struct model *m, const struct sim_options *options,
+                                struct pass_request request, bool coarse_answers, bool last,
+                                bool *contradicted, struct sim_result *result)
 {
-    struct error_pair runs = {
-        .check = request, .request = request, .coarse_answers = coarse_answers};
+    struct solver_passes runs = {
+        .coarse_request = request, .fine_request = request, .is_result_coarse = coarse_answers};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
-    runs.check.first_part = request.kind->has_fixed_step ? ESTIMATE_SPAN_PART : ESTIMATE_FIRST_PART;
+    runs.coarse_request.first_step_factor = request.kind->has_fixed_step
+                                              ? ESTIMATE_STEP_SPAN_SHARE
+                                              : ESTIMATE_FIRST_STEP_FACTOR;
     if (request.kind->has_fixed_step)
-        runs.request.first_part = ESTIMATE_SPAN_PART / ESTIMATE_GRID_RATIO;
+        runs.fine_request.first_step_factor = ESTIMATE_STEP_SPAN_SHARE / ESTIMATE_FIXED_STEP_RATIO;
     if (request.kind->has_fixed_step && coarse_answers)
-        runs.request.dt_s /= ESTIMATE_GRID_RATIO;
+        runs.fine_request.dt_s /= ESTIMATE_FIXED_STEP_RATIO;
     else if (request.kind->has_fixed_step)
-        runs.check.dt_s = ESTIMATE_GRID_RATIO * (runs.request.dt_s *= 0.5);
+        runs.coarse_request.dt_s = ESTIMATE_FIXED_STEP_RATIO * (runs.fine_request.dt_s *= 0.5);
     else
-        runs.check.rtol = fmin(1e-2, request.rtol * ESTIMATE_CHECK_FACTOR);
+        runs.coarse_request.rtol = fmin(1e-2, request.rtol * ESTIMATE_RTOL_RATIO);
     *contradicted = false;
-    runs.check.number = ++result->passes;
-    pass_run(coarse, m, &runs.check, options);
-    cost_add(result, coarse);
-    runs.request.number = result->passes + 1;
+    runs.coarse_request.pass_number = ++result->passes;
+    pass_run(coarse, m, &runs.coarse_request, options);
+    add_pass_cost(result, coarse);
+    runs.fine_request.pass_number = result->passes + 1;
     if (coarse->status == SIM_INTERRUPTED) {
         sim_result_set_status(result, coarse->status, coarse->mat, coarse->t_s);
         pass_fill_result(m, coarse, coarse, result);
     } else {
         result->passes++;
-        pass_run(fine, m, &runs.request, options);
-        cost_add(result, fine);
+        pass_run(fine, m, &runs.fine_request, options);
+        add_pass_cost(result, fine);
         const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
                                           : coarse->status != SIM_OK ? coarse
                                                                      : NULL;
@@ -677,11 +691,11 @@ static void run_pair(struct model *m, const struct sim_options *options,
             sim_result_set_status(result, failed->status, failed->mat, failed->t_s);
             result->reason = failed->reason;
             *contradicted = fine->status == SIM_OK;
-        } else if (!error_estimate(m, options, &runs, result, &where)) {
+        } else if (!estimate_error(m, options, &runs, result, &where)) {
             sim_result_set_status(result, SIM_UNSTABLE, where.mat, where.t_s);
             *contradicted = true;
             if (last)
-                set_divergence(m, &runs.request, options, fine, coarse, result);
+                set_divergence_of_runs(m, &runs.fine_request, options, fine, coarse, result);
         }
         pass_fill_result(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
     }
@@ -690,9 +704,9 @@ static void run_pair(struct model *m, const struct sim_options *options,
     pass_outcome_free(&runs.third);
 }
 
-static enum mr_status run_fixed(struct model *m, const struct sim_options *options,
-                                const struct stepper_kind *kind, struct sim_result *result,
-                                struct error *error)
+static enum mr_status run_fixed_step_solver(struct model *m, const struct sim_options *options,
+                                            const struct stepper_kind *kind,
+                                            struct sim_result *result, struct error *error)
 {
     double end = sim_scene_end_s(m->scene);
     bool given = options->dt_s > 0.0, contradicted;
@@ -714,12 +728,13 @@ static enum mr_status run_fixed(struct model *m, const struct sim_options *optio
         sim_result_set_status(result, SIM_UNSTABLE, m->span.mat >= 0 ? m->span.mat + 1 : 1, 0.0);
         return MR_OK;
     }
-    run_pair(m, options, request, given, false, &contradicted, result);
+    run_coarse_and_fine(m, options, request, given, false, &contradicted, result);
     return MR_OK;
 }
 
-static void run_adaptive(struct model *m, const struct sim_options *options,
-                         const struct stepper_kind *kind, bool last, struct sim_result *result)
+static void run_adaptive_solver(struct model *m, const struct sim_options *options,
+                                const struct stepper_kind *kind, bool last,
+                                struct sim_result *result)
 {
     bool given = options->rtol > 0.0, contradicted;
     uint64_t most = m->law == SIM_FRICTION_SIGN  ? MAX_SIGN_STEPS
@@ -731,10 +746,11 @@ static void run_adaptive(struct model *m, const struct sim_options *options,
         "error estimate: largest difference to the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
-        run_pair(m, options, request, false, !given && i == MAX_TIGHTENINGS, &contradicted, result);
+        run_coarse_and_fine(m, options, request, false, !given && i == MAX_TIGHTENINGS,
+                            &contradicted, result);
         if (!contradicted || i == MAX_TIGHTENINGS || given)
             break;
-        request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol * RTOL_FACTOR);
+        request.rtol = fmax(ESTIMATE_MIN_RTOL, request.rtol * TIGHTENED_RTOL_FACTOR);
         sim_result_add_note(
             result, "the results at two tolerances disagreed; the run was repeated at rtol %.3g",
             request.rtol);
@@ -752,8 +768,8 @@ static void note_solver_change(struct sim_result *result, const char *left, cons
 
 /* Runs the remaining solvers if the first two made no progress because switches accumulate. hamming
  * samples switches; moreau solves any number of them in one step. */
-static void run_remaining(struct model *m, const struct sim_options *options,
-                          struct sim_result *result)
+static void run_remaining_solvers(struct model *m, const struct sim_options *options,
+                                  struct sim_result *result)
 {
     const struct stepper_kind *const kinds[] = {&stepper_hamming, &stepper_moreau};
     for (int i = 0; i < 2 && result->status == SIM_STEP_UNDERFLOW; i++) {
@@ -761,41 +777,41 @@ static void run_remaining(struct model *m, const struct sim_options *options,
         result->status = SIM_OK;
         result->solver = kinds[i]->name;
         if (i == 0)
-            run_adaptive(m, options, kinds[i], true, result);
+            run_adaptive_solver(m, options, kinds[i], true, result);
         else
-            moreau_run(m, options, result);
+            run_moreau(m, options, result);
     }
 }
 
 /* Runs the second solver of auto, then the remaining ones. */
-static void run_others(struct model *m, const struct sim_options *options,
-                       const struct stepper_kind *first, struct sim_result *result)
+static void run_other_solvers(struct model *m, const struct sim_options *options,
+                              const struct stepper_kind *first, struct sim_result *result)
 {
     const struct stepper_kind *other = first == &stepper_event ? &stepper_implicit : &stepper_event;
     /* if little moves, the fastest rate is not relevant, and event may still make progress */
-    bool last = other != &stepper_event || explicit_steps(m, result) <= MAX_EXPLICIT_STEPS;
+    bool last = other != &stepper_event || event_stability_steps(m, result) <= MAX_STABILITY_STEPS;
     note_solver_change(result, first->name, other->name);
     result->status = SIM_OK;
     result->solver = other->name;
-    run_adaptive(m, options, other, last, result);
+    run_adaptive_solver(m, options, other, last, result);
     if (result->status == SIM_STEP_UNDERFLOW && options->rtol == 0.0)
-        run_remaining(m, options, result);
+        run_remaining_solvers(m, options, result);
 }
 
 /* Solver auto: if the first solver makes no progress, runs the other solvers, within
- * PLANAR_OTHERS_S in total. If none succeeds, the result has the error of the first solver. */
+ * PLANAR_OTHER_SOLVERS_S in total. If none succeeds, the result has the first solver's error. */
 static void run_auto(struct model *m, const struct sim_options *options,
                      const struct stepper_kind *kind, struct sim_result *result)
 {
     struct deadline deadline;
-    bool last = kind == &stepper_implicit && explicit_steps(m, result) > MAX_EXPLICIT_STEPS;
-    run_adaptive(m, options, kind, last, result);
+    bool last = kind == &stepper_implicit && event_stability_steps(m, result) > MAX_STABILITY_STEPS;
+    run_adaptive_solver(m, options, kind, last, result);
     if (result->status != SIM_STEP_UNDERFLOW)
         return;
     /* a plain copy is safe, because the failed result has no arrays */
     struct sim_result refused = *result;
-    deadline_begin(&deadline, options, PLANAR_OTHERS_S);
-    run_others(m, &deadline.options, kind, result);
+    deadline_begin(&deadline, options, PLANAR_OTHER_SOLVERS_S);
+    run_other_solvers(m, &deadline.options, kind, result);
     if (deadline.is_exceeded) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.evaluations = result->evaluations;
@@ -803,8 +819,8 @@ static void run_auto(struct model *m, const struct sim_options *options,
         sim_result_add_note(&refused,
                             "auto: the other solvers had a computing limit of %g s; %s reached "
                             "%.*g s of simulated time",
-                            PLANAR_OTHERS_S, result->solver, sim_time_digits(result->start_s, 9),
-                            result->start_s + result->t_s);
+                            PLANAR_OTHER_SOLVERS_S, result->solver,
+                            sim_time_digits(result->start_s, 9), result->start_s + result->t_s);
         sim_result_free(result);
         *result = refused;
     }
@@ -834,7 +850,7 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
     result->solver = kind->name;
     result->mats = scene->mats;
     result->t_end_s = sim_scene_end_s(scene);
-    result->dt_limit_s = rate > 0.0 ? ESTIMATE_RK4_REAL / rate : HUGE_VAL;
+    result->dt_limit_s = rate > 0.0 ? ESTIMATE_RK4_STABILITY / rate : HUGE_VAL;
     model_describe(&model, result);
     if (options->dt_s > 0.0 && !kind->has_fixed_step)
         error_set(error, MR_USAGE,
@@ -845,39 +861,40 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
                   "no tolerance: solver %s has a fixed step; give --dt, or another solver",
                   kind->name);
     else if (kind == &stepper_moreau)
-        moreau_run(&model, options, result);
+        run_moreau(&model, options, result);
     else if (kind->has_fixed_step)
-        run_fixed(&model, options, kind, result, error);
+        run_fixed_step_solver(&model, options, kind, result, error);
     else if (is_solver_automatic(options))
         run_auto(&model, options, kind, result);
     else
-        run_adaptive(&model, options, kind, true, result);
+        run_adaptive_solver(&model, options, kind, true, result);
     result->run_ms = 1e3 * (monotonic_s() - begin_s);
     model_free(&model);
     free(z);
     return error->status;
 }
 
-static bool is_undecided(const struct sim_result *result)
+static bool is_result_undecided(const struct sim_result *result)
 {
     return result->status == SIM_UNPREDICTABLE || result->status == SIM_STEP_UNDERFLOW;
 }
 
 /* Retries a landing for which no step of `staggered` gives a result. Uses solvers that locate
  * switches, if they support the laws of the scene. Replaces the result if they succeed. */
-static enum mr_status run_located(const struct sim_scene *scene, const struct sim_options *options,
-                                  struct sim_result *result, struct error *error)
+static enum mr_status retry_with_located_switches(const struct sim_scene *scene,
+                                                  const struct sim_options *options,
+                                                  struct sim_result *result, struct error *error)
 {
     struct sim_result other = {.start_s = result->start_s};
     struct error not_theirs = {0};
     struct deadline deadline;
-    deadline_begin(&deadline, options, PLANAR_OTHERS_S);
+    deadline_begin(&deadline, options, PLANAR_OTHER_SOLVERS_S);
     if (run_planar(scene, &deadline.options, &other, &not_theirs) != MR_OK ||
         other.status != SIM_OK) {
         if (deadline.is_exceeded)
             sim_result_add_note(result,
                                 "auto: the other solvers reached their computing limit of %g s",
-                                PLANAR_OTHERS_S);
+                                PLANAR_OTHER_SOLVERS_S);
         sim_result_free(&other);
         return MR_OK;
     }
@@ -901,9 +918,9 @@ enum mr_status planar_run(const struct sim_scene *scene, const struct sim_option
             sim_result_add_note(result, "auto: staggered; a whole landing has too many events "
                                         "(contact, sticking, slipping) to locate each");
         if (landing_run(scene, options, result, error) != MR_OK || !is_solver_automatic(options) ||
-            !is_undecided(result) || options->dt_s > 0.0 || options->is_single_pass)
+            !is_result_undecided(result) || options->dt_s > 0.0 || options->is_single_pass)
             return error->status;
-        return run_located(scene, options, result, error);
+        return retry_with_located_switches(scene, options, result, error);
     }
     return run_planar(scene, options, result, error);
 }

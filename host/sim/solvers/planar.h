@@ -29,7 +29,7 @@
 #include "host/sim/solvers/pass.h"
 
 /* Wall-clock time, s, of all solvers together that auto tries after its first one. */
-#define PLANAR_OTHERS_S 60.0
+#define PLANAR_OTHER_SOLVERS_S 60.0
 
 /* Returns true if sim_run has a solver of this name for planar models ("auto" included). */
 bool planar_has_solver(const char *name);

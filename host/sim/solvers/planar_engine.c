@@ -12,44 +12,45 @@
 
 /* ---- the moving parts ---- */
 
-#define CALM_SPEED     1e-6 /* speed / sqrt(g L) below which a node on uneven ground is at rest */
-#define GUARD_MATS     4    /* number of mats at rest in the heaving part at each end */
-#define CHUNK_MATS     8    /* smallest number of mats by which the heaving part grows */
-#define SHRINK_STEPS   16   /* number of steps at rest before a part may shrink */
+#define UNEVEN_REST_SPEED_MAX \
+    1e-6 /* speed / sqrt(g L) below which a node on uneven ground is at rest */
+#define GUARD_MATS              4  /* number of mats at rest in the heaving part at each end */
+#define HEAVING_GROWTH_MATS_MIN 8  /* smallest number of mats by which the heaving part grows */
+#define REST_STEPS_TO_SHRINK    16 /* number of steps at rest before a part may shrink */
 /* Number of steps at rest before the outermost mat leaves the sliding part: one for its damper, one
  * for the grit, one spare. */
-#define SETTLING_STEPS 3
+#define JOINT_SETTLING_STEPS    3
 /* Height / L above which a node is held by its mats and not by the ground. */
-#define AIR_HEIGHT     1e-3
+#define AIRBORNE_HEIGHT_MIN     1e-3
 /* Limit of rest: height / L, and rate of the height / sqrt(g L). */
-#define REST_TOLERANCE 1e-13
+#define REST_TOLERANCE          1e-13
 
 /* Extends a part to cover mats `low` to `high`. */
-static void extend_part(struct part *part, const struct model *m, int low, int high)
+static void extend_part(struct moving_part *part, const struct model *m, int low, int high)
 {
     low = low < 0 ? 0 : low;
     high = high > m->mats - 1 ? m->mats - 1 : high;
     if (part->last < part->first)
-        *part = (struct part){low, high, 0, 0};
+        *part = (struct moving_part){low, high, 0, 0};
     if (low < part->first) {
         part->first = low;
-        part->quiet_first = 0;
+        part->first_rest_steps = 0;
     }
     if (high > part->last) {
         part->last = high;
-        part->quiet_last = 0;
+        part->last_rest_steps = 0;
     }
 }
 
 /* Before a step, extends the sliding part to the mats that the wheel touches or that move. Shrinks
  * it where mats are at rest. */
-static void follow_slides(struct planar_engine *l, const struct sim_touch *touch, int count)
+static void update_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
-    struct part *s = &l->sliding;
+    struct moving_part *s = &l->sliding;
     const double *v = l->z + l->model.size;
     for (int i = 0; i < count; i++) {
-        bool idle = s->last - s->first <= 2 && s->quiet_first >= SHRINK_STEPS &&
-                    s->quiet_last >= SHRINK_STEPS;
+        bool idle = s->last - s->first <= 2 && s->first_rest_steps >= REST_STEPS_TO_SHRINK &&
+                    s->last_rest_steps >= REST_STEPS_TO_SHRINK;
         if (idle)
             s->last = s->first -
                       1; /* the part begins again at the wheel and does not grow towards it */
@@ -62,15 +63,15 @@ static void follow_slides(struct planar_engine *l, const struct sim_touch *touch
                     v[2 * s->last + 1] != 0.0 ? s->last + 1 : s->last);
     bool still_first = v[2 * s->first + 1] == 0.0 && v[2 * s->first + 3] == 0.0;
     bool still_last = v[2 * s->last + 1] == 0.0 && s->last > 0 && v[2 * s->last - 1] == 0.0;
-    s->quiet_first = still_first ? s->quiet_first + 1 : 0;
-    s->quiet_last = still_last ? s->quiet_last + 1 : 0;
-    if (s->quiet_first >= SHRINK_STEPS && s->last - s->first > 2) {
+    s->first_rest_steps = still_first ? s->first_rest_steps + 1 : 0;
+    s->last_rest_steps = still_last ? s->last_rest_steps + 1 : 0;
+    if (s->first_rest_steps >= REST_STEPS_TO_SHRINK && s->last - s->first > 2) {
         s->first++;
-        s->quiet_first = SHRINK_STEPS - SETTLING_STEPS;
+        s->first_rest_steps = REST_STEPS_TO_SHRINK - JOINT_SETTLING_STEPS;
     }
-    if (s->quiet_last >= SHRINK_STEPS && s->last - s->first > 2) {
+    if (s->last_rest_steps >= REST_STEPS_TO_SHRINK && s->last - s->first > 2) {
         s->last--;
-        s->quiet_last = SHRINK_STEPS - SETTLING_STEPS;
+        s->last_rest_steps = REST_STEPS_TO_SHRINK - JOINT_SETTLING_STEPS;
     }
 }
 
@@ -82,8 +83,8 @@ static bool is_node_at_rest(const struct planar_engine *l, int node)
     const struct model *m = &l->model;
     if (m->tilt_ft)
         return fabs(l->z[m->size + 2 * node]) <=
-                   CALM_SPEED * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
-               l->z[2 * node] >= -AIR_HEIGHT * m->length_ft;
+                   UNEVEN_REST_SPEED_MAX * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
+               l->z[2 * node] >= -AIRBORNE_HEIGHT_MIN * m->length_ft;
     return fabs(l->z[2 * node] - m->rest_y_ft) <= REST_TOLERANCE * m->length_ft &&
            fabs(l->z[m->size + 2 * node]) <=
                REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
@@ -96,7 +97,7 @@ static bool is_mat_at_rest(const struct planar_engine *l, int n)
 
 /* On uneven ground a joint whose force changes lifts or presses down its mats. Adds these mats to
  * the heaving part. */
-static void add_slides_to_heaves(struct planar_engine *l, int chunk)
+static void add_sliding_mats_to_heaving(struct planar_engine *l, int chunk)
 {
     const double *v = l->z + l->model.size;
     int first = l->sliding.first, last = l->sliding.last;
@@ -110,17 +111,18 @@ static void add_slides_to_heaves(struct planar_engine *l, int chunk)
 
 /* Updates the heaving part: mats that are not flat or not at rest, mats under the wheel, and
  * GUARD_MATS mats at rest at each end, so that the omitted motion is below REST_TOLERANCE. */
-static void follow_heaves(struct planar_engine *l)
+static void update_heaving_part(struct planar_engine *l)
 {
     struct model *m = &l->model;
-    struct part *h = &l->heaving;
+    struct moving_part *h = &l->heaving;
     /* number of mats on which a load acts at once, as in model.c */
-    int chunk = m->load_tail_mats > GUARD_MATS + CHUNK_MATS ? m->load_tail_mats - GUARD_MATS
-                                                            : CHUNK_MATS;
+    int chunk = m->load_tail_mats > GUARD_MATS + HEAVING_GROWTH_MATS_MIN
+                  ? m->load_tail_mats - GUARD_MATS
+                  : HEAVING_GROWTH_MATS_MIN;
     if (m->wheel_load_lb > 0.0 && m->span.mat >= 0)
         extend_part(h, m, m->span.mat - m->load_tail_mats, m->span.mat + m->load_tail_mats);
     if (m->tilt_ft)
-        add_slides_to_heaves(l, GUARD_MATS);
+        add_sliding_mats_to_heaving(l, GUARD_MATS);
     if (h->last < h->first)
         return;
     bool first = h->first == 0, last = h->last == m->mats - 1;
@@ -132,8 +134,8 @@ static void follow_heaves(struct planar_engine *l)
         extend_part(h, m, h->first - chunk, h->last);
     if (last && h->last < m->mats - 1)
         extend_part(h, m, h->first, h->last + chunk);
-    if (++h->quiet_first >= SHRINK_STEPS) {
-        h->quiet_first = 0;
+    if (++h->first_rest_steps >= REST_STEPS_TO_SHRINK) {
+        h->first_rest_steps = 0;
         int low = h->first, high = h->last;
         while (low <= high && is_mat_at_rest(l, low))
             low++;
@@ -157,7 +159,7 @@ static void follow_heaves(struct planar_engine *l)
 
 /* Adds the mats of the heaving part to the sliding part if heaving moves them along the runway: by
  * the joints of profile `full`, or by a change of the friction on soil. */
-static void add_heaves_to_slides(struct planar_engine *l)
+static void add_heaving_mats_to_sliding(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     if ((m->has_full_profile || m->has_soil_normal) && l->heaving.last >= l->heaving.first)
@@ -182,7 +184,7 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
 }
 
-LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
+LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law law)
 {
     const struct model *m = &l->model;
     const double *p = l->z, *v = l->z + m->size;
@@ -202,7 +204,7 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         if (law == JOINT_SLACK && l->last_step_s > 0.0)
             rate = law_damped_rate_ft_s(g, rate, l->slack_ft, l->last_step_s);
         joint.kl_lb_ft = l->kl_lb_ft[j];
-        struct joint_grit grit = {l->grit_lb[j], l->give_ft[j], l->reach_ft[j]};
+        struct joint_grit grit = {l->grit_lb[j], l->grit_yield_ft[j], l->reach_ft[j]};
         struct law_pull pulled = joint_pull(law, joint, g, rate, grit);
         if (law == JOINT_SLACK && l->last_step_s > 0.0 && joint_mode(g, l->slack_ft) == 0)
             /* damper force for the part of the last step in which the joint was closed */
@@ -213,22 +215,22 @@ LAW_INLINE void stretch(struct planar_engine *l, enum joint_law law)
         if (law == JOINT_GRIT)
             l->reach_ft[j] = pulled.reach_ft;
         l->tension_lb[j] = t_lb;
-        l->pull_lb[j] = t_lb > l->pull_lb[j] ? t_lb : l->pull_lb[j];
-        l->push_lb[j] = -t_lb > l->push_lb[j] ? -t_lb : l->push_lb[j];
+        l->max_pull_lb[j] = t_lb > l->max_pull_lb[j] ? t_lb : l->max_pull_lb[j];
+        l->max_push_lb[j] = -t_lb > l->max_push_lb[j] ? -t_lb : l->max_push_lb[j];
     }
 }
 
 /* Computes the tensions. Each joint law has a separate loop. */
-static void stretch_joints(struct planar_engine *l)
+static void update_tensions(struct planar_engine *l)
 {
     if (l->joints == JOINT_LINEAR)
-        stretch(l, JOINT_LINEAR);
+        update_tensions_by_law(l, JOINT_LINEAR);
     else if (l->joints == JOINT_SLACK)
-        stretch(l, JOINT_SLACK);
+        update_tensions_by_law(l, JOINT_SLACK);
     else
-        stretch(l, JOINT_GRIT);
+        update_tensions_by_law(l, JOINT_GRIT);
     if (l->mods && l->mods->has_joint_springs) {
-        struct mods_view view = engine_view(l);
+        struct mods_view view = planar_engine_view(l);
         mods_pull_joints(l->mods, &view, l->sliding.first + 1, l->sliding.last + 2);
     }
 }
@@ -240,12 +242,12 @@ static void stretch_joints(struct planar_engine *l)
 
 /* Applies bands and cleats before a kick. A riveted mat that its band moves is added to the sliding
  * part. */
-static void brace_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
-                         double h_s)
+static void brace_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count,
+                               double h_s)
 {
     struct mods *mods = l->mods;
     const struct model *m = &l->model;
-    struct mods_view view = engine_view(l);
+    struct mods_view view = planar_engine_view(l);
     if (mods->has_cleats) {
         mods_press_cleats(mods, touch, count);
         mods_wear_cleats(mods, &view, h_s, l->sliding.first + 1, l->sliding.last + 1);
@@ -265,7 +267,7 @@ static void brace_slides(struct planar_engine *l, const struct sim_touch *touch,
 
 /* Computes the forces of bands on the nodes of the heaving part, and the moments of stiffeners on
  * its joints. */
-static void brace_heaves(struct planar_engine *l)
+static void brace_heaving_part(struct planar_engine *l)
 {
     const struct model *m = &l->model;
     struct mods_heaving_part heave = {.z = l->z,
@@ -277,23 +279,23 @@ static void brace_heaves(struct planar_engine *l)
                                       .rest_tilt_ft = l->rest_tilt_ft,
                                       .first = l->heaving.first,
                                       .last = l->heaving.last,
-                                      .down_lb = l->brace_lb,
-                                      .moment_lb_ft = l->brace_lb_ft};
+                                      .down_lb = l->brace_force_lb,
+                                      .moment_lb_ft = l->brace_moment_lb_ft};
     mods_brace_heave(l->mods, &heave);
 }
 
-static double node_soil_lb(const struct planar_engine *l, int node)
+static double node_soil_force_lb(const struct planar_engine *l, int node)
 {
     return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.size, node);
 }
 
 /* Mean force of the soil on a node during the kick of its mats. It differs from the present force
  * only while a step is divided into parts, and in the next step. */
-static double mean_soil_lb(const struct planar_engine *l, int node)
+static double mean_soil_force_lb(const struct planar_engine *l, int node)
 {
-    if (l->is_in_parts)
+    if (l->is_step_divided)
         return l->normal_lb[node];
-    double now_lb = fmax(0.0, node_soil_lb(l, node));
+    double now_lb = fmax(0.0, node_soil_force_lb(l, node));
     bool known = node >= l->normal_first && node <= l->normal_last;
     return known ? l->next_normal_lb[node] + l->next_normal_share * now_lb : now_lb;
 }
@@ -301,18 +303,19 @@ static double mean_soil_lb(const struct planar_engine *l, int node)
 /* Coulomb limit of a heaving mat, from the reaction of the soil in the kick of its nodes, with
  * dampers at the end of the step. The friction of a foot that lands within a step therefore
  * includes the impulse of its landing. */
-static double soil_limit_lb(const struct planar_engine *l, int n)
+static double soil_friction_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
-    if (l->is_in_parts || l->next_normal_share < 1.0)
-        return m->friction * (mean_soil_lb(l, n) + mean_soil_lb(l, n + 1));
-    return m->friction * (fmax(0.0, node_soil_lb(l, n)) + fmax(0.0, node_soil_lb(l, n + 1)));
+    if (l->is_step_divided || l->next_normal_share < 1.0)
+        return m->friction * (mean_soil_force_lb(l, n) + mean_soil_force_lb(l, n + 1));
+    return m->friction *
+           (fmax(0.0, node_soil_force_lb(l, n)) + fmax(0.0, node_soil_force_lb(l, n + 1)));
 }
 
 /* Updates the speed of a mat under the gear. The ground holds the mat; its Coulomb limit includes
  * its share of the gear's load. */
-static void step_geared(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
-                        double h_s)
+static void step_mat_under_gear(struct planar_engine *l, int n, double thrust_lb, double limit_lb,
+                                double h_s)
 {
     const struct model *m = &l->model;
     struct gear *gear = l->gear;
@@ -330,7 +333,7 @@ static void step_geared(struct planar_engine *l, int n, double thrust_lb, double
 
 /* Sets the mat under the wheel in the model (from 0; -1: none). The engine, not the model, applies
  * the thrust. */
-static void place_wheel(struct model *m, int mat)
+static void set_wheel_mat(struct model *m, int mat)
 {
     m->span = (struct span){.mat = mat, .share_mat = -2};
 }
@@ -345,7 +348,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
                elements = !plain && m->elements.count > 0, geared = !plain && l->gear;
     unsigned stops = 0;
     if (geared) /* with a gear, waves are recorded at the lead axle */
-        place_wheel(&l->model, l->gear->lead_mat - 1);
+        set_wheel_mat(&l->model, l->gear->lead_mat - 1);
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
@@ -357,7 +360,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
     for (int n = l->sliding.first; n <= l->sliding.last; n++) {
         double limit = l->limit_lb[n], mass_slug = l->mass_slug[n];
         if (m->has_soil_normal && n >= l->heaving.first && n <= l->heaving.last)
-            limit = soil_limit_lb(l, n);
+            limit = soil_friction_limit_lb(l, n);
         for (int i = 0; i < count && !m->has_soil_normal && m->wheel_load_lb > 0.0; i++) {
             if (touch[i].mat - 1 == n)
                 limit += m->friction * m->wheel_load_lb * touch[i].load_share;
@@ -367,7 +370,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
         if (m->law == SIM_FRICTION_NONE)
             limit = 0.0;
         if (geared && l->gear->share[n + 1] > 0.0) {
-            step_geared(l, n, thrust[n], limit, h_s);
+            step_mat_under_gear(l, n, thrust[n], limit, h_s);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaving.first || n > l->heaving.last ||
                                                         m->contact[n] || m->contact[n + 1]};
@@ -384,10 +387,10 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
 }
 
 /* Updates the speeds along the runway, and returns the number of mats that came to rest. Call after
- * kick_heaves, because friction depends on the reactions of the soil in the same step. A plain
- * runway has a separate loop, which is faster. */
-static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *touch, int count,
-                            double h_s)
+ * kick_heaving_part, because friction depends on the reactions of the soil in the same step. A
+ * plain runway has a separate loop, which is faster. */
+static unsigned kick_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count,
+                                  double h_s)
 {
     bool plain = !(l->mods && l->mods->has_cleats) && l->model.elements.count == 0 && !l->gear;
     return plain ? kick_mats(l, touch, count, h_s, true) : kick_mats(l, touch, count, h_s, false);
@@ -395,7 +398,7 @@ static unsigned kick_slides(struct planar_engine *l, const struct sim_touch *tou
 
 /* Releases nodes that the soil would pull at the end of the step, because soil never pulls, and
  * catches nodes that it would push. Returns true if a node has changed. */
-static bool settle_contacts(struct planar_engine *l, double h_s)
+static bool update_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
@@ -413,12 +416,12 @@ static bool settle_contacts(struct planar_engine *l, double h_s)
 
 /* Updates the vertical speeds over h_s. Returns the largest change of a node's speed due to the
  * soil. */
-static double kick_heaves(struct planar_engine *l, double h_s)
+static double kick_heaving_part(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     double *v = l->z + m->size;
     consistent_heave(m, h_s, l->z, l->accel);
-    for (int i = 0; i < MAX_CONTACT_ROUNDS && settle_contacts(l, h_s); i++)
+    for (int i = 0; i < MAX_CONTACT_ROUNDS && update_contacts(l, h_s); i++)
         consistent_heave(m, h_s, l->z, l->accel);
     double jolt_ft_s = 0.0;
     for (int j = m->first; j <= m->last + 1; j++) {
@@ -449,20 +452,20 @@ static int move_gear(struct planar_engine *l, struct sim_wheel *wheel, double t0
 }
 
 /* Adds the weight of the gear to the forces on the nodes of the heaving part. */
-static void load_heaves(struct planar_engine *l)
+static void load_heaving_part(struct planar_engine *l)
 {
     const struct gear *gear = l->gear;
     if (l->mods && l->mods->acts_vertically) {
-        brace_heaves(l);
+        brace_heaving_part(l);
     } else {
         for (int j = l->heaving.first; j <= l->heaving.last + 1; j++)
-            l->brace_lb[j] = 0.0;
+            l->brace_force_lb[j] = 0.0;
     }
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded_mats[i] - 1;
         double half_lb = 0.5 * l->scene->wheel_load_lb * gear->share[n + 1];
-        l->brace_lb[n] += half_lb;
-        l->brace_lb[n + 1] += half_lb;
+        l->brace_force_lb[n] += half_lb;
+        l->brace_force_lb[n + 1] += half_lb;
     }
 }
 
@@ -513,20 +516,39 @@ static void set_properties(struct planar_engine *l)
 }
 
 /* Sets the arrays of a landing in one block of memory. The model must be made before. */
-static void init_layout(struct planar_engine *l)
+static void assign_arrays(struct planar_engine *l)
 {
     struct model *m = &l->model;
     size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
-    double **per_joint[] = {
-        &l->u,         &l->v,           &l->gap0_ft,      &l->grit_lb,   &l->give_ft,
-        &l->reach_ft,  &l->tension_lb,  &l->height,       &l->push_lb,   &l->pull_lb,
-        &l->rise_ft,   &l->tilt_ft,     &l->rest_cos,     &l->normal_lb, &l->next_normal_lb,
-        &l->brace_lb,  &l->brace_lb_ft, &l->kl_lb_ft,     &l->kv_lb_ft,  &l->cv_lb_s_ft,
-        &l->rest_ft,   &l->limit_lb,    &l->kt_lb_ft_rad, &l->mass_slug, &l->rest_tilt_ft,
-        &l->mass_ratio};
+    double **per_joint[] = {&l->u,
+                            &l->v,
+                            &l->gap0_ft,
+                            &l->grit_lb,
+                            &l->grit_yield_ft,
+                            &l->reach_ft,
+                            &l->tension_lb,
+                            &l->height,
+                            &l->max_push_lb,
+                            &l->max_pull_lb,
+                            &l->max_rise_ft,
+                            &l->tilt_ft,
+                            &l->rest_cos,
+                            &l->normal_lb,
+                            &l->next_normal_lb,
+                            &l->brace_force_lb,
+                            &l->brace_moment_lb_ft,
+                            &l->kl_lb_ft,
+                            &l->kv_lb_ft,
+                            &l->cv_lb_s_ft,
+                            &l->rest_ft,
+                            &l->limit_lb,
+                            &l->kt_lb_ft_rad,
+                            &l->mass_slug,
+                            &l->rest_tilt_ft,
+                            &l->mass_ratio};
     const size_t arrays = sizeof per_joint / sizeof per_joint[0];
-    l->stored_count = 2 * length + arrays * joints;
-    l->z = xcalloc(l->stored_count, sizeof *l->z);
+    l->stored_value_count = 2 * length + arrays * joints;
+    l->z = xcalloc(l->stored_value_count, sizeof *l->z);
     l->accel = l->z + length;
     for (size_t i = 0; i < arrays; i++)
         *per_joint[i] = l->z + 2 * length + i * joints;
@@ -534,9 +556,9 @@ static void init_layout(struct planar_engine *l)
     set_tilt(l);
     bool braced = l->mods && l->mods->acts_vertically;
     if (braced || l->gear) {
-        l->brace_heaves = l->gear ? load_heaves : brace_heaves;
-        m->brace_lb = l->brace_lb;
-        m->brace_lb_ft = l->brace_lb_ft;
+        l->brace_heaving_part = l->gear ? load_heaving_part : brace_heaving_part;
+        m->brace_lb = l->brace_force_lb;
+        m->brace_lb_ft = l->brace_moment_lb_ft;
     }
     l->slack_ft = m->slack_ft;
     m->given_tension_lb = l->tension_lb;
@@ -545,14 +567,14 @@ static void init_layout(struct planar_engine *l)
     for (int j = 0; j <= m->mats; j++) {
         l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
         l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
-        l->give_ft[j] = l->grit_lb[j] / l->kl_lb_ft[j];
+        l->grit_yield_ft[j] = l->grit_lb[j] / l->kl_lb_ft[j];
         gritty = gritty || l->grit_lb[j] > 0.0;
     }
     l->joints = joint_law(l->slack_ft, gritty);
 }
 
-enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
-                           struct sim_result *result, struct error *error)
+enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scene *scene,
+                                  struct sim_result *result, struct error *error)
 {
     l->scene = scene;
     if (scene->friction > 0.0 &&
@@ -568,11 +590,11 @@ enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scen
         model_describe(&l->model, result);
     l->mods = mods_make(scene);
     l->gear = gear_make(scene);
-    init_layout(l);
+    assign_arrays(l);
     return MR_OK;
 }
 
-void engine_free(struct planar_engine *l)
+void planar_engine_free(struct planar_engine *l)
 {
     mods_free(l->mods);
     gear_free(l->gear);
@@ -582,17 +604,17 @@ void engine_free(struct planar_engine *l)
 
 /* ---- one run ---- */
 
-#define FOLDED_DEG         85.0
-#define DEGREES            (180.0 / 3.14159265358979323846)
+#define FOLDED_MIN_DEG           85.0
+#define DEG_PER_RAD              (180.0 / 3.14159265358979323846)
 /* Lift / lift at the overrun below which the wheel has left a wave. The next wave is a new one. */
-#define OFF_WAVE_SHARE     0.5
-#define SLIGHT_TURN        0.01 /* sine of a rotation so small that no arc sine is needed */
-#define STEPS_PER_CALLBACK 1024 /* number of steps between calls of may_continue */
-#define UPDATE_STEPS       4    /* number of steps between updates of lifts and angles */
+#define OFF_WAVE_LIFT_RATIO      0.5
+#define SMALL_TURN_SINE_MAX      0.01 /* sine of a rotation so small that no arc sine is needed */
+#define STEPS_PER_CALLBACK       1024 /* number of steps between calls of may_continue */
+#define STEPS_PER_SHAPE_UPDATE   4    /* number of steps between updates of lifts and angles */
 /* Number of parts into which a step is divided if a node lands in it */
-#define LANDING_PARTS      16
+#define LANDING_STEP_PARTS       16
 /* speed / sqrt(g L) below which a landing node does not lift its neighbours */
-#define GENTLE_SPEED       1e-4
+#define GENTLE_LANDING_SPEED_MAX 1e-4
 
 /* Index of the mat with the largest share of the wheel; -1: none. */
 static int find_mat_under_wheel(const struct sim_touch *touch, int count)
@@ -609,7 +631,7 @@ static int find_mat_under_wheel(const struct sim_touch *touch, int count)
 }
 
 /* Largest lift, `back_s` before the end of the present step, and its node. */
-static double lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
+static double largest_lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
@@ -640,14 +662,14 @@ static void record_outputs(struct planar_engine *l, struct march *march, double 
             l->height[n + 1] = v[2 * n] * back_s - l->z[2 * n];
         }
         march->record.height_ft = l->height;
-        march->record.lift_ft = lift_ft(l, back_s, &march->record.lift_node);
+        march->record.lift_ft = largest_lift_ft(l, back_s, &march->record.lift_node);
         march->max_lift_ft = fmax(march->max_lift_ft, march->record.lift_ft);
         sim_record_add(&march->record, at_s, l->u, l->v);
     }
 }
 
 /* Updates the extremes of the nodes and joints in the heaving part. */
-static void record_shape(struct planar_engine *l, struct march *march)
+static void record_extremes(struct planar_engine *l, struct march *march)
 {
     const struct model *m = &l->model;
     const double *p = l->z;
@@ -655,9 +677,9 @@ static void record_shape(struct planar_engine *l, struct march *march)
     for (int j = l->heaving.first; j <= l->heaving.last + 1; j++) {
         double tilt = j <= l->heaving.last && m->tilt_ft ? m->tilt_ft[j] : 0.0;
         double right = j <= l->heaving.last ? (p[2 * j + 2] - p[2 * j] + tilt) / m->length_ft : 0.0;
-        l->rise_ft[j] = -p[2 * j] > l->rise_ft[j] ? -p[2 * j] : l->rise_ft[j];
-        if (fabs(right - left) > SLIGHT_TURN && fabs(right) < 1.0 && fabs(left) < 1.0) {
-            double turn_deg = (elementary_asin(right) - elementary_asin(left)) * DEGREES;
+        l->max_rise_ft[j] = -p[2 * j] > l->max_rise_ft[j] ? -p[2 * j] : l->max_rise_ft[j];
+        if (fabs(right - left) > SMALL_TURN_SINE_MAX && fabs(right) < 1.0 && fabs(left) < 1.0) {
+            double turn_deg = (elementary_asin(right) - elementary_asin(left)) * DEG_PER_RAD;
             if (turn_deg > march->crest_deg) {
                 march->crest_deg = turn_deg;
                 march->crest_joint = j + 1;
@@ -678,8 +700,8 @@ static void record_crest(const struct planar_engine *l, struct march *march, dou
     for (int j = l->heaving.first + 1; j <= l->heaving.last + 1 && j <= l->model.mats; j++)
         highest = l->z[2 * j] < l->z[2 * highest] ? j : highest;
     if (l->heaving.last >= l->heaving.first && -l->z[2 * highest] >= lift_ft) {
-        march->first_crest = highest + 1;
-        march->first_crest_wheel = l->model.span.mat + 1;
+        march->first_crest_node = highest + 1;
+        march->first_crest_wheel_mat = l->model.span.mat + 1;
     }
 }
 
@@ -687,17 +709,17 @@ static void record_crest(const struct planar_engine *l, struct march *march, dou
 static void record_overrun(const struct planar_engine *l, struct march *march, double lift_ft)
 {
     int mat = l->model.span.mat;
-    if (march->first_crest == 0)
+    if (march->first_crest_node == 0)
         record_crest(l, march, lift_ft);
     if (mat < 0)
         return;
     double left_ft = -l->z[2 * mat], right_ft = -l->z[2 * mat + 2];
     int node = (left_ft > right_ft ? mat : mat + 1) + 1;
     bool meets = fmax(left_ft, right_ft) >= lift_ft;
-    if (meets && !march->is_on_wave && march->overruns < SIM_OVERRUNS_MAX)
-        march->overrun[march->overruns++] = node;
-    march->is_on_wave = meets ||
-                        (march->is_on_wave && fmax(left_ft, right_ft) >= OFF_WAVE_SHARE * lift_ft);
+    if (meets && !march->was_wheel_on_wave && march->overrun_count < SIM_OVERRUNS_MAX)
+        march->overrun_nodes[march->overrun_count++] = node;
+    march->was_wheel_on_wave = meets || (march->was_wheel_on_wave &&
+                                         fmax(left_ft, right_ft) >= OFF_WAVE_LIFT_RATIO * lift_ft);
 }
 
 static bool update_march_status(struct planar_engine *l, struct march *march, double t_s)
@@ -710,8 +732,8 @@ static bool update_march_status(struct planar_engine *l, struct march *march, do
     if (l->heaving.last >= l->heaving.first) {
         double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
-        record_shape(l, march);
-        if (angle > FOLDED_DEG)
+        record_extremes(l, march);
+        if (angle > FOLDED_MIN_DEG)
             march->status = SIM_FOLDED;
         if (!isfinite(angle))
             march->status = SIM_UNSTABLE;
@@ -731,15 +753,15 @@ static void init_march_state(struct planar_engine *l, bool prunes)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
     for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
         l->z[m->size + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0], n + 1);
-    l->sliding = l->heaving = (struct part){0, m->mats - 1, 0, 0};
+    l->sliding = l->heaving = (struct moving_part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
-    memset(l->push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->push_lb);
+    memset(l->max_push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->max_push_lb);
     if (l->mods)
         mods_reset(l->mods);
     if (!prunes)
         return;
-    stretch_joints(l);
+    update_tensions(l);
     l->sliding.last = l->heaving.last = -1;
     for (int n = 0; n < m->mats; n++) {
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
@@ -755,11 +777,11 @@ static void init_march_state(struct planar_engine *l, bool prunes)
 /* True if a node will reach the ground in the step. Two nodes that land in one step lift their
  * neighbours differently from two that land one after the other. All steps longer than the time
  * between the landings would make the same error. */
-static bool has_landing_node(const struct planar_engine *l, double h_s)
+static bool will_node_land(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->size;
-    double gentle_ft_s = GENTLE_SPEED * sqrt(m->scene->g_ft_s2 * m->length_ft);
+    double gentle_ft_s = GENTLE_LANDING_SPEED_MAX * sqrt(m->scene->g_ft_s2 * m->length_ft);
     for (int j = m->first; j <= m->last + 1; j++) {
         if (!m->contact[j] && v[2 * j] > gentle_ft_s && l->z[2 * j] + h_s * v[2 * j] > 0.0)
             return true;
@@ -771,29 +793,30 @@ static bool has_landing_node(const struct planar_engine *l, double h_s)
  * step. Friction uses the soil's mean force during the kick, which lasts from half a step before
  * the step's beginning to half a step after it. The soil's force after that belongs to the next
  * step. Returns the largest change of a node's speed. */
-static double heave_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
-                             double h_s)
+static double step_heights_in_parts(struct planar_engine *l, bool after_parts, double first_kick_s,
+                                    double h_s)
 {
     struct model *m = &l->model;
     double *p = l->z, *v = l->z + m->size;
-    double part_s = h_s / LANDING_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
+    double part_s = h_s / LANDING_STEP_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
     /* fraction of the mean that belongs to the time before this step */
     double early = fmax(0.0, 0.5 + done_s / h_s);
     for (int j = m->first; j <= m->last + 1; j++) {
         bool known = after_parts && j >= l->normal_first && j <= l->normal_last;
-        l->normal_lb[j] = known ? l->next_normal_lb[j] : early * fmax(0.0, node_soil_lb(l, j));
+        l->normal_lb[j] = known ? l->next_normal_lb[j]
+                                : early * fmax(0.0, node_soil_force_lb(l, j));
         l->next_normal_lb[j] = 0.0;
     }
-    for (int k = 0; k < LANDING_PARTS; k++) {
+    for (int k = 0; k < LANDING_STEP_PARTS; k++) {
         double kick_s = k == 0 ? first_kick_s : part_s;
         if (k > 0)
             model_sample_shape(m, l->z);
-        if (k > 0 && l->brace_heaves)
-            l->brace_heaves(l);
-        jolt_ft_s = fmax(jolt_ft_s, kick_heaves(l, kick_s));
+        if (k > 0 && l->brace_heaving_part)
+            l->brace_heaving_part(l);
+        jolt_ft_s = fmax(jolt_ft_s, kick_heaving_part(l, kick_s));
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
         for (int j = m->first; j <= m->last + 1; j++) {
-            double push_lb = fmax(0.0, node_soil_lb(l, j));
+            double push_lb = fmax(0.0, node_soil_force_lb(l, j));
             l->normal_lb[j] += now_s / h_s * push_lb;
             l->next_normal_lb[j] += (kick_s - now_s) / h_s * push_lb;
             p[2 * j] += part_s * v[2 * j];
@@ -807,27 +830,27 @@ static double heave_in_parts(struct planar_engine *l, bool after_parts, double f
 
 /* A march while it runs. */
 struct march_run {
-    struct planar_engine *l;
+    struct planar_engine *engine;
     struct march *march;
     const struct sim_options *options;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
-    int count;
-    bool prunes, divides, heaves;
-    double before_s; /* length of the last step of the heights */
+    int touch_count;
+    bool prunes_mats, divides_steps, has_heaving_part;
+    double last_height_step_s; /* length of the last step of the heights */
 };
 
 static void begin_march(struct march_run *way)
 {
-    struct planar_engine *l = way->l;
+    struct planar_engine *l = way->engine;
     double h = way->march->h_s;
-    way->prunes = !way->options->no_prune && element_can_rest(&l->model.elements);
-    way->divides = !way->options->is_single_pass;
-    way->before_s = h;
+    way->prunes_mats = !way->options->no_prune && element_can_rest(&l->model.elements);
+    way->divides_steps = !way->options->is_single_pass;
+    way->last_height_step_s = h;
     l->last_step_s = 0.0; /* no mat has moved yet */
     l->next_normal_share = 1.0;
-    l->is_in_parts = false;
-    init_march_state(l, way->prunes);
+    l->is_step_divided = false;
+    init_march_state(l, way->prunes_mats);
     sim_wheel_start(&way->wheel, l->scene);
     if (l->gear) {
         gear_start(l->gear, h);
@@ -850,73 +873,73 @@ static double kick_end_s(const struct march *march, uint64_t i)
 /* Moves the wheel, and updates which parts move. */
 static void step_wheel(struct march_run *way, uint64_t i)
 {
-    struct planar_engine *l = way->l;
-    way->count = move_gear(l, &way->wheel, kick_begin_s(way->march, i), kick_end_s(way->march, i),
-                           way->touch);
-    place_wheel(&l->model, find_mat_under_wheel(way->touch, way->count));
-    if (way->prunes) {
-        follow_slides(l, way->touch, way->count);
-        follow_heaves(l);
-        add_heaves_to_slides(l);
+    struct planar_engine *l = way->engine;
+    way->touch_count = move_gear(l, &way->wheel, kick_begin_s(way->march, i),
+                                 kick_end_s(way->march, i), way->touch);
+    set_wheel_mat(&l->model, find_mat_under_wheel(way->touch, way->touch_count));
+    if (way->prunes_mats) {
+        update_sliding_part(l, way->touch, way->touch_count);
+        update_heaving_part(l);
+        add_heaving_mats_to_sliding(l);
     }
-    way->heaves = l->heaving.last >= l->heaving.first;
+    way->has_heaving_part = l->heaving.last >= l->heaving.first;
 }
 
 /* Computes the forces at the present positions and updates the vertical speeds. */
 static void step_vertical(struct march_run *way, uint64_t i)
 {
-    struct planar_engine *l = way->l;
+    struct planar_engine *l = way->engine;
     struct march *march = way->march;
     struct model *m = &l->model;
     double h = march->h_s, kick_s = kick_end_s(march, i) - kick_begin_s(march, i);
     if (l->mods)
-        brace_slides(l, way->touch, way->count, kick_s);
-    stretch_joints(l);
-    if (way->heaves) {
+        brace_sliding_part(l, way->touch, way->touch_count, kick_s);
+    update_tensions(l);
+    if (way->has_heaving_part) {
         m->first = l->heaving.first;
         m->last = l->heaving.last;
         model_sample_shape(m, l->z);
-        if (l->brace_heaves)
-            l->brace_heaves(l);
+        if (l->brace_heaving_part)
+            l->brace_heaving_part(l);
     }
-    l->is_in_parts = way->heaves && way->divides && has_landing_node(l, h);
-    if (l->is_in_parts) {
-        double part_s = h / LANDING_PARTS;
-        double first_s = 0.5 * ((i > 0 ? way->before_s : 0.0) + part_s);
-        march->impact_ft_s = fmax(march->impact_ft_s,
-                                  heave_in_parts(l, way->before_s < h, first_s, h));
-        way->before_s = part_s;
+    l->is_step_divided = way->has_heaving_part && way->divides_steps && will_node_land(l, h);
+    if (l->is_step_divided) {
+        double part_s = h / LANDING_STEP_PARTS;
+        double first_s = 0.5 * ((i > 0 ? way->last_height_step_s : 0.0) + part_s);
+        march->impact_ft_s = fmax(
+            march->impact_ft_s, step_heights_in_parts(l, way->last_height_step_s < h, first_s, h));
+        way->last_height_step_s = part_s;
         /* fraction of the next step's mean that is the present force */
         l->next_normal_share = 0.5 * (part_s + h) / h;
-    } else if (way->heaves) {
+    } else if (way->has_heaving_part) {
         /* after a divided step the speeds are only half a part behind */
-        double part_s = way->before_s < h ? 0.5 * (way->before_s + h) : kick_s;
-        l->next_normal_share = way->before_s < h ? part_s / h : 1.0;
-        march->impact_ft_s = fmax(march->impact_ft_s, kick_heaves(l, part_s));
-        way->before_s = h;
+        double part_s = way->last_height_step_s < h ? 0.5 * (way->last_height_step_s + h) : kick_s;
+        l->next_normal_share = way->last_height_step_s < h ? part_s / h : 1.0;
+        march->impact_ft_s = fmax(march->impact_ft_s, kick_heaving_part(l, part_s));
+        way->last_height_step_s = h;
     } else {
-        way->before_s = h;
+        way->last_height_step_s = h;
     }
 }
 
 /* Updates the speeds along the runway, then the positions. */
-static void step_along(struct march_run *way, uint64_t i)
+static void step_along_runway(struct march_run *way, uint64_t i)
 {
-    struct planar_engine *l = way->l;
+    struct planar_engine *l = way->engine;
     struct march *march = way->march;
     struct model *m = &l->model;
     double h = march->h_s, *p = l->z, *v = l->z + m->size;
-    march->events += kick_slides(l, way->touch, way->count,
-                                 kick_end_s(march, i) - kick_begin_s(march, i));
+    march->events += kick_sliding_part(l, way->touch, way->touch_count,
+                                       kick_end_s(march, i) - kick_begin_s(march, i));
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
-    l->last_step_s = way->divides ? h : 0.0;
-    for (int j = m->first; way->heaves && !l->is_in_parts && j <= m->last + 1; j++)
+    l->last_step_s = way->divides_steps ? h : 0.0;
+    for (int j = m->first; way->has_heaving_part && !l->is_step_divided && j <= m->last + 1; j++)
         p[2 * j] += h * v[2 * j];
     int live = l->sliding.last - l->sliding.first + 1;
-    march->awake_s += live * h;
-    march->mats_max = live > march->mats_max ? live : march->mats_max;
-    march->steps_done = i + 1;
+    march->awake_mat_s += live * h;
+    march->awake_mats_max = live > march->awake_mats_max ? live : march->awake_mats_max;
+    march->done_step_count = i + 1;
 }
 
 /* Updates the outputs and extremes at the end t_s of step i. Returns false if the march ends with
@@ -924,24 +947,24 @@ static void step_along(struct march_run *way, uint64_t i)
 static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
 {
     struct march *march = way->march;
-    bool due = i % UPDATE_STEPS == 0 || i + 1 == march->steps;
-    if (due && !update_march_status(way->l, march, t_s))
+    bool due = i % STEPS_PER_SHAPE_UPDATE == 0 || i + 1 == march->step_count;
+    if (due && !update_march_status(way->engine, march, t_s))
         return false;
-    if (i % UPDATE_STEPS == 0 && way->options->overrun_ft > 0.0)
-        record_overrun(way->l, march, way->options->overrun_ft);
+    if (i % STEPS_PER_SHAPE_UPDATE == 0 && way->options->overrun_ft > 0.0)
+        record_overrun(way->engine, march, way->options->overrun_ft);
     if (march->record.next_s <= t_s)
-        record_outputs(way->l, march, t_s);
+        record_outputs(way->engine, march, t_s);
     return true;
 }
 
 static void finish_march(struct march_run *way)
 {
-    struct planar_engine *l = way->l;
+    struct planar_engine *l = way->engine;
     const double *v = l->z + l->model.size;
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
     if (l->mods) {
-        struct mods_view view = engine_view(l);
+        struct mods_view view = planar_engine_view(l);
         way->march->mods = mods_finish(l->mods, &view);
     }
 }
@@ -949,21 +972,22 @@ static void finish_march(struct march_run *way)
 void planar_pass_run(struct planar_engine *l, struct march *march,
                      const struct sim_options *options)
 {
-    struct march_run way = {.l = l, .march = march, .options = options};
+    struct march_run way = {.engine = l, .march = march, .options = options};
     double begin_s = monotonic_s();
     begin_march(&way);
-    for (uint64_t i = 0; i < march->steps; i++) {
-        double t_s = (double)(i + 1) * march->h_s * (i + 1 == march->steps ? 1.0 + 1e-11 : 1.0);
+    for (uint64_t i = 0; i < march->step_count; i++) {
+        double t_s = (double)(i + 1) * march->h_s *
+                     (i + 1 == march->step_count ? 1.0 + 1e-11 : 1.0);
         step_wheel(&way, i);
         step_vertical(&way, i);
-        step_along(&way, i);
+        step_along_runway(&way, i);
         if (!update_extremes(&way, i, t_s))
             break;
         if (i % STEPS_PER_CALLBACK == 0 && way.options->may_continue &&
-            !way.options->may_continue(way.options->may_continue_ctx, march->number,
-                                       (double)i / (double)march->steps)) {
+            !way.options->may_continue(way.options->may_continue_ctx, march->pass_number,
+                                       (double)i / (double)march->step_count)) {
             march->status = SIM_INTERRUPTED;
-            march->mat = way.l->sliding.first + 1;
+            march->mat = way.engine->sliding.first + 1;
             march->t_s = t_s;
             break;
         }

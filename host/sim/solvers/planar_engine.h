@@ -12,20 +12,21 @@
 #include "host/sim/elements/wheel.h"
 
 /* A range of mats first..last, from 0; empty if last < first. */
-struct part {
+struct moving_part {
     int first, last;
     /* number of steps for which the outermost mats at each end have been at rest */
-    int quiet_first, quiet_last;
+    int first_rest_steps, last_rest_steps;
 };
 
 struct planar_engine {
     struct model model; /* the model; its window is the heaving part */
     const struct sim_scene *scene;
-    size_t stored_count; /* number of values from z on, which are all values that a march changes */
-    double *z;           /* state of every mat, at all times */
+    /* number of values from z on, which are all values that a march changes */
+    size_t stored_value_count;
+    double *z; /* state of every mat, at all times */
     double *accel, *u, *v, *height;
     /* for each joint: its properties; elements/law.h */
-    double *gap0_ft, *grit_lb, *give_ft, *reach_ft, *kl_lb_ft;
+    double *gap0_ft, *grit_lb, *grit_yield_ft, *reach_ft, *kl_lb_ft;
     /* Soil and depth at rest of each node; Coulomb limit, hinge and mass of each mat or joint
      * (sim_scene_along). */
     double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
@@ -33,13 +34,14 @@ struct planar_engine {
     double *tilt_ft, *rest_cos; /* for each mat on uneven ground: tilt (model.h), and its cosine */
     /* Downward force on each node and moment on each joint, from modifications and gear; NULL:
      * none. */
-    double *brace_lb, *brace_lb_ft;
+    double *brace_force_lb, *brace_moment_lb_ft;
     /* computes brace_lb and brace_lb_ft; NULL: there are none */
-    void (*brace_heaves)(struct planar_engine *l);
-    double *push_lb, *pull_lb, *rise_ft; /* for each joint and node: largest value so far */
+    void (*brace_heaving_part)(struct planar_engine *l);
+    double *max_push_lb, *max_pull_lb,
+        *max_rise_ft; /* for each joint and node: largest value so far */
     /* True: the step is divided into parts, because a node lands in it. The fields below then have
      * the normal forces for friction, in this step and in the next one. */
-    bool is_in_parts;
+    bool is_step_divided;
     double *normal_lb,
         *next_normal_lb; /* normal force of each node, from normal_first to normal_last */
     int normal_first, normal_last;
@@ -54,27 +56,27 @@ struct planar_engine {
     double slack_ft;
     enum joint_law joints;
     /* sliding part: mats that move along the runway, and one mat at rest on either side */
-    struct part sliding;
-    struct part heaving; /* heaving part: mats whose nodes are not at rest */
-    struct mods *mods;   /* NULL: the scene has no modifications */
-    struct gear *gear;   /* NULL: the scene has no gear on elastic ground */
+    struct moving_part sliding;
+    struct moving_part heaving; /* heaving part: mats whose nodes are not at rest */
+    struct mods *mods;          /* NULL: the scene has no modifications */
+    struct gear *gear;          /* NULL: the scene has no gear on elastic ground */
 };
 
 /* Makes the engine of a scene. `l` must be all zero before. If `result` is given, adds the features
- * that the model omits to it. Call engine_free in every case. */
-enum mr_status engine_make(struct planar_engine *l, const struct sim_scene *scene,
-                           struct sim_result *result, struct error *error);
-void engine_free(struct planar_engine *l);
+ * that the model omits to it. Call planar_engine_free in every case. */
+enum mr_status planar_engine_make(struct planar_engine *l, const struct sim_scene *scene,
+                                  struct sim_result *result, struct error *error);
+void planar_engine_free(struct planar_engine *l);
 
 /* Where the modifications find mats and joints in the arrays of the engine. */
-static inline struct mods_view engine_view(const struct planar_engine *l)
+static inline struct mods_view planar_engine_view(const struct planar_engine *l)
 {
     return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
 }
 
 /* A march: one run over the whole landing with one step size. Its record must be made before. */
 struct march {
-    uint64_t steps, steps_done, events;
+    uint64_t step_count, done_step_count, events;
     double h_s, ms;
     enum sim_status status;
     int mat;
@@ -84,14 +86,15 @@ struct march {
     double speed_end_ft_s;
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
-    int overrun[SIM_OVERRUNS_MAX], overruns;
-    bool is_on_wave; /* true: the wheel has been on a wave since the last entry of `overrun` */
-    int first_crest, first_crest_wheel;
-    double awake_s;
-    int mats_max;
+    int overrun_nodes[SIM_OVERRUNS_MAX], overrun_count;
+    /* true: the wheel has been on a wave since the last entry of `overrun_nodes` */
+    bool was_wheel_on_wave;
+    int first_crest_node, first_crest_wheel_mat;
+    double awake_mat_s;
+    int awake_mats_max;
     struct sim_record record;
     struct mods_state *mods; /* state of the modifications at the end of the march; NULL: none */
-    int number;              /* number of the march, for may_continue */
+    int pass_number;         /* number of the march, for may_continue */
 };
 
 /* Runs a march over the whole landing with march->steps steps. march->record must be made

@@ -5,7 +5,7 @@
 #include <stdbool.h>
 
 /* Leading terms smaller than this fraction of the largest value are dropped */
-#define NEGLIGIBLE 1e-18
+#define NEGLIGIBLE_TERM_SHARE 1e-18
 
 double polynomial_value(const double *s, int degree, double t)
 {
@@ -56,7 +56,7 @@ static double find_first_root(const double *s, double *b, int degree, double low
         return (double)INFINITY;
     if (changes == 1 || depth == 0)
         return positive ? (double)INFINITY : find_root_within(s, degree, low, high);
-    double left[POLYNOMIAL_DEGREE + 1], middle = 0.5 * (low + high);
+    double left[POLYNOMIAL_DEGREE_MAX + 1], middle = 0.5 * (low + high);
     /* de Casteljau's algorithm: b becomes the coefficients of the right half */
     for (int k = 0; k <= degree; k++) {
         left[k] = b[0];
@@ -72,7 +72,7 @@ static double find_first_root(const double *s, double *b, int degree, double low
 /* Finds the first root in (0, wide] of a polynomial that is positive at 0. INFINITY: none. */
 static double find_root_from_positive(const double *s, int degree, double wide)
 {
-    double power[POLYNOMIAL_DEGREE + 1], b[POLYNOMIAL_DEGREE + 1], most = 0.0;
+    double power[POLYNOMIAL_DEGREE_MAX + 1], b[POLYNOMIAL_DEGREE_MAX + 1], most = 0.0;
     power[0] = 1.0;
     for (int k = 1; k <= degree; k++) {
         power[k] = power[k - 1] * wide;
@@ -80,7 +80,7 @@ static double find_root_from_positive(const double *s, int degree, double wide)
     }
     if (s[0] > most)
         return (double)INFINITY;
-    while (degree > 1 && fabs(s[degree]) * power[degree] < NEGLIGIBLE * most)
+    while (degree > 1 && fabs(s[degree]) * power[degree] < NEGLIGIBLE_TERM_SHARE * most)
         degree--;
     double choices = 1.0;
     for (int k = 0; k <= degree; k++) {
@@ -94,7 +94,7 @@ static double find_root_from_positive(const double *s, int degree, double wide)
     return find_first_root(s, b, degree, 0.0, wide, 40);
 }
 
-double polynomial_first_fall_s(double *s, int degree, double wide, double edge)
+double polynomial_first_negative_s(double *s, int degree, double wide, double edge)
 {
     int skip = 0;
     if (s[0] <= edge)

@@ -3,13 +3,13 @@
 #ifndef MATRIG_HOST_SIM_SOLVERS_POLYNOMIAL_H
 #define MATRIG_HOST_SIM_SOLVERS_POLYNOMIAL_H
 
-#define POLYNOMIAL_DEGREE 20 /* largest degree */
+#define POLYNOMIAL_DEGREE_MAX 20 /* largest degree */
 
 double polynomial_value(const double *s, int degree, double t);
 
 /* Time from 0 to `wide` at which a condition that must not be negative falls below 0; INFINITY:
  * never. If the condition begins within `edge` of 0, the limit is -edge and not 0. `edge` is larger
  * than all rounding errors, so that a switch is not reversed at once. Changes s. */
-double polynomial_first_fall_s(double *s, int degree, double wide, double edge);
+double polynomial_first_negative_s(double *s, int degree, double wide, double edge);
 
 #endif

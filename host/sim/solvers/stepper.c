@@ -21,12 +21,13 @@ void stepper_make(struct stepper *s)
 {
     size_t size = (size_t)s->model->size;
     s->work = xcalloc(1, s->kind->work_bytes);
-    s->storage = xcalloc((2 * s->kind->rows + s->kind->extra_values) * size, sizeof *s->storage);
-    for (size_t i = 0; i < s->kind->rows; i++) {
+    s->storage = xcalloc((2 * s->kind->row_count + s->kind->extra_value_rows) * size,
+                         sizeof *s->storage);
+    for (size_t i = 0; i < s->kind->row_count; i++) {
         double *row = s->storage + 2 * i * size;
         memcpy((char *)s->work + i * sizeof row, &row, sizeof row);
     }
-    double *more = s->storage + 2 * s->kind->rows * size;
+    double *more = s->storage + 2 * s->kind->row_count * size;
     if (s->kind->make)
         s->kind->make(s, more);
 }
@@ -50,7 +51,7 @@ bool stepper_choose_step(const struct stepper *s, double limit_s, double *h_s, b
 bool stepper_end_at_reversal(const struct stepper *s, const double *rate, double *h_s)
 {
     const struct model *m = s->model;
-    const double veps = m->veps_ft_s, edge = s->kind->reversal_veps * veps;
+    const double veps = m->veps_ft_s, edge = s->kind->reversal_speed_veps * veps;
     double h = *h_s;
     if (m->law != SIM_FRICTION_TANH || !(edge > 0.0))
         return false;

@@ -15,20 +15,22 @@ struct stepper_kind {
     const char *name;
     bool samples_switches; /* switches are determined at every evaluation and not located in time */
     bool samples_shape;    /* as `samples_switches`, but stick-slip switches are located */
-    bool settles_stops;  /* as `samples_switches`, but determines within the step which mats stop */
-    bool has_fixed_step; /* the step is given (dt) and not chosen */
-    bool can_prune;      /* mats at rest may be left out */
-    bool has_long_steps; /* steps can be so long that a mat slips and sticks within one */
+    /* as `samples_switches`, but determines within the step which mats stop */
+    bool finds_stops_in_step;
+    bool has_fixed_step;     /* the step is given (dt) and not chosen */
+    bool can_leave_out_mats; /* mats at rest may be left out */
+    bool has_long_steps;     /* steps can be so long that a mat slips and sticks within one */
     /* friction tanh reverses within this speed, in veps; 0: not considered */
-    double reversal_veps;
+    double reversal_speed_veps;
     double rtol; /* default tolerance */
     /* kind that is faster at loose_rtol and above; NULL: none */
-    const struct stepper_kind *loose_kind;
+    const struct stepper_kind *kind_for_loose_rtol;
     double loose_rtol;
     const char *description; /* description for users, one line */
-    /* Memory of the kind: work_bytes bytes, all 0, which begin with `rows` pointers to rows of 2
-     * size values; and `extra_values` times size further values, which are passed to `make`. */
-    size_t work_bytes, rows, extra_values;
+    /* Memory of the kind: work_bytes bytes, all 0, which begin with `row_count` pointers to rows of
+     * 2 size values; and `extra_value_rows` times size further values, which are passed to
+     * `make`. */
+    size_t work_bytes, row_count, extra_value_rows;
     /* Prepares the further values (`extra_values`); NULL: nothing to prepare. */
     void (*make)(struct stepper *stepper, double *extra_values);
     /* releases the memory that `make` allocated; NULL: nothing */
@@ -38,7 +40,7 @@ struct stepper_kind {
     /* returns false if the step became too small */
     bool (*advance)(struct stepper *stepper, double limit_s);
     /* Computes the state at t within the last step: components low..high-1 of p and of v. */
-    void (*dense)(struct stepper *stepper, double t_s, int low, int high, double *z);
+    void (*interpolate)(struct stepper *stepper, double t_s, int low, int high, double *z);
 };
 
 struct stepper {
