@@ -9,23 +9,23 @@
 #include "host/base/xmalloc.h"
 
 /* Standard error of the touchdown speed, as a fraction of the planned speed */
-#define SPEED_ERROR_FRACTION        0.01
-#define TOUCHDOWN_ERROR_FT          0.5 /* standard error of the touchdown station */
+#define SPEED_ERROR_FRACTION         0.01
+#define TOUCHDOWN_ERROR_FT           0.5 /* standard error of the touchdown station */
 /* A planned value may be outside the range of earlier landings by this fraction of the range. */
-#define OUTSIDE_RANGE_FRACTION      0.15
-#define OUTSIDE_RANGE_SPREAD_FACTOR 1.5
-#define EVEN_ROWS                   (ADVISE_ROWS - 1u)
+#define OUTSIDE_RANGE_FRACTION       0.15
+#define OUTSIDE_RANGE_SPREAD_FACTOR  1.5
+#define EVENLY_SPACED_ROWS           (ADVISE_ROW_COUNT - 1u)
 /* Deceleration of the last row: the harder of these multiples of the least and of the planned
  * braking. */
-#define MAX_PER_LEAST_BRAKING       2.2
-#define MAX_PER_PLANNED_BRAKING     1.3
-#define MAX_BRAKING_TEXT_SIZE       160
-#define ZONE_TEXT_SIZE              80
-#define ROLL_OFF_TEXT_SIZE          80
-#define MIN_SPEED_FRACTION          0.6 /* lowest evaluated touchdown speed / planned speed */
-#define MAX_SPEED_FRACTION          1.3 /* highest evaluated touchdown speed / planned speed */
+#define MAX_TO_LEAST_BRAKING_RATIO   2.2
+#define MAX_TO_PLANNED_BRAKING_RATIO 1.3
+#define MAX_BRAKING_TEXT_SIZE        160
+#define ZONE_TEXT_SIZE               80
+#define ROLL_OFF_TEXT_SIZE           80
+#define MIN_SPEED_FRACTION           0.6 /* lowest evaluated touchdown speed / planned speed */
+#define MAX_SPEED_FRACTION           1.3 /* highest evaluated touchdown speed / planned speed */
 /* Resolution of the speed limit, as a fraction of the planned speed. */
-#define SPEED_RESOLUTION            0.04
+#define SPEED_RESOLUTION_FRACTION    0.04
 
 const char *advise_verdict_text(enum advise_verdict verdict)
 {
@@ -37,7 +37,7 @@ const char *advise_verdict_text(enum advise_verdict verdict)
 
 static const struct history_landing *find_last_measured(const struct history *history)
 {
-    for (size_t i = history->landings; i-- > 0;) {
+    for (size_t i = history->landing_count; i-- > 0;) {
         if (history->landing[i].is_measured)
             return &history->landing[i];
     }
@@ -46,7 +46,7 @@ static const struct history_landing *find_last_measured(const struct history *hi
 
 /* Applies the repairs that were made after RUN `from` and before RUN `to`: new joints are drawn for
  * the repaired mats. */
-static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
+static void apply_joint_repairs(struct advise *advise, int64_t from, int64_t to)
 {
     const struct history *history = &advise->history;
     const double mat_ft = (double)history->runway.chain.mat_length_ft,
@@ -63,19 +63,19 @@ static void apply_repairs(struct advise *advise, int64_t from, int64_t to)
             continue;
         advise_resample_joints(&advise->members, (unsigned)lround(first),
                                (unsigned)lround(fmin(first + mats, end)));
-        advise->applied_repairs++;
+        advise->repair_count++;
     }
 }
 
 static enum mr_status update_ensemble(struct advise *advise, struct error *error)
 {
     const struct history *history = &advise->history;
-    for (size_t i = 0; i < history->landings; i++) {
+    for (size_t i = 0; i < history->landing_count; i++) {
         const struct history_landing *landing = &history->landing[i];
-        progress_set(advise->progress, "%zu of %zu landings processed", i, history->landings);
+        progress_set(advise->progress, "%zu of %zu landings processed", i, history->landing_count);
         if (landing->is_relaid)
             advise_relay_mats(&advise->members);
-        apply_repairs(advise, i ? landing[-1].run : 0, landing->run);
+        apply_joint_repairs(advise, i ? landing[-1].run : 0, landing->run);
         if (!landing->is_measured) {
             advise->skipped_landings++;
             continue;
@@ -86,11 +86,11 @@ static enum mr_status update_ensemble(struct advise *advise, struct error *error
                              "diverged; check the readings of that landing, or void it",
                              (long long)landing->run);
     }
-    if (history->is_relaid)
+    if (history->is_relaid_since)
         advise_relay_mats(&advise->members);
-    apply_repairs(advise, history->landings ? history->landing[history->landings - 1].run : 0,
-                  advise->request.before_run ? advise->request.before_run
-                                             : history->newest_run + 1);
+    apply_joint_repairs(
+        advise, history->landing_count ? history->landing[history->landing_count - 1].run : 0,
+        advise->request.before_run ? advise->request.before_run : history->newest_run + 1);
     advise_apply_survey(&advise->members, history->segment_sum_in, history->survey_error_in);
     return MR_OK;
 }
@@ -107,39 +107,41 @@ static void check_plan_range(struct advise *advise)
 {
     const struct history *history = &advise->history;
     double braking[2] = {(double)INFINITY, 0.0}, speed[2] = {(double)INFINITY, 0.0};
-    for (size_t i = 0; i < history->landings; i++) {
+    for (size_t i = 0; i < history->landing_count; i++) {
         const struct advise_braking *was = &history->landing[i].observation.braking;
         if (!history->landing[i].is_measured)
             continue;
-        braking[0] = fmin(braking[0], was->mean_ft_s2);
-        braking[1] = fmax(braking[1], was->mean_ft_s2);
+        braking[0] = fmin(braking[0], was->mean_braking_ft_s2);
+        braking[1] = fmax(braking[1], was->mean_braking_ft_s2);
         speed[0] = fmin(speed[0], was->speed_ft_s);
         speed[1] = fmax(speed[1], was->speed_ft_s);
     }
-    advise->is_outside_range = advise->members.updates &&
-                               (is_outside_range(advise->plan.mean_ft_s2, braking[0], braking[1]) ||
-                                is_outside_range(advise->plan.speed_ft_s, speed[0], speed[1]));
+    advise->is_plan_outside_range =
+        advise->members.update_count &&
+        (is_outside_range(advise->plan.mean_braking_ft_s2, braking[0], braking[1]) ||
+         is_outside_range(advise->plan.speed_ft_s, speed[0], speed[1]));
 }
 
 static void set_plan_deviation(struct advise *advise)
 {
     const struct history *history = &advise->history;
-    double *log_ratio = xcalloc(history->landings + 1, sizeof *log_ratio);
+    double *log_ratio = xcalloc(history->landing_count + 1, sizeof *log_ratio);
     size_t count = 0;
-    for (size_t i = 0; i < history->landings; i++) {
+    for (size_t i = 0; i < history->landing_count; i++) {
         const struct history_landing *landing = &history->landing[i];
         if (landing->is_measured && landing->planned_ft_s2 > 0.0)
             log_ratio[count++] =
-                log(landing->observation.braking.mean_ft_s2 / landing->planned_ft_s2);
+                log(landing->observation.braking.mean_braking_ft_s2 / landing->planned_ft_s2);
     }
     advise->planned_landings = (unsigned)count;
-    advise_predict_plan_deviation(log_ratio, count, &advise->plan.log_bias,
-                                  &advise->plan.mean_spread);
+    advise_predict_plan_deviation(log_ratio, count, &advise->plan.braking_log_bias,
+                                  &advise->plan.braking_spread);
     free(log_ratio);
 }
 
 /* Mean deceleration over the stopping distance s: v^2 / (2 s). NaN: the gear does not stop. */
-static double mean_deceleration_ft_s2(const struct advise_profile *profile, double speed_ft_s)
+static double compute_mean_deceleration_ft_s2(const struct advise_profile *profile,
+                                              double speed_ft_s)
 {
     const double step_s = 1e-3;
     double v = speed_ft_s, stopping_distance_ft = 0.0, t_s = 0.0;
@@ -158,7 +160,7 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
                        advise->history.runway.chain.mats;
     advise->plan = (struct advise_plan){.speed_ft_s = request->speed_ft_s,
                                         .speed_spread = SPEED_ERROR_FRACTION,
-                                        .mean_ft_s2 = request->deceleration_ft_s2,
+                                        .mean_braking_ft_s2 = request->deceleration_ft_s2,
                                         .touchdown_ft = request->touchdown_ft,
                                         .touchdown_spread_ft = TOUCHDOWN_ERROR_FT,
                                         .profile = request->profile,
@@ -171,24 +173,25 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
         return error_set(error, MR_USAGE,
                          "not on the runway: touchdown at %.1f ft; the mats end at %.1f ft",
                          plan->touchdown_ft, length_ft);
-    advise->uses_previous = isnan(plan->speed_ft_s) ||
-                            (isnan(plan->mean_ft_s2) && !plan->profile.count);
-    if (advise->uses_previous && !last)
+    advise->uses_previous_landing = isnan(plan->speed_ft_s) ||
+                                    (isnan(plan->mean_braking_ft_s2) && !plan->profile.point_count);
+    if (advise->uses_previous_landing && !last)
         return error_set(error, MR_USAGE,
                          "no plan: there is no earlier landing whose speed and deceleration could "
                          "be used; give --speed and --deceleration");
     if (isnan(plan->speed_ft_s))
         plan->speed_ft_s = last->observation.braking.speed_ft_s;
-    if (plan->profile.count) {
-        plan->mean_ft_s2 = mean_deceleration_ft_s2(&plan->profile, plan->speed_ft_s);
-        if (isnan(plan->mean_ft_s2))
+    if (plan->profile.point_count) {
+        plan->mean_braking_ft_s2 = compute_mean_deceleration_ft_s2(&plan->profile,
+                                                                   plan->speed_ft_s);
+        if (isnan(plan->mean_braking_ft_s2))
             return error_set(
                 error, MR_USAGE,
                 "no stop: --profile does not stop the gear within 10 min; give harder braking");
-        for (size_t i = 0; i < plan->profile.count; i++)
-            plan->profile.factor[i] /= plan->mean_ft_s2;
-    } else if (isnan(plan->mean_ft_s2))
-        plan->mean_ft_s2 = last->observation.braking.mean_ft_s2;
+        for (size_t i = 0; i < plan->profile.point_count; i++)
+            plan->profile.factor[i] /= plan->mean_braking_ft_s2;
+    } else if (isnan(plan->mean_braking_ft_s2))
+        plan->mean_braking_ft_s2 = last->observation.braking.mean_braking_ft_s2;
     set_plan_deviation(advise);
     return MR_OK;
 }
@@ -197,17 +200,17 @@ static enum mr_status make_plan(struct advise *advise, struct error *error)
 
 /* Chooses the decelerations of the rows: even steps from the least braking that stops on the runway
  * (rounded to a tenth), and the planned deceleration. */
-static void choose_rows(struct advise *advise, double mean_ft_s2[ADVISE_ROWS])
+static void choose_row_decelerations(struct advise *advise, double mean_ft_s2[ADVISE_ROW_COUNT])
 {
     double low = ceil(10.0 * advise->least_braking_ft_s2) / 10.0,
-           high = fmax(MAX_PER_LEAST_BRAKING * advise->least_braking_ft_s2,
-                       MAX_PER_PLANNED_BRAKING * advise->plan.mean_ft_s2);
-    for (unsigned i = 0; i < EVEN_ROWS; i++)
-        mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVEN_ROWS - 1u))) / 10.0;
-    mean_ft_s2[EVEN_ROWS] = advise->plan.mean_ft_s2;
-    sort_numbers(mean_ft_s2, ADVISE_ROWS);
-    for (unsigned i = 0; i < ADVISE_ROWS; i++) {
-        if (fabs(mean_ft_s2[i] - advise->plan.mean_ft_s2) < 1e-9)
+           high = fmax(MAX_TO_LEAST_BRAKING_RATIO * advise->least_braking_ft_s2,
+                       MAX_TO_PLANNED_BRAKING_RATIO * advise->plan.mean_braking_ft_s2);
+    for (unsigned i = 0; i < EVENLY_SPACED_ROWS; i++)
+        mean_ft_s2[i] = round(10.0 * (low + (high - low) * i / (EVENLY_SPACED_ROWS - 1u))) / 10.0;
+    mean_ft_s2[EVENLY_SPACED_ROWS] = advise->plan.mean_braking_ft_s2;
+    sort_numbers(mean_ft_s2, ADVISE_ROW_COUNT);
+    for (unsigned i = 0; i < ADVISE_ROW_COUNT; i++) {
+        if (fabs(mean_ft_s2[i] - advise->plan.mean_braking_ft_s2) < 1e-9)
             advise->plan_row = i;
     }
 }
@@ -218,10 +221,10 @@ static double interpolate_off_runway(const struct advise *advise, double mean_ft
 {
     const struct advise_row *row = advise->row;
     size_t i = 1;
-    while (i + 1 < advise->rows && row[i].mean_ft_s2 < mean_ft_s2)
+    while (i + 1 < advise->row_count && row[i].mean_braking_ft_s2 < mean_ft_s2)
         i++;
-    double part = (mean_ft_s2 - row[i - 1].mean_ft_s2) /
-                  (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2);
+    double part = (mean_ft_s2 - row[i - 1].mean_braking_ft_s2) /
+                  (row[i].mean_braking_ft_s2 - row[i - 1].mean_braking_ft_s2);
     return row[i - 1].off_runway_share +
            part * (row[i].off_runway_share - row[i - 1].off_runway_share);
 }
@@ -230,33 +233,34 @@ static double interpolate_off_runway(const struct advise *advise, double mean_ft
  * roll off the runway. */
 static void find_max_braking(struct advise *advise)
 {
-    struct advise_row row[ADVISE_ROWS];
-    double mean_ft_s2[ADVISE_ROWS], limit = advise->request.risk_limit;
+    struct advise_row row[ADVISE_ROW_COUNT];
+    double mean_ft_s2[ADVISE_ROW_COUNT], limit = advise->request.risk_limit;
     size_t first = 0, rows;
-    while (first + 1 < advise->rows && advise->row[first].mean_ft_s2 < advise->least_braking_ft_s2)
+    while (first + 1 < advise->row_count &&
+           advise->row[first].mean_braking_ft_s2 < advise->least_braking_ft_s2)
         first++;
-    rows = advise->rows - first;
+    rows = advise->row_count - first;
     for (size_t i = 0; i < rows; i++) {
         row[i] = advise->row[first + i];
         row[i].off_runway_share = 0.0;
-        mean_ft_s2[i] = row[i].mean_ft_s2;
+        mean_ft_s2[i] = row[i].mean_braking_ft_s2;
     }
-    advise->max_braking = advise_find_bound(mean_ft_s2, row, rows, limit);
+    advise->max_braking = advise_find_limit_crossing(mean_ft_s2, row, rows, limit);
     if (isfinite(advise->max_braking.value) &&
         interpolate_off_runway(advise, advise->max_braking.value) >= limit)
         advise->max_braking.value = (double)NAN;
-    advise->stop_short_ft_s2 = advise_find_stop_short_ft_s2(row, rows, limit);
+    advise->stop_short_braking_ft_s2 = advise_find_stop_short_ft_s2(row, rows, limit);
 }
 
 /* Finds the highest touchdown speed at the planned braking by bisection: below the planned speed,
  * or above it if the plan is within the risk limit. Returns false if memory is insufficient. */
-static bool find_max_speed(struct advise *advise, struct advise_braking *braking,
-                           struct advise_outcome *outcome)
+static bool refine_max_speed(struct advise *advise, struct advise_braking *braking,
+                             struct advise_outcome *outcome)
 {
     struct advise_row row[ADVISE_SPEEDS_MAX] = {advise->row[advise->plan_row]};
     double speed_ft_s[ADVISE_SPEEDS_MAX] = {advise->plan.speed_ft_s},
            planned_ft_s = advise->plan.speed_ft_s, limit = advise->request.risk_limit;
-    bool below = row[0].zone_probability.p < limit && row[0].off_runway_share < limit;
+    bool below = row[0].zone_probability.probability < limit && row[0].off_runway_share < limit;
     struct advise_plan plan = advise->plan;
     size_t rows = 1;
     advise->min_speed_ft_s = MIN_SPEED_FRACTION * planned_ft_s;
@@ -268,37 +272,39 @@ static bool find_max_speed(struct advise *advise, struct advise_braking *braking
         memmove(row + at + 1, row + at, (rows - at) * sizeof *row);
         memmove(speed_ft_s + at + 1, speed_ft_s + at, (rows - at) * sizeof *speed_ft_s);
         plan.speed_ft_s = speed_ft_s[at] = tried_ft_s;
-        if (!advise_compute_row(&advise->members, &plan, plan.mean_ft_s2, braking, outcome,
+        if (!advise_compute_row(&advise->members, &plan, plan.mean_braking_ft_s2, braking, outcome,
                                 &row[at]))
             return false;
-        at = advise_find_gap(speed_ft_s, row, rows + 1, limit, SPEED_RESOLUTION * planned_ft_s) + 1;
+        at = advise_find_coarse_gap(speed_ft_s, row, rows + 1, limit,
+                                    SPEED_RESOLUTION_FRACTION * planned_ft_s) +
+             1;
         if (at > rows + 1) {
             rows++;
             break;
         }
     }
-    advise->max_speed = advise_find_bound(speed_ft_s, row, rows, limit);
+    advise->max_speed = advise_find_limit_crossing(speed_ft_s, row, rows, limit);
     return true;
 }
 
-static enum mr_status compute_rows(struct advise *advise, struct error *error)
+static enum mr_status compute_advice_rows(struct advise *advise, struct error *error)
 {
     struct advise_members *members = &advise->members;
-    struct advise_braking *braking = xcalloc(members->count, sizeof *braking);
-    struct advise_outcome *outcome = xcalloc(members->count, sizeof *outcome);
-    double mean_ft_s2[ADVISE_ROWS];
+    struct advise_braking *braking = xcalloc(members->member_count, sizeof *braking);
+    struct advise_outcome *outcome = xcalloc(members->member_count, sizeof *outcome);
+    double mean_ft_s2[ADVISE_ROW_COUNT];
     bool good = true;
     advise->least_braking_ft_s2 = advise_least_braking_ft_s2(members, &advise->plan);
-    choose_rows(advise, mean_ft_s2);
-    for (size_t i = 0; good && i < ADVISE_ROWS; i++) {
-        progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROWS);
+    choose_row_decelerations(advise, mean_ft_s2);
+    for (size_t i = 0; good && i < ADVISE_ROW_COUNT; i++) {
+        progress_set(advise->progress, "%zu of %u decelerations tried", i, ADVISE_ROW_COUNT);
         good = advise_compute_row(members, &advise->plan, mean_ft_s2[i], braking, outcome,
                                   &advise->row[i]);
-        advise->rows++;
+        advise->row_count++;
     }
     if (good) {
         find_max_braking(advise);
-        good = find_max_speed(advise, braking, outcome);
+        good = refine_max_speed(advise, braking, outcome);
     }
     free(braking);
     free(outcome);
@@ -306,7 +312,7 @@ static enum mr_status compute_rows(struct advise *advise, struct error *error)
         return error_set(error, MR_FULL,
                          "too little memory for %zu members of the ensemble; give a smaller number "
                          "with --members",
-                         members->count);
+                         members->member_count);
     return MR_OK;
 }
 
@@ -317,11 +323,11 @@ static void format_max_braking(const struct advise *advise, bool si,
 {
     char value[UNIT_TEXT_SIZE], from[UNIT_TEXT_SIZE];
     unit_value_text(UNIT_DECELERATION, si, advise->max_braking.value, 1, value);
-    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
+    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_braking_ft_s2, 1, from);
     if (isfinite(advise->max_braking.value))
         snprintf(out, MAX_BRAKING_TEXT_SIZE, "the probability stays below the limit %s to %s",
                  advise->max_braking.is_unbounded ? "at least up" : "up", value);
-    else if (isfinite(advise->stop_short_ft_s2))
+    else if (isfinite(advise->stop_short_braking_ft_s2))
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
                  "the probability is below the limit only at a deceleration of %s or more; that "
                  "stops the gear before the closed mats",
@@ -332,15 +338,15 @@ static void format_max_braking(const struct advise *advise, bool si,
 }
 
 /* Writes "a zone of 50 mats has a probability of 7 % (7 to 23)". */
-static void format_zone(const struct advise_row *row, char out[ZONE_TEXT_SIZE])
+static void format_zone_probability(const struct advise_row *row, char out[ZONE_TEXT_SIZE])
 {
     snprintf(out, ZONE_TEXT_SIZE, "a zone of %u mats has a probability of %.0f %% (%.0f to %.0f)",
-             ADVISE_ZONE_MATS, 100.0 * row->zone_probability.p, 100.0 * row->zone_probability.low,
-             100.0 * row->zone_probability.high);
+             ADVISE_ZONE_MATS, 100.0 * row->zone_probability.probability,
+             100.0 * row->zone_probability.low, 100.0 * row->zone_probability.high);
 }
 
 /* Writes "; 8 % of the simulated landings roll off the runway's end"; nothing below 0.5 %. */
-static void format_roll_off(const struct advise_row *row, char out[ROLL_OFF_TEXT_SIZE])
+static void format_roll_off_share(const struct advise_row *row, char out[ROLL_OFF_TEXT_SIZE])
 {
     out[0] = '\0';
     if (row->off_runway_share >= 0.005)
@@ -351,17 +357,18 @@ static void format_roll_off(const struct advise_row *row, char out[ROLL_OFF_TEXT
 
 /* Returns the deceleration from which on the share of members that roll off is below the limit; NaN
  * if there is none. */
-static double min_braking_ft_s2(const struct advise *advise)
+static double get_min_braking_ft_s2(const struct advise *advise)
 {
     const struct advise_row *row = advise->row;
-    size_t i = advise->rows;
+    size_t i = advise->row_count;
     while (i > 0 && row[i - 1].off_runway_share < advise->request.risk_limit)
         i--;
-    if (i == 0 || i == advise->rows)
+    if (i == 0 || i == advise->row_count)
         return (double)NAN;
-    return row[i - 1].mean_ft_s2 + (row[i].mean_ft_s2 - row[i - 1].mean_ft_s2) *
-                                       (row[i - 1].off_runway_share - advise->request.risk_limit) /
-                                       (row[i - 1].off_runway_share - row[i].off_runway_share);
+    return row[i - 1].mean_braking_ft_s2 +
+           (row[i].mean_braking_ft_s2 - row[i - 1].mean_braking_ft_s2) *
+               (row[i - 1].off_runway_share - advise->request.risk_limit) /
+               (row[i - 1].off_runway_share - row[i].off_runway_share);
 }
 
 static void set_verdict(struct advise *advise, bool si)
@@ -370,15 +377,16 @@ static void set_verdict(struct advise *advise, bool si)
     const double limit = advise->request.risk_limit;
     char braking[UNIT_TEXT_SIZE], hardest[MAX_BRAKING_TEXT_SIZE], zone[ZONE_TEXT_SIZE],
         roll_off[ROLL_OFF_TEXT_SIZE];
-    const char *lacks = !advise->members.updates ? "the model has not been updated from any landing"
-                      : advise->is_outside_range ? "no earlier landing was like this plan"
-                      : advise->history.surveyed_segments < advise->history.segments / 2u
+    const char *lacks = !advise->members.update_count
+                          ? "the model has not been updated from any landing"
+                      : advise->is_plan_outside_range ? "no earlier landing was like this plan"
+                      : advise->history.surveyed_segments < advise->history.segment_count / 2u
                           ? "the joints have not been surveyed since the last landing"
                           : NULL;
-    unit_value_text(UNIT_DECELERATION, si, row->mean_ft_s2, 1, braking);
+    unit_value_text(UNIT_DECELERATION, si, row->mean_braking_ft_s2, 1, braking);
     format_max_braking(advise, si, hardest);
-    format_zone(row, zone);
-    format_roll_off(row, roll_off);
+    format_zone_probability(row, zone);
+    format_roll_off_share(row, roll_off);
     bool off = row->off_runway_share > limit;
     advise->verdict = off || row->zone_probability.low >= limit    ? ADVISE_AGAINST
                     : row->zone_probability.high < limit && !lacks ? ADVISE_CLEAR
@@ -400,7 +408,7 @@ static void set_verdict(struct advise *advise, bool si)
 
 /* Writes a limit and its interval: "with at most 6.9 ft/s2 (6.5 to 7.2)". Omits an end of the
  * interval that is outside the rows. */
-static void format_bound(const struct advise_bound *reach, enum unit_kind unit, bool si,
+static void format_bound(const struct advise_limit_crossing *reach, enum unit_kind unit, bool si,
                          char out[3 * UNIT_TEXT_SIZE])
 {
     char at[UNIT_TEXT_SIZE], interval[UNIT_TEXT_SIZE] = "";
@@ -423,25 +431,25 @@ static void format_bound(const struct advise_bound *reach, enum unit_kind unit, 
 
 /* Returns the subject of a sentence. Braking that stops short of the closed mats is not
  * recommended. */
-static const char *describe_no_braking(const struct advise *advise)
+static const char *get_no_braking_reason(const struct advise *advise)
 {
-    return isfinite(advise->stop_short_ft_s2) ? "no gentler braking" : "no braking";
+    return isfinite(advise->stop_short_braking_ft_s2) ? "no gentler braking" : "no braking";
 }
 
 /* Writes one sentence that recommends to the operator what to do. */
-static void set_action(struct advise *advise, bool si)
+static void set_action_text(struct advise *advise, bool si)
 {
     char speed[UNIT_TEXT_SIZE], slowest[UNIT_TEXT_SIZE], braking[UNIT_TEXT_SIZE],
         from[UNIT_TEXT_SIZE], least[UNIT_TEXT_SIZE], brake[3 * UNIT_TEXT_SIZE],
         land[3 * UNIT_TEXT_SIZE];
-    const char *none = describe_no_braking(advise);
+    const char *none = get_no_braking_reason(advise);
     const double percent = 100.0 * advise->request.risk_limit,
-                 min_ft_s2 = min_braking_ft_s2(advise);
+                 min_ft_s2 = get_min_braking_ft_s2(advise);
     unit_value_text(UNIT_DECELERATION, si, min_ft_s2, 1, least);
     unit_value_text(UNIT_SPEED, si, advise->plan.speed_ft_s, 1, speed);
     unit_value_text(UNIT_SPEED, si, advise->min_speed_ft_s, 1, slowest);
-    unit_value_text(UNIT_DECELERATION, si, advise->plan.mean_ft_s2, 1, braking);
-    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_ft_s2, 1, from);
+    unit_value_text(UNIT_DECELERATION, si, advise->plan.mean_braking_ft_s2, 1, braking);
+    unit_value_text(UNIT_DECELERATION, si, advise->stop_short_braking_ft_s2, 1, from);
     format_bound(&advise->max_braking, UNIT_DECELERATION, si, brake);
     format_bound(&advise->max_speed, UNIT_SPEED, si, land);
     const size_t size = sizeof advise->action;
@@ -468,7 +476,7 @@ static void set_action(struct advise *advise, bool si)
             "of %s or more exceeds it.",
             percent, speed, none, braking, slowest);
     size_t used = strlen(advise->action);
-    if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_ft_s2))
+    if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_braking_ft_s2))
         snprintf(advise->action + used, size - used,
                  " Braking at %s or harder stops the gear before the closed mats.", from);
     used = strlen(advise->action);
@@ -504,13 +512,13 @@ enum mr_status advise_compute(struct advise *advise, bool si, struct progress *p
         status = update_ensemble(advise, error);
     if (status == MR_OK) {
         check_plan_range(advise);
-        if (advise->is_outside_range)
+        if (advise->is_plan_outside_range)
             advise_widen_spread(&advise->members, OUTSIDE_RANGE_SPREAD_FACTOR);
-        status = compute_rows(advise, error);
+        status = compute_advice_rows(advise, error);
     }
     if (status == MR_OK) {
         set_verdict(advise, si);
-        set_action(advise, si);
+        set_action_text(advise, si);
     }
     return status;
 }
@@ -527,16 +535,16 @@ struct store_advice advise_to_stored_row(const struct advise *advise, int64_t ma
     struct store_advice kept = {
         .made_us = made_us,
         .speed_ft_s = advise->plan.speed_ft_s,
-        .deceleration_ft_s2 = advise->plan.mean_ft_s2,
+        .deceleration_ft_s2 = advise->plan.mean_braking_ft_s2,
         .touchdown_ft = advise->plan.touchdown_ft,
-        .zone = row->zone_probability.p,
+        .zone = row->zone_probability.probability,
         .zone_low = row->zone_probability.low,
         .zone_high = row->zone_probability.high,
         .most = advise->request.risk_limit,
         .hardest_ft_s2 = advise->max_braking.value,
-        .members = (int64_t)advise->members.count,
+        .members = (int64_t)advise->members.member_count,
         .seed = advise->request.seed,
-        .landings = advise->members.updates,
+        .landings = advise->members.update_count,
         .after_run = advise->history.newest_run,
     };
     snprintf(kept.verdict, sizeof kept.verdict, "%s", advise_verdict_text(advise->verdict));
@@ -553,12 +561,13 @@ static void add_probability(struct answer *answer, const char *name, const char 
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
     snprintf(high, sizeof high, "%s_high", name);
-    if (isfinite(probability->p))
-        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)", 100.0 * probability->p,
-                     100.0 * probability->low, 100.0 * probability->high);
+    if (isfinite(probability->probability))
+        answer_words(answer, NULL, label, "%.0f %% (%.0f to %.0f)",
+                     100.0 * probability->probability, 100.0 * probability->low,
+                     100.0 * probability->high);
     else
         answer_words(answer, NULL, label, "-");
-    answer_value(answer, name, NULL, UNIT_NUMBER, probability->p, 3);
+    answer_value(answer, name, NULL, UNIT_NUMBER, probability->probability, 3);
     answer_value(answer, low, NULL, UNIT_NUMBER, probability->low, 3);
     answer_value(answer, high, NULL, UNIT_NUMBER, probability->high, 3);
 }
@@ -573,7 +582,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
     answer_open_row(answer);
     bool plan = row == &advise->row[advise->plan_row];
     answer_words(answer, NULL, "row", "%s", plan ? "plan" : "");
-    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_ft_s2, 1);
+    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, row->mean_braking_ft_s2, 1);
     answer_flag(answer, "plan", NULL, plan);
     add_probability(answer, "zone", "zone, 95 %", &row->zone_probability);
     answer_open_list(answer, "by_station", NULL);
@@ -581,7 +590,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
         answer_open_row(answer);
         answer_value(answer, "station", NULL, UNIT_STATION,
                      length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, 1);
-        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].p, 3);
+        answer_value(answer, "zone", NULL, UNIT_NUMBER, row->zone_by_part[s].probability, 3);
         answer_value(answer, "zone_low", NULL, UNIT_NUMBER, row->zone_by_part[s].low, 3);
         answer_value(answer, "zone_high", NULL, UNIT_NUMBER, row->zone_by_part[s].high, 3);
     }
@@ -590,7 +599,7 @@ static void add_row(const struct advise *advise, const struct advise_row *row,
         char label[40];
         snprintf(label, sizeof label, "by|%.0f %s",
                  station->factor * length_ft * (s + 1u) / ADVISE_RUNWAY_PARTS, station->text);
-        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].p);
+        answer_words(answer, NULL, label, "%.0f %%", 100.0 * row->zone_by_part[s].probability);
     }
     answer_value(answer, "half_station", "half of|risk by", UNIT_STATION,
                  row->median_zone_station_ft, 0);
@@ -604,21 +613,22 @@ static void add_plan(const struct advise *advise, struct answer *answer)
     answer_open_group(answer, "plan", "Plan");
     answer_value(answer, "speed", "speed", UNIT_SPEED, plan->speed_ft_s, 1);
     answer_value(answer, "touchdown", "touchdown", UNIT_STATION, plan->touchdown_ft, 1);
-    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_ft_s2, 2);
+    answer_value(answer, "deceleration", "braking", UNIT_DECELERATION, plan->mean_braking_ft_s2, 2);
     if (advise->planned_landings)
         answer_words(answer, NULL, "followed",
                      "within %.0f %% rms, %+.0f %% on average, in %u landings with a stored plan",
-                     100.0 * plan->mean_spread, 100.0 * (exp(plan->log_bias) - 1.0),
+                     100.0 * plan->braking_spread, 100.0 * (exp(plan->braking_log_bias) - 1.0),
                      advise->planned_landings);
     else
-        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s", 100.0 * plan->mean_spread,
+        answer_words(answer, NULL, "followed", "within %.0f %% rms, %s",
+                     100.0 * plan->braking_spread,
                      "assumed: no landing has a stored plan (--keep)");
-    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->mean_spread, 3);
-    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->log_bias, 3);
+    answer_value(answer, "spread", NULL, UNIT_NUMBER, plan->braking_spread, 3);
+    answer_value(answer, "bias", NULL, UNIT_NUMBER, plan->braking_log_bias, 3);
     answer_count(answer, "plans_kept", NULL, advise->planned_landings);
     answer_value(answer, "least", "minimum to stop", UNIT_DECELERATION, advise->least_braking_ft_s2,
                  2);
-    answer_flag(answer, "as_before", NULL, advise->uses_previous);
+    answer_flag(answer, "as_before", NULL, advise->uses_previous_landing);
     answer_close_group(answer);
 }
 
@@ -626,18 +636,19 @@ static void add_parameters(const struct advise *advise, struct answer *answer)
 {
     static const struct {
         const char *name, *label;
-        enum advise_parameter unknown;
+        enum advise_unknown unknown;
         enum unit_kind unit;
         int decimals;
-    } rows[] = {{"share", "thrust on the strip / (W/axles x a/g)", ADVISE_SHARE, UNIT_NUMBER, 2},
-                {"friction", "friction of a mat", ADVISE_FRICTION, UNIT_TENSION, 3},
-                {"resistance", "resistance of a joint", ADVISE_RESISTANCE, UNIT_TENSION, 1},
-                {"stiffness", "stiffness of a joint", ADVISE_STIFFNESS, UNIT_STIFFNESS, 0}};
+    } rows[] = {{"share", "thrust on the strip / (W/axles x a/g)", ADVISE_UNKNOWN_THRUST_SHARE,
+                 UNIT_NUMBER, 2},
+                {"friction", "friction of a mat", ADVISE_UNKNOWN_FRICTION, UNIT_TENSION, 3},
+                {"resistance", "resistance of a joint", ADVISE_UNKNOWN_RESISTANCE, UNIT_TENSION, 1},
+                {"stiffness", "stiffness of a joint", ADVISE_UNKNOWN_STIFFNESS, UNIT_STIFFNESS, 0}};
     answer_open_group(answer, "learned", "Estimates from the landings");
-    answer_count(answer, "landings", "landings", advise->members.updates);
+    answer_count(answer, "landings", "landings", advise->members.update_count);
     answer_count(answer, "not_learned", NULL, (int64_t)advise->skipped_landings);
-    answer_count(answer, "voided", NULL, (int64_t)advise->history.voided);
-    answer_count(answer, "repairs", NULL, (int64_t)advise->applied_repairs);
+    answer_count(answer, "voided", NULL, (int64_t)advise->history.voided_landings);
+    answer_count(answer, "repairs", NULL, (int64_t)advise->repair_count);
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         double mean, spread;
         advise_parameter_moments(&advise->members, rows[i].unknown, &mean, &spread);
@@ -655,8 +666,9 @@ static void add_notes(const struct advise *advise, struct answer *answer)
     answer_words(answer, NULL, "note",
                  "%.0f %%: no simulated runway reached a zone; %.0f %%: all did. a probability "
                  "stays between these, because the model is not exact",
-                 100.0 * advise_calibrate(0.0, surveyed), 100.0 * advise_calibrate(1.0, surveyed));
-    if (!advise->members.updates)
+                 100.0 * advise_calibrate_share(0.0, surveyed),
+                 100.0 * advise_calibrate_share(1.0, surveyed));
+    if (!advise->members.update_count)
         answer_words(
             answer, NULL, "note",
             "the model has not been updated from any landing: the ranges are the initial ones");
@@ -665,27 +677,28 @@ static void add_notes(const struct advise *advise, struct answer *answer)
                      "%zu landings without a measured stop were not used; their effect on the "
                      "joints is unknown",
                      advise->skipped_landings);
-    if (history->voided)
-        answer_words(answer, NULL, "note", "%zu void landings were left out", history->voided);
-    if (history->surveyed_segments < history->segments)
+    if (history->voided_landings)
+        answer_words(answer, NULL, "note", "%zu void landings were left out",
+                     history->voided_landings);
+    if (history->surveyed_segments < history->segment_count)
         answer_words(answer, NULL, "note",
                      "%u of %u segments were surveyed since the last landing; the openings of the "
                      "others are estimates of the ensemble",
-                     history->surveyed_segments, history->segments);
-    if (history->is_relaid)
+                     history->surveyed_segments, history->segment_count);
+    if (history->is_relaid_since)
         answer_words(answer, NULL, "note",
                      "a series has begun since the last landing: the joint openings are assumed to "
                      "be those of a newly laid runway");
-    if (advise->applied_repairs)
+    if (advise->repair_count)
         answer_words(answer, NULL, "note",
                      "%zu repairs: the openings of these joints are assumed to be those of newly "
                      "laid mats",
-                     advise->applied_repairs);
-    if (advise->is_outside_range)
+                     advise->repair_count);
+    if (advise->is_plan_outside_range)
         answer_words(answer, NULL, "note",
                      "the plan is outside the range of the earlier landings: the uncertainty of "
                      "the estimates is increased by half");
-    if (advise->uses_previous)
+    if (advise->uses_previous_landing)
         answer_words(answer, NULL, "note",
                      "speed or deceleration not given: the values of the last landing are used");
 }
@@ -698,11 +711,12 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
     const struct mr_estimate measured_lb = advise->history.braking.thrust_lb;
     double share, spread,
         critical_lb = (double)runway->chain.mass_slug * ADVISE_G_FT_S2 *
-                      (double)runway->chain.mat_length_ft / (2.0 * runway->bump_ft);
-    advise_parameter_moments(&advise->members, ADVISE_SHARE, &share, &spread);
-    if (runway->bump_ft > 0.0) {
-        answer_value(answer, "thrust", "planned thrust", UNIT_TENSION,
-                     share * runway->thrust_lb_per_g * advise->plan.mean_ft_s2 / ADVISE_G_FT_S2, 1);
+                      (double)runway->chain.mat_length_ft / (2.0 * runway->ground_irregularity_ft);
+    advise_parameter_moments(&advise->members, ADVISE_UNKNOWN_THRUST_SHARE, &share, &spread);
+    if (runway->ground_irregularity_ft > 0.0) {
+        answer_value(
+            answer, "thrust", "planned thrust", UNIT_TENSION,
+            share * runway->thrust_lb_per_g * advise->plan.mean_braking_ft_s2 / ADVISE_G_FT_S2, 1);
         if (measured_lb.value > 0.0) {
             answer_estimate(answer, "measured_thrust", "measured thrust", UNIT_TENSION,
                             measured_lb.value, measured_lb.error, 1);
@@ -718,8 +732,8 @@ static void add_thrust(const struct advise *advise, struct answer *answer)
 }
 
 /* Adds the limits of the 95 % interval to the JSON only. */
-static void add_interval(const char *name, enum unit_kind unit, const struct advise_bound *reach,
-                         struct answer *answer)
+static void add_interval(const char *name, enum unit_kind unit,
+                         const struct advise_limit_crossing *reach, struct answer *answer)
 {
     char low[40], high[40];
     snprintf(low, sizeof low, "%s_low", name);
@@ -739,14 +753,14 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
         "Probability that the wheel reaches a zone of 50 closed mats, by mean deceleration "
         "(rows), and up to each station (columns). In brackets: 95 % interval of the "
         "sampling error of the ensemble");
-    for (size_t i = 0; i < advise->rows; i++)
+    for (size_t i = 0; i < advise->row_count; i++)
         add_row(advise, &advise->row[i], answer);
     answer_close_group(answer);
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
     if (isnan(advise->max_braking.value))
         answer_remark(answer, "; %s keeps both a zone and rolling off the end below %.0f %%",
-                      describe_no_braking(advise), 100.0 * advise->request.risk_limit);
+                      get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
     else
         answer_remark(answer,
                       advise->max_braking.is_unbounded
@@ -755,15 +769,15 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
                       100.0 * advise->request.risk_limit);
     answer_flag(answer, "hardest_beyond", NULL, advise->max_braking.is_unbounded);
     add_notes(advise, answer);
-    answer_value(answer, "short", isfinite(advise->stop_short_ft_s2) ? "stops short" : NULL,
-                 UNIT_DECELERATION, advise->stop_short_ft_s2, 1);
-    if (isfinite(advise->stop_short_ft_s2))
+    answer_value(answer, "short", isfinite(advise->stop_short_braking_ft_s2) ? "stops short" : NULL,
+                 UNIT_DECELERATION, advise->stop_short_braking_ft_s2, 1);
+    if (isfinite(advise->stop_short_braking_ft_s2))
         answer_remark(answer, " or harder, the gear stops before the closed mats");
-    answer_flag(answer, "outside", NULL, advise->is_outside_range);
+    answer_flag(answer, "outside", NULL, advise->is_plan_outside_range);
     answer_count(answer, "segments_surveyed", NULL, advise->history.surveyed_segments);
     add_parameters(advise, answer);
     add_thrust(advise, answer);
-    answer_count(answer, "members", "members", (int64_t)advise->members.count);
+    answer_count(answer, "members", "members", (int64_t)advise->members.member_count);
     answer_remark(answer, "; seed %lld", (long long)advise->request.seed);
     answer_count(answer, "seed", NULL, advise->request.seed);
     add_interval("hardest", UNIT_DECELERATION, &advise->max_braking, answer);
@@ -775,9 +789,9 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
 
 /* ---- chart ---- */
 
-_Static_assert(MR_RISK_ROWS >= ADVISE_ROWS, "a board takes all rows");
+_Static_assert(MR_RISK_ROWS >= ADVISE_ROW_COUNT, "a board takes all rows");
 
-static float log_odds(double p)
+static float convert_to_log_odds(double p)
 {
     return (float)log(p / (1.0 - p));
 }
@@ -789,16 +803,16 @@ enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
     mr_risk_plan_clear(plan);
     plan->landings = (float)landings;
     plan->speed_ft_s = (float)advise->plan.speed_ft_s;
-    for (size_t i = 0; i < advise->rows; i++) {
-        plan->row_ft_s2[i] = (float)advise->row[i].mean_ft_s2;
-        plan->row_log_odds[i] = log_odds(advise->row[i].zone_probability.p);
+    for (size_t i = 0; i < advise->row_count; i++) {
+        plan->row_ft_s2[i] = (float)advise->row[i].mean_braking_ft_s2;
+        plan->row_log_odds[i] = convert_to_log_odds(advise->row[i].zone_probability.probability);
         plan->row_ft[i] = (float)advise->row[i].median_zone_station_ft;
     }
     plan->knot_s[0] = 0.0f;
-    plan->knot_ft_s2[0] = (float)advise->plan.mean_ft_s2;
-    for (size_t i = 0; i < profile->count; i++) {
+    plan->knot_ft_s2[0] = (float)advise->plan.mean_braking_ft_s2;
+    for (size_t i = 0; i < profile->point_count; i++) {
         plan->knot_s[i] = (float)profile->t_s[i];
-        plan->knot_ft_s2[i] = (float)(profile->factor[i] * advise->plan.mean_ft_s2);
+        plan->knot_ft_s2[i] = (float)(profile->factor[i] * advise->plan.mean_braking_ft_s2);
     }
     return mr_risk_plan_check(plan) == MR_OK
              ? MR_OK

@@ -38,21 +38,22 @@ struct advise {
     struct history history;
     struct advise_members members;
     struct advise_plan plan;
-    bool uses_previous;        /* speed or deceleration is that of the previous landing */
-    unsigned planned_landings; /* number of landings with a stored plan */
+    bool uses_previous_landing; /* speed or deceleration is that of the previous landing */
+    unsigned planned_landings;  /* number of landings with a stored plan */
     /* the plan lies outside the range of the previous landings, so the ensemble was widened */
-    bool is_outside_range;
-    size_t applied_repairs;  /* number of repairs for which new joints were drawn */
+    bool is_plan_outside_range;
+    size_t repair_count;     /* number of repairs for which new joints were drawn */
     size_t skipped_landings; /* number of landings from which the ensemble could not be updated */
     double least_braking_ft_s2; /* deceleration that stops the gear at the end of the runway */
-    struct advise_row row[ADVISE_ROWS];
+    struct advise_row row[ADVISE_ROW_COUNT];
     /* rows are in ascending order; plan_row is the index of the planned braking */
-    size_t rows, plan_row;
-    struct advise_bound max_braking; /* hardest braking at the planned speed, ft/s2 */
+    size_t row_count, plan_row;
+    struct advise_limit_crossing max_braking; /* hardest braking at the planned speed, ft/s2 */
     /* least deceleration at which the gear stops short of the closed mats; NaN: none */
-    double stop_short_ft_s2;
-    struct advise_bound max_speed; /* fastest touchdown speed at the planned braking, ft/s */
-    double min_speed_ft_s;         /* lowest touchdown speed that was evaluated */
+    double stop_short_braking_ft_s2;
+    /* fastest touchdown speed at the planned braking, ft/s */
+    struct advise_limit_crossing max_speed;
+    double min_speed_ft_s; /* lowest touchdown speed that was evaluated */
     enum advise_verdict verdict;
     char reason[ADVISE_REASON_SIZE], action[ADVISE_ACTION_SIZE];
     struct progress *progress;

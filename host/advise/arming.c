@@ -71,7 +71,7 @@ static void check_readiness(struct store *store, int64_t now_us, int64_t armed_u
         (void)store_readiness_get(store, uid, "ready", now_us, false, &row, &found, &ignored);
     if (!found)
         return;
-    survey_time_text(row.made_us, at, sizeof at);
+    survey_format_time(row.made_us, at, sizeof at);
     if (strcmp(row.verdict, "go") != 0)
         append_line(out, "the result of matrig ready at %s was no-go\n", at);
     else if (row.made_us < armed_us || row.made_us < loaded_us ||

@@ -45,7 +45,7 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 static enum mr_status load_survey(struct store *store, int64_t run, float last_in[MR_SEGMENTS],
                                   double sum_in[MR_SEGMENTS], struct error *error)
 {
-    struct zones_closure closure;
+    struct zones_slack closure;
     enum mr_status status = zones_load_survey(store, run, &closure, error);
     for (unsigned s = 0; status == MR_OK && s < MR_SEGMENTS; s++) {
         float now_in = closure.slack_in[s];
@@ -70,8 +70,8 @@ static void set_profile(const struct measured *measured, struct history_landing 
             break;
         profile->t_s[i] = width_s * ((double)i + 0.5);
         profile->factor[i] = fmax((from - to) / width_s, 0.0) /
-                             landing->observation.braking.mean_ft_s2;
-        profile->count++;
+                             landing->observation.braking.mean_braking_ft_s2;
+        profile->point_count++;
     }
 }
 
@@ -82,7 +82,8 @@ static void set_readings(const struct measured *measured, struct history *histor
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
         bool own = channel->config.kind == MR_KIND_DISPLACEMENT &&
-                   fabsf(channel->config.station_ft - history->runway.station_ft[i]) < 0.01f;
+                   fabsf(channel->config.station_ft - history->runway.transducer_station_ft[i]) <
+                       0.01f;
         landing->observation.movement_in[i] = own ? channel->end : (double)NAN;
         if (own && channel->end_error > landing->observation.movement_error_in)
             landing->observation.movement_error_in = channel->end_error;
@@ -106,7 +107,7 @@ static enum mr_status load_landing(struct store *store, struct history *history,
             landing->observation.braking = (struct advise_braking){
                 .speed_ft_s = speed_ft_s,
                 .touchdown_ft = measured.landing.touchdown_ft,
-                .mean_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft),
+                .mean_braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft),
             };
             set_profile(&measured, landing);
             set_readings(&measured, history, landing);
@@ -151,9 +152,10 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
         history->runway = (struct advise_runway){.chain = config.chain,
                                                  .grit_lb = (double)config.grit_lb,
                                                  .thrust_lb_per_g = (double)config.thrust_lb_per_g,
-                                                 .bump_ft = (double)config.bump_ft};
-        memcpy(history->runway.station_ft, config.station_ft, sizeof history->runway.station_ft);
-        history->segments = config.chain.mats / MR_MATS_PER_SEGMENT;
+                                                 .ground_irregularity_ft = (double)config.bump_ft};
+        memcpy(history->runway.transducer_station_ft, config.station_ft,
+               sizeof history->runway.transducer_station_ft);
+        history->segment_count = config.chain.mats / MR_MATS_PER_SEGMENT;
         return MR_OK;
     }
     return error_set(error, MR_TOO_FEW,
@@ -189,7 +191,7 @@ static enum mr_status select_landings(struct store *store, int64_t before,
         if (strcmp((*rows)[i].board_uid, (*rows)[all - 1].board_uid) != 0)
             continue;
         status = store_is_void(store, (*rows)[i].id, &is_void, reason, error);
-        history->voided += is_void;
+        history->voided_landings += is_void;
         if (status == MR_OK && !is_void)
             (*rows)[kept++] = (*rows)[i];
     }
@@ -216,7 +218,7 @@ static enum mr_status load_series(struct store *store, const struct store_landin
         history->landing[i].is_relaid = i > 0 && series.id != last;
         last = series.id;
     }
-    history->is_relaid = count > 0 && newest > last;
+    history->is_relaid_since = count > 0 && newest > last;
     return status;
 }
 
@@ -227,7 +229,8 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
     size_t count = 0;
     int64_t end_us = INT64_MAX;
     float last_in[MR_SEGMENTS];
-    *history = (struct history){.touchdown_ft = (double)NAN, .survey_error_in = SURVEY_ERROR_IN};
+    *history = (struct history){.touchdown_ft = (double)NAN,
+                                .survey_error_in = SURVEY_READING_ERROR_IN};
     fill_nan(history->segment_sum_in);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         last_in[s] = NAN;
@@ -250,7 +253,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
                  load_gage_survey(store, i ? row[i - 1].armed_us : INT64_MIN, row[i].armed_us,
                              observation->survey_before_in, &observation->survey_error_in, error) ?:
                  load_plan(store, i ? row[i - 1].id : 0, landing, error);
-        history->landings++;
+        history->landing_count++;
     }
     if (status == MR_OK)
         status = load_series(store, row, count, history, end_us, error);
@@ -261,7 +264,7 @@ enum mr_status history_load(struct store *store, int64_t before, struct history 
                                   &history->survey_error_in, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         bool last = i + 1 == count,
-             anew = last ? history->is_relaid : history->landing[i + 1].is_relaid;
+             anew = last ? history->is_relaid_since : history->landing[i + 1].is_relaid;
         if (!anew)
             memcpy(history->landing[i].observation.survey_after_in,
                    last ? history->segment_sum_in

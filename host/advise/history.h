@@ -25,13 +25,14 @@ struct history {
     struct braking braking;
     double touchdown_ft; /* touchdown of the last landing, as configured or corrected */
     struct history_landing *landing;
-    size_t landings;
+    size_t landing_count;
     int64_t newest_run; /* newest RUN of the campaign, even if it is not among the landings here */
-    size_t voided;      /* voided landings, excluded because their effect on the mats is unknown */
-    bool is_relaid;     /* a series was started since the last landing */
+    /* voided landings, excluded because their effect on the mats is unknown */
+    size_t voided_landings;
+    bool is_relaid_since;               /* a series was started since the last landing */
     double segment_sum_in[MR_SEGMENTS]; /* sums surveyed since the last landing; NaN: not read */
     unsigned surveyed_segments,
-        segments; /* number of surveyed segments, and number of segments of the runway */
+        segment_count; /* number of surveyed segments, and number of segments of the runway */
     double survey_error_in;
     struct inspections inspections; /* inspection records of the campaign */
 };

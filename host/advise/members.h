@@ -21,18 +21,18 @@
 #include "common/splitmix.h"
 
 /* Smallest number of members. With fewer members, probabilities are too inexact. */
-#define ADVISE_MEMBERS_MIN       64u
-#define ADVISE_MEMBERS_DEFAULT   256u
-#define ADVISE_MEMBERS_MAX       4096u
+#define ADVISE_MEMBERS_MIN              64u
+#define ADVISE_MEMBERS_DEFAULT          256u
+#define ADVISE_MEMBERS_MAX              4096u
 /* Smallest number of mats in a zone. The board's warning uses the same number,
  * MR_PREDICTOR_WARNING_MATS. */
-#define ADVISE_ZONE_MATS         50u
+#define ADVISE_ZONE_MATS                50u
 /* The wheel has reached a zone if its distance from the start of the zone is at most this. */
-#define ADVISE_ZONE_TOLERANCE_FT 2.0
-#define ADVISE_SLOW_FT_S         2.0 /* a slower wheel does not push mats together */
-#define ADVISE_PROFILE_MAX       24u
-#define ADVISE_JOINTS            (MR_CHAIN_MATS + 1u)
-#define ADVISE_G_FT_S2           32.174
+#define ADVISE_ZONE_REACHED_DISTANCE_FT 2.0
+#define ADVISE_SLOW_SPEED_FT_S          2.0 /* a slower wheel does not push mats together */
+#define ADVISE_PROFILE_MAX              24u
+#define ADVISE_JOINTS                   (MR_CHAIN_MATS + 1u)
+#define ADVISE_G_FT_S2                  32.174
 
 /* A random number generator. The same seed and stream give the same numbers on every computer. */
 struct rng {
@@ -63,13 +63,13 @@ static inline double rng_normal(struct rng *rng)
 
 /* Properties that are drawn for each member. They are stored as logarithms, because all are
  * positive. */
-enum advise_parameter {
-    ADVISE_SHARE, /* share of the thrust that the mat strip carries */
-    ADVISE_FRICTION,
-    ADVISE_RESISTANCE, /* mean resistance of closing joints, lb */
-    ADVISE_STIFFNESS,  /* joint stiffness KL, lb/ft */
-    ADVISE_DAMPING,    /* joint damping CL, lb s/ft */
-    ADVISE_UNKNOWNS
+enum advise_unknown {
+    ADVISE_UNKNOWN_THRUST_SHARE, /* share of the thrust that the mat strip carries */
+    ADVISE_UNKNOWN_FRICTION,
+    ADVISE_UNKNOWN_RESISTANCE, /* mean resistance of closing joints, lb */
+    ADVISE_UNKNOWN_STIFFNESS,  /* joint stiffness KL, lb/ft */
+    ADVISE_UNKNOWN_DAMPING,    /* joint damping CL, lb s/ft */
+    ADVISE_UNKNOWN_COUNT
 };
 
 /* Properties of the runway that are the same for all members. */
@@ -79,22 +79,23 @@ struct advise_runway {
     double thrust_lb_per_g;       /* thrust of the lead axle on the strip, per g of deceleration */
     /* share of the thrust that the strip carries, measured to within 3 %; 0: not measured */
     double thrust_share;
-    double bump_ft;                   /* irregularity of the ground; 0: unknown */
-    float station_ft[MR_TRANSDUCERS]; /* stations of the transducers; NaN: none is fitted */
+    double ground_irregularity_ft; /* irregularity of the ground; 0: unknown */
+    float transducer_station_ft
+        [MR_TRANSDUCERS]; /* stations of the transducers; NaN: none is fitted */
 };
 
 struct advise_member {
-    double unknown[ADVISE_UNKNOWNS];
-    float gap_ft[ADVISE_JOINTS]; /* opening of each joint; joint 1 is at [0] */
-    float grit[ADVISE_JOINTS];   /* closing resistance of each joint divided by the mean */
+    double unknown[ADVISE_UNKNOWN_COUNT];
+    float gap_ft[ADVISE_JOINTS];     /* opening of each joint; joint 1 is at [0] */
+    float grit_ratio[ADVISE_JOINTS]; /* closing resistance of each joint divided by the mean */
 };
 
 struct advise_members {
     struct advise_runway runway;
     struct advise_member *member;
-    size_t count; /* number of members, a multiple of 8 */
-    unsigned threads;
-    unsigned updates; /* number of landings from which the ensemble was updated */
+    size_t member_count; /* number of members, a multiple of 8 */
+    unsigned thread_count;
+    unsigned update_count; /* number of landings from which the ensemble was updated */
     bool is_surveyed; /* at least one segment of ten joints was surveyed since the mats were laid */
     struct rng rng;
 };
@@ -102,7 +103,7 @@ struct advise_members {
 /* Braking over time, relative to its mean: straight lines between points. Braking is constant
  * before the first point and after the last. count 0: uniform braking. */
 struct advise_profile {
-    size_t count;
+    size_t point_count;
     double t_s[ADVISE_PROFILE_MAX], factor[ADVISE_PROFILE_MAX];
 };
 
@@ -112,7 +113,8 @@ double advise_braking_factor(const struct advise_profile *profile, double t_s);
  * ms. */
 struct advise_braking {
     double speed_ft_s, touchdown_ft;
-    double mean_ft_s2; /* mean deceleration, by which the factors of the profile are multiplied */
+    /* mean deceleration, by which the factors of the profile are multiplied */
+    double mean_braking_ft_s2;
     const struct advise_profile *profile; /* NULL: uniform braking */
 };
 
@@ -172,13 +174,13 @@ void advise_widen_spread(struct advise_members *members, double times);
  * by less than 0.001 in). Among any ten consecutive joints in it, at most one is open. Joints are
  * counted from 0. 0 mats: there is no zone. */
 struct advise_zone {
-    unsigned first, mats;
+    unsigned first_mat, mat_count;
 };
 struct advise_zone advise_find_longest_zone(const float *opening_ft, unsigned joints,
                                             unsigned from);
 
 /* Computes the geometric mean and the relative spread of a property over the members. */
-void advise_parameter_moments(const struct advise_members *members, enum advise_parameter unknown,
+void advise_parameter_moments(const struct advise_members *members, enum advise_unknown unknown,
                               double *mean, double *spread);
 
 /* Ensemble smoother: updates the unknowns of an ensemble from readings, by the correlation between
@@ -191,18 +193,18 @@ void advise_parameter_moments(const struct advise_members *members, enum advise_
 /* Inputs of a smoother pass. Unknowns and readings may have any units. The error of a reading has
  * the unit of the reading. */
 struct smoother {
-    size_t members, states, readings;
+    size_t member_count, state_count, reading_count;
     double *state; /* [members][states]: unknowns of each member, which smoother_update changes */
     const double *predicted; /* [members][data]: readings as predicted by each member */
     const double *reading;   /* [data]: the readings; NaN: not read */
-    const double
-        *reading_error; /* [data]: standard errors, including the error of the model; above 0 */
+    /* [data]: standard errors, including the error of the model; above 0 */
+    const double *reading_error;
     /* Factor by which the variance of the errors is multiplied. n passes with the factor n are
      * equivalent to one pass with the factor 1. */
-    double error_factor;
+    double reading_error_factor;
     /* Returns the weight, 0 to 1, with which a reading updates a state. A low weight suppresses
      * spurious correlations. NULL: all weights are 1. */
-    double (*taper_weight)(const void *context, size_t state, size_t datum);
+    double (*taper_weight)(const void *taper_context, size_t state, size_t datum);
     const void *context;
 };
 
@@ -215,8 +217,8 @@ void smoother_moments(const double *state, size_t members, size_t states, size_t
                       double *mean, double *deviation);
 /* Restores the share `kept` of the spread that a column has lost; its standard deviation was `was`.
  * The restored standard deviation is at least `least`. */
-void smoother_restore_spread(double *state, size_t members, size_t states, size_t column,
-                             double was, double kept, double least);
+void smoother_widen_spread(double *state, size_t members, size_t states, size_t column, double was,
+                           double kept, double least);
 
 /* A weight that falls smoothly from 1 at distance 0 to 0 at distance 2 `half` (Gaspari and Cohn
  * 1999, equation 4.10). */
@@ -227,31 +229,31 @@ double smoother_taper(double distance, double half);
  * hardest braking at which the probability stays below a limit.
  *
  * Probabilities are shares of the members, calibrated on series that are not scored
- * (advise_calibrate). Their 95 % intervals (Wilson 1927) cover only the finite number of members,
- * not the errors of model and inputs. All decelerations use the same random numbers, so rows differ
- * only by the braking. */
+ * (advise_calibrate_share). Their 95 % intervals (Wilson 1927) cover only the finite number of
+ * members, not the errors of model and inputs. All decelerations use the same random numbers, so
+ * rows differ only by the braking. */
 
-#define ADVISE_RUNWAY_PARTS 6u /* number of equal parts of the runway */
-#define ADVISE_ROWS         9u
+#define ADVISE_RUNWAY_PARTS        6u /* number of equal parts of the runway */
+#define ADVISE_ROW_COUNT           9u
 /* Relative standard deviation of a measured mean deceleration about the plan, if no earlier landing
  * is known. */
-#define ADVISE_PLAN_SPREAD  0.10
+#define ADVISE_PLAN_DEFAULT_SPREAD 0.10
 
 struct advise_plan {
     double speed_ft_s, speed_spread; /* touchdown speed; spreads are relative standard deviations */
     /* planned mean deceleration; the actual mean is exp(bias) times the planned one */
-    double mean_ft_s2, mean_spread, log_bias;
+    double mean_braking_ft_s2, braking_spread, braking_log_bias;
     double touchdown_ft, touchdown_spread_ft;
     struct advise_profile profile; /* deceleration over time; count 0: uniform */
     uint64_t seed;
 };
 
 struct advise_probability {
-    double p, low, high;
+    double probability, low, high;
 };
 
 struct advise_row {
-    double speed_ft_s, mean_ft_s2; /* planned touchdown speed and mean deceleration */
+    double speed_ft_s, mean_braking_ft_s2; /* planned touchdown speed and mean deceleration */
     double zone_share; /* share of the members in which the wheel reaches a zone, not calibrated */
     struct advise_probability zone_probability;
     /* probability that the wheel reaches a zone before the end of each part of the runway */
@@ -263,8 +265,8 @@ struct advise_row {
 
 /* Predicts the deviation of braking from the plan. `log_ratio` has `count` natural logarithms of
  * (measured / planned). Returns the predictive mean and standard deviation of the next logarithm.
- * The prior is normal-inverse-gamma: without landings it gives 0 +- ADVISE_PLAN_SPREAD, and it
- * counts as four landings. */
+ * The prior is normal-inverse-gamma: without landings it gives 0 +- ADVISE_PLAN_DEFAULT_SPREAD, and
+ * it counts as four landings. */
 void advise_predict_plan_deviation(const double *log_ratio, size_t count, double *bias,
                                    double *spread);
 
@@ -282,14 +284,14 @@ bool advise_compute_row(struct advise_members *members, const struct advise_plan
 
 /* Probability of an event that occurs in `events` of `count` members, and its interval (Wilson).
  * All values are calibrated. */
-struct advise_probability advise_probability_of(size_t events, size_t count, bool surveyed);
+struct advise_probability advise_compute_probability(size_t events, size_t count, bool surveyed);
 /* Converts a share of the members to a calibrated probability. The calibration corrects the log
- * odds (advise_log_odds), by a fit to series that are not scored. Shares of 0 and 1 do not give
- * probabilities of 0 and 1. */
-double advise_calibrate(double share, bool surveyed);
+ * odds (advise_convert_to_log_odds), by a fit to series that are not scored. Shares of 0 and 1 do
+ * not give probabilities of 0 and 1. */
+double advise_calibrate_share(double share, bool surveyed);
 /* Log odds of a share. The share is limited to at least half a member of 64, and at most 1 minus
  * that. */
-double advise_log_odds(double share);
+double advise_convert_to_log_odds(double share);
 
 /* The mean deceleration that stops the gear at the end of the runway. */
 double advise_least_braking_ft_s2(const struct advise_members *members,
@@ -303,19 +305,20 @@ double advise_find_stop_short_ft_s2(const struct advise_row *row, size_t rows, d
 /* The largest value up to which both the probability of a zone and the share of members that roll
  * off stay below a limit. Its 95 % interval covers only the error due to the finite number of
  * members. */
-struct advise_bound {
+struct advise_limit_crossing {
     double value;      /* largest value; NaN: the first row is not below the limit */
     double low, high;  /* 95 % interval; NaN: open on that side */
     bool is_unbounded; /* all rows are below the limit; `value` is that of the last row */
 };
 /* Finds the limit by linear interpolation between rows. `x`: ascending values of the quantity that
  * varies between rows, such as the touchdown speed. */
-struct advise_bound advise_find_bound(const double *x, const struct advise_row *row, size_t rows,
-                                      double limit);
+struct advise_limit_crossing advise_find_limit_crossing(const double *x,
+                                                        const struct advise_row *row, size_t rows,
+                                                        double limit);
 /* Finds the first pair of adjacent rows that are further apart than `width` and between which the
  * limit or an end of its interval is. Returns the index of the first row of the pair, or `rows` if
  * there is none. */
-size_t advise_find_gap(const double *x, const struct advise_row *row, size_t rows, double limit,
-                       double width);
+size_t advise_find_coarse_gap(const double *x, const struct advise_row *row, size_t rows,
+                              double limit, double width);
 
 #endif

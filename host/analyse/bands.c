@@ -26,7 +26,7 @@ static enum mr_status find_next_arming(struct store *store, const struct store_l
     return status;
 }
 
-static struct bands_shunt *find_shunt(struct bands_summary *bands, int64_t gage)
+static struct bands_shunt *find_or_add_shunt(struct bands_summary *bands, int64_t gage)
 {
     for (size_t i = 0; i < bands->shunt_count; i++) {
         if (bands->shunt[i].gage == gage)
@@ -60,8 +60,9 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
     for (int side = 0; side < 2; side++) {
         for (size_t i = 0; status == MR_OK && i < count[side]; i++) {
             const struct store_shunt *row = &rows[side][i];
-            struct bands_shunt *shunt = side && row->block >= next ? NULL
-                                                                   : find_shunt(bands, row->gage);
+            struct bands_shunt *shunt = side && row->block >= next
+                                          ? NULL
+                                          : find_or_add_shunt(bands, row->gage);
             if (!shunt)
                 continue;
             bool measured = row->verdict == MR_SHUNT_GOOD || row->verdict == MR_SHUNT_WRONG;
@@ -92,7 +93,8 @@ void bands_free(struct bands_summary *bands)
 }
 
 /* Distance in ft of a gage ahead of the lead wheel in a block; NaN: unknown. */
-static double compute_ahead_ft(const struct measured *measured, int64_t gage, int64_t block)
+static double compute_wheel_distance_ft(const struct measured *measured, int64_t gage,
+                                        int64_t block)
 {
     int c = gage > 0 && gage <= MR_GAGES
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)gage)
@@ -147,7 +149,7 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 /* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
     /* headings of the columns with the gage's time and position */
-    const char *name, *at_heading, *ahead_heading;
+    const char *name, *station_heading, *wheel_distance_heading;
     double tension_lb, error_lb;
     int64_t gage, block;
 };
@@ -159,15 +161,15 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)e->gage)
               : -1;
     answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
-    answer_value(answer, NULL, e->at_heading, UNIT_STATION,
+    answer_value(answer, NULL, e->station_heading, UNIT_STATION,
                  c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
     answer_open_group(answer, e->name, "");
     answer_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
     answer_count(answer, "block", NULL, e->block);
-    answer_value(answer, "ahead_of_wheel", e->ahead_heading, UNIT_STATION,
-                 compute_ahead_ft(measured, e->gage, e->block), 1)
+    answer_value(answer, "ahead_of_wheel", e->wheel_distance_heading, UNIT_STATION,
+                 compute_wheel_distance_ft(measured, e->gage, e->block), 1)
         ->digits = 5;
     answer_close_group(answer);
 }

@@ -21,20 +21,20 @@
 #include "host/analyse/track.h"
 #include "host/base/answer.h"
 
-#define BRAKING_LOCKS       16u
+#define BRAKING_LOCKS_MAX   16u
 #define BRAKING_SHARE_ERROR 0.1732051 /* 0.3 / sqrt 3 */
 
 struct braking {
-    bool has_edge; /* the edge of the brake was recorded */
-    size_t pulses; /* number of pulses of the wheel */
+    bool has_brake_edge; /* the edge of the brake was recorded */
+    size_t pulse_count;  /* number of pulses of the wheel */
     /* NaN: not known. Times are t_s, as in measured.h. */
-    struct mr_estimate onset_s; /* edge of the brake after touchdown */
-    struct mr_estimate slip;    /* mean from the brake's edge (or from touchdown) to the stop */
-    struct mr_estimate locked_s;
+    struct mr_estimate brake_onset_s; /* edge of the brake after touchdown */
+    struct mr_estimate slip; /* mean from the brake's edge (or from touchdown) to the stop */
+    struct mr_estimate locked_duration_s;
     struct braking_lock {
         struct mr_estimate from_s, to_s;
-    } lock[BRAKING_LOCKS];
-    size_t locks; /* number of all locks; the array has the first BRAKING_LOCKS */
+    } lock[BRAKING_LOCKS_MAX];
+    size_t lock_count; /* number of all locks; the array has the first BRAKING_LOCKS_MAX */
     struct mr_estimate deceleration_ft_s2, thrust_lb; /* from the brake's edge to the stop */
 };
 

@@ -29,7 +29,7 @@ const char *brief_format_outcome(struct store *store, const struct summary *summ
     char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE];
     if (record_begin(store, &record, &error) == MR_OK &&
         record_judge(store, &record, &landing, &error) == MR_OK)
-        row = record_find(&record, summary->measured.landing.id);
+        row = record_find_row(&record, summary->measured.landing.id);
     out[0] = '\0';
     if (row && row->is_judged)
         snprintf(out, BRIEF_OUTCOME_SIZE, "%s: %s", record_format_outcome(row, outcome),
@@ -55,7 +55,7 @@ static void add_motion(const struct measured *measured, struct answer *answer)
     else
         answer_words(answer, NULL, "motion", "not known: %s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_TRUNCATED) {
-        measured_format_no_stop(measured, reason);
+        measured_format_unknown_stop(measured, reason);
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     }
     if (measured->fit_status != MR_OK)
@@ -83,7 +83,7 @@ static void add_movement(const struct measured *measured, struct answer *answer)
         return;
     unit_value_text(UNIT_STATION, answer_is_si(answer), (double)most->config.station_ft, 1,
                     station);
-    answer_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->error, 3);
+    answer_estimate(answer, NULL, "movement", UNIT_DISPLACEMENT, most->peak, most->peak_error, 3);
     answer_remark(answer, " at most, at %s", station);
 }
 
@@ -123,8 +123,8 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
         size_t used = strlen(lost);
         if (link->is_used)
             snprintf(lost + used, sizeof lost - used, "%s lost %lld of %lld frames%s, ",
-                     summary_link_name(kind), (long long)link->lost,
-                     (long long)(link->received + link->lost),
+                     summary_link_name(kind), (long long)link->lost_frames,
+                     (long long)(link->received_frames + link->lost_frames),
                      link->was_silent ? " and was silent for a time" : "");
     }
     answer_words(answer, NULL, "data", "%s%zu gap%s, %zu fault%s", lost, summary->gap_count,
@@ -146,7 +146,8 @@ bool brief_print(struct store *store, const struct summary *summary, bool all, b
         summary_format_heading(summary, heading);
         answer_open_group(answer, NULL, heading);
         summary_add_alerts(summary, answer);
-        zones_add_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT, answer);
+        zones_add_whether_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT,
+                                 answer);
         add_prediction(summary, answer);
         brief_add_outcome(store, summary, answer);
         add_motion(&summary->measured, answer);

@@ -170,7 +170,7 @@ static enum mr_status read_marks(const char *name, const char *text, struct esti
         return error_set(error, MR_USAGE,
                          "not marks: '%s' for %s; give DISTANCE: X,Y X,Y X,Y [ERROR]", text, name);
     return read_estimate(&distance_ft, length, &distance, error)
-             ?: rig_height(&m, distance, height, error);
+             ?: rig_measure_height(&m, distance, height, error);
 }
 
 static enum mr_status read_number(const struct inspection_field *field, const char *text,

@@ -23,7 +23,7 @@ void journal_add_observation(const struct store_observation *o, struct answer *a
 }
 
 /* Prints the name and the value of a field; quantities in SI units with --si. */
-static void add_field(const struct store_change *c, struct answer *answer)
+static void add_changed_field(const struct store_change *c, struct answer *answer)
 {
     static const struct {
         const char *field, *name;
@@ -48,10 +48,10 @@ static void add_field(const struct store_change *c, struct answer *answer)
 void journal_add_change(const struct store_change *c, struct answer *answer)
 {
     char when[40];
-    survey_time_text(c->made_us, when, sizeof when);
+    survey_format_time(c->made_us, when, sizeof when);
     answer_words(answer, NULL, "when", "%s", when);
     answer_words_or_none(answer, "who", "by", c->who, "");
-    add_field(c, answer);
+    add_changed_field(c, answer);
     answer_words(answer, "field", NULL, "%s", c->field);
     answer_words_or_none(answer, "was", NULL, c->was, "");
     answer_words(answer, "value", NULL, "%s", c->value);

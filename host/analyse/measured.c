@@ -85,7 +85,7 @@ static bool is_in_gap(const struct measured *measured, double t_s)
 {
     double block = floor(t_s * 1e3 + (double)measured->t0_us / 1e3);
     for (size_t i = 0; i < measured->stretch_count; i++) {
-        const struct measured_stretch *stretch = &measured->stretch[i];
+        const struct measured_source_stretch *stretch = &measured->stretch[i];
         if (block >= (double)stretch->from_block && block <= (double)stretch->to_block)
             return stretch->source == MEASURED_NO_SOURCE;
     }
@@ -117,7 +117,7 @@ static unsigned find_hidden_switch(const struct measured *measured)
 /* Returns the first of several unseen switches between the last seen one and the stop; 0: none.
  * Either a cable is broken, or the gear stopped before it reached them. A single unseen switch does
  * not count, because the switch itself may be broken. */
-static unsigned find_silent_switch(const struct measured *measured)
+static unsigned find_unopened_switch(const struct measured *measured)
 {
     const struct mr_estimate *stop = &measured->summary.stop_station_ft;
     unsigned first = 0, silent = 0;
@@ -138,14 +138,14 @@ static bool is_moving_at_end(const struct measured *measured)
 
 /* Returns true if the record ends before the gear's stop is certain. Unless the board reported the
  * stop, the gear may have moved for two standard errors of the stop time longer. */
-static bool ends_before_stop(const struct measured *measured)
+static bool record_ends_before_stop(const struct measured *measured)
 {
     const struct mr_estimate *stop_t_s = &measured->summary.stop_t_s;
     double surely_s = stop_t_s->value + (is_moving_at_end(measured) ? 2.0 * stop_t_s->error : 0.0);
     return measured->samples == 0 || measured_time_s(measured, measured->samples - 1) < surely_s;
 }
 
-void measured_fit_gear(struct measured *measured)
+void measured_fit_gear_motion(struct measured *measured)
 {
     struct store_landing *landing = &measured->landing;
     int64_t armed_us = landing->armed_block == STORE_NONE ? 1000 * measured->first_block
@@ -155,7 +155,8 @@ void measured_fit_gear(struct measured *measured)
         measured->t0_us = (int64_t)llround(measured->gate[0].t_s * 1e6);
     shift_gates(measured, (double)measured->t0_us / 1e6);
     measured->fit_status = MR_TOO_FEW;
-    if (measured->torn || isnan(landing->touchdown_ft) || isnan(landing->switch_error_ft))
+    if (measured->is_start_missing || isnan(landing->touchdown_ft) ||
+        isnan(landing->switch_error_ft))
         return;
     measured->fit_status = mr_gates_summarise(measured->gate, measured->gate_count,
                                               landing->touchdown_ft, landing->switch_error_ft,
@@ -165,7 +166,7 @@ void measured_fit_gear(struct measured *measured)
     /* Repeats the fit with touchdown as the origin, to the microsecond. */
     int64_t shift_us = (int64_t)llround(measured->summary.touchdown_t_s.value * 1e6);
     measured->t0_us += shift_us;
-    measured->t0_is_touchdown = true;
+    measured->is_t0_touchdown = true;
     shift_gates(measured, (double)shift_us / 1e6);
     mr_gates_summarise(measured->gate, measured->gate_count, landing->touchdown_ft,
                        landing->switch_error_ft, &measured->summary);
@@ -174,20 +175,22 @@ void measured_fit_gear(struct measured *measured)
         add_clock_error(&measured->summary);
     /* A stop after the end of the record is extrapolated, so the landing has no measured stop. The
      * same applies if the last edges are missing, because the fitted gear then rolls too far. */
-    measured->hidden_switch = measured->edges_complete ? 0 : find_hidden_switch(measured);
-    measured->unopened_switch = ends_before_stop(measured) ? 0 : find_silent_switch(measured);
+    measured->hidden_switch = measured->has_board_result ? 0 : find_hidden_switch(measured);
+    measured->unopened_switch = record_ends_before_stop(measured) ? 0
+                                                                  : find_unopened_switch(measured);
     if (measured->missing_edges > 0 || measured->hidden_switch > 0 ||
-        measured->unopened_switch > 0 || ends_before_stop(measured))
+        measured->unopened_switch > 0 || record_ends_before_stop(measured))
         measured->fit_status = MR_TRUNCATED;
 }
 
-bool measured_is_cut_short(const struct measured *measured)
+bool measured_ends_while_moving(const struct measured *measured)
 {
     if (measured->samples == 0)
         return false;
     if (measured->fit_status == MR_TOO_FEW) /* the record ends too soon to fit a stop */
-        return measured->gate_count > 0 && !measured->torn && is_moving_at_end(measured);
-    return measured->fit_status == MR_TRUNCATED && ends_before_stop(measured);
+        return measured->gate_count > 0 && !measured->is_start_missing &&
+               is_moving_at_end(measured);
+    return measured->fit_status == MR_TRUNCATED && record_ends_before_stop(measured);
 }
 
 const char *measured_motion_at_end_text(const struct measured *measured)
@@ -198,7 +201,7 @@ const char *measured_motion_at_end_text(const struct measured *measured)
     return past ? "may still move" : "moves";
 }
 
-void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE])
+void measured_format_unknown_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE])
 {
     if (measured->missing_edges > 0)
         snprintf(out, MEASURED_REASON_SIZE,
@@ -273,7 +276,7 @@ static struct motion_point compute_gear_motion(const struct measured *measured, 
                          : interpolate_motion(fit_motion_at(measured, last_s), stop, t_s);
 }
 
-double measured_block_s(const struct measured *measured, int64_t block)
+double measured_block_time_s(const struct measured *measured, int64_t block)
 {
     return (1000.0 * (double)block - (double)measured->t0_us) / 1e6;
 }
@@ -321,7 +324,7 @@ static size_t find_first_edge_sample(const struct measured *measured)
 }
 
 /* Returns true if the record begins at arming, when the mat is at rest. */
-static bool begins_at_arming(const struct measured *measured)
+static bool record_begins_at_arming(const struct measured *measured)
 {
     int64_t armed = measured->landing.armed_block;
     return armed != STORE_NONE && measured->first_block - armed <= MEASURED_BASELINE_BLOCKS / 5;
@@ -335,17 +338,17 @@ static bool find_rest_samples(const struct measured *measured, size_t edge, size
                               size_t *to)
 {
     size_t begin = edge > MEASURED_BASELINE_BLOCKS ? edge - MEASURED_BASELINE_BLOCKS : 0;
-    bool first = measured->torn || measured->gate_count == 0;
+    bool first = measured->is_start_missing || measured->gate_count == 0;
     *from = first ? 0 : begin;
     *to = !first                                       ? edge
         : measured->samples < MEASURED_BASELINE_BLOCKS ? measured->samples
                                                        : MEASURED_BASELINE_BLOCKS;
-    return !measured->torn || begins_at_arming(measured);
+    return !measured->is_start_missing || record_begins_at_arming(measured);
 }
 
 /* Computes the noise of one value, which is the mean of `stride` samples. Uses full-rate samples
  * unless there are more CAN samples, which are means. */
-static void find_noise(struct measured_channel *channel, size_t from, size_t to)
+static void compute_noise(struct measured_channel *channel, size_t from, size_t to)
 {
     double squares[2] = {0.0, 0.0};
     size_t count[2] = {0, 0};
@@ -364,7 +367,7 @@ static void find_noise(struct measured_channel *channel, size_t from, size_t to)
         channel->noise = sqrt(squares[1] / (double)(count[1] - 1));
 }
 
-static void find_baseline(struct measured_channel *channel, size_t from, size_t to)
+static void compute_baseline(struct measured_channel *channel, size_t from, size_t to)
 {
     double sum = 0.0;
     size_t count = 0;
@@ -376,18 +379,18 @@ static void find_baseline(struct measured_channel *channel, size_t from, size_t 
     }
     channel->baseline = count ? sum / (double)count : (double)NAN;
     channel->rest_samples = count;
-    find_noise(channel, from, to);
+    compute_noise(channel, from, to);
 }
 
-static void find_extremes(const struct measured *measured, struct measured_channel *channel,
-                          size_t from)
+static void compute_extremes(const struct measured *measured, struct measured_channel *channel,
+                             size_t from)
 {
     measured_find_peaks(measured, channel, from, &channel->high, &channel->low);
     channel->end = (double)NAN;
-    if (measured->samples > MEASURED_END_BLOCKS)
+    if (measured->samples > MEASURED_FINAL_MEAN_BLOCKS)
         channel->end = measured_moving_mean(measured, channel,
-                                            measured->samples - 1 - MEASURED_END_BLOCKS / 2,
-                                            MEASURED_END_BLOCKS / 2);
+                                            measured->samples - 1 - MEASURED_FINAL_MEAN_BLOCKS / 2,
+                                            MEASURED_FINAL_MEAN_BLOCKS / 2);
     /* The end value can itself be the extreme. It then has the larger error of a peak, whose budget
      * `matrig uncertainty` prints. */
     if (channel->end > channel->high)
@@ -397,18 +400,19 @@ static void find_extremes(const struct measured *measured, struct measured_chann
     double samples = measured_peak_samples(channel);
     channel->high_error = measured_error(measured, channel, channel->high, samples);
     channel->low_error = measured_error(measured, channel, channel->low, samples);
-    channel->end_error = measured_error(measured, channel, channel->end, MEASURED_END_BLOCKS);
+    channel->end_error = measured_error(measured, channel, channel->end,
+                                        MEASURED_FINAL_MEAN_BLOCKS);
     bool up = fabs(channel->high) >= fabs(channel->low);
     channel->peak = up ? channel->high : channel->low;
-    channel->error = up ? channel->high_error : channel->low_error;
+    channel->peak_error = up ? channel->high_error : channel->low_error;
 }
 
-static void find_missing(const struct measured *measured, struct measured_channel *channel,
-                         size_t from)
+static void find_longest_missing_stretch(const struct measured *measured,
+                                         struct measured_channel *channel, size_t from)
 {
-    size_t begin = from, longest = MEASURED_WINDOW_BLOCKS;
+    size_t begin = from, longest = MEASURED_MEAN_BLOCKS;
     channel->missing_from = channel->missing_to = 0;
-    if (channel->valid == 0) /* without a valid sample there are no results */
+    if (channel->valid_samples == 0) /* without a valid sample there are no results */
         return;
     for (size_t i = from; i <= measured->samples; i++) {
         if (i < measured->samples && channel->validity[i] != MR_VALID)
@@ -422,7 +426,7 @@ static void find_missing(const struct measured *measured, struct measured_channe
     }
 }
 
-void measured_find_results(struct measured *measured)
+void measured_compute_results(struct measured *measured)
 {
     size_t edge = find_first_edge_sample(measured), from, to;
     measured->has_no_baseline = !find_rest_samples(measured, edge, &from, &to);
@@ -431,12 +435,12 @@ void measured_find_results(struct measured *measured)
         if (channel->config.kind != MR_KIND_DISPLACEMENT && channel->config.kind != MR_KIND_TENSION)
             continue;
         for (size_t i = 0; i < measured->samples; i++)
-            channel->valid += channel->validity[i] == MR_VALID;
-        find_baseline(channel, from, to);
+            channel->valid_samples += channel->validity[i] == MR_VALID;
+        compute_baseline(channel, from, to);
         if (measured->has_no_baseline) /* the noise is known, but not the zero */
             channel->baseline = (double)NAN;
-        find_extremes(measured, channel, edge < measured->samples ? edge : 0);
-        find_missing(measured, channel, edge < measured->samples ? edge : 0);
+        compute_extremes(measured, channel, edge < measured->samples ? edge : 0);
+        find_longest_missing_stretch(measured, channel, edge < measured->samples ? edge : 0);
     }
 }
 
@@ -453,44 +457,46 @@ static enum measured_source find_block_source(const struct measured *measured, s
     return source;
 }
 
-void measured_find_stretches(struct measured *measured)
+void measured_find_source_stretches(struct measured *measured)
 {
     for (size_t i = 0; i < measured->samples; i++) {
         enum measured_source source = find_block_source(measured, i);
         int64_t block = measured->first_block + (int64_t)i;
-        measured->blocks_from[source]++;
+        measured->blocks_by_source[source]++;
         if (measured->stretch_count &&
             measured->stretch[measured->stretch_count - 1].source == source) {
             measured->stretch[measured->stretch_count - 1].to_block = block;
             continue;
         }
         xlist_grow(&measured->stretch, measured->stretch_count, sizeof *measured->stretch);
-        measured->stretch[measured->stretch_count++] = (struct measured_stretch){source, block,
-                                                                                 block};
+        measured->stretch[measured->stretch_count++] =
+            (struct measured_source_stretch){source, block, block};
     }
 }
 
-void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE])
+void measured_format_missing_start(const struct measured *measured,
+                                   char out[MEASURED_MISSING_START_SIZE])
 {
     out[0] = '\0';
     const char *lost = measured->has_no_baseline ? "speeds and movements are not known"
                                                  : "speeds are not known";
-    if (measured->torn && measured->first_edge > 0)
-        snprintf(out, MEASURED_TORN_SIZE,
+    if (measured->is_start_missing && measured->first_edge > 0)
+        snprintf(out, MEASURED_MISSING_START_SIZE,
                  "incomplete: the switch edges before number %lld were not received; %s",
                  (long long)measured->first_edge, lost);
-    else if (measured->torn)
-        snprintf(out, MEASURED_TORN_SIZE, "incomplete: none of %zu switch edges was received; %s",
-                 measured->missing_edges, lost);
+    else if (measured->is_start_missing)
+        snprintf(out, MEASURED_MISSING_START_SIZE,
+                 "incomplete: none of %zu switch edges was received; %s", measured->missing_edges,
+                 lost);
 }
 
 const char *measured_origin_text(const struct measured *measured)
 {
-    return measured->t0_is_touchdown ? "touchdown"
+    return measured->is_t0_touchdown ? "touchdown"
          : measured->gate_count == 0
              ? (measured->landing.armed_block == STORE_NONE ? "the start of the record" : "arming")
-         : measured->torn ? "the first switch edge received"
-                          : "the first switch edge";
+         : measured->is_start_missing ? "the first switch edge received"
+                                      : "the first switch edge";
 }
 
 const char *measured_marks_text(const struct measured *measured)
@@ -499,7 +505,8 @@ const char *measured_marks_text(const struct measured *measured)
         {"", ", incomplete"},
         {", UNCALIBRATED", ", incomplete, UNCALIBRATED"},
         {", calibration unknown", ", incomplete, calibration unknown"}};
-    return marks[!measured->dates_known ? 2 : measured->is_uncalibrated][measured->torn];
+    return marks[!measured->has_calibration_dates ? 2 : measured->is_uncalibrated]
+                [measured->is_start_missing];
 }
 
 bool measured_is_emulated(const struct store_landing *landing)
@@ -533,7 +540,7 @@ size_t measured_list_channels(const struct measured *measured,
     return count;
 }
 
-#define BLOCKS_PER_H 3600000.0
+#define BLOCKS_PER_HOUR 3600000.0
 
 struct mr_error_case measured_error_case(const struct measured *measured,
                                          const struct measured_channel *channel, double value,
@@ -549,7 +556,7 @@ struct mr_error_case measured_error_case(const struct measured *measured,
                                     : 0.0f,
         /* Hours since power-on: zero_error covers the age of the zero. A landing ends before its
          * baseline drifts. */
-        .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_H),
+        .hours = movement ? 0.0f : (float)((double)measured->first_block / BLOCKS_PER_HOUR),
         .reference_error = measured->channel[MR_TRANSDUCERS + MR_ADC1_REFERENCE].config.gain_error,
     };
 }
@@ -568,8 +575,8 @@ double measured_error(const struct measured *measured, const struct measured_cha
  * Each half of the values contributes at least two to it. */
 static size_t get_search_half_width(const struct measured_channel *channel)
 {
-    return channel->stride > MEASURED_WINDOW_BLOCKS / 4 ? 2 * channel->stride
-                                                        : MEASURED_WINDOW_BLOCKS / 2;
+    return channel->stride > MEASURED_MEAN_BLOCKS / 4 ? 2 * channel->stride
+                                                      : MEASURED_MEAN_BLOCKS / 2;
 }
 static size_t get_peak_half_width(const struct measured_channel *channel)
 {
@@ -583,17 +590,17 @@ double measured_peak_samples(const struct measured_channel *channel)
 
 /* Running sums over all earlier samples, for each half of the values. Values belong to the two
  * halves alternately. The sums are integers in `unit`, so the difference of two sums is exact. */
-struct sums {
-    struct running {
+struct half_sums {
+    struct running_sum {
         int64_t sum, count;
     } * half[2]; /* each array has samples + 1 entries */
     double unit;
 };
 
-static struct sums make_sums(const struct measured *measured,
-                             const struct measured_channel *channel)
+static struct half_sums make_half_sums(const struct measured *measured,
+                                       const struct measured_channel *channel)
 {
-    struct sums sums = {.unit = 1.0};
+    struct half_sums sums = {.unit = 1.0};
     double most = 1e-30; /* any unit works if all samples are 0 */
     int value_bits, count_bits;
     for (size_t i = 0; i < measured->samples; i++) {
@@ -626,10 +633,10 @@ static struct sums make_sums(const struct measured *measured,
 
 /* Returns the mean of one half of the values within `reach` samples of `sample`, or NaN if there is
  * no valid value. */
-static double compute_half_mean(const struct sums *sums, size_t half, size_t sample, size_t reach,
-                                size_t samples)
+static double compute_half_mean(const struct half_sums *sums, size_t half, size_t sample,
+                                size_t reach, size_t samples)
 {
-    const struct running
+    const struct running_sum
         *from = &sums->half[half][sample > reach ? sample - reach : 0],
         *to = &sums->half[half][sample + reach < samples ? sample + reach + 1 : samples];
     return to->count > from->count
@@ -644,7 +651,7 @@ void measured_find_peaks(const struct measured *measured, const struct measured_
     if (measured->samples == 0) /* without samples, the stride is not set either */
         return;
     const size_t search = get_search_half_width(channel), peak = get_peak_half_width(channel);
-    struct sums sums = make_sums(measured, channel);
+    struct half_sums sums = make_half_sums(measured, channel);
     *high = *low = 0.0;
     for (size_t half = 0; half < 2; half++) {
         double most = (double)NAN, least = (double)NAN, at_most = (double)NAN,
@@ -676,7 +683,7 @@ static const struct {
     const char *name;
     char letter;
     const char *text_if_only, *text_if_filled;
-} sources[MEASURED_SOURCES] = {
+} sources[MEASURED_SOURCE_COUNT] = {
     [MEASURED_NO_SOURCE] = {"none", '-', "no readings were received", "from no source"},
     [MEASURED_SERIAL] = {"serial", 'S', "serial block records, 1 kHz", "from serial"},
     [MEASURED_CAN] = {"can", 'C', "CAN messages, displacements at 500 Hz and tensions at 250 Hz",
@@ -717,27 +724,28 @@ static bool format_excluded(const struct measured *measured, char *out, size_t s
     if (used && used < size)
         snprintf(out + used, size - used,
                  " left out: their time is far from the landing (first: board time %.3f s)",
-                 (double)aside->block / 1000.0);
+                 (double)aside->first_block / 1000.0);
     return used != 0;
 }
 
 void measured_format_source(const struct measured *measured, char out[MEASURED_SOURCE_SIZE])
 {
-    static const enum measured_source order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
-                                                 MEASURED_IMPORT, MEASURED_NO_SOURCE};
+    static const enum measured_source source_order[] = {MEASURED_SERIAL, MEASURED_BOX, MEASURED_CAN,
+                                                        MEASURED_IMPORT, MEASURED_NO_SOURCE};
     size_t used = (size_t)snprintf(out, MEASURED_SOURCE_SIZE, "%s",
                                    sources[measured->source].text_if_only);
     const char *separator = ";";
-    for (unsigned k = 0; k < MEASURED_SOURCES && used < MEASURED_SOURCE_SIZE; k++) {
+    for (unsigned k = 0; k < MEASURED_SOURCE_COUNT && used < MEASURED_SOURCE_SIZE; k++) {
         size_t stretches = 0;
-        if (order[k] == measured->source || !measured->blocks_from[order[k]])
+        if (source_order[k] == measured->source || !measured->blocks_by_source[source_order[k]])
             continue;
         for (size_t i = 0; i < measured->stretch_count; i++)
-            stretches += measured->stretch[i].source == order[k];
-        used += (size_t)snprintf(
-            out + used, MEASURED_SOURCE_SIZE - used, "%s %lld of %zu ms %s, %zu %s", separator,
-            (long long)measured->blocks_from[order[k]], measured->samples,
-            sources[order[k]].text_if_filled, stretches, stretches == 1 ? "stretch" : "stretches");
+            stretches += measured->stretch[i].source == source_order[k];
+        used += (size_t)snprintf(out + used, MEASURED_SOURCE_SIZE - used,
+                                 "%s %lld of %zu ms %s, %zu %s", separator,
+                                 (long long)measured->blocks_by_source[source_order[k]],
+                                 measured->samples, sources[source_order[k]].text_if_filled,
+                                 stretches, stretches == 1 ? "stretch" : "stretches");
         separator = ",";
     }
     if (measured->skipped_blocks && used < MEASURED_SOURCE_SIZE)
@@ -764,5 +772,5 @@ json_t *measured_excluded_json(const struct measured *measured)
         return json_null();
     return json_pack("{sIsIsIsI}", "blocks", (json_int_t)aside->blocks, "messages",
                      (json_int_t)aside->messages, "edges", (json_int_t)aside->edges, "first_block",
-                     (json_int_t)aside->block);
+                     (json_int_t)aside->first_block);
 }

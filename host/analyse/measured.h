@@ -25,15 +25,15 @@
 #include "host/base/cli.h"
 #include "host/store/store.h"
 
-#define MEASURED_BASELINE_BLOCKS 500
+#define MEASURED_BASELINE_BLOCKS    500
 /* Of a landing longer than twice this number of blocks, only this many blocks before the first edge
  * are loaded; without an edge, this many before the end of the record. */
-#define MEASURED_BEFORE_BLOCKS   60000
+#define MEASURED_BEFORE_EDGE_BLOCKS 60000
 /* length of the moving mean in which peaks are located, blocks */
-#define MEASURED_WINDOW_BLOCKS   11
-#define MEASURED_END_BLOCKS      200 /* blocks of the mean that is a channel's final value */
-#define MEASURED_LOST            255 /* value of `validity`: the block is missing */
-#define MEASURED_NOT_VALID       254 /* value of `validity`: not valid, and CAN gave no reason */
+#define MEASURED_MEAN_BLOCKS        11
+#define MEASURED_FINAL_MEAN_BLOCKS  200 /* blocks of the mean that is a channel's final value */
+#define MEASURED_LOST               255 /* value of `validity`: the block is missing */
+#define MEASURED_NOT_VALID          254 /* value of `validity`: not valid, and CAN gave no reason */
 
 enum measured_source {
     MEASURED_NO_SOURCE,
@@ -42,24 +42,24 @@ enum measured_source {
     MEASURED_BOX,
     MEASURED_IMPORT
 };
-#define MEASURED_SOURCES 5u
+#define MEASURED_SOURCE_COUNT 5u
 
 /* Consecutive blocks with the same source. The source is that of their block records; CAN if CAN
  * messages filled any channel. */
-struct measured_stretch {
+struct measured_source_stretch {
     enum measured_source source;
     int64_t from_block, to_block; /* first and last block of the stretch */
 };
 
 struct measured_channel {
     struct mr_channel_config config;
-    float *raw;          /* per sample, in or lb, without the baseline subtracted */
-    uint8_t *validity;   /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
-    uint8_t *source;     /* enum measured_source: the source of each sample */
-    size_t valid;        /* number of samples with MR_VALID */
-    double baseline;     /* mean at rest, before the first edge; NaN: unknown */
-    double noise;        /* standard deviation of one sample before the first edge */
-    size_t rest_samples; /* number of samples in the baseline */
+    float *raw;           /* per sample, in or lb, without the baseline subtracted */
+    uint8_t *validity;    /* enum mr_validity, MEASURED_LOST or MEASURED_NOT_VALID */
+    uint8_t *source;      /* enum measured_source: the source of each sample */
+    size_t valid_samples; /* number of samples with MR_VALID */
+    double baseline;      /* mean at rest, before the first edge; NaN: unknown */
+    double noise;         /* standard deviation of one sample before the first edge */
+    size_t rest_samples;  /* number of samples in the baseline */
     /* Number of consecutive samples that share one value. 1 for block records; if any sample is
      * from CAN, the number of blocks that a CAN message is the mean of; for an imported file, the
      * number stored with it. */
@@ -67,10 +67,10 @@ struct measured_channel {
     size_t phase; /* a CAN message begins at sample i if `stride` divides i + phase */
     /* The next fields describe the value (raw, less the baseline for displacements) from the first
      * edge on. */
-    double high, low; /* extremes of the moving mean */
-    double peak;      /* high or low, whichever has the larger magnitude */
-    double end;       /* final value: mean of the last MEASURED_END_BLOCKS blocks */
-    double error;     /* standard error of the peak */
+    double high, low;  /* extremes of the moving mean */
+    double peak;       /* high or low, whichever has the larger magnitude */
+    double end;        /* final value: mean of the last MEASURED_FINAL_MEAN_BLOCKS blocks */
+    double peak_error; /* standard error of the peak */
     double high_error, low_error, end_error;
     /* Longest stretch of invalid samples in which a moving mean has no valid sample either: samples
      * missing_from to missing_to - 1. Equal values: there is no such stretch. */
@@ -82,34 +82,34 @@ struct measured_channel {
  * largest group. */
 struct measured_excluded {
     size_t blocks, messages, edges;
-    int64_t block; /* block of the first excluded record */
+    int64_t first_block; /* block of the first excluded record */
 };
 
 struct measured {
     struct store_landing landing;
-    enum measured_source source;      /* source of most block records; without block records, CAN */
-    struct measured_stretch *stretch; /* stretches in order, without gaps */
+    enum measured_source source; /* source of most block records; without block records, CAN */
+    struct measured_source_stretch *stretch; /* stretches in order, without gaps */
     size_t stretch_count;
-    int64_t blocks_from[MEASURED_SOURCES]; /* number of samples from each source */
+    int64_t blocks_by_source[MEASURED_SOURCE_COUNT]; /* number of samples from each source */
     int64_t first_block;
-    /* number of earlier blocks that were not loaded (see MEASURED_BEFORE_BLOCKS) */
+    /* number of earlier blocks that were not loaded (see MEASURED_BEFORE_EDGE_BLOCKS) */
     int64_t skipped_blocks;
     struct measured_excluded excluded;
     size_t samples;
     int64_t t0_us; /* board time of t_s = 0 */
-    bool t0_is_touchdown;
+    bool is_t0_touchdown;
 
     /* edges of known switches in order of time; t_s is defined in the file comment */
     struct mr_gate gate[MR_GATES_MAX];
     size_t gate_count;
-    size_t edges;             /* number of captured edges, named or not */
-    size_t switches;          /* number of fitted switches in the board's table */
+    size_t edge_count;        /* number of captured edges, named or not */
+    size_t switch_count;      /* number of fitted switches in the board's table */
     uint64_t fitted_switches; /* the fitted switches: bit p-1 is switch p */
     uint64_t seen_switches;   /* switches with an edge: bit p-1 is switch p */
     double switch_ft[64];     /* station of switch p at index p-1, for fitted switches */
     /* number of edges that are missing in the record according to the board's own result */
     size_t missing_edges;
-    bool edges_complete; /* the board's result was received: no other edges are missing */
+    bool has_board_result; /* the board's result was received: no other edges are missing */
     /* without the board's result: a switch that the gear should have passed during a gap in the
      * record; 0: none */
     unsigned hidden_switch;
@@ -117,7 +117,7 @@ struct measured {
     unsigned unopened_switch;
     /* Status of the summary. MR_OK: there is a summary. MR_TRUNCATED: the record ends while the
      * gear moves, or edges are missing, so only the touchdown of the summary is known. MR_TOO_FEW:
-     * too few edges, or a torn landing, whose first edges are missing. */
+     * too few edges, or the first edges are missing. */
     enum mr_status fit_status;
     /* Times are t_s. Errors include the clock error if the board does not run from its crystal. */
     struct mr_gates_summary summary;
@@ -125,13 +125,14 @@ struct measured {
 
     struct measured_channel channel[MR_CHANNELS];
     int64_t first_edge; /* the board's count of the first received edge; 0: none */
-    bool torn; /* edges before first_edge are missing; results that need them are not given */
-    /* torn, and the record begins after arming: the mat may have moved before, so there are no
-     * baselines */
+    /* edges before first_edge are missing; results that need them are not given */
+    bool is_start_missing;
+    /* is_start_missing, and the record begins after arming: the mat may have moved before,
+     * so there are no baselines */
     bool has_no_baseline;
     /* channels whose calibration was changed after the landing: bit mask by channel index */
     int64_t recalibrated_channels;
-    bool dates_known;           /* the configuration was read, so calibration dates are known */
+    bool has_calibration_dates; /* the configuration was read, so calibration dates are known */
     struct mr_site_config site; /* 0 if the configuration was not read */
     /* at least one channel that was not recalibrated has no calibration date; false if dates are
      * not known */
@@ -140,10 +141,11 @@ struct measured {
 
 void measured_free(struct measured *measured);
 /* Writes "incomplete: ...", to be printed above numbers; "" if the landing has its first edges. */
-#define MEASURED_TORN_SIZE 120u
-void measured_format_torn(const struct measured *measured, char out[MEASURED_TORN_SIZE]);
-/* Returns the origin of t_s as text: "touchdown", "the first switch edge" (with " received" for a
- * torn landing), "arming" or "the record's begin". Static storage. */
+#define MEASURED_MISSING_START_SIZE 120u
+void measured_format_missing_start(const struct measured *measured,
+                                   char out[MEASURED_MISSING_START_SIZE]);
+/* Returns the origin of t_s as text: "touchdown", "the first switch edge" (with " received" if the
+ * first edges are missing), "arming" or "the record's begin". Static storage. */
 const char *measured_origin_text(const struct measured *measured);
 /* Returns true if the landing's board was emulated: its readings are synthetic
  * (common/emulated.h). */
@@ -154,16 +156,16 @@ bool measured_is_emulated(const struct store_landing *landing);
 const char *measured_marks_text(const struct measured *measured);
 /* For MR_TRUNCATED: writes the reason why the stop is not known, as part of a sentence. */
 #define MEASURED_REASON_SIZE 100
-void measured_format_no_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
+void measured_format_unknown_stop(const struct measured *measured, char out[MEASURED_REASON_SIZE]);
 
 /* Returns true if the record ends while the gear moves or may still move. */
-bool measured_is_cut_short(const struct measured *measured);
+bool measured_ends_while_moving(const struct measured *measured);
 /* Returns "moves" or "may still move", for a record that ends early. Static storage. */
 const char *measured_motion_at_end_text(const struct measured *measured);
 
 double measured_time_s(const struct measured *measured, size_t sample);
 /* Converts the start of a block of the board to t_s. */
-double measured_block_s(const struct measured *measured, int64_t block);
+double measured_block_time_s(const struct measured *measured, int64_t block);
 /* Returns the value of a channel in its unit: displacement relative to the baseline, tension
  * absolute. NaN: missing. */
 double measured_value(const struct measured_channel *channel, size_t sample);
@@ -180,12 +182,12 @@ struct mr_error_case measured_error_case(const struct measured *measured,
                                          double samples);
 /* Computes t0_us, the gate times relative to t0_us, the summary and the fit from the gates and the
  * landing. */
-void measured_fit_gear(struct measured *measured);
+void measured_fit_gear_motion(struct measured *measured);
 /* Computes stretch, stretch_count and blocks_from from the sources of the channels' samples. */
-void measured_find_stretches(struct measured *measured);
+void measured_find_source_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */
-void measured_find_results(struct measured *measured);
+void measured_compute_results(struct measured *measured);
 /* Return station and speed of the lead wheel at a time. NaN before touchdown or without a fit.
  * After the stop the wheel is at rest. */
 double measured_station_ft(const struct measured *measured, double t_s);

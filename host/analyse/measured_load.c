@@ -21,14 +21,14 @@
 static void collect_gates(struct measured *measured, const struct store_edge *edges,
                           size_t edge_count, const struct store_switch *places, size_t place_count)
 {
-    measured->edges = edge_count;
+    measured->edge_count = edge_count;
     for (size_t p = 0; p < place_count; p++) {
         /* a damaged campaign may have such rows */
         if (places[p].step_codes == 0 || places[p].position < 1 || places[p].position > 64)
             continue;
         measured->fitted_switches |= 1ull << (places[p].position - 1);
         measured->switch_ft[places[p].position - 1] = places[p].station_ft;
-        measured->switches++;
+        measured->switch_count++;
     }
     for (size_t e = 0; e < edge_count; e++) {
         for (size_t p = 0; p < place_count; p++) {
@@ -50,27 +50,27 @@ static void collect_gates(struct measured *measured, const struct store_edge *ed
  * belong to it: one wrong time would make the record hours long. Data outside all groups is
  * counted and excluded; the campaign keeps it ---- */
 
-#define GROUP_PAUSE_S     30
-/* A group smaller than 1/GROUP_SHARE of the largest one is excluded, unless it has edges and
- * GROUP_MIN_ENTRIES entries: a link may have been down before it. */
-#define GROUP_SHARE       100u
-#define GROUP_MIN_ENTRIES 100u
+#define GROUP_PAUSE_S        30
+/* A group smaller than 1/GROUP_SIZE_RATIO_MAX of the largest one is excluded, unless it has edges
+ * and GROUP_MIN_ENTRIES entries: a link may have been down before it. */
+#define GROUP_SIZE_RATIO_MAX 100u
+#define GROUP_MIN_ENTRIES    100u
 
 struct time_groups {
-    struct group {
+    struct time_group {
         int64_t from_s, to_s; /* both inclusive */
         size_t count, edges;
     } * group;
-    size_t groups;
+    size_t group_count;
 };
 
 static void time_groups_add(struct time_groups *groups, int64_t second, size_t count, size_t edges)
 {
-    struct group *last = groups->groups ? &groups->group[groups->groups - 1] : NULL;
+    struct time_group *last = groups->group_count ? &groups->group[groups->group_count - 1] : NULL;
     if (!last || second < last->from_s || second > last->to_s + 1) {
-        xlist_grow(&groups->group, groups->groups, sizeof *groups->group);
-        last = &groups->group[groups->groups++];
-        *last = (struct group){second, second, 0, 0};
+        xlist_grow(&groups->group, groups->group_count, sizeof *groups->group);
+        last = &groups->group[groups->group_count++];
+        *last = (struct time_group){second, second, 0, 0};
     }
     last->to_s = second > last->to_s ? second : last->to_s;
     last->count += count;
@@ -84,7 +84,7 @@ static int64_t get_edge_second(double board_s)
 
 static int compare_groups(const void *a, const void *b)
 {
-    int64_t x = ((const struct group *)a)->from_s, y = ((const struct group *)b)->from_s;
+    int64_t x = ((const struct time_group *)a)->from_s, y = ((const struct time_group *)b)->from_s;
     return (x > y) - (x < y);
 }
 
@@ -92,11 +92,11 @@ static int compare_groups(const void *a, const void *b)
 static void time_groups_select(struct time_groups *groups)
 {
     size_t joined = 0, left = 0, most = 0;
-    if (groups->groups)
-        qsort(groups->group, groups->groups, sizeof *groups->group, compare_groups);
-    for (size_t g = 0; g < groups->groups; g++) {
-        const struct group next = groups->group[g];
-        struct group *last = joined ? &groups->group[joined - 1] : NULL;
+    if (groups->group_count)
+        qsort(groups->group, groups->group_count, sizeof *groups->group, compare_groups);
+    for (size_t g = 0; g < groups->group_count; g++) {
+        const struct time_group next = groups->group[g];
+        struct time_group *last = joined ? &groups->group[joined - 1] : NULL;
         if (last && next.from_s - GROUP_PAUSE_S <= last->to_s) {
             last->to_s = next.to_s > last->to_s ? next.to_s : last->to_s;
             last->count += next.count;
@@ -107,22 +107,22 @@ static void time_groups_select(struct time_groups *groups)
         most = groups->group[joined - 1].count > most ? groups->group[joined - 1].count : most;
     }
     for (size_t g = 0; g < joined; g++) {
-        const struct group group = groups->group[g];
-        if (group.count && (group.count > most / GROUP_SHARE || group.count == most ||
+        const struct time_group group = groups->group[g];
+        if (group.count && (group.count > most / GROUP_SIZE_RATIO_MAX || group.count == most ||
                             (group.edges && group.count >= GROUP_MIN_ENTRIES)))
             groups->group[left++] = group;
     }
-    groups->groups = left;
+    groups->group_count = left;
 }
 
 /* True if a group contains the time, or if there are no groups. */
 static bool time_groups_contain(const struct time_groups *groups, int64_t second)
 {
-    for (size_t g = 0; g < groups->groups; g++) {
+    for (size_t g = 0; g < groups->group_count; g++) {
         if (second >= groups->group[g].from_s && second <= groups->group[g].to_s)
             return true;
     }
-    return groups->groups == 0;
+    return groups->group_count == 0;
 }
 
 /* ---- block records and CAN messages ---- */
@@ -140,25 +140,26 @@ struct series_data {
         int64_t newest; /* newest block in the message */
         uint8_t data[MR_MESSAGE_BYTES_MAX];
     } * message;
-    size_t messages;
-    int64_t first, last; /* seconds of the first and the last data; last < first: no data */
+    size_t message_count;
+    int64_t first_second,
+        last_second; /* seconds of the first and the last data; last < first: no data */
 };
 
-static void exclude_record(struct measured_excluded *aside, size_t *count, int64_t block)
+static void count_excluded_record(struct measured_excluded *aside, size_t *count, int64_t block)
 {
     if (aside->blocks + aside->messages + aside->edges == 0)
-        aside->block = block;
+        aside->first_block = block;
     ++*count;
 }
 
-static void extend_span(struct series_data *record, int64_t first, int64_t last)
+static void extend_time_span(struct series_data *record, int64_t first, int64_t last)
 {
-    bool any = record->last >= record->first;
-    record->first = any && record->first < first ? record->first : first;
-    record->last = any && record->last > last ? record->last : last;
+    bool any = record->last_second >= record->first_second;
+    record->first_second = any && record->first_second < first ? record->first_second : first;
+    record->last_second = any && record->last_second > last ? record->last_second : last;
 }
 
-static enum mr_status store_block(void *context, const uint8_t *bytes, size_t length, int link)
+static enum mr_status append_block(void *context, const uint8_t *bytes, size_t length, int link)
 {
     struct series_data *record = context;
     struct measured_excluded *aside = &record->measured->excluded;
@@ -167,7 +168,7 @@ static enum mr_status store_block(void *context, const uint8_t *bytes, size_t le
     if (status != MR_OK)
         return status;
     if (!time_groups_contain(&record->groups, block.index / BLOCKS_PER_S)) {
-        exclude_record(aside, &aside->blocks, block.index);
+        count_excluded_record(aside, &aside->blocks, block.index);
         return MR_OK;
     }
     if ((int64_t)block.index < record->from_block) {
@@ -179,7 +180,7 @@ static enum mr_status store_block(void *context, const uint8_t *bytes, size_t le
     record->source[record->block_count] = link == STORE_LINK_BLACK_BOX ? MEASURED_BOX
                                                                        : MEASURED_SERIAL;
     record->block[record->block_count++] = block;
-    extend_span(record, block.index, block.index);
+    extend_time_span(record, block.index, block.index);
     return MR_OK;
 }
 
@@ -203,7 +204,7 @@ static enum mr_status count_message(void *context, const struct store_frame *fra
     return MR_OK;
 }
 
-static enum mr_status store_message(void *context, const struct store_frame *frame)
+static enum mr_status append_message(void *context, const struct store_frame *frame)
 {
     struct series_data *record = context;
     struct measured_excluded *aside = &record->measured->excluded;
@@ -212,13 +213,13 @@ static enum mr_status store_message(void *context, const struct store_frame *fra
         return MR_OK;
     int64_t newest = frame->board_us / 1000;
     if (!time_groups_contain(&record->groups, newest / BLOCKS_PER_S)) {
-        exclude_record(aside, &aside->messages, newest);
+        count_excluded_record(aside, &aside->messages, newest);
         return MR_OK;
     }
     if (newest - mr_series_at(pack->series)->blocks + 1 < record->from_block)
         return MR_OK;
-    xlist_grow(&record->message, record->messages, sizeof *record->message);
-    struct message *message = &record->message[record->messages++];
+    xlist_grow(&record->message, record->message_count, sizeof *record->message);
+    struct message *message = &record->message[record->message_count++];
     *message = (struct message){.pack = pack, .newest = newest};
     memcpy(message->data, frame->data, sizeof message->data);
     return MR_OK;
@@ -226,8 +227,8 @@ static enum mr_status store_message(void *context, const struct store_frame *fra
 
 #define SAMPLES_MAX 3600000
 
-static enum mr_status make_series(struct measured *measured, int64_t first, int64_t last,
-                                  struct error *error)
+static enum mr_status allocate_series(struct measured *measured, int64_t first, int64_t last,
+                                      struct error *error)
 {
     if (last < first || last - first >= SAMPLES_MAX)
         return error_set(error, MR_MALFORMED,
@@ -268,7 +269,7 @@ static void reset_after_gap(struct mr_watch *watch)
     }
 }
 
-static void invalidate_stuck(struct measured_channel *channel, size_t sample)
+static void invalidate_stuck_samples(struct measured_channel *channel, size_t sample)
 {
     channel->validity[sample] = MR_INVALID_STUCK;
     channel->raw[sample] = MR_NAN;
@@ -276,8 +277,8 @@ static void invalidate_stuck(struct measured_channel *channel, size_t sample)
 
 /* Judges readings as the board does. A stuck channel is invalid from the reading at which it
  * stopped moving, so earlier readings back to that one are invalidated. */
-static void read_block(struct measured *measured, struct mr_watch *watch,
-                       const struct mr_block *block, enum measured_source source)
+static void decode_block(struct measured *measured, struct mr_watch *watch,
+                         const struct mr_block *block, enum measured_source source)
 {
     size_t i = (size_t)((int64_t)block->index - measured->first_block);
     float ratio = mr_channels_ratio(&measured->channel[MR_REFERENCE].config, block);
@@ -291,12 +292,12 @@ static void read_block(struct measured *measured, struct mr_watch *watch,
         channel->source[i] = (uint8_t)source;
         if (reading.validity != MR_INVALID_STUCK)
             continue;
-        invalidate_stuck(channel, i);
+        invalidate_stuck_samples(channel, i);
         for (size_t k = i; k-- > 0 &&
                            (int64_t)k + measured->first_block >= watch->channel[c].anchor_block &&
                            channel->validity[k] != MR_INVALID_STUCK;) {
             if (channel->validity[k] == MR_VALID)
-                invalidate_stuck(channel, k);
+                invalidate_stuck_samples(channel, k);
         }
     }
 }
@@ -321,7 +322,7 @@ static enum mr_status apply_stuck_events(struct store *store, struct measured *m
             int64_t i = block - measured->first_block;
             struct measured_channel *channel = &measured->channel[event[e].detail];
             if (i >= 0 && i < (int64_t)measured->samples && channel->source[i] == MEASURED_CAN)
-                invalidate_stuck(channel, (size_t)i);
+                invalidate_stuck_samples(channel, (size_t)i);
         }
     }
     free(event);
@@ -359,7 +360,7 @@ static void fill_from_message(struct measured *measured, const struct message *m
     }
 }
 
-static void read_blocks(struct measured *measured, const struct series_data *record)
+static void decode_blocks(struct measured *measured, const struct series_data *record)
 {
     size_t from_box = 0;
     struct mr_watch watch = {0};
@@ -369,7 +370,7 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
             begin_watch(&watch, measured, block->index);
         if (b > 0 && block->index - record->block[b - 1].index > WATCH_GAP_BLOCKS)
             reset_after_gap(&watch);
-        read_block(measured, &watch, block, (enum measured_source)record->source[b]);
+        decode_block(measured, &watch, block, (enum measured_source)record->source[b]);
         from_box += record->source[b] == MEASURED_BOX;
     }
     measured->source = 2 * from_box > record->block_count ? MEASURED_BOX : MEASURED_SERIAL;
@@ -379,13 +380,14 @@ static void read_blocks(struct measured *measured, const struct series_data *rec
  * blocks of hours do not fit into memory. INT64_MIN: load all. */
 static int64_t find_first_block(const struct measured *measured, const struct time_groups *groups)
 {
-    const struct group *last = groups->groups ? &groups->group[groups->groups - 1] : NULL;
+    const struct time_group *last = groups->group_count ? &groups->group[groups->group_count - 1]
+                                                        : NULL;
     if (!last || measured->landing.armed_block == STORE_NONE ||
-        BLOCKS_PER_S * (last->to_s - groups->group[0].from_s) <= 2 * MEASURED_BEFORE_BLOCKS)
+        BLOCKS_PER_S * (last->to_s - groups->group[0].from_s) <= 2 * MEASURED_BEFORE_EDGE_BLOCKS)
         return INT64_MIN;
     int64_t until = measured->gate_count ? (int64_t)floor(measured->gate[0].t_s * 1000.0)
                                          : BLOCKS_PER_S * (last->to_s + 1);
-    return until - MEASURED_BEFORE_BLOCKS;
+    return until - MEASURED_BEFORE_EDGE_BLOCKS;
 }
 
 static void select_groups(struct measured *measured, struct time_groups *groups)
@@ -398,8 +400,8 @@ static void select_groups(struct measured *measured, struct time_groups *groups)
         if (time_groups_contain(groups, get_edge_second(measured->gate[g].t_s)))
             measured->gate[kept++] = measured->gate[g];
         else
-            exclude_record(&measured->excluded, &measured->excluded.edges,
-                           get_edge_second(1000.0 * measured->gate[g].t_s));
+            count_excluded_record(&measured->excluded, &measured->excluded.edges,
+                                  get_edge_second(1000.0 * measured->gate[g].t_s));
     }
     measured->gate_count = kept;
 }
@@ -411,42 +413,42 @@ static enum mr_status load_board_series(struct store *store, struct series_data 
     int64_t run = measured->landing.id;
     enum mr_status status = store_block_indexes_each(store, run, count_block, &record->groups,
                                                      error);
-    bool messages = record->groups.groups == 0 || !measured->recalibrated_channels;
+    bool messages = record->groups.group_count == 0 || !measured->recalibrated_channels;
     if (status == MR_OK && messages)
         status = store_frames_each(store, run, LINK_CAN, count_message, &record->groups, error);
     if (status != MR_OK)
         return status;
     select_groups(measured, &record->groups);
     record->from_block = find_first_block(measured, &record->groups);
-    if (store_blocks_each(store, run, store_block, record, error) != MR_OK)
+    if (store_blocks_each(store, run, append_block, record, error) != MR_OK)
         return error_set(error, MR_MALFORMED,
                          "damaged block record: RUN %lld of %s; the database is damaged",
                          (long long)run, store_path(store));
     if (messages)
-        status = store_frames_each(store, run, LINK_CAN, store_message, record, error);
+        status = store_frames_each(store, run, LINK_CAN, append_message, record, error);
     /* messages extend the record only before its first or after its last block record */
-    int64_t first = record->first, last = record->last;
-    for (size_t i = 0; i < record->messages; i++) {
+    int64_t first = record->first_second, last = record->last_second;
+    for (size_t i = 0; i < record->message_count; i++) {
         const struct message *message = &record->message[i];
         int64_t oldest = message->newest - mr_series_at(message->pack->series)->blocks + 1;
         if (!record->block_count || message->newest < first || oldest > last)
-            extend_span(record, oldest, message->newest);
+            extend_time_span(record, oldest, message->newest);
     }
-    if (status != MR_OK || record->last < record->first)
+    if (status != MR_OK || record->last_second < record->first_second)
         return status;
-    status = make_series(measured, record->first, record->last, error);
+    status = allocate_series(measured, record->first_second, record->last_second, error);
     if (status != MR_OK)
         return status;
     measured->source = MEASURED_CAN;
     if (record->block_count)
-        read_blocks(measured, record);
-    for (size_t i = 0; i < record->messages; i++)
+        decode_blocks(measured, record);
+    for (size_t i = 0; i < record->message_count; i++)
         fill_from_message(measured, &record->message[i]);
     return messages ? apply_stuck_events(store, measured, error) : MR_OK;
 }
 
-#define STRIDE_MAX 1000
-#define BLOCK_MAX  (INT64_MAX / 2)
+#define STRIDE_MAX      1000
+#define BLOCK_INDEX_MAX (INT64_MAX / 2)
 
 /* Builds samples from the first to the last block of all imported rows. */
 static enum mr_status load_imported_series(struct store *store, struct series_data *record,
@@ -459,14 +461,14 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
                                                     error);
     for (size_t r = 0; r < count; r++) {
         if (rows[r].index < 0 || rows[r].index >= (int64_t)MR_CHANNELS || rows[r].first_block < 0 ||
-            rows[r].first_block >= BLOCK_MAX)
+            rows[r].first_block >= BLOCK_INDEX_MAX)
             rows[r].count = 0; /* a damaged campaign may have such a row */
         else
-            extend_span(record, rows[r].first_block,
-                        rows[r].first_block + (int64_t)rows[r].count - 1);
+            extend_time_span(record, rows[r].first_block,
+                             rows[r].first_block + (int64_t)rows[r].count - 1);
     }
     if (status == MR_OK && count) {
-        status = make_series(measured, record->first, record->last, error);
+        status = allocate_series(measured, record->first_second, record->last_second, error);
         measured->source = MEASURED_IMPORT;
     }
     for (size_t r = 0; r < count && status == MR_OK; r++) {
@@ -492,12 +494,12 @@ static enum mr_status load_imported_series(struct store *store, struct series_da
 static enum mr_status load_series(struct store *store, struct measured *measured,
                                   struct error *error)
 {
-    struct series_data record = {.measured = measured, .last = -1};
+    struct series_data record = {.measured = measured, .last_second = -1};
     enum mr_status status = load_board_series(store, &record, error);
-    if (status == MR_OK && record.last < record.first)
+    if (status == MR_OK && record.last_second < record.first_second)
         status = load_imported_series(store, &record, error);
     if (status == MR_OK && measured->source != MEASURED_NO_SOURCE)
-        measured_find_stretches(measured);
+        measured_find_source_stretches(measured);
     free(record.groups.group);
     free(record.block);
     free(record.source);
@@ -522,7 +524,7 @@ static enum mr_status load_gates(struct store *store, int64_t run, struct measur
             (measured->first_edge == 0 || edges[i].count < measured->first_edge))
             measured->first_edge = edges[i].count;
     }
-    measured->torn = measured->first_edge > 1;
+    measured->is_start_missing = measured->first_edge > 1;
     free(edges);
     free(places);
     return status;
@@ -534,10 +536,10 @@ static enum mr_status count_missing_edges(struct store *store, int64_t run,
     struct store_result result;
     bool found;
     enum mr_status status = store_result_get(store, run, &result, &found, error);
-    measured->edges_complete = status == MR_OK && found && result.switches != STORE_NONE;
-    if (measured->edges_complete && result.switches > (int64_t)measured->gate_count)
+    measured->has_board_result = status == MR_OK && found && result.switches != STORE_NONE;
+    if (measured->has_board_result && result.switches > (int64_t)measured->gate_count)
         measured->missing_edges = (size_t)result.switches - measured->gate_count;
-    measured->torn |= measured->edges == 0 && measured->missing_edges > 0;
+    measured->is_start_missing |= measured->edge_count == 0 && measured->missing_edges > 0;
     return status;
 }
 
@@ -554,8 +556,8 @@ static enum mr_status load_configuration(struct store *store, int64_t run,
 
 /* Finds channels without calibration date. The dates are not known if another version wrote the
  * configuration. */
-static enum mr_status find_calibration(struct store *store, int64_t run, struct measured *measured,
-                                       struct error *error)
+static enum mr_status load_calibration_state(struct store *store, int64_t run,
+                                             struct measured *measured, struct error *error)
 {
     struct mr_config *config = xmalloc(sizeof *config);
     char *text = NULL;
@@ -565,8 +567,8 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
                                                         &measured->recalibrated_channels, error);
     if (status == MR_OK && crc != STORE_NONE)
         status = store_configuration_get(store, (uint32_t)crc, &text, error);
-    measured->dates_known = text && config_text_read(text, "", config, &ignored) == MR_OK;
-    if (measured->dates_known) {
+    measured->has_calibration_dates = text && config_text_read(text, "", config, &ignored) == MR_OK;
+    if (measured->has_calibration_dates) {
         measured->site = config->site[0];
         measured->is_uncalibrated = (config_text_undated_channels(config) &
                                      ~measured->recalibrated_channels) != 0;
@@ -576,32 +578,33 @@ static enum mr_status find_calibration(struct store *store, int64_t run, struct 
     return status;
 }
 
-static enum mr_status load_details(struct store *store, int64_t run, struct measured *measured,
-                                   struct error *error)
+static enum mr_status load_gates_and_calibration(struct store *store, int64_t run,
+                                                 struct measured *measured, struct error *error)
 {
     memset(measured, 0, sizeof *measured);
     return store_landing_get(store, run, &measured->landing, error) ?:
-           find_calibration(store, run, measured, error) ?:
+           load_calibration_state(store, run, measured, error) ?:
            load_gates(store, run, measured, error) ?:
            count_missing_edges(store, run, measured, error);
 }
 
-static enum mr_status load_all(struct store *store, int64_t run, struct measured *measured,
-                               struct error *error)
+static enum mr_status load_configuration_and_series(struct store *store, int64_t run,
+                                                    struct measured *measured, struct error *error)
 {
     enum mr_status status = load_configuration(store, run, measured, error)
                               ?: load_series(store, measured, error);
     if (status != MR_OK)
         return status;
-    measured_fit_gear(measured);
-    measured_find_results(measured);
+    measured_fit_gear_motion(measured);
+    measured_compute_results(measured);
     return MR_OK;
 }
 
 enum mr_status measured_load(struct store *store, int64_t run, struct measured *measured,
                              struct error *error)
 {
-    return load_details(store, run, measured, error) ?: load_all(store, run, measured, error);
+    return load_gates_and_calibration(store, run, measured, error)
+             ?: load_configuration_and_series(store, run, measured, error);
 }
 
 #define NEAR_EDGE_BLOCKS 1000 /* one second: a block record this close to an edge covers the edge */
@@ -613,8 +616,8 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
 {
     const struct store_landing *landing = &measured->landing;
     int64_t first = -1, near = 0;
-    *enough = measured->edges_complete && measured->missing_edges == 0 &&
-              measured->gate_count > 0 && !measured->torn &&
+    *enough = measured->has_board_result && measured->missing_edges == 0 &&
+              measured->gate_count > 0 && !measured->is_start_missing &&
               (landing->state == MR_LANDING_DONE || landing->state == MR_LANDING_IDLE);
     enum mr_status status = *enough ? store_block_first(store, landing->id, &first, error) : MR_OK;
     for (size_t g = 0; g < measured->gate_count && *enough && status == MR_OK; g++) {
@@ -628,7 +631,7 @@ static enum mr_status fit_without_series(struct store *store, struct measured *m
     measured->source = MEASURED_SERIAL;
     measured->first_block = first;
     measured->samples = SIZE_MAX / 4; /* treat the record as endless, to find the stop first */
-    measured_fit_gear(measured);
+    measured_fit_gear_motion(measured);
     *enough = measured->fit_status == MR_OK;
     int64_t stop = (int64_t)(measured->summary.stop_t_s.value * 1e3) + measured->t0_us / 1000 + 1;
     if (*enough)
@@ -643,7 +646,7 @@ enum mr_status measured_load_gear(struct store *store, int64_t run, struct measu
                                   struct error *error)
 {
     bool enough = false;
-    enum mr_status status = load_details(store, run, measured, error)
+    enum mr_status status = load_gates_and_calibration(store, run, measured, error)
                               ?: fit_without_series(store, measured, &enough, error);
     if (status != MR_OK || enough)
         return status;

@@ -44,7 +44,7 @@ struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct e
     return multiply_powers(1.0, factors, powers, 2);
 }
 
-struct estimate params_area(struct estimate length_ft, struct estimate width_ft)
+struct estimate params_mat_area(struct estimate length_ft, struct estimate width_ft)
 {
     const struct estimate factors[] = {length_ft, width_ft};
     const double powers[] = {1, 1};
@@ -58,16 +58,18 @@ struct estimate params_friction(struct estimate pull_lb, struct estimate weight_
     return multiply_powers(1.0, factors, powers, 2);
 }
 
-struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats)
+struct estimate params_soil_stiffness(struct estimate load_lb, struct estimate deflection_ft,
+                                      double mats)
 {
     const struct estimate factors[] = {load_lb, deflection_ft};
     const double powers[] = {1, -1};
     return multiply_powers(1.0 / (2.0 * mats), factors, powers, 2);
 }
 
-enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
-                            struct estimate plate_ft, struct estimate mat_ft2,
-                            struct estimate *kv_lb_ft, struct error *error)
+enum mr_status params_plate_soil_stiffness(const double *load_lb, const double *settlement_ft,
+                                           size_t count, struct estimate plate_ft,
+                                           struct estimate mat_ft2, struct estimate *kv_lb_ft,
+                                           struct error *error)
 {
     struct line_fit line;
     const double powers[] = {1, -2, 1};
@@ -101,7 +103,7 @@ static double compute_student_t(size_t freedom)
 }
 
 enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
-                                 struct params_spring *spring, struct error *error)
+                                 struct params_spring_fit *spring, struct error *error)
 {
     struct line_fit line;
     if (line_fit(x, y, count, &line, error) != MR_OK)
@@ -109,7 +111,7 @@ enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
     double slope = line.slope.value, free = -line.intercept.value / slope,
            variance = line.intercept.error * line.intercept.error + 2.0 * free * line.covariance +
                       free * free * line.slope.error * line.slope.error;
-    *spring = (struct params_spring){
+    *spring = (struct params_spring_fit){
         .is_known = slope > compute_student_t(count - 2) * line.slope.error,
         .scatter = line.scatter,
         .k = line.slope,

@@ -26,7 +26,7 @@ struct estimate params_joint_stiffness(struct estimate slope_lb_in_in, struct es
 
 /* A straight line through readings of a part with free travel. The part moves freely up to x = free
  * and acts as a spring beyond: y = k (x - free). Only readings beyond `free` are used. */
-struct params_spring {
+struct params_spring_fit {
     bool is_known;     /* the slope differs from zero (Student's t, at a level of 1 in 200) */
     size_t below_free; /* number of readings below `free`; the line is valid only if this is 0 */
     double scatter;    /* standard deviation of y about the line */
@@ -35,13 +35,13 @@ struct params_spring {
 
 /* Returns MR_TOO_FEW for fewer than three readings or if all x are equal, otherwise MR_OK. */
 enum mr_status params_fit_spring(const double *x, const double *y, size_t count,
-                                 struct params_spring *spring, struct error *error);
+                                 struct params_spring_fit *spring, struct error *error);
 
 /* Computes the rotational stiffness of a joint from that of a strip. `wider`: width of the joint
  * divided by the width of the strip. */
 struct estimate params_hinge_stiffness(struct estimate strip_ft_lb_rad, struct estimate wider);
 
-struct estimate params_area(struct estimate length_ft, struct estimate width_ft);
+struct estimate params_mat_area(struct estimate length_ft, struct estimate width_ft);
 
 /* Computes the friction coefficient: the pull at which the mat just slides, divided by the weight
  * on the soil. */
@@ -50,16 +50,18 @@ struct estimate params_friction(struct estimate pull_lb, struct estimate weight_
 /* Computes the soil stiffness under one mat end. A wheel in the middle of `mats` mats side by side
  * along the runway (1 if it stands on one mat) sinks by d: KV = P/(2 mats d). If neighbouring mats
  * carry load too, the true value is smaller. */
-struct estimate params_soil(struct estimate load_lb, struct estimate deflection_ft, double mats);
+struct estimate params_soil_stiffness(struct estimate load_lb, struct estimate deflection_ft,
+                                      double mats);
 
 /* Computes the soil stiffness under one mat end from a plate bearing test: pressure under the plate
  * against its settlement gives the modulus of soil reaction, which model and prototype have in
  * common (2.2), and each end carries half of the mat: KV = slope A_mat/(2 A_plate). Settlement
  * before the plate is seated has no effect. 1.96 errors are a 95 % interval, because Student's t is
  * included. MR_TOO_FEW: fewer than three readings, or all settlements are equal. */
-enum mr_status params_plate(const double *load_lb, const double *settlement_ft, size_t count,
-                            struct estimate plate_ft, struct estimate mat_ft2,
-                            struct estimate *kv_lb_ft, struct error *error);
+enum mr_status params_plate_soil_stiffness(const double *load_lb, const double *settlement_ft,
+                                           size_t count, struct estimate plate_ft,
+                                           struct estimate mat_ft2, struct estimate *kv_lb_ft,
+                                           struct error *error);
 
 /* Computes the mean of readings with its standard error. `each`: standard error that applies to
  * every reading, and the only error of a single reading. count >= 1. */

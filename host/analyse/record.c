@@ -16,7 +16,8 @@
 
 /* ---- predictions ---- */
 
-static enum mr_status load_risk(struct store *store, struct record_row *row, struct error *error)
+static enum mr_status load_max_risk(struct store *store, struct record_row *row,
+                                    struct error *error)
 {
     struct store_risk *risk = NULL;
     size_t risks = 0;
@@ -33,23 +34,24 @@ static void set_warning(const struct measured *measured, const struct zones *zon
 {
     const struct zone_warning *warning = &zones->warning;
     char doubt[ZONES_DOUBT_SIZE];
-    row->warned_t_s = row->warned_ft = row->wheel_ft = row->lead_s = (double)NAN;
+    row->warned_t_s = row->warned_zone_start_ft = row->warned_wheel_ft = row->lead_time_s =
+        (double)NAN;
     if (warning->was_warned) {
         row->warned = RECORD_WARNED;
         row->warned_t_s = warning->t_s;
-        row->origin = zones->received.origin;
-        row->warned_ft = warning->start_ft;
-        row->wheel_ft = warning->wheel_ft;
+        row->time_origin = zones->received.origin;
+        row->warned_zone_start_ft = warning->start_ft;
+        row->warned_wheel_ft = warning->wheel_ft;
     } else if (measured->source == MEASURED_IMPORT)
         row->warned = RECORD_NO_BOARD;
     else
-        row->warned = zones_format_doubt(&zones->received, (double)INFINITY, doubt)
+        row->warned = zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt)
                         ? RECORD_NOT_RECEIVED
                         : RECORD_NO_WARNING;
 }
 
 /* Compares the landing with its advice. It is off plan if braking or speed differ. */
-static void compare_with_plan(const struct measured *measured, struct record_row *row)
+static void set_deviation_from_plan(const struct measured *measured, struct record_row *row)
 {
     const struct mr_gates_summary *fit = &measured->summary;
     if (!row->has_advice || measured->fit_status != MR_OK)
@@ -57,25 +59,26 @@ static void compare_with_plan(const struct measured *measured, struct record_row
     double speed_ft_s = fit->touchdown_speed_ft_s.value,
            stopping_distance_ft = fit->stop_station_ft.value - measured->landing.touchdown_ft,
            braking_ft_s2 = speed_ft_s * speed_ft_s / (2.0 * stopping_distance_ft);
-    bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_SPEED;
+    bool off_speed = fabs(speed_ft_s / row->advice.speed_ft_s - 1.0) > RECORD_OFF_PLAN_SPEED_SHARE;
     row->has_motion = true;
     row->is_off_plan = off_speed || (stopping_distance_ft > 0.0 &&
                                      fabs(braking_ft_s2 / row->advice.deceleration_ft_s2 - 1.0) >
-                                         RECORD_OFF_BRAKING);
-    row->followed_advice = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
-                           stopping_distance_ft > 0.0 && braking_ft_s2 <= row->advice.hardest_ft_s2;
+                                         RECORD_OFF_PLAN_BRAKING_SHARE);
+    row->followed_advice_against = strcmp(row->advice.verdict, "against") == 0 && !off_speed &&
+                                   stopping_distance_ft > 0.0 &&
+                                   braking_ft_s2 <= row->advice.hardest_ft_s2;
 }
 
 /* ---- outcome ---- */
 
-static void set_warned_verdict(struct record_row *row)
+static void set_verdict_after_warning(struct record_row *row)
 {
     const struct outcome *outcome = &row->outcome;
     if (outcome->reached == OUTCOME_NOT_REACHED)
         row->verdict = RECORD_FALSE_ALARM;
     else {
         row->verdict = outcome->reached_t_s < row->warned_t_s ? RECORD_LATE : RECORD_HIT;
-        row->lead_s = outcome->reached_t_s - row->warned_t_s;
+        row->lead_time_s = outcome->reached_t_s - row->warned_t_s;
     }
 }
 
@@ -91,7 +94,7 @@ static void set_verdict(struct record_row *row)
     else if (row->warned == RECORD_NOT_RECEIVED)
         row->unknown_reason = "no warning was received, but one may have been sent";
     else if (row->warned == RECORD_WARNED)
-        set_warned_verdict(row);
+        set_verdict_after_warning(row);
     else
         row->verdict = row->outcome.reached == OUTCOME_REACHED ? RECORD_MISS : RECORD_TRUE_NEGATIVE;
 }
@@ -102,7 +105,7 @@ struct neighbours {
     bool is_runway_restored; /* the next landing began on a runway saved before this one */
 };
 
-#define STEP_SAMPLES      20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
+#define ZONE_STEP_SAMPLES 20  /* samples of 1 ms: the wheel rolls 0.7 ft at most */
 #define MIN_ZONE_STEPS    5   /* 0.1 s: a shorter zone is an artefact of coarse segments */
 #define MIN_SPEED_FT_S    2.0 /* below this speed, the wheel is about to stop */
 #define MIN_COVERED_SHARE 0.5
@@ -124,9 +127,9 @@ const char *outcome_basis_text(enum outcome_basis basis)
  * if at least half of its openings changed, because two readings of a closed segment may be equal
  * to the last digit. Otherwise only the changed openings are new. */
 static enum mr_status load_board_survey(struct store *store, int64_t run, int64_t run_before,
-                                        struct zones_closure *survey, struct error *error)
+                                        struct zones_slack *survey, struct error *error)
 {
-    struct zones_closure last;
+    struct zones_slack last;
     size_t changed = 0;
     enum mr_status status = zones_load_survey(store, run, survey, error);
     if (status != MR_OK || run_before == 0)
@@ -150,14 +153,14 @@ static enum mr_status load_board_survey(struct store *store, int64_t run, int64_
 /* Replaces the board's survey by the newest gage survey that has readings and began between the two
  * times. */
 static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int64_t to_us,
-                                       struct zones_closure *slack, struct error *error)
+                                       struct zones_slack *slack, struct error *error)
 {
     static struct survey_results found;
     bool exists;
     enum mr_status status = survey_evaluate_between(store, from_us, to_us, &found, &exists, error);
     if (status != MR_OK || !exists)
         return status;
-    slack->surveyed_segments = found.slack.surveyed;
+    slack->surveyed_segments = found.slack.surveyed_segments;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack->slack_in[s] = (float)found.slack.segment[s].value_in;
     return MR_OK;
@@ -166,25 +169,31 @@ static enum mr_status load_gage_survey(struct store *store, int64_t from_us, int
 /* ---- transducers ---- */
 
 /* The longest zone that the wheel reached, and the first time at which it was at a zone of
- * OUTCOME_MATS, and of this length less and plus the resolution. */
-enum { LENGTH_LOW, LENGTH, LENGTH_HIGH, LENGTHS };
+ * OUTCOME_MIN_ZONE_MATS, and of this length less and plus the resolution. */
+enum {
+    OUTCOME_LENGTH_LESS_RESOLUTION,
+    OUTCOME_LENGTH,
+    OUTCOME_LENGTH_PLUS_RESOLUTION,
+    OUTCOME_LENGTH_COUNT
+};
 struct reached_zone {
     unsigned mats;
     /* start of the zone; times of reaching the lengths; NaN: no zone lasted MIN_ZONE_STEPS */
-    double start_ft, t_s[LENGTHS];
+    double start_ft, t_s[OUTCOME_LENGTH_COUNT];
 };
 
 static struct reached_zone find_reached_zone(const struct measured *measured,
-                                             const struct zones_closure *slack)
+                                             const struct zones_slack *slack)
 {
-    static const unsigned mats[LENGTHS] = {OUTCOME_MATS - OUTCOME_RESOLUTION, OUTCOME_MATS,
-                                           OUTCOME_MATS + OUTCOME_RESOLUTION};
+    static const unsigned mats[OUTCOME_LENGTH_COUNT] = {
+        OUTCOME_MIN_ZONE_MATS - OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS,
+        OUTCOME_MIN_ZONE_MATS + OUTCOME_RESOLUTION_MATS};
     struct reached_zone reached = {.start_ft = (double)NAN};
-    unsigned steady[LENGTHS] = {0};
-    double since_s[LENGTHS];
-    for (unsigned k = 0; k < LENGTHS; k++)
+    unsigned steady[OUTCOME_LENGTH_COUNT] = {0};
+    double since_s[OUTCOME_LENGTH_COUNT];
+    for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++)
         reached.t_s[k] = since_s[k] = (double)NAN;
-    for (size_t i = 0; i < measured->samples; i += STEP_SAMPLES) {
+    for (size_t i = 0; i < measured->samples; i += ZONE_STEP_SAMPLES) {
         float left_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
         double t_s = measured_time_s(measured, i), error_ft_s,
@@ -193,9 +202,10 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
             break;
         if (isnan(wheel_ft) || !(measured_speed_ft_s(measured, t_s, &error_ft_s) > MIN_SPEED_FT_S))
             continue;
-        zones_find_closed(measured, slack, i, left_in, &zone);
-        bool at_it = zone.mats > 0 && (double)zone.start_ft - wheel_ft < OUTCOME_NEAR_FT;
-        for (unsigned k = 0; k < LENGTHS; k++) {
+        zones_find_closed_segments(measured, slack, i, left_in, &zone);
+        bool at_it = zone.mats > 0 &&
+                     (double)zone.start_ft - wheel_ft < OUTCOME_REACHED_DISTANCE_FT;
+        for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++) {
             steady[k] = at_it && zone.mats >= mats[k] ? steady[k] + 1 : 0;
             since_s[k] = steady[k] <= 1 ? t_s : since_s[k];
             if (isnan(reached.t_s[k]) && steady[k] == MIN_ZONE_STEPS)
@@ -217,7 +227,7 @@ static double compute_covered_share(const struct measured *measured)
 {
     double from_ft = measured->landing.touchdown_ft,
            to_ft = measured->summary.stop_station_ft.value +
-                   OUTCOME_MATS * (double)MR_MAT_LENGTH_FT,
+                   OUTCOME_MIN_ZONE_MATS * (double)MR_MAT_LENGTH_FT,
            first_ft = (double)NAN, last_ft = (double)NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
@@ -231,10 +241,10 @@ static double compute_covered_share(const struct measured *measured)
     return isnan(first_ft) || !(to_ft > from_ft) ? 0.0 : fmax(0.0, watched_ft) / (to_ft - from_ft);
 }
 
-static void judge_by_transducers(const struct measured *measured, const struct zones_closure *slack,
-                                 struct outcome *outcome)
+static void judge_outcome_by_transducers(const struct measured *measured,
+                                         const struct zones_slack *slack, struct outcome *outcome)
 {
-    struct zones_closure closed = *slack; /* segments that were not surveyed count as closed */
+    struct zones_slack closed = *slack; /* segments that were not surveyed count as closed */
     if (measured->fit_status != MR_OK) {
         outcome->unknown_reason = "the motion of the gear up to its stop is unknown";
         return;
@@ -250,11 +260,11 @@ static void judge_by_transducers(const struct measured *measured, const struct z
         return;
     }
     struct reached_zone reached = find_reached_zone(measured, slack);
-    outcome->mats = (int64_t)reached.mats;
-    outcome->start_ft = reached.start_ft;
-    outcome->reached_t_s = reached.t_s[LENGTH];
-    outcome->reached_low_s = reached.t_s[LENGTH_LOW];
-    outcome->reached_high_s = reached.t_s[LENGTH_HIGH];
+    outcome->longest_mats = (int64_t)reached.mats;
+    outcome->longest_start_ft = reached.start_ft;
+    outcome->reached_t_s = reached.t_s[OUTCOME_LENGTH];
+    outcome->reached_earliest_s = reached.t_s[OUTCOME_LENGTH_LESS_RESOLUTION];
+    outcome->reached_latest_s = reached.t_s[OUTCOME_LENGTH_PLUS_RESOLUTION];
     if (isfinite(outcome->reached_t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -265,7 +275,7 @@ static void judge_by_transducers(const struct measured *measured, const struct z
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segments < MR_SEGMENTS &&
-             isfinite(find_reached_zone(measured, &closed).t_s[LENGTH]))
+             isfinite(find_reached_zone(measured, &closed).t_s[OUTCOME_LENGTH]))
         outcome->unknown_reason =
             "the survey before the landing leaves out segments where a zone may have been";
     else {
@@ -276,8 +286,8 @@ static void judge_by_transducers(const struct measured *measured, const struct z
 
 /* ---- survey afterwards and observations ---- */
 
-static void judge_by_survey_after(const struct measured *measured,
-                                  const struct zones_closure *slack, struct outcome *outcome)
+static void judge_outcome_by_survey_after(const struct measured *measured,
+                                          const struct zones_slack *slack, struct outcome *outcome)
 {
     float nothing_in[MR_TRANSDUCERS], station_ft[MR_TRANSDUCERS];
     struct mr_closure_zone zone;
@@ -292,9 +302,9 @@ static void judge_by_survey_after(const struct measured *measured,
                                      .wheel_ft = (float)stop_ft};
     float left_in[MR_SEGMENTS];
     mr_closure_find(&input, &zone, left_in);
-    bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_NEAR_FT;
+    bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_REACHED_DISTANCE_FT;
     outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
-    if (outcome->closed_after_mats < OUTCOME_MATS || outcome->reached == OUTCOME_REACHED)
+    if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)
         return;
     if (outcome->reached == OUTCOME_NOT_REACHED) {
         outcome->reached = OUTCOME_UNKNOWN;
@@ -306,8 +316,8 @@ static void judge_by_survey_after(const struct measured *measured,
     }
 }
 
-static enum mr_status judge_by_observations(struct store *store, int64_t run,
-                                            struct outcome *outcome, struct error *error)
+static enum mr_status judge_outcome_by_observations(struct store *store, int64_t run,
+                                                    struct outcome *outcome, struct error *error)
 {
     struct store_observation *row = NULL;
     size_t count = 0;
@@ -335,14 +345,14 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
                                    const struct neighbours *between, struct outcome *outcome,
                                    struct error *error)
 {
-    struct zones_closure before, after = {.surveyed_segments = 0};
+    struct zones_slack before, after = {.surveyed_segments = 0};
     const struct store_landing *landing = &measured->landing;
-    *outcome = (struct outcome){.mats = STORE_NONE,
+    *outcome = (struct outcome){.longest_mats = STORE_NONE,
                                 .closed_after_mats = STORE_NONE,
-                                .start_ft = (double)NAN,
+                                .longest_start_ft = (double)NAN,
                                 .reached_t_s = (double)NAN,
-                                .reached_low_s = (double)NAN,
-                                .reached_high_s = (double)NAN};
+                                .reached_earliest_s = (double)NAN,
+                                .reached_latest_s = (double)NAN};
     enum mr_status status =
         load_board_survey(store, landing->id, between->previous ? between->previous->id : 0,
                           &before, error)
@@ -356,9 +366,9 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
                                   error);
     if (status != MR_OK)
         return status;
-    judge_by_transducers(measured, &before, outcome);
-    judge_by_survey_after(measured, &after, outcome);
-    status = judge_by_observations(store, landing->id, outcome, error);
+    judge_outcome_by_transducers(measured, &before, outcome);
+    judge_outcome_by_survey_after(measured, &after, outcome);
+    status = judge_outcome_by_observations(store, landing->id, outcome, error);
     if (outcome->reached != OUTCOME_UNKNOWN)
         outcome->unknown_reason = NULL;
     return status;
@@ -367,8 +377,8 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
 /* ---- a landing ---- */
 
 /* Sets the newest advice between the previous landing of the campaign and this one. */
-static void set_advice(const struct store_advice *advice, size_t count, int64_t before,
-                       struct record_row *row)
+static void set_newest_advice(const struct store_advice *advice, size_t count, int64_t before,
+                              struct record_row *row)
 {
     for (size_t i = 0; i < count; i++) {
         if (advice[i].after_run < before || advice[i].after_run >= row->run)
@@ -396,8 +406,8 @@ static uint64_t find_runway_history_id(struct store *store, const struct store_l
 }
 
 /* Finds the landing whose runway was restored for this landing, and the advice for that runway. */
-static void set_same_runway(const struct record *record, const uint64_t *history,
-                            struct record_row *row)
+static void set_same_runway_run(const struct record *record, const uint64_t *history,
+                                struct record_row *row)
 {
     const size_t at = (size_t)(row - record->row);
     for (size_t i = 0; i < at && row->same_runway_run == STORE_NONE && history[at]; i++) {
@@ -422,9 +432,10 @@ static const struct store_landing *find_neighbour(const struct store_landing *al
 }
 
 /* Loading samples is slow and is useful only with a survey, so the survey is checked first. */
-static enum mr_status has_survey(struct store *store, int64_t run, bool *has, struct error *error)
+static enum mr_status check_any_survey(struct store *store, int64_t run, bool *has,
+                                       struct error *error)
 {
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct store_gage_survey *rows = NULL;
     size_t count = 0;
     enum mr_status status = zones_load_survey(store, run, &survey, error)
@@ -439,8 +450,8 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
                                     struct error *error)
 {
     set_warning(loaded->measured, loaded->zones, row);
-    compare_with_plan(loaded->measured, row);
-    enum mr_status status = load_risk(store, row, error);
+    set_deviation_from_plan(loaded->measured, row);
+    enum mr_status status = load_max_risk(store, row, error);
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, loaded->measured, between, &row->outcome, error);
     if (status == MR_OK)
@@ -455,7 +466,7 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
     static struct measured measured; /* static, because it takes some ten kilobytes */
     struct zones zones = {0};
     bool surveyed = false;
-    enum mr_status status = has_survey(store, row->run, &surveyed, error);
+    enum mr_status status = check_any_survey(store, row->run, &surveyed, error);
     memset(&measured, 0, sizeof measured);
     if (status == MR_OK)
         status = surveyed && !row->is_void ? measured_load(store, row->run, &measured, error)
@@ -473,14 +484,14 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
 
 /* ---- totals ---- */
 
-static void count_row(struct record *record, const struct record_row *row)
+static void add_row_to_totals(struct record *record, const struct record_row *row)
 {
     record->void_landings += row->is_void;
     if (row->is_void)
         return;
     record->landings++;
     record->verdict[row->verdict]++;
-    if (row->has_advice && (row->is_off_plan || row->followed_advice))
+    if (row->has_advice && (row->is_off_plan || row->followed_advice_against))
         record->off_plan_landings++;
     else if (row->has_advice)
         record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
@@ -491,7 +502,7 @@ static void count_row(struct record *record, const struct record_row *row)
 
 /* ---- the campaign ---- */
 
-struct record_row *record_find(struct record *record, int64_t run)
+struct record_row *record_find_row(struct record *record, int64_t run)
 {
     size_t low = 0, high = record->row_count;
     while (low < high) {
@@ -528,8 +539,8 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
         row->run = record->landing[i].id;
         row->same_runway_run = STORE_NONE;
         history[i] = find_runway_history_id(store, &record->landing[i]);
-        set_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
-        set_same_runway(record, history, row);
+        set_newest_advice(advice, advices, i ? record->landing[i - 1].id : 0, row);
+        set_same_runway_run(record, history, row);
         status = store_is_void(store, row->run, &row->is_void, NULL, error);
     }
     free(advice);
@@ -540,7 +551,7 @@ enum mr_status record_begin(struct store *store, struct record *record, struct e
 enum mr_status record_judge(struct store *store, struct record *record,
                             const struct record_landing *loaded, struct error *error)
 {
-    struct record_row *row = record_find(record, loaded->measured->landing.id);
+    struct record_row *row = record_find_row(record, loaded->measured->landing.id);
     if (!row)
         return MR_OK;
     const struct neighbours between = find_neighbours(record, row);
@@ -557,7 +568,7 @@ enum mr_status record_end(struct store *store, struct record *record, struct err
             status = load_landing(store, &between, row, error);
     }
     for (size_t i = 0; status == MR_OK && i < record->row_count; i++)
-        count_row(record, &record->row[i]);
+        add_row_to_totals(record, &record->row[i]);
     return status;
 }
 
@@ -587,50 +598,50 @@ const char *record_verdict_text(enum record_verdict verdict)
 bool record_is_marginal(const struct record_row *row)
 {
     return row->outcome.basis == OUTCOME_TRANSDUCERS &&
-           llabs(row->outcome.mats - OUTCOME_MATS) <= OUTCOME_RESOLUTION;
+           llabs(row->outcome.longest_mats - OUTCOME_MIN_ZONE_MATS) <= OUTCOME_RESOLUTION_MATS;
 }
 
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
 {
     const struct outcome *outcome = &row->outcome;
     const double sign = row->verdict == RECORD_LATE ? -1.0 : 1.0,
-                 low_s = outcome->reached_low_s - row->warned_t_s,
-                 high_s = outcome->reached_high_s - row->warned_t_s;
+                 low_s = outcome->reached_earliest_s - row->warned_t_s,
+                 high_s = outcome->reached_latest_s - row->warned_t_s;
     int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
-    if (isnan(row->lead_s))
+    if (isnan(row->lead_time_s))
         return out;
     used += snprintf(out + used, RECORD_TEXT_SIZE - (size_t)used, ", %s about %.1f s",
-                     row->verdict == RECORD_LATE ? "by" : "lead time", sign * row->lead_s);
+                     row->verdict == RECORD_LATE ? "by" : "lead time", sign * row->lead_time_s);
     out += used;
     const size_t size = RECORD_TEXT_SIZE - (size_t)used;
     if (isfinite(high_s))
         snprintf(out, size, " (%.1f to %.1f s at the resolution of %d mats)",
                  fmin(sign * low_s, sign * high_s), fmax(sign * low_s, sign * high_s),
-                 OUTCOME_RESOLUTION);
+                 OUTCOME_RESOLUTION_MATS);
     else if (isfinite(low_s)) /* no zone was longer than the limit by the resolution */
         snprintf(out, size, " (%.1f s or %s at the resolution of %d mats)", sign * low_s,
-                 row->verdict == RECORD_LATE ? "less" : "more", OUTCOME_RESOLUTION);
+                 row->verdict == RECORD_LATE ? "less" : "more", OUTCOME_RESOLUTION_MATS);
     return out - used;
 }
 
 /* What the wheel reached, from the evidence of the outcome. */
-static void append_reached(const struct outcome *outcome, char *out, size_t size)
+static void append_reached_zone(const struct outcome *outcome, char *out, size_t size)
 {
     if (outcome->reached == OUTCOME_UNKNOWN)
         snprintf(out, size, "whether the wheel reached a closed zone is not known");
     else if (isfinite(outcome->reached_t_s))
         snprintf(out, size,
                  "the wheel reached %d closed mats about %.1f s after touchdown (evidence: %s%s)",
-                 OUTCOME_MATS, outcome->reached_t_s, outcome_basis_text(outcome->basis),
-                 outcome->basis == OUTCOME_OBSERVATION && isfinite(outcome->reached_low_s)
+                 OUTCOME_MIN_ZONE_MATS, outcome->reached_t_s, outcome_basis_text(outcome->basis),
+                 outcome->basis == OUTCOME_OBSERVATION && isfinite(outcome->reached_earliest_s)
                      ? ", survey before and transducers"
                      : "");
     else if (outcome->reached == OUTCOME_REACHED)
         snprintf(out, size, "the wheel reached a closed zone (evidence: %s)",
                  outcome_basis_text(outcome->basis));
-    else if (outcome->mats > 0)
+    else if (outcome->longest_mats > 0)
         snprintf(out, size, "the longest closed zone that the wheel reached had %lld mats",
-                 (long long)outcome->mats);
+                 (long long)outcome->longest_mats);
     else
         snprintf(out, size, "the wheel reached no closed zone");
 }
@@ -645,20 +656,20 @@ const char *record_format_evidence(const struct record_row *row, char out[RECORD
     size_t used;
     if (row->warned == RECORD_WARNED)
         snprintf(out, RECORD_TEXT_SIZE, "the board warned %.3f s %s %s; ", fabs(row->warned_t_s),
-                 row->warned_t_s < 0.0 ? "before" : "after", row->origin);
+                 row->warned_t_s < 0.0 ? "before" : "after", row->time_origin);
     else
         snprintf(out, RECORD_TEXT_SIZE, "%s; ", warned[row->warned]);
     used = strlen(out);
-    append_reached(outcome, out + used, RECORD_TEXT_SIZE - used);
+    append_reached_zone(outcome, out + used, RECORD_TEXT_SIZE - used);
     used = strlen(out);
     if (record_is_marginal(row) && outcome->reached == OUTCOME_REACHED)
         snprintf(out + used, RECORD_TEXT_SIZE - used, "; the longest closed zone had %lld mats",
-                 (long long)outcome->mats);
+                 (long long)outcome->longest_mats);
     used = strlen(out);
     if (record_is_marginal(row))
         snprintf(out + used, RECORD_TEXT_SIZE - used,
-                 ", within the resolution of %d mats of the limit of %d", OUTCOME_RESOLUTION,
-                 OUTCOME_MATS);
+                 ", within the resolution of %d mats of the limit of %d", OUTCOME_RESOLUTION_MATS,
+                 OUTCOME_MIN_ZONE_MATS);
     used = strlen(out);
     if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
         snprintf(out + used, RECORD_TEXT_SIZE - used, " (%s)", row->unknown_reason);
@@ -669,7 +680,7 @@ const char *record_advice_text(const struct record_row *row, char out[RECORD_ADV
 {
     bool against = row->has_advice && strcmp(row->advice.verdict, "against") == 0;
     snprintf(out, RECORD_ADVICE_SIZE, "%s%s", row->has_advice ? row->advice.verdict : "none",
-             row->followed_advice                  ? ", followed"
+             row->followed_advice_against          ? ", followed"
              : row->has_advice && row->is_off_plan ? ", plan not followed"
              : against && row->has_motion          ? ", not followed"
                                                    : "");

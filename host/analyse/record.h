@@ -21,8 +21,9 @@
  * - A wave or a break that a person observed. A two-panel wave that the gear crosses is not a
  * failure (report 2.1).
  * - The survey before the landing and the transducers during it (common/closure.h): at each moment
- * the longest closed run ahead of the wheel that begins within OUTCOME_NEAR_FT of the wheel and
- * lasts 0.1 s. Segments of ten mats make its length and time coarse (by how much: tests/score).
+ * the longest closed run ahead of the wheel that begins within OUTCOME_REACHED_DISTANCE_FT of the
+ * wheel and lasts 0.1 s. Its length and time are coarse, because segments are ten mats long
+ * (by how much: tests/score).
  * - The survey after the landing: a closed run of that length which begins at the stopped wheel.
  * This survey can only give "yes", because joints open again behind the wheel.
  *
@@ -31,11 +32,12 @@
  * of the distance from touchdown to 50 mats beyond the stop. Otherwise the outcome is unknown, and
  * `reason` has the reason. */
 
-#define OUTCOME_MATS       50 /* length of a zone at which buckling begins (report 6.1.4) */
+/* length of a zone at which buckling begins (report 6.1.4) */
+#define OUTCOME_MIN_ZONE_MATS       50
 /* mats of a survey segment: the resolution of a zone's length */
-#define OUTCOME_RESOLUTION ((int)MR_MATS_PER_SEGMENT)
+#define OUTCOME_RESOLUTION_MATS     ((int)MR_MATS_PER_SEGMENT)
 /* a zone counts as reached at this distance (seven mats), as in tests/score */
-#define OUTCOME_NEAR_FT    2.0
+#define OUTCOME_REACHED_DISTANCE_FT 2.0
 
 enum outcome_reached { OUTCOME_UNKNOWN, OUTCOME_REACHED, OUTCOME_NOT_REACHED };
 enum outcome_basis {
@@ -51,14 +53,14 @@ struct outcome {
     enum outcome_basis basis;
     const char *unknown_reason; /* why the outcome is unknown; static storage */
     /* Longest zone that the wheel reached, by transducers and survey; STORE_NONE: not known. */
-    int64_t mats;
-    double start_ft; /* start of the longest zone */
+    int64_t longest_mats;
+    double longest_start_ft; /* start of the longest zone */
     /* time at which the wheel reached a zone of 50 mats; NaN: it reached none, or the time is not
      * known */
     double reached_t_s;
     /* The same for zones that are shorter and longer by the resolution, which bound reached_t_s;
      * NaN: it reached none. */
-    double reached_low_s, reached_high_s;
+    double reached_earliest_s, reached_latest_s;
     double covered_share; /* share of the gear's path that lies between transducers */
     /* Length of the closed run at the wheel in the survey after the landing; STORE_NONE: no survey
      * was read. */
@@ -72,8 +74,8 @@ const char *outcome_basis_text(enum outcome_basis basis);
 
 /* A landing is off plan if its braking or speed differs from the plan by more than this share. The
  * advice does not apply to it. */
-#define RECORD_OFF_BRAKING 0.25
-#define RECORD_OFF_SPEED   0.10
+#define RECORD_OFF_PLAN_BRAKING_SHARE 0.25
+#define RECORD_OFF_PLAN_SPEED_SHARE   0.10
 
 enum record_warned {
     RECORD_NO_BOARD, /* the readings are from another instrument: no board could warn */
@@ -99,11 +101,11 @@ struct record_row {
     enum record_warned warned;
     /* time and start of the zone at the first warning, and position of the wheel; NaN: no
      * warning */
-    double warned_t_s, warned_ft, wheel_ft;
-    const char *origin; /* origin of warned_t_s; static */
+    double warned_t_s, warned_zone_start_ft, warned_wheel_ft;
+    const char *time_origin; /* origin of warned_t_s; static */
     /* time from the warning until the wheel reached a zone, negative if the warning was too late;
      * NaN: no warning, or no zone */
-    double lead_s;
+    double lead_time_s;
     double max_risk; /* largest risk reported during the landing; NaN: none */
     /* First landing that began on the same runway, if the runway was restored; STORE_NONE: none.
      * Only an emulated board can restore its runway, because its memory is a file. */
@@ -113,7 +115,7 @@ struct record_row {
     bool has_motion;            /* the motion is known, so the next two fields are valid */
     bool is_off_plan;
     /* the plan was advised against, and the landing braked no harder than advised */
-    bool followed_advice;
+    bool followed_advice_against;
     struct outcome outcome;
     enum record_verdict verdict;
     const char *unknown_reason; /* reason for RECORD_NOT_KNOWN; static storage */
@@ -141,7 +143,7 @@ struct record_landing {
 /* Makes one row per landing; none is judged yet. Call record_free in every case. */
 enum mr_status record_begin(struct store *store, struct record *record, struct error *error);
 /* Finds the row of a landing; NULL if there is none. */
-struct record_row *record_find(struct record *record, int64_t run);
+struct record_row *record_find_row(struct record *record, int64_t run);
 /* Judges a landing that the caller has loaded. */
 enum mr_status record_judge(struct store *store, struct record *record,
                             const struct record_landing *loaded, struct error *error);
@@ -159,7 +161,7 @@ const char *record_format_outcome(const struct record_row *row, char out[RECORD_
 /* Writes what the outcome follows from: when the board warned, and what the wheel reached. */
 const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
 /* True if the resolution decides the outcome: the longest zone that the wheel reached is within the
- * resolution of OUTCOME_MATS. */
+ * resolution of OUTCOME_MIN_ZONE_MATS. */
 bool record_is_marginal(const struct record_row *row);
 /* Writes the advice before a landing and whether it was followed: "against, followed"; "none". */
 #define RECORD_ADVICE_SIZE 48

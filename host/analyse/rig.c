@@ -5,8 +5,9 @@
 
 #include "host/base/xmalloc.h"
 
-enum mr_status rig_predict(const double *x, const double *y, size_t count, double at, bool squared,
-                           struct estimate *predicted, struct error *error)
+enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t count, double at,
+                                        bool squared, struct estimate *predicted,
+                                        struct error *error)
 {
     double *z = xcalloc(2 * count + 1, sizeof *z), *weight = z + count;
     struct line_fit line;
@@ -33,8 +34,8 @@ enum mr_status rig_predict(const double *x, const double *y, size_t count, doubl
     return MR_OK;
 }
 
-enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,
-                          struct estimate *height_ft, struct error *error)
+enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate distance_ft,
+                                  struct estimate *height_ft, struct error *error)
 {
     const double dx = marks->x[1] - marks->x[0], dy = marks->y[1] - marks->y[0],
                  px = marks->x[2] - marks->x[0], py = marks->y[2] - marks->y[0],

@@ -19,8 +19,9 @@
  * share of the energy and drag does not depend on speed. Linear: deceleration without brakes by
  * temperature. MR_TOO_FEW: fewer than three landings, or all x are equal. MR_NUMERICS: the line
  * predicts that the gear does not reach the runway. */
-enum mr_status rig_predict(const double *x, const double *y, size_t count, double at, bool squared,
-                           struct estimate *predicted, struct error *error);
+enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t count, double at,
+                                        bool squared, struct estimate *predicted,
+                                        struct error *error);
 
 /* Points marked in a picture, in pixels from its upper left corner: two points at a known distance,
  * and the point whose height is measured. `error`: standard error of each coordinate. */
@@ -31,7 +32,7 @@ struct rig_marks {
 /* Height of the third point above the straight line through the first two, whose distance gives the
  * scale; negative below the line. Valid if the three points are in one plane that faces the camera.
  * MR_USAGE: the first two are nearer than 20 errors, so the scale is not known. */
-enum mr_status rig_height(const struct rig_marks *marks, struct estimate distance_ft,
-                          struct estimate *height_ft, struct error *error);
+enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate distance_ft,
+                                  struct estimate *height_ft, struct error *error);
 
 #endif

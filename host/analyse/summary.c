@@ -20,15 +20,15 @@ const char *summary_link_name(int link)
     return link == LINK_CAN ? "CAN" : link == LINK_SERIAL ? "serial" : "file";
 }
 
-static enum mr_status load_troubles(struct store *store, int64_t run, int kind,
-                                    struct summary_link *link, struct error *error)
+static enum mr_status load_link_errors(struct store *store, int64_t run, int kind,
+                                       struct summary_link *link, struct error *error)
 {
     struct store_link_error *rows = NULL;
     size_t count = 0;
     enum mr_status status = store_link_errors(store, run, kind, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
         if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
-            link->trouble[rows[i].code] = rows[i].count;
+            link->error_count[rows[i].code] = rows[i].count;
     }
     free(rows);
     return status;
@@ -45,7 +45,8 @@ void summary_count_gaps(const struct store_gap *gaps, size_t count,
         if (strcmp(gap->cause, "silence") == 0 || gap->count == STORE_NONE)
             its->was_silent = true;
         else if (strcmp(gap->message, "frame") == 0)
-            *(strcmp(gap->cause, "board") == 0 ? &its->dropped : &its->lost) += gap->count;
+            *(strcmp(gap->cause, "board") == 0 ? &its->dropped_frames
+                                               : &its->lost_frames) += gap->count;
     }
 }
 
@@ -58,19 +59,19 @@ static enum mr_status load_links(struct store *store, struct summary *summary, s
         const char *spec = kind == LINK_CAN ? summary->session.can_link
                                             : summary->session.serial_link;
         link->is_used = spec[0] != '\0';
-        status = store_frames_count(store, run, kind, &link->received, error);
+        status = store_frames_count(store, run, kind, &link->received_frames, error);
         int64_t blocks = 0;
         if (status == MR_OK && kind == LINK_SERIAL)
             status = store_blocks_count(store, run, &blocks, error);
-        link->received += blocks;
+        link->received_frames += blocks;
         if (status == MR_OK)
-            status = load_troubles(store, run, kind, link, error);
+            status = load_link_errors(store, run, kind, link, error);
     }
     summary_count_gaps(summary->gap, summary->gap_count, summary->link);
     return status;
 }
 
-void summary_format_troubles(const int64_t *trouble, char *out, size_t size)
+void summary_format_link_errors(const int64_t *trouble, char *out, size_t size)
 {
     size_t used = 0;
     out[0] = '\0';
@@ -81,7 +82,7 @@ void summary_format_troubles(const int64_t *trouble, char *out, size_t size)
     }
 }
 
-json_t *summary_troubles_json(const int64_t *trouble)
+json_t *summary_link_errors_to_json(const int64_t *trouble)
 {
     json_t *object = json_object();
     for (unsigned i = 0; i < LINK_TROUBLES; i++) {
@@ -140,18 +141,19 @@ static void add_link(const struct summary_link *link, int kind, struct answer *a
     }
     answer_words(answer, NULL, summary_link_name(kind),
                  "%lld frames received, %lld lost, %lld not sent by the board%s",
-                 (long long)link->received, (long long)link->lost, (long long)link->dropped,
+                 (long long)link->received_frames, (long long)link->lost_frames,
+                 (long long)link->dropped_frames,
                  link->was_silent ? "; the link was silent for a time: more may be lost" : "");
-    summary_format_troubles(link->trouble, line, sizeof line);
+    summary_format_link_errors(link->error_count, line, sizeof line);
     snprintf(label, sizeof label, "%s link", summary_link_name(kind));
     if (line[0])
         answer_words(answer, NULL, label, "%s", line);
     answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", NULL);
-    answer_count(answer, "received", NULL, link->received);
-    answer_count(answer, "lost", NULL, link->lost);
-    answer_count(answer, "dropped", NULL, link->dropped);
+    answer_count(answer, "received", NULL, link->received_frames);
+    answer_count(answer, "lost", NULL, link->lost_frames);
+    answer_count(answer, "dropped", NULL, link->dropped_frames);
     answer_flag(answer, "silent", NULL, link->was_silent);
-    answer_json_value(answer, "troubles", summary_troubles_json(link->trouble));
+    answer_json_value(answer, "troubles", summary_link_errors_to_json(link->error_count));
     answer_close_group(answer);
 }
 
@@ -201,20 +203,21 @@ static void add_mean(const struct store_mean *mean, struct answer *answer)
     }
 }
 
-static bool is_missing_samples(const struct measured_channel *channel, enum mr_channel_kind kind)
+static bool has_missing_samples(const struct measured_channel *channel, enum mr_channel_kind kind)
 {
     return channel->config.kind == kind && channel->missing_to > channel->missing_from;
 }
 
 /* Lists the channels with the same missing time as channel `c`: "1, 2, 5". Returns false if an
  * earlier channel already listed `c`. */
-static bool format_channels(const struct measured *measured, unsigned c, char *out, size_t size)
+static bool format_channels_missing_alike(const struct measured *measured, unsigned c, char *out,
+                                          size_t size)
 {
     const struct measured_channel *first = &measured->channel[c];
     size_t used = 0;
     for (unsigned i = 0; i < MR_CHANNELS; i++) {
         const struct measured_channel *channel = &measured->channel[i];
-        if (!is_missing_samples(channel, first->config.kind) ||
+        if (!has_missing_samples(channel, first->config.kind) ||
             channel->missing_from != first->missing_from ||
             channel->missing_to != first->missing_to)
             continue;
@@ -227,20 +230,20 @@ static bool format_channels(const struct measured *measured, unsigned c, char *o
     return true;
 }
 
-static void add_missing(const struct measured *measured, enum mr_channel_kind kind,
-                        struct answer *answer)
+static void add_missing_samples(const struct measured *measured, enum mr_channel_kind kind,
+                                struct answer *answer)
 {
     char numbers[120];
     if (measured->has_no_baseline && kind == MR_KIND_DISPLACEMENT)
         answer_sentence(answer, NULL,
                         "No reading at rest before the landing was received: movements are not "
                         "known.");
-    else if (measured->torn && measured->first_edge > 0)
+    else if (measured->is_start_missing && measured->first_edge > 0)
         answer_sentence(answer, NULL,
                         "The first switch edges were not received: least, most and end values are "
                         "those from edge %lld on.",
                         (long long)measured->first_edge);
-    if (measured_is_cut_short(measured))
+    if (measured_ends_while_moving(measured))
         answer_sentence(answer, NULL,
                         "The record ends %.3f s after %s, while the gear %s: peaks and end values "
                         "are those up to that time.",
@@ -248,8 +251,8 @@ static void add_missing(const struct measured *measured, enum mr_channel_kind ki
                         measured_origin_text(measured), measured_motion_at_end_text(measured));
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
-        if (!is_missing_samples(channel, kind) ||
-            !format_channels(measured, c, numbers, sizeof numbers))
+        if (!has_missing_samples(channel, kind) ||
+            !format_channels_missing_alike(measured, c, numbers, sizeof numbers))
             continue;
         answer_sentence(answer, NULL,
                         "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "
@@ -284,13 +287,13 @@ static void copy_failed_checks(const char *checks, char *out, size_t size)
     json_decref(object);
 }
 
-static enum mr_status load_ready(struct store *store, const struct store_landing *landing,
-                                 struct summary_ready ready[SUMMARY_READY_KINDS],
-                                 struct error *error)
+static enum mr_status load_ready_checks(struct store *store, const struct store_landing *landing,
+                                        struct summary_ready_check ready[SUMMARY_READY_CHECK_COUNT],
+                                        struct error *error)
 {
     enum mr_status status = MR_OK;
-    memset(ready, 0, SUMMARY_READY_KINDS * sizeof *ready);
-    for (int kind = 0; kind < SUMMARY_READY_KINDS && status == MR_OK && landing->board_uid[0];
+    memset(ready, 0, SUMMARY_READY_CHECK_COUNT * sizeof *ready);
+    for (int kind = 0; kind < SUMMARY_READY_CHECK_COUNT && status == MR_OK && landing->board_uid[0];
          kind++) {
         struct store_readiness row;
         status = store_readiness_get(store, landing->board_uid, get_ready_kind_name(kind),
@@ -305,10 +308,11 @@ static enum mr_status load_ready(struct store *store, const struct store_landing
     return status;
 }
 
-static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], struct answer *answer)
+static void add_ready_checks(const struct summary_ready_check ready[SUMMARY_READY_CHECK_COUNT],
+                             struct answer *answer)
 {
-    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
-        const struct summary_ready *r = &ready[kind];
+    for (int kind = 0; kind < SUMMARY_READY_CHECK_COUNT; kind++) {
+        const struct summary_ready_check *r = &ready[kind];
         if (r->is_known)
             answer_words(answer, NULL, get_ready_kind_name(kind), "%s, %.0f min before%s%s",
                          r->is_go ? "go" : "NO-GO", r->minutes_before_arming,
@@ -316,7 +320,7 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
                 ->is_warning = !r->is_go;
     }
     answer_open_group(answer, "readiness", NULL);
-    for (int kind = 0; kind < SUMMARY_READY_KINDS; kind++) {
+    for (int kind = 0; kind < SUMMARY_READY_CHECK_COUNT; kind++) {
         if (!ready[kind].is_known) {
             answer_no_value(answer, get_ready_kind_name(kind), NULL, "");
             continue;
@@ -331,7 +335,7 @@ static void add_ready(const struct summary_ready ready[SUMMARY_READY_KINDS], str
     answer_close_group(answer);
 }
 
-#define TIME_MAX_US 1e17 /* a time in the year 5138 */
+#define HOST_TIME_MAX_US 1e17 /* a time in the year 5138 */
 
 /* Returns true if time map `a` is better than `b`. Usable maps are better than refused ones. Of two
  * usable maps, CAN is better, because its delay is shorter. Of two refused maps, the refusal with
@@ -371,12 +375,12 @@ static enum mr_status load_time(struct store *store, struct summary *summary, st
 {
     return film_load(store, &summary->measured, &summary->film, error)
              ?: summary_load_clock(store, summary->measured.landing.id, &summary->clock,
-                                   &summary->clock_known, error);
+                                   &summary->is_clock_known, error);
 }
 
-struct summary_moment summary_time_of_day(const struct summary *summary, double board_us)
+struct summary_moment summary_convert_to_time_of_day(const struct summary *summary, double board_us)
 {
-    if (!summary->clock_known || summary->clock.refusal != TIMEMAP_OK)
+    if (!summary->is_clock_known || summary->clock.refusal != TIMEMAP_OK)
         return (struct summary_moment){(double)NAN, (double)NAN};
     return summary_convert_time(&summary->clock, board_us);
 }
@@ -384,10 +388,10 @@ struct summary_moment summary_time_of_day(const struct summary *summary, double 
 /* Formats a time in Unix microseconds, for example "2026-11-21 22:28:14.1234 UTC". */
 static void format_time_of_day(double host_us, char *out, size_t size)
 {
-    time_t second = fabs(host_us) < TIME_MAX_US ? (time_t)floor(host_us / 1e6) : 0;
+    time_t second = fabs(host_us) < HOST_TIME_MAX_US ? (time_t)floor(host_us / 1e6) : 0;
     struct tm utc;
     char text[40];
-    if (!(fabs(host_us) < TIME_MAX_US) || !gmtime_r(&second, &utc)) {
+    if (!(fabs(host_us) < HOST_TIME_MAX_US) || !gmtime_r(&second, &utc)) {
         snprintf(out, size, "a time outside the calendar");
         return;
     }
@@ -398,11 +402,11 @@ static void format_time_of_day(double host_us, char *out, size_t size)
 static void add_clock(const struct summary *summary, struct answer *answer)
 {
     const struct store_time_map *clock = &summary->clock;
-    const struct summary_moment touchdown = summary_time_of_day(summary,
-                                                                (double)summary->measured.t0_us);
+    const struct summary_moment touchdown =
+        summary_convert_to_time_of_day(summary, (double)summary->measured.t0_us);
     bool good = clock->refusal == TIMEMAP_OK;
     char day[60];
-    if (!summary->clock_known)
+    if (!summary->is_clock_known)
         return;
     answer_open_group(answer, "clock", "");
     answer_flag(answer, "good", NULL, good);
@@ -424,7 +428,7 @@ static void add_clock(const struct summary *summary, struct answer *answer)
         answer_words(answer, NULL, "clock", "times of day unknown: %s",
                      timemap_refusal_text((unsigned)clock->refusal));
     }
-    if (good && summary->measured.t0_is_touchdown) {
+    if (good && summary->measured.is_t0_touchdown) {
         format_time_of_day(touchdown.host_us, day, sizeof day);
         answer_words(answer, NULL, "touchdown at", "%s", day);
     }
@@ -459,7 +463,7 @@ static void add_film(const struct summary *summary, struct answer *answer)
     answer_close_group(answer);
 }
 
-void summary_add_time(const struct summary *summary, struct answer *answer)
+void summary_add_times(const struct summary *summary, struct answer *answer)
 {
     add_clock(summary, answer);
     add_film(summary, answer);
@@ -487,10 +491,10 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
                                 error) ?:
            store_restarts(store, run, &summary->restart, &summary->restart_count, error) ?:
            store_command_events(store, run, &summary->command, &summary->command_count, error) ?:
-           store_key_states(store, run, &summary->key, &summary->key_count, error) ?:
+           store_key_states(store, run, &summary->key_state, &summary->key_state_count, error) ?:
            bands_load(store, &summary->measured, &summary->bands, error) ?:
            load_mean(store, run, summary->mean, error) ?:
-           load_ready(store, &summary->measured.landing, summary->ready, error) ?:
+           load_ready_checks(store, &summary->measured.landing, summary->ready_check, error) ?:
            store_find_duplicate(store, run, &summary->duplicate_run, error);
 }
 
@@ -506,15 +510,15 @@ void summary_free(struct summary *summary)
     free(summary->channel_event);
     free(summary->restart);
     free(summary->command);
-    free(summary->key);
+    free(summary->key_state);
 }
 
 void summary_format_switches(const struct measured *measured, char *out, size_t size)
 {
     size_t seen = measured->gate_count;
-    bool all = seen == measured->switches && seen > 0;
+    bool all = seen == measured->switch_count && seen > 0;
     int length = all ? snprintf(out, size, "all %zu seen", seen)
-                     : snprintf(out, size, "%zu of %zu seen", seen, measured->switches);
+                     : snprintf(out, size, "%zu of %zu seen", seen, measured->switch_count);
     const char *before = ", missing ";
     uint64_t unseen = measured->fitted_switches & ~measured->seen_switches;
     /* the gear may have stopped before reaching the switches beyond the last one seen */
@@ -529,7 +533,8 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
         before = ", ";
     }
     if (beyond && length > 0 && (size_t)length < size) {
-        const char *state = measured->fit_status == MR_TRUNCATED || measured_is_cut_short(measured)
+        const char *state = measured->fit_status == MR_TRUNCATED ||
+                                    measured_ends_while_moving(measured)
                               ? "not received"
                               : "not reached";
         int from = __builtin_ctzll(beyond) + 1, to = 64 - __builtin_clzll(beyond);
@@ -538,9 +543,9 @@ void summary_format_switches(const struct measured *measured, char *out, size_t 
                     : snprintf(out + length, size - (size_t)length, "; switches %d to %d %s", from,
                                to, state);
     }
-    if (measured->edges > seen && length > 0 && (size_t)length < size)
+    if (measured->edge_count > seen && length > 0 && (size_t)length < size)
         snprintf(out + length, size - (size_t)length, "; %zu edges were not assigned to a switch",
-                 measured->edges - seen);
+                 measured->edge_count - seen);
 }
 
 static double get_event_time_s(const struct measured *measured, const struct store_fault *event)
@@ -680,7 +685,7 @@ static void add_motion(const struct summary *summary, struct answer *answer)
     summary_format_switches(measured, switches, sizeof switches);
     answer_words(answer, NULL, "switches", "%s", switches);
     add_switch_events(summary, answer);
-    answer_count(answer, "switches", NULL, (int64_t)measured->switches);
+    answer_count(answer, "switches", NULL, (int64_t)measured->switch_count);
     answer_count(answer, "switches_seen", NULL, (int64_t)measured->gate_count);
     answer_words(answer, "fit", NULL, "%s", mr_status_text(measured->fit_status));
     if (measured->fit_status == MR_OK || measured->fit_status == MR_TRUNCATED)
@@ -688,12 +693,12 @@ static void add_motion(const struct summary *summary, struct answer *answer)
                             4, answer);
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON_SIZE];
-        measured_format_no_stop(measured, reason);
+        measured_format_unknown_stop(measured, reason);
         answer_words(answer, NULL, "stop", "not known: %s", reason);
     } else if (measured->fit_status != MR_OK) {
         answer_words(answer, NULL, "motion", "not known: %s",
-                     measured->torn ? "the first switch edges were not received"
-                                    : mr_status_text(measured->fit_status));
+                     measured->is_start_missing ? "the first switch edges were not received"
+                                                : mr_status_text(measured->fit_status));
     } else {
         add_motion_estimate("mean_deceleration", "deceleration", UNIT_DECELERATION,
                             fit->mean_deceleration_ft_s2, 4, answer);
@@ -711,8 +716,9 @@ static void add_channel(const struct measured *measured, const struct measured_c
     const bool gage = channel->config.kind == MR_KIND_TENSION;
     const enum unit_kind unit = gage ? UNIT_TENSION : UNIT_DISPLACEMENT;
     const int decimals = gage ? 1 : 4;
-    const double valid = measured->samples ? (double)channel->valid / (double)measured->samples
-                                           : 0.0;
+    const double valid = measured->samples
+                           ? (double)channel->valid_samples / (double)measured->samples
+                           : 0.0;
     answer_count(answer, "number", gage ? "gage" : "transducer", channel->config.number);
     if (gage)
         answer_count(answer, "band", "band", channel->config.band);
@@ -721,10 +727,10 @@ static void add_channel(const struct measured *measured, const struct measured_c
     answer_value(answer, "before", gage ? "before" : NULL, unit, channel->baseline, decimals)
         ->digits = 9;
     if (!gage) {
-        answer_estimate(answer, NULL, "peak", unit, channel->peak, channel->error, decimals);
+        answer_estimate(answer, NULL, "peak", unit, channel->peak, channel->peak_error, decimals);
         answer_value(answer, "peak", NULL, unit, channel->peak, decimals)->digits = 9;
     }
-    answer_value(answer, "error", NULL, unit, channel->error, decimals)->digits = 9;
+    answer_value(answer, "error", NULL, unit, channel->peak_error, decimals)->digits = 9;
     answer_estimate(answer, "least", gage ? "least" : NULL, unit, channel->low, channel->low_error,
                     decimals)
         ->digits = 9;
@@ -750,7 +756,7 @@ void summary_add_channels(const struct measured *measured, enum mr_channel_kind 
 {
     bool any = false;
     if (label)
-        add_missing(measured, kind, answer);
+        add_missing_samples(measured, kind, answer);
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         any |= measured->channel[c].config.kind == kind;
     answer_open_table(answer, kind == MR_KIND_TENSION ? "tensions" : "displacements",
@@ -858,8 +864,8 @@ static void add_board(const struct store_landing *landing, int64_t can_base, str
 void summary_add_calibration(const struct measured *measured, struct answer *answer)
 {
     answer_json_value(answer, "uncalibrated",
-                      measured->dates_known ? json_boolean(measured->is_uncalibrated)
-                                            : json_null());
+                      measured->has_calibration_dates ? json_boolean(measured->is_uncalibrated)
+                                                      : json_null());
 }
 
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE])
@@ -873,12 +879,12 @@ void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEAD
 void summary_add_alerts(const struct summary *summary, struct answer *answer)
 {
     const struct measured *measured = &summary->measured;
-    char torn[MEASURED_TORN_SIZE];
-    measured_format_torn(measured, torn);
+    char torn[MEASURED_MISSING_START_SIZE];
+    measured_format_missing_start(measured, torn);
     if (torn[0])
         answer_words(answer, NULL, "incomplete", "%s", torn + strlen("incomplete: "))->is_warning =
             true;
-    answer_flag(answer, "torn", NULL, measured->torn);
+    answer_flag(answer, "torn", NULL, measured->is_start_missing);
     if (summary->duplicate_run)
         answer_words(answer, NULL, "twice", "this is the same landing as RUN %lld",
                      (long long)summary->duplicate_run)
@@ -888,7 +894,7 @@ void summary_add_alerts(const struct summary *summary, struct answer *answer)
     summary_add_calibration(measured, answer);
     add_restarts(summary, answer);
     add_commands(summary, answer);
-    add_ready(summary->ready, answer);
+    add_ready_checks(summary->ready_check, answer);
 }
 
 void summary_add_facts(const struct summary *summary, struct answer *answer)
@@ -907,7 +913,7 @@ void summary_add_facts(const struct summary *summary, struct answer *answer)
 
 void summary_add_health(const struct summary *summary, struct answer *answer)
 {
-    summary_add_time(summary, answer);
+    summary_add_times(summary, answer);
     add_links(summary, answer);
     add_faults(summary, answer);
 }
@@ -935,7 +941,7 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     answer_close_group(answer);
 }
 
-json_t *summary_json(const struct summary *summary, bool si)
+json_t *summary_to_json(const struct summary *summary, bool si)
 {
     struct answer *answer = answer_new(si);
     summary_to_answer(summary, answer);

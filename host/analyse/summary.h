@@ -19,9 +19,9 @@
 /* Result of `matrig ready` before a landing: the newest check and the newest switch walk of its
  * board, within 12 h before arming. */
 
-#define SUMMARY_READY_KINDS 2
+#define SUMMARY_READY_CHECK_COUNT 2
 
-struct summary_ready {
+struct summary_ready_check {
     bool is_known;
     bool is_go;
     double minutes_before_arming; /* age of the result when the landing was armed */
@@ -34,10 +34,10 @@ struct summary_ready {
 
 struct summary_link {
     bool is_used;
-    int64_t received;               /* frames received during the landing */
-    int64_t lost;                   /* frames sent by the board and not received */
-    int64_t dropped;                /* frames that the board reports as dropped from its queue */
-    int64_t trouble[LINK_TROUBLES]; /* errors that the link itself counted */
+    int64_t received_frames; /* frames received during the landing */
+    int64_t lost_frames;     /* frames sent by the board and not received */
+    int64_t dropped_frames;  /* frames that the board reports as dropped from its queue */
+    int64_t error_count[LINK_TROUBLES]; /* errors that the link itself counted */
     /* the link was silent from the start, or became silent during the landing: losses cannot be
      * counted */
     bool was_silent;
@@ -57,7 +57,7 @@ struct summary {
     struct film film;
     struct braking braking;
     struct store_time_map clock; /* best clock of the links; `refusal` shows whether it is usable */
-    bool clock_known;
+    bool is_clock_known;
     struct store_fault *fault;
     size_t fault_count;
     struct store_fault *switch_event; /* switch faults that the board reported */
@@ -70,10 +70,10 @@ struct summary {
     /* commands from another program, and refused commands; count 1: sent by matrig log itself */
     struct store_fault *command;
     size_t command_count;
-    struct store_fault *key; /* states of the board key; code: enum mr_key_state */
-    size_t key_count;        /* number of states; 0: not reported */
+    struct store_fault *key_state; /* states of the board key; code: enum mr_key_state */
+    size_t key_state_count;        /* number of states; 0: not reported */
     struct store_mean mean[MR_QUANTITY_COUNT]; /* means of the messages that the board repeats */
-    struct summary_ready ready[SUMMARY_READY_KINDS];
+    struct summary_ready_check ready_check[SUMMARY_READY_CHECK_COUNT];
     int64_t duplicate_run; /* earlier RUN that is a record of the same landing; 0: none */
 };
 
@@ -102,15 +102,15 @@ void summary_add_channels(const struct measured *measured, enum mr_channel_kind 
                           const char *label, struct answer *answer);
 
 /* Returns the content of summary_to_answer as JSON. The caller owns the object. */
-json_t *summary_json(const struct summary *summary, bool si);
+json_t *summary_to_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
 /* Writes the state of the switches: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size);
 /* Writes LINK_TROUBLES counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
-void summary_format_troubles(const int64_t *trouble, char *out, size_t size);
+void summary_format_link_errors(const int64_t *trouble, char *out, size_t size);
 /* Returns LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the
  * object. */
-json_t *summary_troubles_json(const int64_t *trouble);
+json_t *summary_link_errors_to_json(const int64_t *trouble);
 
 /* Adds up the gaps of each link: lost frames, dropped frames, silence. */
 void summary_count_gaps(const struct store_gap *gaps, size_t count,
@@ -121,13 +121,14 @@ struct summary_moment {
     double host_us;
     double half_width_us;
 };
-struct summary_moment summary_time_of_day(const struct summary *summary, double board_us);
+struct summary_moment summary_convert_to_time_of_day(const struct summary *summary,
+                                                     double board_us);
 /* Loads the best clock of a landing's links, as in summary->clock. `*known` is false if no link has
  * a clock. summary_convert_time converts a board time with this clock. */
 enum mr_status summary_load_clock(struct store *store, int64_t run, struct store_time_map *clock,
                                   bool *known, struct error *error);
 struct summary_moment summary_convert_time(const struct store_time_map *clock, double board_us);
 
-void summary_add_time(const struct summary *summary, struct answer *answer);
+void summary_add_times(const struct summary *summary, struct answer *answer);
 
 #endif

@@ -28,14 +28,15 @@ static double compute_parabola_term(double t_s, size_t n)
 
 /* Fills the matrix of universal kriging: covariances, bordered by the terms of the parabola. */
 static size_t fill_kriging_matrix(const struct track *track, const struct track_model *model,
-                                  double system[TRACK_SIZE][TRACK_SIZE])
+                                  double system[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE])
 {
-    size_t n = track->gates;
-    memset(system, 0, sizeof(double[TRACK_SIZE][TRACK_SIZE]));
+    size_t n = track->gate_count;
+    memset(system, 0, sizeof(double[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE]));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k < n; k++)
             system[i][k] = model->q * compute_covariance(track->t_s[i], track->t_s[k]);
-        system[i][i] += track->error_ft * track->error_ft + model->ripple_ft * model->ripple_ft;
+        system[i][i] += track->gate_error_ft * track->gate_error_ft +
+                        model->ripple_ft * model->ripple_ft;
         for (size_t p = 0; p < PARABOLA_TERMS; p++)
             system[i][n + p] = system[n + p][i] = compute_parabola_term(track->t_s[i], p);
     }
@@ -53,8 +54,9 @@ static void swap_rows(double *a, double *b, size_t n)
 
 /* Inverts by Gauss-Jordan elimination with row pivots, and computes the logarithm of the absolute
  * determinant. Returns false if the matrix is singular. */
-static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
-                          double inverse[TRACK_SIZE][TRACK_SIZE], double *log_determinant)
+static bool invert_matrix(double a[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE], size_t n,
+                          double inverse[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE],
+                          double *log_determinant)
 {
     *log_determinant = 0.0;
     for (size_t i = 0; i < n; i++) {
@@ -93,12 +95,12 @@ static bool invert_matrix(double a[TRACK_SIZE][TRACK_SIZE], size_t n,
  * inverse. */
 static double compute_deviance(const struct track *track, struct track_model *model)
 {
-    double system[TRACK_SIZE][TRACK_SIZE], log_determinant, squares = 0.0;
+    double system[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE], log_determinant, squares = 0.0;
     size_t size = fill_kriging_matrix(track, model, system);
     if (!invert_matrix(system, size, model->inverse, &log_determinant))
         return (double)INFINITY;
-    for (size_t i = 0; i < track->gates; i++) {
-        for (size_t k = 0; k < track->gates; k++)
+    for (size_t i = 0; i < track->gate_count; i++) {
+        for (size_t k = 0; k < track->gate_count; k++)
             squares += track->station_ft[i] * model->inverse[i][k] * track->station_ft[k];
     }
     return log_determinant + squares;
@@ -106,18 +108,18 @@ static double compute_deviance(const struct track *track, struct track_model *mo
 
 /* Stores a model if it is among the likeliest. `unlikely` has the deviance of each entry of
  * track->model. */
-static void keep_model(struct track *track, const struct track_model *model,
-                       double unlikeliness_now, double unlikely[TRACK_MODELS])
+static void keep_likeliest_models(struct track *track, const struct track_model *model,
+                                  double unlikeliness_now, double unlikely[TRACK_MODELS_MAX])
 {
-    size_t place = track->models;
-    if (place == TRACK_MODELS) {
+    size_t place = track->model_count;
+    if (place == TRACK_MODELS_MAX) {
         place = 0;
-        for (size_t i = 1; i < TRACK_MODELS; i++)
+        for (size_t i = 1; i < TRACK_MODELS_MAX; i++)
             place = unlikely[i] > unlikely[place] ? i : place;
         if (unlikeliness_now >= unlikely[place])
             return;
     } else {
-        track->models++;
+        track->model_count++;
     }
     track->model[place] = *model;
     unlikely[place] = unlikeliness_now;
@@ -125,24 +127,24 @@ static void keep_model(struct track *track, const struct track_model *model,
 
 /* Searches a grid of models: q in half powers of ten, ripples from 0 to many times the gates'
  * error. */
-static void find_models(struct track *track)
+static void select_models(struct track *track)
 {
     static const double ripples[] = {0.0, 0.7, 1.4, 2.8, 5.6, 11.2};
-    double unlikely[TRACK_MODELS], least = (double)INFINITY, sum = 0.0;
+    double unlikely[TRACK_MODELS_MAX], least = (double)INFINITY, sum = 0.0;
     for (int half = MIN_HALF_POWER; half <= MAX_HALF_POWER; half++) {
         for (size_t i = 0; i < sizeof ripples / sizeof ripples[0]; i++) {
             struct track_model model = {.q = pow(10.0, 0.5 * half),
-                                        .ripple_ft = ripples[i] * track->error_ft};
+                                        .ripple_ft = ripples[i] * track->gate_error_ft};
             double now = compute_deviance(track, &model);
             if (!isinf(now))
-                keep_model(track, &model, now, unlikely);
+                keep_likeliest_models(track, &model, now, unlikely);
         }
     }
-    for (size_t m = 0; m < track->models; m++)
+    for (size_t m = 0; m < track->model_count; m++)
         least = fmin(least, unlikely[m]);
-    for (size_t m = 0; m < track->models; m++)
+    for (size_t m = 0; m < track->model_count; m++)
         sum += track->model[m].weight = exp(-0.5 * (unlikely[m] - least));
-    for (size_t m = 0; m < track->models; m++)
+    for (size_t m = 0; m < track->model_count; m++)
         track->model[m].weight /= sum;
 }
 
@@ -150,18 +152,18 @@ static void find_models(struct track *track)
 static double predict_station(const struct track *track, const struct track_model *model,
                               double since_s, double *station_ft)
 {
-    double side[TRACK_SIZE], variance = model->q * compute_covariance(since_s, since_s);
-    for (size_t i = 0; i < track->gates; i++)
+    double side[TRACK_MATRIX_SIZE], variance = model->q * compute_covariance(since_s, since_s);
+    for (size_t i = 0; i < track->gate_count; i++)
         side[i] = model->q * compute_covariance(track->t_s[i], since_s);
     for (size_t p = 0; p < PARABOLA_TERMS; p++)
-        side[track->gates + p] = compute_parabola_term(since_s, p);
+        side[track->gate_count + p] = compute_parabola_term(since_s, p);
     *station_ft = 0.0;
-    for (size_t i = 0; i < track->gates + PARABOLA_TERMS; i++) {
+    for (size_t i = 0; i < track->gate_count + PARABOLA_TERMS; i++) {
         double weight = 0.0;
-        for (size_t k = 0; k < track->gates + PARABOLA_TERMS; k++)
+        for (size_t k = 0; k < track->gate_count + PARABOLA_TERMS; k++)
             weight += model->inverse[i][k] * side[k];
         variance -= weight * side[i];
-        if (i < track->gates)
+        if (i < track->gate_count)
             *station_ft += weight * track->station_ft[i];
     }
     /* the ripple is real motion and exists between gates too */
@@ -171,7 +173,7 @@ static double predict_station(const struct track *track, const struct track_mode
 static struct mr_estimate predict_between_gates(const struct track *track, double t_s)
 {
     double mean = 0.0, variance = 0.0, square = 0.0, reference = track->station_ft[0];
-    for (size_t m = 0; m < track->models; m++) {
+    for (size_t m = 0; m < track->model_count; m++) {
         const struct track_model *model = &track->model[m];
         double station_ft;
         variance += model->weight *
@@ -198,7 +200,7 @@ static double compute_brake_error_ft(double deceleration_ft_s2)
            sqrt(4.0 * d * d * e * e + 2.0 * e * e * e * e);
 }
 
-static void set_ends(const struct measured *measured, struct track *track)
+static void set_end_moments(const struct measured *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     double speed_ft_s = summary->touchdown_speed_ft_s.value;
@@ -218,25 +220,25 @@ void track_make(const struct measured *measured, struct track *track)
 {
     const struct mr_gates_summary *summary = &measured->summary;
     memset(track, 0, sizeof *track);
-    if (measured->fit_status != MR_OK || !measured->t0_is_touchdown)
+    if (measured->fit_status != MR_OK || !measured->is_t0_touchdown)
         return;
-    track->error_ft = measured->landing.switch_error_ft;
+    track->gate_error_ft = measured->landing.switch_error_ft;
     for (size_t g = 0; g < measured->gate_count; g++) {
         const struct mr_gate *gate = &measured->gate[g];
         if (gate->t_s <= 0.0 || summary->outlier & 1u << g)
             continue;
-        if (track->gates == 0)
+        if (track->gate_count == 0)
             track->first_gate.t_s = gate->t_s;
         track->last_gate.t_s = gate->t_s;
-        track->t_s[track->gates] = gate->t_s - track->first_gate.t_s;
-        track->station_ft[track->gates++] = gate->station_ft;
+        track->t_s[track->gate_count] = gate->t_s - track->first_gate.t_s;
+        track->station_ft[track->gate_count++] = gate->station_ft;
     }
-    if (track->gates < PARABOLA_TERMS)
+    if (track->gate_count < PARABOLA_TERMS)
         return;
-    find_models(track);
-    track->is_known = track->models > 0;
+    select_models(track);
+    track->is_known = track->model_count > 0;
     if (track->is_known)
-        set_ends(measured, track);
+        set_end_moments(measured, track);
 }
 
 /* Interpolates station and speed with a cubic, and the error linearly. */
@@ -252,7 +254,7 @@ static struct mr_estimate interpolate_cubic(const struct track_moment *from,
                                     (to->station_ft.error - from->station_ft.error) * x};
 }
 
-struct mr_estimate track_at(const struct track *track, double t_s)
+struct mr_estimate track_compute_station(const struct track *track, double t_s)
 {
     const struct track_moment *touchdown = &track->touchdown;
     if (!track->is_known || t_s < track->start_s)
@@ -271,15 +273,16 @@ struct mr_estimate track_at(const struct track *track, double t_s)
 
 /* ---- the film ---- */
 
-#define GAP_PERIODS_MAX 1e9 /* largest gap in periods, because damaged times may give any value */
+/* largest gap in periods, because damaged times may give any value */
+#define GAP_PERIODS_MAX       1e9
 /* number of steps on each side that are in the median; up to half of them may be gaps */
-#define MEDIAN_STEPS    7u
+#define MEDIAN_STEPS_PER_SIDE 7u
 
 /* Returns the median of the steps from `from` to `to`. Of two middle steps it is the shorter one,
  * because a longer step may be a gap of several periods. */
 static double find_median_step(const double *t_us, size_t from, size_t to)
 {
-    double step_us[2 * MEDIAN_STEPS + 1];
+    double step_us[2 * MEDIAN_STEPS_PER_SIDE + 1];
     size_t count = 0;
     for (size_t i = from; i < to; i++)
         step_us[count++] = t_us[i + 1] - t_us[i];
@@ -287,13 +290,13 @@ static double find_median_step(const double *t_us, size_t from, size_t to)
     return step_us[(count - 1) / 2];
 }
 
-void film_number_frames(const double *t_us, size_t count, int64_t *number)
+void film_compute_frame_numbers(const double *t_us, size_t count, int64_t *number)
 {
     if (count)
         number[0] = 1;
     for (size_t i = 1; i < count; i++) {
-        size_t from = i - 1 > MEDIAN_STEPS ? i - 1 - MEDIAN_STEPS : 0;
-        size_t to = i + MEDIAN_STEPS < count - 1 ? i + MEDIAN_STEPS : count - 1;
+        size_t from = i - 1 > MEDIAN_STEPS_PER_SIDE ? i - 1 - MEDIAN_STEPS_PER_SIDE : 0;
+        size_t to = i + MEDIAN_STEPS_PER_SIDE < count - 1 ? i + MEDIAN_STEPS_PER_SIDE : count - 1;
         int64_t periods = llround(
             fmin((t_us[i] - t_us[i - 1]) / find_median_step(t_us, from, to), GAP_PERIODS_MAX));
         number[i] = number[i - 1] + (periods > 1 ? periods : 1);
@@ -306,7 +309,7 @@ static void set_frame_numbers(struct film *film)
     int64_t *number = xcalloc(film->frame_count, sizeof *number);
     for (size_t i = 0; i < film->frame_count; i++)
         t_us[i] = film->frame[i].board_us;
-    film_number_frames(t_us, film->frame_count, number);
+    film_compute_frame_numbers(t_us, film->frame_count, number);
     for (size_t i = 0; i < film->frame_count; i++)
         film->frame[i].number = number[i];
     free(t_us);
@@ -326,7 +329,7 @@ static void add_frame(struct film *film, const struct measured *measured, const 
     *frame = (struct film_frame){.pulse = row->number,
                                  .board_us = row->board_us,
                                  .t_s = t_s,
-                                 .station_ft = track_at(track, t_s)};
+                                 .station_ft = track_compute_station(track, t_s)};
     frame->speed_ft_s.value = measured_speed_ft_s(measured, t_s, &frame->speed_ft_s.error);
 }
 

@@ -19,9 +19,9 @@
 
 #include "host/analyse/measured.h"
 
-#define TRACK_SIZE (MR_GATES_MAX + 3u) /* gates and the 3 terms of the parabola */
+#define TRACK_MATRIX_SIZE (MR_GATES_MAX + 3u) /* gates and the 3 terms of the parabola */
 
-#define TRACK_MODELS 24u
+#define TRACK_MODELS_MAX 24u
 
 struct track_moment {
     double t_s;
@@ -34,23 +34,23 @@ struct track {
     double start_s; /* first edge, or touchdown; before it, the station is not known */
     struct track_moment touchdown, first_gate, last_gate, stop;
     double speed_error_ft_s; /* standard error of the speed at touchdown */
-    size_t gates;            /* number of gates */
+    size_t gate_count;       /* number of gates */
     double t_s[MR_GATES_MAX], station_ft[MR_GATES_MAX]; /* times are relative to the first gate */
-    double error_ft;                                    /* standard error of each gate station */
-    size_t models;                                      /* the models with the largest weights */
+    double gate_error_ft;                               /* standard error of each gate station */
+    size_t model_count;                                 /* the models with the largest weights */
     struct track_model {
         double q;         /* intensity of the white noise, (ft/s3)^2 s */
         double ripple_ft; /* standard deviation of the ripple */
         double weight;
-        double inverse[TRACK_SIZE][TRACK_SIZE];
-    } model[TRACK_MODELS];
+        double inverse[TRACK_MATRIX_SIZE][TRACK_MATRIX_SIZE];
+    } model[TRACK_MODELS_MAX];
 };
 
 /* Makes the track from a landing with a fit and at least three gates beyond touchdown; otherwise
  * `is_known` is false. */
 void track_make(const struct measured *measured, struct track *track);
 /* Returns the station of the lead wheel with its standard error; NaN where it is not known. */
-struct mr_estimate track_at(const struct track *track, double t_s);
+struct mr_estimate track_compute_station(const struct track *track, double t_s);
 
 /* The film of a landing: the frame number of each camera pulse, and the gear position in that
  * frame.
@@ -82,6 +82,6 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
 void film_free(struct film *film);
 
 /* Computes frame numbers from ascending pulse times in microseconds. */
-void film_number_frames(const double *t_us, size_t count, int64_t *number);
+void film_compute_frame_numbers(const double *t_us, size_t count, int64_t *number);
 
 #endif

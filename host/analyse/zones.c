@@ -13,7 +13,7 @@
 
 double zones_time_s(const struct measured *measured, const struct store_zone *zone)
 {
-    return measured_block_s(measured, zone->block);
+    return measured_block_time_s(measured, zone->block);
 }
 
 /* size of a time as text, for example "2.824 s after touchdown" */
@@ -37,10 +37,10 @@ static struct zone_warning find_first_warning(const struct measured *measured,
         .end_ft = row->end_ft,
         .wheel_ft = row->wheel_ft,
         .inferred_percent = row->inferred_percent,
-        .lead_s = (double)NAN,
-        .lead_t_s = (double)NAN,
-        .lead_start_ft = (double)NAN,
-        .lead_actual_s = (double)NAN,
+        .predicted_lead_s = (double)NAN,
+        .predicted_lead_t_s = (double)NAN,
+        .predicted_lead_start_ft = (double)NAN,
+        .actual_lead_s = (double)NAN,
         .reason = STORE_NONE,
         .level = STORE_NONE,
         .start_error_ft = (double)NAN,
@@ -49,7 +49,7 @@ static struct zone_warning find_first_warning(const struct measured *measured,
         .predicted_wheel_ft = (double)NAN,
         .predicted_wheel_after_s = (double)NAN,
     };
-    warning.path_known = measured->fit_status == MR_OK;
+    warning.is_path_known = measured->fit_status == MR_OK;
     warning.reached_t_s = measured_arrival_s(measured, row->start_ft);
     warning.was_reached = !isnan(warning.reached_t_s);
     if (warning.reached_t_s < warning.t_s) /* the wheel was already in the zone */
@@ -59,8 +59,8 @@ static struct zone_warning find_first_warning(const struct measured *measured,
 }
 
 /* Loads what the predictor stated in the block of the first warning. */
-static enum mr_status load_reason(struct store *store, const struct measured *measured,
-                                  struct zones *zones, struct error *error)
+static enum mr_status load_warning_reason(struct store *store, const struct measured *measured,
+                                          struct zones *zones, struct error *error)
 {
     struct store_prediction *row = NULL;
     size_t count = 0;
@@ -95,12 +95,12 @@ static void find_warning(const struct measured *measured, struct zones *zones)
             continue;
         if (!warning->was_warned)
             *warning = find_first_warning(measured, row);
-        if (isnan(warning->lead_s) && !isnan(row->lead_s)) {
-            warning->lead_s = row->lead_s;
-            warning->lead_t_s = zones_time_s(measured, row);
-            warning->lead_start_ft = row->start_ft;
-            warning->lead_actual_s = measured_arrival_s(measured, row->start_ft) -
-                                     warning->lead_t_s;
+        if (isnan(warning->predicted_lead_s) && !isnan(row->lead_s)) {
+            warning->predicted_lead_s = row->lead_s;
+            warning->predicted_lead_t_s = zones_time_s(measured, row);
+            warning->predicted_lead_start_ft = row->start_ft;
+            warning->actual_lead_s = measured_arrival_s(measured, row->start_ft) -
+                                     warning->predicted_lead_t_s;
         }
         if (row->mats > warning->longest_mats) {
             warning->longest_mats = row->mats;
@@ -110,32 +110,32 @@ static void find_warning(const struct measured *measured, struct zones *zones)
     }
 }
 
-#define PAUSE_BLOCKS 100 /* duration of two zone messages; a longer pause may hide a warning */
+#define PAUSE_MAX_BLOCKS 100 /* duration of two zone messages; a longer pause may hide a warning */
 
 /* Summarizes the zone messages `row`, which must be sorted by time. */
-static struct zones_received find_received(const struct measured *measured,
-                                           const struct store_zone *row, size_t count)
+static struct zones_completeness compute_completeness(const struct measured *measured,
+                                                      const struct store_zone *row, size_t count)
 {
     const struct store_landing *landing = &measured->landing;
-    struct zones_received received = {.has_messages = count > 0,
-                                      .has_end = landing->state == MR_LANDING_DONE ||
-                                                 landing->state == MR_LANDING_IDLE,
-                                      .pause_from_s = (double)NAN,
-                                      .pause_to_s = (double)NAN,
-                                      .origin = measured_origin_text(measured)};
-    int64_t longest = PAUSE_BLOCKS;
+    struct zones_completeness received = {.has_messages = count > 0,
+                                          .has_end = landing->state == MR_LANDING_DONE ||
+                                                     landing->state == MR_LANDING_IDLE,
+                                          .pause_from_s = (double)NAN,
+                                          .pause_to_s = (double)NAN,
+                                          .origin = measured_origin_text(measured)};
+    int64_t longest = PAUSE_MAX_BLOCKS;
     if (count == 0)
         return received;
-    received.first_s = measured_block_s(measured, row[0].block);
-    received.last_s = measured_block_s(measured, row[count - 1].block);
+    received.first_s = measured_block_time_s(measured, row[0].block);
+    received.last_s = measured_block_time_s(measured, row[count - 1].block);
     received.begins_late = landing->armed_block == STORE_NONE ||
-                           row[0].block - landing->armed_block > PAUSE_BLOCKS;
+                           row[0].block - landing->armed_block > PAUSE_MAX_BLOCKS;
     for (size_t i = 1; i < count; i++) {
         if (row[i].block - row[i - 1].block <= longest)
             continue;
         longest = row[i].block - row[i - 1].block;
-        received.pause_from_s = measured_block_s(measured, row[i - 1].block);
-        received.pause_to_s = measured_block_s(measured, row[i].block);
+        received.pause_from_s = measured_block_time_s(measured, row[i - 1].block);
+        received.pause_to_s = measured_block_time_s(measured, row[i].block);
     }
     return received;
 }
@@ -148,9 +148,9 @@ enum mr_status zones_load(struct store *store, const struct measured *measured, 
                                         error);
     if (status != MR_OK)
         return status;
-    zones->received = find_received(measured, zones->row, zones->count);
+    zones->received = compute_completeness(measured, zones->row, zones->count);
     find_warning(measured, zones);
-    return load_reason(store, measured, zones, error);
+    return load_warning_reason(store, measured, zones, error);
 }
 
 void zones_free(struct zones *zones)
@@ -158,7 +158,7 @@ void zones_free(struct zones *zones)
     free(zones->row);
 }
 
-enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
                                  struct error *error)
 {
     struct store_segment *rows;
@@ -178,8 +178,9 @@ enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_
     return status;
 }
 
-void zones_find_closed(const struct measured *measured, const struct zones_closure *closure,
-                       size_t sample, float remaining_in[MR_SEGMENTS], struct mr_closure_zone *zone)
+void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
+                                size_t sample, float remaining_in[MR_SEGMENTS],
+                                struct mr_closure_zone *zone)
 {
     float station_ft[MR_TRANSDUCERS];
     float displacement_in[MR_TRANSDUCERS];
@@ -189,7 +190,7 @@ void zones_find_closed(const struct measured *measured, const struct zones_closu
         station_ft[i] = channel->config.station_ft;
         displacement_in[i] = channel->config.kind == MR_KIND_DISPLACEMENT
                                ? (float)measured_moving_mean(measured, channel, sample,
-                                                             MEASURED_WINDOW_BLOCKS / 2)
+                                                             MEASURED_MEAN_BLOCKS / 2)
                                : MR_NAN;
     }
     struct mr_closure_input input = {
@@ -208,7 +209,7 @@ static const char *get_label_if_known(const char *label, double value)
     return isnan(value) ? NULL : label;
 }
 
-static void add_reason(const struct zone_warning *w, struct answer *answer)
+static void add_warning_reason(const struct zone_warning *w, struct answer *answer)
 {
     if (w->reason == STORE_NONE)
         answer_no_value(answer, "reason", NULL, "");
@@ -229,26 +230,28 @@ static void add_reason(const struct zone_warning *w, struct answer *answer)
 
 static const char *get_not_reached_text(const struct zone_warning *w)
 {
-    return w->path_known ? "never: the gear stopped before this zone"
-                         : "not known: the record does not show where the gear stopped";
+    return w->is_path_known ? "never: the gear stopped before this zone"
+                            : "not known: the record does not show where the gear stopped";
 }
 
 /* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
-static void add_lead(const struct zone_warning *w, struct answer *answer)
+static void add_lead_time(const struct zone_warning *w, struct answer *answer)
 {
-    answer_value(answer, "lead", get_label_if_known("predicted time to zone", w->lead_s), UNIT_TIME,
-                 w->lead_s, 3);
-    if (isfinite(w->lead_s) && isfinite(w->lead_actual_s))
-        answer_remark(answer, ", reported at %.3f s; actual %.3f s", w->lead_t_s, w->lead_actual_s);
-    else if (isfinite(w->lead_s))
-        answer_remark(answer, ", reported at %.3f s; actual: %s", w->lead_t_s,
+    answer_value(answer, "lead", get_label_if_known("predicted time to zone", w->predicted_lead_s),
+                 UNIT_TIME, w->predicted_lead_s, 3);
+    if (isfinite(w->predicted_lead_s) && isfinite(w->actual_lead_s))
+        answer_remark(answer, ", reported at %.3f s; actual %.3f s", w->predicted_lead_t_s,
+                      w->actual_lead_s);
+    else if (isfinite(w->predicted_lead_s))
+        answer_remark(answer, ", reported at %.3f s; actual: %s", w->predicted_lead_t_s,
                       get_not_reached_text(w));
-    answer_value(answer, "lead_t", NULL, UNIT_TIME, w->lead_t_s, 3)->digits = 9;
-    answer_value(answer, "lead_start", NULL, UNIT_STATION, w->lead_start_ft, 1)->digits = 9;
-    if (isnan(w->lead_actual_s))
+    answer_value(answer, "lead_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits = 9;
+    answer_value(answer, "lead_start", NULL, UNIT_STATION, w->predicted_lead_start_ft, 1)->digits =
+        9;
+    if (isnan(w->actual_lead_s))
         answer_no_value(answer, "lead_became_s", NULL, get_not_reached_text(w));
     else
-        answer_value(answer, "lead_became", NULL, UNIT_TIME, w->lead_actual_s, 3);
+        answer_value(answer, "lead_became", NULL, UNIT_TIME, w->actual_lead_s, 3);
 }
 
 /* Adds the content of a warning, and its outcome. */
@@ -275,8 +278,8 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
             ->suffix = " after the warning";
     else
         answer_no_value(answer, "true_lead_s", "wheel in the first zone", get_not_reached_text(w));
-    add_reason(w, answer);
-    add_lead(w, answer);
+    add_warning_reason(w, answer);
+    add_lead_time(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);
     answer_value(answer, "most_start", "zone warned of, start", UNIT_STATION, w->longest_start_ft,
                  1)
@@ -289,21 +292,21 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
 static void format_no_warning(const struct zones *zones, char out[NO_WARNING_TEXT_SIZE])
 {
     char doubt[ZONES_DOUBT_SIZE];
-    if (zones_format_doubt(&zones->received, (double)INFINITY, doubt))
+    if (zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt))
         snprintf(out, NO_WARNING_TEXT_SIZE,
                  "no warning was received, but one may have been sent: %s", doubt);
     else
         snprintf(out, NO_WARNING_TEXT_SIZE, "no warning");
 }
 
-bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
+bool zones_format_earlier_warning_doubt(const struct zones *zones, char out[ZONES_DOUBT_SIZE])
 {
     const struct zone_warning *w = &zones->warning;
-    return w->was_warned && zones_format_doubt(&zones->received, w->t_s, out);
+    return w->was_warned && zones_format_missed_warning_doubt(&zones->received, w->t_s, out);
 }
 
 /* Adds whether and when a warning was given, and notes if the record may lack a warning. */
-static void add_warned(const struct zones *zones, struct answer *answer)
+static void add_whether_warned(const struct zones *zones, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
     char when[MOMENT_TEXT_SIZE], quiet[NO_WARNING_TEXT_SIZE], doubt[ZONES_DOUBT_SIZE];
@@ -314,16 +317,16 @@ static void add_warned(const struct zones *zones, struct answer *answer)
             ->is_warning = true;
     else
         answer_words(answer, NULL, "zone", "%s", quiet)->is_warning =
-            zones_format_doubt(&zones->received, (double)INFINITY, doubt);
-    if (zones_format_earlier(zones, doubt))
+            zones_format_missed_warning_doubt(&zones->received, (double)INFINITY, doubt);
+    if (zones_format_earlier_warning_doubt(zones, doubt))
         answer_words(answer, NULL, "zone", "an earlier warning may have been missed: %s", doubt)
             ->is_warning = true;
 }
 
-void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer)
+void zones_add_whether_warned(const struct zones *zones, bool watched, struct answer *answer)
 {
     if (watched)
-        add_warned(zones, answer);
+        add_whether_warned(zones, answer);
     else
         answer_words(answer, NULL, "zone",
                      "no board was recording: the readings are from another instrument");
@@ -332,17 +335,17 @@ void zones_add_warned(const struct zones *zones, bool watched, struct answer *an
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer)
 {
     const struct zone_warning *w = &zones->warning;
-    const struct zones_received *received = &zones->received;
+    const struct zones_completeness *received = &zones->received;
     char doubt[ZONES_DOUBT_SIZE];
-    zones_add_warned(zones, watched, answer);
-    bool first = !zones_format_earlier(zones, doubt);
+    zones_add_whether_warned(zones, watched, answer);
+    bool first = !zones_format_earlier_warning_doubt(zones, doubt);
     answer_open_group(answer, "zone",
                       !w->was_warned ? NULL
                       : first ? "first warning as the board reported it (+- is one standard error)"
                               : "first warning that was received (+- is one standard error)");
     answer_flag(answer, "warned", NULL, w->was_warned);
     answer_flag(answer, "all_heard", NULL,
-                watched && !zones_format_doubt(received, (double)INFINITY, doubt));
+                watched && !zones_format_missed_warning_doubt(received, (double)INFINITY, doubt));
     answer_value(answer, "unheard_from", NULL, UNIT_TIME, received->pause_from_s, 3)->digits = 9;
     answer_value(answer, "unheard_to", NULL, UNIT_TIME, received->pause_to_s, 3)->digits = 9;
     if (w->was_warned)
@@ -350,36 +353,36 @@ void zones_to_answer(const struct zones *zones, bool watched, struct answer *ans
     answer_close_group(answer);
 }
 
-static void append_reason(char out[ZONES_DOUBT_SIZE], const char *text)
+static void append_doubt(char out[ZONES_DOUBT_SIZE], const char *text)
 {
     size_t used = strlen(out);
     snprintf(out + used, ZONES_DOUBT_SIZE - used, "%s%s", used ? "; " : "", text);
 }
 
-bool zones_format_doubt(const struct zones_received *received, double before_s,
-                        char out[ZONES_DOUBT_SIZE])
+bool zones_format_missed_warning_doubt(const struct zones_completeness *received, double before_s,
+                                       char out[ZONES_DOUBT_SIZE])
 {
     char text[160], when[MOMENT_TEXT_SIZE];
     out[0] = '\0';
     if (!received->has_messages) {
-        append_reason(out, "the record has no zone messages from the board");
+        append_doubt(out, "the record has no zone messages from the board");
         return true;
     }
     if (received->begins_late) {
         snprintf(text, sizeof text, "no zone messages until %s",
                  format_moment(received->first_s, received->origin, when));
-        append_reason(out, text);
+        append_doubt(out, text);
     }
     if (received->pause_from_s < before_s) {
         snprintf(text, sizeof text, "no zone messages from %.3f to %.3f s after %s",
                  received->pause_from_s, received->pause_to_s, received->origin);
-        append_reason(out, text);
+        append_doubt(out, text);
     }
     if (!received->has_end && isinf(before_s)) {
         snprintf(text, sizeof text,
                  "the record ends %s, before the board reported the end of the landing",
                  format_moment(received->last_s, received->origin, when));
-        append_reason(out, text);
+        append_doubt(out, text);
     }
     return out[0] != '\0';
 }
@@ -390,7 +393,7 @@ bool zones_format_doubt(const struct zones_received *received, double before_s,
  * ignored */
 #define SETTLING_BLOCKS 500
 
-static void extend_span(struct foresight_span *span, double t_s)
+static void extend_condition_span(struct foresight_span *span, double t_s)
 {
     if (isnan(span->from_s))
         span->from_s = t_s;
@@ -405,44 +408,45 @@ static void update_conditions(struct foresight *foresight, const struct store_pr
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
     bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
-    const bool lacks[FORESIGHT_CONDITIONS] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
-                                              row->basis & MR_PREDICTOR_DEGRADED,
-                                              row->basis & MR_PREDICTOR_FELL_BACK};
-    for (unsigned i = 0; i < FORESIGHT_CONDITIONS; i++) {
+    const bool lacks[FORESIGHT_CONDITION_COUNT] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
+                                                   row->basis & MR_PREDICTOR_DEGRADED,
+                                                   row->basis & MR_PREDICTOR_FELL_BACK};
+    for (unsigned i = 0; i < FORESIGHT_CONDITION_COUNT; i++) {
         if (lacks[i])
-            extend_span(&foresight->condition[i], t_s);
+            extend_condition_span(&foresight->condition_span[i], t_s);
     }
     if (lacks[FORESIGHT_DEGRADED] && row->level > foresight->worst_level)
         foresight->worst_level = row->level;
 }
 
-static void update_doubt(struct foresight *foresight, const struct measured *measured,
-                         const struct store_trust *row)
+static void update_excluded_transducers(struct foresight *foresight,
+                                        const struct measured *measured,
+                                        const struct store_trust *row)
 {
-    double t_s = measured_block_s(measured, row->block);
+    double t_s = measured_block_time_s(measured, row->block);
     for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
         unsigned why = (unsigned)row->doubts >> 2 * i & 3u;
-        foresight->still_excluded[i] = why != 0;
+        foresight->is_still_excluded[i] = why != 0;
         if (!why || measured->channel[i].config.kind != MR_KIND_DISPLACEMENT)
             continue;
         foresight->exclusion_reason[i] = why;
-        extend_span(&foresight->excluded[i], t_s);
+        extend_condition_span(&foresight->excluded_span[i], t_s);
     }
     if (!isnan(row->resistance))
-        foresight->resistance = row->resistance;
+        foresight->resistance_ratio = row->resistance;
 }
 
-static enum mr_status load_risk(struct store *store, const struct measured *measured,
-                                struct foresight *foresight, struct error *error)
+static enum mr_status load_max_risk(struct store *store, const struct measured *measured,
+                                    struct foresight *foresight, struct error *error)
 {
     struct store_risk *rows = NULL;
     size_t count = 0;
     foresight->max_risk = foresight->max_risk_s = foresight->off_plan_s = (double)NAN;
     enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
-        double t_s = measured_block_s(measured, rows[i].block);
+        double t_s = measured_block_time_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
-        foresight->chart_is_old |= (basis & MR_RISK_CHART_OLD) != 0;
+        foresight->is_chart_outdated |= (basis & MR_RISK_CHART_OLD) != 0;
         if (basis & MR_RISK_PLAN_LEFT && isnan(foresight->off_plan_s))
             foresight->off_plan_s = t_s;
         if (isnan(rows[i].risk) ||
@@ -464,28 +468,30 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
     struct mr_predictor_state state;
     size_t count = 0, trust_count = 0;
     bool exists = false;
-    *foresight = (struct foresight){.source = STORE_NONE, .resistance = (double)NAN};
-    for (unsigned i = 0; i < FORESIGHT_CONDITIONS; i++)
-        foresight->condition[i].from_s = (double)NAN;
+    *foresight = (struct foresight){.runway_source = STORE_NONE, .resistance_ratio = (double)NAN};
+    for (unsigned i = 0; i < FORESIGHT_CONDITION_COUNT; i++)
+        foresight->condition_span[i].from_s = (double)NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        foresight->excluded[i].from_s = (double)NAN;
+        foresight->excluded_span[i].from_s = (double)NAN;
     enum mr_status status =
         store_predictions(store, measured->landing.id, &rows, &count, error) ?:
         store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
-        store_runway_get(store, measured->landing.id, &state, &foresight->source, &exists, error) ?:
-        load_risk(store, measured, foresight, error);
+        store_runway_get(store, measured->landing.id, &state, &foresight->runway_source, &exists,
+                         error) ?:
+        load_max_risk(store, measured, foresight, error);
     if (status == MR_OK) {
-        foresight->messages = count;
-        foresight->landings = exists ? state.landings : 0;
-        foresight->source = exists ? foresight->source : STORE_NONE;
+        foresight->message_count = count;
+        foresight->history_landings = exists ? state.landings : 0;
+        foresight->runway_source = exists ? foresight->runway_source : STORE_NONE;
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)
-                update_conditions(foresight, &rows[i], measured_block_s(measured, rows[i].block));
+                update_conditions(foresight, &rows[i],
+                                  measured_block_time_s(measured, rows[i].block));
         }
         for (size_t i = 0; i < trust_count; i++) {
             if (trusts[i].block >= settled)
-                update_doubt(foresight, measured, &trusts[i]);
+                update_excluded_transducers(foresight, measured, &trusts[i]);
         }
     }
     free(rows);
@@ -495,19 +501,19 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
 
 #define PREDICTOR_LABEL "predictor"
 
-static void add_start(const struct foresight *foresight, struct answer *answer)
+static void add_runway_state(const struct foresight *foresight, struct answer *answer)
 {
     char after[40] = "", resists[80] = "";
-    if (foresight->landings)
-        snprintf(after, sizeof after, ", after %u landing%s", foresight->landings,
-                 foresight->landings == 1 ? "" : "s");
-    if (!isnan(foresight->resistance))
+    if (foresight->history_landings)
+        snprintf(after, sizeof after, ", after %u landing%s", foresight->history_landings,
+                 foresight->history_landings == 1 ? "" : "s");
+    if (!isnan(foresight->resistance_ratio))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
-                 foresight->resistance);
+                 foresight->resistance_ratio);
     answer_words(answer, NULL, PREDICTOR_LABEL, "runway state at arming: %s%s%s",
-                 foresight->source == STORE_NONE
+                 foresight->runway_source == STORE_NONE
                      ? "not reported"
-                     : mr_runway_source_text((unsigned)foresight->source),
+                     : mr_runway_source_text((unsigned)foresight->runway_source),
                  after, resists);
 }
 
@@ -522,7 +528,7 @@ static void add_condition(const struct foresight *foresight, enum foresight_cond
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on the zones that it predicted",
     };
-    const struct foresight_span *span = &foresight->condition[lack];
+    const struct foresight_span *span = &foresight->condition_span[lack];
     if (isnan(span->from_s))
         return;
     if (lack == FORESIGHT_DEGRADED)
@@ -537,15 +543,16 @@ static void add_condition(const struct foresight *foresight, enum foresight_cond
                      span->from_s, span->to_s);
 }
 
-static void add_doubt(const struct foresight *foresight, const struct measured *measured,
-                      unsigned i, struct answer *answer)
+static void add_excluded_transducers(const struct foresight *foresight,
+                                     const struct measured *measured, unsigned i,
+                                     struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
-    const struct foresight_span *span = &foresight->excluded[i];
+    const struct foresight_span *span = &foresight->excluded_span[i];
     char until[40] = " on";
     if (isnan(span->from_s))
         return;
-    if (!foresight->still_excluded[i])
+    if (!foresight->is_still_excluded[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     answer_words(answer, NULL, PREDICTOR_LABEL,
                  "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
@@ -571,7 +578,7 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
                      "the landing left the plan, detected at %.3f s: the risk after that does not "
                      "use the plan",
                      foresight->off_plan_s);
-    if (foresight->chart_is_old)
+    if (foresight->is_chart_outdated)
         answer_words(
             answer, NULL, PREDICTOR_LABEL,
             "the loaded chart was ignored: it is for a different runway or number of landings");
@@ -581,13 +588,13 @@ void foresight_to_answer(const struct foresight *foresight, const struct measure
                          struct answer *answer)
 {
     answer_open_list(answer, "predictor", "");
-    if (foresight->messages)
-        add_start(foresight, answer);
-    for (unsigned i = 0; foresight->messages && i < FORESIGHT_CONDITIONS; i++)
+    if (foresight->message_count)
+        add_runway_state(foresight, answer);
+    for (unsigned i = 0; foresight->message_count && i < FORESIGHT_CONDITION_COUNT; i++)
         add_condition(foresight, (enum foresight_condition)i, answer);
-    for (unsigned i = 0; foresight->messages && i < MR_TRANSDUCERS; i++)
-        add_doubt(foresight, measured, i, answer);
-    if (foresight->messages)
+    for (unsigned i = 0; foresight->message_count && i < MR_TRANSDUCERS; i++)
+        add_excluded_transducers(foresight, measured, i, answer);
+    if (foresight->message_count)
         add_risk(foresight, answer);
     answer_close_group(answer);
 }

@@ -12,7 +12,7 @@
  * until the end of the landing; a warning may have been sent during a longer gap. */
 
 /* The times of this struct are t_s of the landing. */
-struct zones_received {
+struct zones_completeness {
     bool has_messages; /* at least one zone message was received */
     bool begins_late;  /* the first message was received late: the record begins after arming */
     bool has_end;
@@ -24,8 +24,8 @@ struct zones_received {
 #define ZONES_DOUBT_SIZE 300
 /* Writes the reason why a warning before `before_s` may have been missed (INFINITY: any warning).
  * Returns false if there is no such reason. */
-bool zones_format_doubt(const struct zones_received *received, double before_s,
-                        char out[ZONES_DOUBT_SIZE]);
+bool zones_format_missed_warning_doubt(const struct zones_completeness *received, double before_s,
+                                       char out[ZONES_DOUBT_SIZE]);
 
 struct zone_warning {
     bool was_warned;
@@ -53,25 +53,26 @@ struct zone_warning {
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
     /* The wheel and the zone of the first warning, from the final fit. */
-    bool path_known;  /* the path up to the stop is known; false: the wheel's position is unknown */
-    bool was_reached; /* the wheel reached the start of the zone, or was already in it */
+    /* the path up to the stop is known; false: the wheel's position is unknown */
+    bool is_path_known;
+    bool was_reached;   /* the wheel reached the start of the zone, or was already in it */
     double reached_t_s; /* NaN: the wheel did not reach the zone */
     double true_lead_s; /* reached_t_s - t_s; NaN: the wheel did not reach the zone */
     /* The first predicted time to the zone that the board sent with a warning, and the actual
      * time. */
-    double lead_s; /* predicted time to the zone; NaN: never sent */
-    double lead_t_s;
-    double lead_start_ft; /* start of the zone at lead_t_s */
+    double predicted_lead_s; /* predicted time to the zone; NaN: never sent */
+    double predicted_lead_t_s;
+    double predicted_lead_start_ft; /* start of the zone at lead_t_s */
     /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or the time is not
      * known */
-    double lead_actual_s;
+    double actual_lead_s;
 };
 
 struct zones {
     struct store_zone *row;
     size_t count;
     struct zone_warning warning;
-    struct zones_received received;
+    struct zones_completeness received;
 };
 
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
@@ -81,22 +82,22 @@ void zones_free(struct zones *zones);
  * warned. */
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Adds whether and when the board warned, as text for people. */
-void zones_add_warned(const struct zones *zones, bool watched, struct answer *answer);
+void zones_add_whether_warned(const struct zones *zones, bool watched, struct answer *answer);
 /* Writes the reason why a warning before the first recorded one may have been missed. Returns false
  * if there is no reason, or no warning. */
-bool zones_format_earlier(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
+bool zones_format_earlier_warning_doubt(const struct zones *zones, char out[ZONES_DOUBT_SIZE]);
 double zones_time_s(const struct measured *measured, const struct store_zone *zone);
 
 /* Slack of each segment according to the survey, inches; NaN: not surveyed. */
-struct zones_closure {
+struct zones_slack {
     float slack_in[MR_SEGMENTS];
     size_t surveyed_segments; /* number of segments with a slack */
 };
-enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_closure *closure,
+enum mr_status zones_load_survey(struct store *store, int64_t run, struct zones_slack *closure,
                                  struct error *error);
-void zones_find_closed(const struct measured *measured, const struct zones_closure *closure,
-                       size_t sample, float remaining_in[MR_SEGMENTS],
-                       struct mr_closure_zone *zone);
+void zones_find_closed_segments(const struct measured *measured, const struct zones_slack *closure,
+                                size_t sample, float remaining_in[MR_SEGMENTS],
+                                struct mr_closure_zone *zone);
 
 /* Inputs of the board's predictor in a landing: the runway with which it started, and the inputs
  * that were missing. */
@@ -106,7 +107,7 @@ enum foresight_condition {
     FORESIGHT_NO_MOTION,
     FORESIGHT_DEGRADED,
     FORESIGHT_RESTARTED,
-    FORESIGHT_CONDITIONS
+    FORESIGHT_CONDITION_COUNT
 };
 
 /* Seconds since touchdown; NaN: the condition never occurred. */
@@ -116,21 +117,22 @@ struct foresight_span {
 
 struct foresight {
     /* number of predictor messages; 0: the board has no predictor, or sent none */
-    size_t messages;
-    int64_t source;    /* enum mr_runway_source; STORE_NONE: not reported */
-    unsigned landings; /* number of landings in the history of the board's runway */
-    double resistance; /* joint resistance, relative to the configured one; NaN: not reported */
-    struct foresight_span condition[FORESIGHT_CONDITIONS];
+    size_t message_count;
+    int64_t runway_source;     /* enum mr_runway_source; STORE_NONE: not reported */
+    unsigned history_landings; /* number of landings in the history of the board's runway */
+    /* joint resistance, relative to the configured one; NaN: not reported */
+    double resistance_ratio;
+    struct foresight_span condition_span[FORESIGHT_CONDITION_COUNT];
     int64_t worst_level; /* simplest model that the predictor had to use */
     /* last reason why a transducer was excluded; 0: it was never excluded */
     unsigned exclusion_reason[MR_TRANSDUCERS];
     /* time in which a transducer was excluded, as reported once a second and on change */
-    struct foresight_span excluded[MR_TRANSDUCERS];
-    bool still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
-    double max_risk, max_risk_s;         /* largest risk and its time; NaN: no risk was reported */
-    unsigned risk_basis;                 /* basis of the prediction of the largest risk */
-    double off_plan_s;                   /* time from which the landing was off plan; NaN: never */
-    bool chart_is_old;
+    struct foresight_span excluded_span[MR_TRANSDUCERS];
+    bool is_still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
+    double max_risk, max_risk_s; /* largest risk and its time; NaN: no risk was reported */
+    unsigned risk_basis;         /* basis of the prediction of the largest risk */
+    double off_plan_s;           /* time from which the landing was off plan; NaN: never */
+    bool is_chart_outdated;
 };
 
 enum mr_status foresight_load(struct store *store, const struct measured *measured,

@@ -392,8 +392,8 @@ struct reader {
     const char *name; /* file name */
     unsigned line;
     struct mr_config *config;
-    unsigned
-        *line_of_field; /* line number of each field, in the order of the table; 0: not read yet */
+    /* line number of each field, in the order of the table; 0: not read yet */
+    unsigned *line_of_field;
     struct error *error;
 };
 

@@ -60,12 +60,12 @@ static void read_profile(const char *text, bool si, struct advise_profile *profi
                       "such as 0s:4ft/s2,2s:8ft/s2, times ascending from 0 to 60 s, "
                       "decelerations of 0 to 60 ft/s2",
                       text);
-        if (profile->count == ADVISE_PROFILE_MAX)
+        if (profile->point_count == ADVISE_PROFILE_MAX)
             error_set(fatal, MR_USAGE,
                       "too many points: --profile has more than %u; leave some out",
                       ADVISE_PROFILE_MAX);
-        profile->t_s[profile->count] = last_s = t_s;
-        profile->factor[profile->count++] = a;
+        profile->t_s[profile->point_count] = last_s = t_s;
+        profile->factor[profile->point_count++] = a;
         more = at[length] == ',';
         at += length + more;
     }
@@ -79,8 +79,8 @@ static unsigned count_landings(struct store *store, const struct advise *advise)
     const struct history *past = &advise->history;
     int64_t source;
     bool there = false;
-    if (past->landings)
-        store_runway_get(store, past->landing[past->landings - 1].run, &state, &source, &there,
+    if (past->landing_count)
+        store_runway_get(store, past->landing[past->landing_count - 1].run, &state, &source, &there,
                          fatal);
     if (!there)
         error_set(fatal, MR_TOO_FEW,
@@ -146,7 +146,8 @@ static void add_relation(const struct request *r, struct store *store,
         count += found && !is_void && y[count] > 0.0;
     }
     double at = inspection_number(values, relation->field).value;
-    if (rig_predict(x, y, count, at, relation->unit == UNIT_SPEED, &predicted, &error) == MR_OK) {
+    if (rig_predict_next_landing(x, y, count, at, relation->unit == UNIT_SPEED, &predicted,
+                                 &error) == MR_OK) {
         answer_estimate(answer, relation->name, relation->label, relation->unit, predicted.value,
                         predicted.error, 2);
         answer_remark(answer, " in the next landing, from %zu landings", count);
@@ -224,11 +225,11 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                   "mean deceleration; leave one out");
     if (r.profile)
         read_profile(r.profile, cli->si, &r.advise.profile);
-    if (r.load && r.advise.profile.count > MR_RISK_KNOTS)
+    if (r.load && r.advise.profile.point_count > MR_RISK_KNOTS)
         error_set(fatal, MR_USAGE,
                   "too many points: --profile has %zu, but the board accepts only %u (--load); "
                   "leave some out",
-                  r.advise.profile.count, MR_RISK_KNOTS);
+                  r.advise.profile.point_count, MR_RISK_KNOTS);
     return run_advise(&r, cli);
 }
 

@@ -93,12 +93,13 @@ static int print_verdict(const struct compare_verdict *verdict, struct answer *a
 {
     struct error error = {0};
     int exit_code = answer_show(cli, answer, 0);
-    if (verdict->failed > 1)
-        error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->text,
-                  verdict->failed - 1, verdict->checked);
-    else if (verdict->failed)
-        error_set(&error, MR_LIMIT, "%s; check the table above, or the limits", verdict->text);
-    return exit_code == 0 && verdict->failed ? cli_fail(&error) : exit_code;
+    if (verdict->failed_limits > 1)
+        error_set(&error, MR_LIMIT, "%s; and %zu more of %zu limits fail", verdict->worst_text,
+                  verdict->failed_limits - 1, verdict->checked_limits);
+    else if (verdict->failed_limits)
+        error_set(&error, MR_LIMIT, "%s; check the table above, or the limits",
+                  verdict->worst_text);
+    return exit_code == 0 && verdict->failed_limits ? cli_fail(&error) : exit_code;
 }
 
 static int compare_one_landing(struct store *store, const struct request *request,
@@ -153,7 +154,7 @@ static int compare_command(int argc, char **argv, const struct cli *cli)
     struct store *store = program_open_campaign(request.db, stored ? STORE_OPEN : STORE_READ);
     store_find_run(store, &request.run, fatal);
     compare_model_load(&model, request.scene, (size_t)request.seeds, fatal);
-    model.is_not_stored = !stored;
+    model.skips_storing = !stored;
     if (!stored)
         cli_note(cli, "the comparison was not stored: %s", cannot.text);
     int exit_code = request.run ? compare_one_landing(store, &request, &model, cli)

@@ -27,11 +27,11 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
             landing->firmware);
     measured_format_source(measured, source);
     fprintf(out, "# readings from %s\n", source);
-    char torn[MEASURED_TORN_SIZE];
-    measured_format_torn(measured, torn);
+    char torn[MEASURED_MISSING_START_SIZE];
+    measured_format_missing_start(measured, torn);
     if (torn[0])
         fprintf(out, "# %s\n", torn);
-    if (!measured->dates_known)
+    if (!measured->has_calibration_dates)
         fputs("# calibration unknown: the configuration of the board was not read\n", out);
     else if (measured->is_uncalibrated)
         fputs("# UNCALIBRATED: sensors without a calibration date\n", out);
@@ -41,8 +41,9 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
     fprintf(out,
             "# displacement relative to its mean over the %s, downfield "
             "positive; tension as measured\n",
-            measured->torn || measured->gate_count == 0 ? "first 0.5 s"
-                                                        : "0.5 s before the first edge");
+            measured->is_start_missing || measured->gate_count == 0
+                ? "first 0.5 s"
+                : "0.5 s before the first edge");
     fputs("# validity: one character per channel in the order of the columns: ", out);
     for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
@@ -69,7 +70,7 @@ static void write_csv_errors(const struct measured *measured,
         double single = measured_error(measured, channel, channel->peak, 1.0);
         if (!isnan(single))
             fprintf(out, " %c%u %.*f %.*f", moves ? 'd' : 't', channel->config.number,
-                    moves ? 5 : 3, single * factor, moves ? 5 : 3, channel->error * factor);
+                    moves ? 5 : 3, single * factor, moves ? 5 : 3, channel->peak_error * factor);
     }
     fputc('\n', out);
 }

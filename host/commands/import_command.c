@@ -62,8 +62,8 @@ static enum mr_status add_result(struct store *store, const struct import_reques
             request->base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->suffix =
         " frames, according to the counts of the board";
-    summary_format_troubles(result->trouble, troubles, sizeof troubles);
-    answer_json_value(answer, "troubles", summary_troubles_json(result->trouble));
+    summary_format_link_errors(result->trouble, troubles, sizeof troubles);
+    answer_json_value(answer, "troubles", summary_link_errors_to_json(result->trouble));
     if (troubles[0])
         answer_words(answer, NULL, "CAN link", "%s", troubles);
     answer_open_list(answer, "runs", NULL);

@@ -62,7 +62,7 @@ static void list_series(struct store *store, struct answer *answer)
             store_landing_series_get(store, &landings[k], &of, fatal);
             its += of.id == rows[i].id;
         }
-        survey_time_text(rows[i].made_us, when, sizeof when);
+        survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
         answer_words(answer, "name", "series", "%s", rows[i].name);
         answer_words(answer, "begun", "begun", "%s", when);
@@ -134,7 +134,7 @@ static void list_withdrawn(struct store *store, struct answer *answer)
     answer_open_table(answer, "withdrawn", "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
-        survey_time_text(rows[i].made_us, when, sizeof when);
+        survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
         answer_words(answer, "kind", "withdrawn", "%s", rows[i].kind);
         answer_words(answer, "name", "name", "%s", rows[i].name);
@@ -236,7 +236,7 @@ static void check_time(const struct request *r, struct store *store)
     if (isnan(r->at_s))
         return;
     measured_load_gear(store, r->run, &measured, fatal);
-    double end_s = measured.t0_is_touchdown && !measured_is_cut_short(&measured)
+    double end_s = measured.is_t0_touchdown && !measured_ends_while_moving(&measured)
                      ? measured_time_s(&measured, measured.samples - 1)
                      : HUGE_VAL;
     measured_free(&measured);

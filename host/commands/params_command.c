@@ -254,11 +254,11 @@ static size_t read_pairs(struct reader *r, const char *x_name, double factor, co
 }
 
 /* Fits a spring law to two lists of pairs. */
-static struct params_spring read_spring(struct reader *r, const char *x_name, double factor,
-                                        const char *y_name, const char *y_unit)
+static struct params_spring_fit read_spring(struct reader *r, const char *x_name, double factor,
+                                            const char *y_name, const char *y_unit)
 {
     double x[READINGS_MAX], y[READINGS_MAX];
-    struct params_spring spring = {.k = {1.0, 0.0}};
+    struct params_spring_fit spring = {.k = {1.0, 0.0}};
     size_t count = read_pairs(r, x_name, factor, y_name, x, y);
     params_fit_spring(x, y, count, &spring, fatal);
     if (spring.below_free)
@@ -292,7 +292,7 @@ static void read_tension(struct reader *r)
         slope = read_estimate(r, "slope_lb_in_in");
     } else {
         struct estimate strip = read_estimate(r, "strip_in");
-        struct params_spring spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
+        struct params_spring_fit spring = read_spring(r, "stretch_in", 1.0, "force_lb", "lb");
         /* params_friction returns the quotient of its arguments */
         slope = params_friction(spring.k, strip);
     }
@@ -314,7 +314,8 @@ static void read_hinge(struct reader *r)
     }
     if (has_key(r, "strip_in"))
         wider = params_friction(read_estimate(r, "joint_in"), read_estimate(r, "strip_in"));
-    struct params_spring spring = read_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb", "ft lb");
+    struct params_spring_fit spring = read_spring(r, "angle_deg", RAD_PER_DEG, "moment_ft_lb",
+                                                  "ft lb");
     struct estimate tad = {spring.free.value / RAD_PER_DEG, spring.free.error / RAD_PER_DEG};
     if (tad.value < -3.0 * tad.error)
         error_set(fatal, MR_MALFORMED,
@@ -346,7 +347,7 @@ static void read_deflection(struct reader *r)
                                                                  ? read_estimate(r, "mats")
                                                                  : (struct estimate){1.0, 0.0};
     add_parameter(r, "KV", "lb/ft", "static deflection",
-                  params_soil(load, read_inches_as_ft(r, "deflection_in"), mats.value));
+                  params_soil_stiffness(load, read_inches_as_ft(r, "deflection_in"), mats.value));
 }
 
 static void read_plate(struct reader *r)
@@ -355,9 +356,10 @@ static void read_plate(struct reader *r)
     size_t count = read_pairs(r, "settlement_in", 1.0 / IN_PER_FT, "load_lb", settlement_ft,
                               load_lb);
     struct estimate kv = {1.0, 0.0};
-    params_plate(load_lb, settlement_ft, count, read_inches_as_ft(r, "plate_in"),
-                 params_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")),
-                 &kv, fatal);
+    params_plate_soil_stiffness(
+        load_lb, settlement_ft, count, read_inches_as_ft(r, "plate_in"),
+        params_mat_area(read_estimate(r, "mat_length_ft"), read_estimate(r, "mat_width_ft")), &kv,
+        fatal);
     add_parameter(r, "KV", "lb/ft", "plate bearing test", kv);
 }
 
@@ -369,12 +371,12 @@ static void read_subgrade(struct reader *r)
     char path[PATH_MAX];
     const char *records = json_string_value(json_object_get(r->readings, "records"));
     const struct estimate length_ft = read_estimate(r, "mat_length_ft"),
-                          mat_ft2 = params_area(length_ft, read_estimate(r, "mat_width_ft"));
+                          mat_ft2 = params_mat_area(length_ft, read_estimate(r, "mat_width_ft"));
     const int mats = (int)read_estimate(r, "mats").value;
     struct estimate mean = {0.0, 0.0}, k = {0.0, 0.0}, kv;
     struct inspections all;
     json_t *along = json_array();
-    series_path_beside(r->path, records ? records : "", path);
+    series_make_path_beside(r->path, records ? records : "", path);
     inspection_load(program_open_campaign(path, STORE_READ), &all, fatal);
     for (int node = 0; node <= mats; node++) {
         double nearest_ft = HUGE_VAL;
@@ -394,7 +396,7 @@ static void read_subgrade(struct reader *r)
                       "no plate test: %s: subgrade: %s; set records to a campaign with subgrade "
                       "records that have bearing_lb_in3",
                       r->path, path);
-        kv = params_area(k, mat_ft2); /* params_area returns the product of its arguments */
+        kv = params_mat_area(k, mat_ft2); /* params_mat_area returns the product of its arguments */
         json_array_append_new(along, cli_json_number(kv.value, 6));
         mean = (struct estimate){mean.value + kv.value / (mats + 1), fmax(mean.error, kv.error)};
     }

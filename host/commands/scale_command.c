@@ -328,8 +328,8 @@ static json_t *expand_study_defaults(const struct request *request, const json_t
     size_t i;
     json_array_foreach(json_object_get(study, "landings"), i, entry)
     {
-        set_default(entry, "touchdown_ft", json_real(SERIES_TOUCHDOWN_FT));
-        set_default(entry, "speed_ft_s", json_real(SERIES_SPEED_FT_S));
+        set_default(entry, "touchdown_ft", json_real(SERIES_DEFAULT_TOUCHDOWN_FT));
+        set_default(entry, "speed_ft_s", json_real(SERIES_DEFAULT_SPEED_FT_S));
         add_changing_defaults(request, json_object_get(entry, "apply"), false, scene);
     }
     add_changing_defaults(request, scene, true, scene);
@@ -341,7 +341,7 @@ static json_t *expand_study_defaults(const struct request *request, const json_t
     for (i = 0; i < series_key_count; i++) {
         const struct series_key *key = &series_keys[i];
         set_default(study, key->section, json_object());
-        set_default(json_object_get(study, key->section), key->name, series_key_json(key, c));
+        set_default(json_object_get(study, key->section), key->name, series_key_to_json(key, c));
     }
     json_decref(held);
     return study;

@@ -76,9 +76,9 @@ static void state_text(const struct preview *preview, char *out, size_t size)
     snprintf(out, size, "%lld, %s%s%s%s", (long long)preview->measured.landing.board_landing,
              mr_landing_state_text((unsigned)preview->measured.landing.state),
              preview->journal.is_void ? ", VOID" : "", preview->imported ? ", imported" : "",
-             measured->dates_known ? measured_marks_text(measured)
-             : measured->torn      ? ", torn"
-                                   : "");
+             measured->has_calibration_dates ? measured_marks_text(measured)
+             : measured->is_start_missing    ? ", torn"
+                                             : "");
 }
 
 static void add_motion(const struct measured *measured, struct answer *answer)
@@ -101,8 +101,8 @@ static void add_warning(const struct preview *preview, struct answer *answer)
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     char doubt[ZONES_DOUBT_SIZE], label[20];
     bool watched = preview->measured.source != MEASURED_IMPORT;
-    bool all_heard = watched &&
-                     !zones_format_doubt(&preview->zones.received, (double)INFINITY, doubt);
+    bool all_heard = watched && !zones_format_missed_warning_doubt(&preview->zones.received,
+                                                                   (double)INFINITY, doubt);
     snprintf(label, sizeof label, "warned of|%s", station->text);
     if (w->was_warned)
         answer_words(answer, NULL, label, "%.1f to %.1f", station->factor * w->longest_start_ft,
@@ -129,10 +129,11 @@ static void add_lost_data(const struct preview *preview, struct answer *answer)
 {
     const struct summary_link *can = &preview->link[LINK_CAN],
                               *serial = &preview->link[LINK_SERIAL];
-    answer_words(answer, NULL, "frames|lost", "%lld%s", (long long)(can->lost + serial->lost),
+    answer_words(answer, NULL, "frames|lost", "%lld%s",
+                 (long long)(can->lost_frames + serial->lost_frames),
                  can->was_silent || serial->was_silent ? ", more" : "");
-    answer_count(answer, "lost", NULL, can->lost + serial->lost);
-    answer_count(answer, "dropped", NULL, can->dropped + serial->dropped);
+    answer_count(answer, "lost", NULL, can->lost_frames + serial->lost_frames);
+    answer_count(answer, "dropped", NULL, can->dropped_frames + serial->dropped_frames);
     answer_flag(answer, "silent", NULL, can->was_silent || serial->was_silent);
 }
 
@@ -154,7 +155,7 @@ static void add_notes(const struct preview *preview, struct answer *answer)
         newest = preview->journal.change[i].value;
         notes++;
     }
-    if (!preview->measured.dates_known)
+    if (!preview->measured.has_calibration_dates)
         append_text(text, sizeof text, "calibration unknown");
     if (preview->repeated_run) {
         snprintf(part, sizeof part, "the same landing as RUN %lld",
@@ -195,10 +196,10 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
 {
     const struct store_landing *landing = &preview->measured.landing;
     char when[40], state[80];
-    survey_time_text(landing->armed_us, when, sizeof when);
+    survey_format_time(landing->armed_us, when, sizeof when);
     state_text(preview, state, sizeof state);
     answer_count(answer, "run", "RUN", landing->id);
-    bool dated = landing->armed_us >= SURVEY_EARLIEST_US;
+    bool dated = landing->armed_us >= SURVEY_EARLIEST_DATE_US;
     /* without UTC, which is in the column head */
     answer_words(answer, NULL, "armed|UTC", "%.*s", dated ? 16 : 40, when);
     answer_words_or_none(answer, "armed", NULL, dated ? when : NULL, NULL);
@@ -213,7 +214,7 @@ static void add_preview(const struct preview *preview, bool bases, struct answer
     answer_count(answer, "can_base", NULL, preview->can_base);
     answer_flag(answer, "void", NULL, preview->journal.is_void);
     answer_flag(answer, "imported", NULL, preview->imported);
-    answer_flag(answer, "torn", NULL, preview->measured.torn);
+    answer_flag(answer, "torn", NULL, preview->measured.is_start_missing);
     summary_add_calibration(&preview->measured, answer);
     add_motion(&preview->measured, answer);
     add_warning(preview, answer);

@@ -26,7 +26,7 @@ static void add_survey_head(const struct survey *survey, struct answer *answer)
     const struct store_gage_survey *row = &survey->row;
     bool ended = row->ended_us != STORE_NONE;
     char when[40];
-    survey_time_text(row->made_us, when, sizeof when);
+    survey_format_time(row->made_us, when, sizeof when);
     answer_count(answer, "survey", "survey", row->id)->suffix = ended ? ", ended" : ", in progress";
     answer_flag(answer, "ended", NULL, ended);
     answer_words(answer, NULL, "begun", "%s%s%s", when, row->who[0] ? " by " : "", row->who);
@@ -36,10 +36,10 @@ static void add_survey_head(const struct survey *survey, struct answer *answer)
         answer_count(answer, "after_run", "after RUN", row->after_run);
     answer_words(answer, NULL, "read", "%zu of %zu, %zu confirmed",
                  survey_progress_count_read(&survey->progress), survey->progress.plan.count,
-                 survey->confirmed);
+                 survey->confirmed_readings);
     answer_count(answer, "read", NULL, (int64_t)survey_progress_count_read(&survey->progress));
     answer_count(answer, "of", NULL, (int64_t)survey->progress.plan.count);
-    answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed);
+    answer_count(answer, "confirmed", NULL, (int64_t)survey->confirmed_readings);
     answer_words(answer, "note", row->note[0] ? "note" : NULL, "%s", row->note);
 }
 
@@ -51,7 +51,7 @@ static const char *const line_names[SURVEY_DIAGONALS] = {"line 1", "line 2", "li
 static void add_spans(const struct survey *survey, const struct survey_results *found,
                       struct answer *answer)
 {
-    bool changed = found->previous != 0;
+    bool changed = found->previous_survey != 0;
     answer_open_table(
         answer, NULL,
         changed ? "change of the length of ten mats since the previous survey, and the present "
@@ -64,7 +64,7 @@ static void add_spans(const struct survey *survey, const struct survey_results *
         if (!any)
             continue;
         answer_open_row(answer);
-        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
+        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             double gap_in = (changed ? found->since_previous.change.gap_in
                                      : survey->readings.gap_in)[line][k];
@@ -89,8 +89,8 @@ static void add_across_and_diagonals(const struct survey_readings *change, struc
         double step_ft; /* distance between places; 0: places are numbered */
         unsigned lines, places;
         const double *value_in;
-    } tables[] = {{"movement across at the stations since the previous survey", SURVEY_STATION_FT,
-                   SURVEY_LINES, SURVEY_STATIONS, change->across_in[0]},
+    } tables[] = {{"movement across at the stations since the previous survey",
+                   SURVEY_STATION_SPACING_FT, SURVEY_LINES, SURVEY_STATIONS, change->across_in[0]},
                   {"change of the length of ten mats along the 45 degree lines", 0.0,
                    SURVEY_DIAGONALS, SURVEY_DIAGONAL_SPANS, change->diagonal_in[0]}};
     for (size_t t = 0; t < sizeof tables / sizeof tables[0]; t++) {
@@ -122,9 +122,9 @@ static void add_movement(const struct survey_results *found, struct answer *answ
         answer, NULL,
         "movement downfield since the previous survey, and bow since the first survey");
     for (unsigned s = 0; s < SURVEY_STATIONS && found->since_previous.compared_readings > 0; s++) {
-        unsigned k = (unsigned)lround(SURVEY_STATION_FT * s / SURVEY_SPAN_FT);
+        unsigned k = (unsigned)lround(SURVEY_STATION_SPACING_FT * s / SURVEY_SPAN_LENGTH_FT);
         answer_open_row(answer);
-        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_FT * k, 1);
+        answer_value(answer, NULL, "at", UNIT_STATION, SURVEY_SPAN_LENGTH_FT * k, 1);
         for (unsigned line = 0; line < SURVEY_LINES; line++) {
             const struct survey_estimate *u = &found->since_previous.movement[line][k];
             answer_estimate(answer, NULL, line_names[line], UNIT_DISPLACEMENT, u->value_in,
@@ -187,9 +187,10 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
                       *station = unit_of(UNIT_STATION, si);
     double worst = found->worst_bow_in * length->factor,
            error = found->worst_bow_error_in * length->factor;
-    double at = found->worst_bow_ft * station->factor, limit = SURVEY_BOW_LIMIT_IN * length->factor;
+    double at = found->worst_bow_station_ft * station->factor,
+           limit = SURVEY_BOW_LIMIT_IN * length->factor;
     const char *verdict = survey_bow_verdict(found);
-    if (!found->first)
+    if (!found->first_survey)
         answer_sentence(answer, NULL, "first survey: later surveys are compared with this one");
     else if (isnan(worst))
         answer_sentence(answer, NULL,
@@ -198,9 +199,9 @@ static void add_worst_bow(const struct survey_results *found, struct answer *ans
         answer_sentence(answer, NULL,
                         "in-plane bow since survey %lld: largest %+.3f +- %.3f %s, at %.1f %s: %s "
                         "the limit of %.3f %s",
-                        (long long)found->first, worst, error, length->text, at, station->text,
-                        verdict, limit, length->text);
-    if (!found->previous)
+                        (long long)found->first_survey, worst, error, length->text, at,
+                        station->text, verdict, limit, length->text);
+    if (!found->previous_survey)
         return;
     answer_open_group(answer, "worst_bow", NULL);
     answer_value(answer, "value", NULL, UNIT_NUMBER, worst, 3);
@@ -218,7 +219,7 @@ static void add_matrices(const struct survey *survey, const struct survey_result
     answer_json_value(answer, "readings", readings_to_json(&survey->readings, factor));
     answer_json_value(answer, "slack",
                       estimates_to_json(found->slack.segment, SURVEY_SPANS, factor));
-    if (!found->previous)
+    if (!found->previous_survey)
         return;
     answer_json_value(answer, "change", readings_to_json(&found->since_previous.change, factor));
     answer_json_value(answer, "moved", change_to_json(&found->since_previous, factor));
@@ -232,10 +233,10 @@ static void add_survey(const struct survey *survey, const struct survey_results 
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, answer_is_si(answer));
     add_survey_head(survey, answer);
     answer_words(answer, "length_unit", NULL, "%s", length->text);
-    if (found->previous)
-        answer_count(answer, "since", "compared with survey", found->previous);
+    if (found->previous_survey)
+        answer_count(answer, "since", "compared with survey", found->previous_survey);
     add_spans(survey, found, answer);
-    if (found->previous) {
+    if (found->previous_survey) {
         add_movement(found, answer);
         add_across_and_diagonals(&found->since_previous.change, answer);
     }
@@ -274,38 +275,39 @@ static void print_prompt(const struct entry_session *session)
     const struct survey_progress *progress = &session->survey->progress;
     bool si = session->request->cli->si;
     char text[120];
-    if (session->request->cli->quiet || progress->current == progress->plan.count)
+    if (session->request->cli->quiet || progress->current_item == progress->plan.count)
         return;
-    survey_item_text(&progress->plan.item[progress->current], si, text, sizeof text);
+    survey_item_format(&progress->plan.item[progress->current_item], si, text, sizeof text);
     fprintf(stderr, "%zu/%zu  %s", survey_progress_count_read(progress), progress->plan.count,
             text);
-    if (!isnan(progress->value_in[progress->current]))
+    if (!isnan(progress->value_in[progress->current_item]))
         fprintf(stderr, ", read: %.*f", si ? 2 : 3,
-                convert_for_display(session->request, progress->value_in[progress->current]));
-    if (!isnan(progress->previous_in[progress->current]))
-        fprintf(stderr, ", last %.*f", si ? 2 : 3,
-                convert_for_display(session->request, progress->previous_in[progress->current]));
+                convert_for_display(session->request, progress->value_in[progress->current_item]));
+    if (!isnan(progress->previous_in[progress->current_item]))
+        fprintf(
+            stderr, ", last %.*f", si ? 2 : 3,
+            convert_for_display(session->request, progress->previous_in[progress->current_item]));
     fprintf(stderr, ", %s: ", unit_of(UNIT_DISPLACEMENT, si)->text);
 }
 
-static void store_reading(struct entry_session *session, size_t item, enum survey_outcome outcome,
-                          const char *note)
+static void store_reading(struct entry_session *session, size_t item,
+                          enum survey_entry_outcome outcome, const char *note)
 {
     const struct survey_progress *progress = &session->survey->progress;
     const struct survey_item *place = &progress->plan.item[item];
     struct store_gage_reading reading = {.line = place->line,
-                                         .place = place->place,
+                                         .place = place->index,
                                          .value_in = progress->value_in[item],
                                          .skipped = progress->is_skipped[item],
-                                         .confirmed = outcome == SURVEY_CONFIRMED,
+                                         .confirmed = outcome == SURVEY_OUTCOME_CONFIRMED,
                                          .taken_us = (int64_t)link_now_us()};
-    snprintf(reading.kind, sizeof reading.kind, "%s", survey_kind_text[place->kind]);
+    snprintf(reading.kind, sizeof reading.kind, "%s", survey_item_kind_text[place->kind]);
     snprintf(reading.source, sizeof reading.source, "%s", session->source);
     snprintf(reading.note, sizeof reading.note, "%s", note ? note : "");
     store_gage_reading_add(session->store, session->survey->row.id, &reading, fatal);
 }
 
-static void report_outcome(const struct entry_session *session, enum survey_outcome outcome,
+static void report_outcome(const struct entry_session *session, enum survey_entry_outcome outcome,
                            size_t item, const struct survey_entry *entry)
 {
     const struct survey_progress *progress = &session->survey->progress;
@@ -313,7 +315,7 @@ static void report_outcome(const struct entry_session *session, enum survey_outc
     const struct unit *unit = unit_of(UNIT_DISPLACEMENT, r->cli->si);
     if (r->cli->quiet)
         return;
-    if (outcome == SURVEY_DOUBTFUL) {
+    if (outcome == SURVEY_OUTCOME_DOUBTFUL) {
         double away_in = entry->value_in - survey_progress_expected_in(progress, item);
         fprintf(stderr,
                 "%s  %.3f %s is %+.3f from %s; at most %.3f is expected. Type the same value again "
@@ -322,23 +324,24 @@ static void report_outcome(const struct entry_session *session, enum survey_outc
                 unit->text, convert_for_display(r, away_in),
                 isnan(progress->previous_in[item]) ? "the design distance" : "the last reading",
                 convert_for_display(r, survey_item_limit_in(&progress->plan.item[item])));
-    } else if (outcome == SURVEY_REFUSED) {
+    } else if (outcome == SURVEY_OUTCOME_REFUSED) {
         const char *bell = cli_can_draw_on_stderr() ? "\a" : "";
         if (entry->error.what[0])
             fprintf(stderr, "%s  not a reading: %s; %s\n", bell, entry->error.what,
                     entry->error.advice);
         else
             fprintf(stderr, "%s  %s\n", bell,
-                    entry->kind == SURVEY_INVALID
+                    entry->kind == SURVEY_ENTRY_INVALID
                         ? "not a reading; type a number and Enter, or ? for help"
                         : "not here");
-    } else if (outcome == SURVEY_UNDONE || outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED) {
+    } else if (outcome == SURVEY_OUTCOME_UNDONE || outcome == SURVEY_OUTCOME_SKIPPED ||
+               outcome == SURVEY_OUTCOME_NOTED) {
         char text[120];
-        survey_item_text(&progress->plan.item[item], r->cli->si, text, sizeof text);
+        survey_item_format(&progress->plan.item[item], r->cli->si, text, sizeof text);
         fprintf(stderr, "  %s: %s\n",
-                outcome == SURVEY_UNDONE    ? "undone"
-                : outcome == SURVEY_SKIPPED ? "skipped"
-                                            : "noted",
+                outcome == SURVEY_OUTCOME_UNDONE    ? "undone"
+                : outcome == SURVEY_OUTCOME_SKIPPED ? "skipped"
+                                                    : "noted",
                 text);
     }
 }
@@ -349,19 +352,21 @@ static void handle_line(struct entry_session *session, const char *line)
     struct survey_entry entry;
     size_t item = 0;
     survey_entry_parse(line, session->request->cli->si, &entry);
-    session->has_quit |= entry.kind == SURVEY_QUIT;
-    if (entry.kind == SURVEY_EMPTY || entry.kind == SURVEY_QUIT)
+    session->has_quit |= entry.kind == SURVEY_ENTRY_QUIT;
+    if (entry.kind == SURVEY_ENTRY_EMPTY || entry.kind == SURVEY_ENTRY_QUIT)
         return;
-    if (entry.kind == SURVEY_HELP) {
+    if (entry.kind == SURVEY_ENTRY_HELP) {
         fputs(
             "  a number  the reading (mm, in or ft may follow it)   s  skip   u  undo the last   b "
             " back\n  n TEXT    note on the last reading               q  quit; continue later\n",
             stderr);
         return;
     }
-    enum survey_outcome outcome = survey_progress_apply(&session->survey->progress, &entry, &item);
-    if (outcome == SURVEY_STORED || outcome == SURVEY_CONFIRMED || outcome == SURVEY_UNDONE ||
-        outcome == SURVEY_SKIPPED || outcome == SURVEY_NOTED)
+    enum survey_entry_outcome outcome = survey_progress_apply(&session->survey->progress, &entry,
+                                                              &item);
+    if (outcome == SURVEY_OUTCOME_STORED || outcome == SURVEY_OUTCOME_CONFIRMED ||
+        outcome == SURVEY_OUTCOME_UNDONE || outcome == SURVEY_OUTCOME_SKIPPED ||
+        outcome == SURVEY_OUTCOME_NOTED)
         store_reading(session, item, outcome, entry.note);
     report_outcome(session, outcome, item, &entry);
 }
@@ -391,7 +396,7 @@ static void handle_typed_bytes(struct entry_session *session, struct input_line 
         bool empty = line->length == 0;
         line->length = 0;
         line->is_too_long = false;
-        if (session->survey->progress.current == session->survey->progress.plan.count)
+        if (session->survey->progress.current_item == session->survey->progress.plan.count)
             session->has_quit = true;
         if (!session->has_quit && !empty)
             print_prompt(session);
@@ -404,7 +409,8 @@ static void enter_readings(struct entry_session *session)
     struct input_line keys = {.length = 0};
     char bytes[4096];
     ssize_t count = 1;
-    session->has_quit = session->survey->progress.current == session->survey->progress.plan.count;
+    session->has_quit = session->survey->progress.current_item ==
+                        session->survey->progress.plan.count;
     if (!session->has_quit)
         print_prompt(session);
     while (!session->has_quit && count > 0) {
@@ -430,17 +436,17 @@ static void read_sheet(struct entry_session *session)
     survey_sheet_read(request->from, &progress->plan, &sheet, fatal);
     store_begin(session->store, fatal);
     for (size_t i = 0; i < progress->plan.count; i++) {
-        struct survey_entry entry = {.kind = SURVEY_NUMBER, .value_in = sheet.value_in[i]};
+        struct survey_entry entry = {.kind = SURVEY_ENTRY_NUMBER, .value_in = sheet.value_in[i]};
         if (isnan(sheet.value_in[i]))
             continue;
-        progress->current = i;
-        progress->has_doubtful = false;
-        enum survey_outcome outcome = survey_progress_apply(progress, &entry, &item);
-        if (outcome == SURVEY_DOUBTFUL && request->doubtful) {
+        progress->current_item = i;
+        progress->has_doubtful_value = false;
+        enum survey_entry_outcome outcome = survey_progress_apply(progress, &entry, &item);
+        if (outcome == SURVEY_OUTCOME_DOUBTFUL && request->doubtful) {
             outcome = survey_progress_apply(progress, &entry, &item);
-        } else if (outcome == SURVEY_DOUBTFUL) {
+        } else if (outcome == SURVEY_OUTCOME_DOUBTFUL) {
             char text[120];
-            survey_item_text(&progress->plan.item[i], request->cli->si, text, sizeof text);
+            survey_item_format(&progress->plan.item[i], request->cli->si, text, sizeof text);
             cli_note(request->cli, "reading not accepted, %+.3f %s away from %s: %s",
                      convert_for_display(request,
                                          entry.value_in - survey_progress_expected_in(progress, i)),
@@ -581,7 +587,7 @@ static void run_survey(const struct request *request, struct store *store, struc
         read_sheet(&session);
     else if (!request->end)
         enter_readings(&session);
-    if (request->end || survey->progress.current == survey->progress.plan.count)
+    if (request->end || survey->progress.current_item == survey->progress.plan.count)
         store_gage_survey_end(store, id, (int64_t)link_now_us(), fatal);
     survey_load(store, id, survey, fatal);
 }
@@ -590,8 +596,8 @@ static void run_survey(const struct request *request, struct store *store, struc
 
 struct load_result {
     unsigned sent_segments; /* number of segments sent to the board */
-    unsigned
-        different_segments; /* number of these segments for which the board reports another value */
+    /* number of these segments for which the board reports another value */
+    unsigned different_segments;
     unsigned older_segments; /* number of segments that only an earlier survey set in the board */
 };
 
@@ -675,7 +681,7 @@ static void load_board(const struct request *request, struct store *store,
     struct board_load loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
     *loaded = (struct load_result){.sent_segments = 0};
-    if (found->slack.surveyed == 0)
+    if (found->slack.surveyed_segments == 0)
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
                   (long long)survey->row.id, request->db);
@@ -835,7 +841,7 @@ static const struct command_part parts[] = {
                      "distance between gage points with all ten joints closed; a reading exceeds "
                      "it by the opening of the\n"
                      "joints; default: {standard}"),
-    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_ERROR_IN,
+    OPTION_NUMBER_SI("--error", "IN", error_in, "in", "mm", 1e-4, 0.2, SURVEY_READING_ERROR_IN,
                      "standard error of a reading; default: {standard}"),
     OPTION_TEXT("--from", "CSV", from,
                 "read a sheet. Readings that need confirmation are refused (exit 1) unless "

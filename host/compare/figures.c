@@ -12,7 +12,7 @@
 /* ---- two series, sample by sample ---- */
 
 /* among some thousand samples, no noise exceeds this number of standard deviations */
-#define NOISE_LIMIT_SIGMAS 5.0
+#define NOISE_MAX_SIGMAS 5.0
 
 double signal_normalized_error(double measured, double measured_error, double simulated,
                                double simulated_error)
@@ -25,18 +25,18 @@ double signal_normalized_error(double measured, double measured_error, double si
     return difference > 0.0 ? (double)INFINITY : 0.0;
 }
 
-static bool has_both(const struct signal *s, size_t i)
+static bool has_both_values(const struct signal *s, size_t i)
 {
     return !isnan(s->measured[i]) && !isnan(s->simulated[i]);
 }
 
 /* Computes the differences of the series. The mean over samples reduces the noise. The rest of a
  * sample's error is treated as common to all samples. */
-static void find_differences(const struct signal *s, struct signal_figures *f)
+static void compute_differences(const struct signal *s, struct signal_figures *f)
 {
     double sum = 0.0, squares = 0.0, chi = 0.0, common = 0.0;
     for (size_t i = 0; i < s->count; i++) {
-        if (!has_both(s, i))
+        if (!has_both_values(s, i))
             continue;
         double d = s->measured[i] - s->simulated[i],
                u = hypot(s->measured_error[i], s->simulated_error[i]);
@@ -44,28 +44,28 @@ static void find_differences(const struct signal *s, struct signal_figures *f)
         squares += d * d;
         if (d != 0.0)
             chi += d * d / (u * u);
-        common += sqrt(fmax(u * u - s->noise * s->noise, 0.0));
+        common += sqrt(fmax(u * u - s->noise_deviation * s->noise_deviation, 0.0));
         f->compared_samples++;
     }
     double n = (double)f->compared_samples;
     if (f->compared_samples == 0)
         return;
     f->bias = sum / n;
-    f->bias_error = hypot(common / n, s->noise / sqrt(n));
+    f->bias_error = hypot(common / n, s->noise_deviation / sqrt(n));
     f->rms = sqrt(squares / n);
-    f->chi = sqrt(chi / n);
+    f->rms_per_error = sqrt(chi / n);
 }
 
 /* Returns the mean of the samples around i that both series have, so that both are smoothed in the
  * same way. NaN: there are none. */
 static double compute_moving_mean(const struct signal *s, const double *values, size_t i)
 {
-    size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+    size_t half = SIGNAL_MEAN_SAMPLES / 2, from = i > half ? i - half : 0,
            to = i + half < s->count ? i + half : s->count - 1;
     double sum = 0.0;
     size_t count = 0;
     for (size_t k = from; k <= to; k++) {
-        if (!has_both(s, k))
+        if (!has_both_values(s, k))
             continue;
         sum += values[k];
         count++;
@@ -86,7 +86,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     struct signal_moment peak = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     size_t at = 0, first = 0;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i) ? compute_moving_mean(s, values, i) : (double)NAN;
+        double value = has_both_values(s, i) ? compute_moving_mean(s, values, i) : (double)NAN;
         if (isnan(value) || fabs(value) <= fabs(peak.value))
             continue;
         peak.value = value;
@@ -94,7 +94,7 @@ static struct signal_moment find_peak(const struct signal *s, const double *valu
     }
     if (isnan(peak.value))
         return peak;
-    double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_LIMIT_SIGMAS * noise);
+    double near = fmax(SIGNAL_PEAK_TOLERANCE * fabs(peak.value), NOISE_MAX_SIGMAS * noise);
     for (first = 0; !(fabs(peak.value - compute_moving_mean(s, values, first)) <= near);)
         first++; /* the loop ends at the peak or before */
     peak.error = errors[at];
@@ -110,10 +110,10 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     struct signal_moment arrival = {SIGNAL_ARRIVAL_FRACTION * peak, (double)NAN, (double)NAN,
                                     (double)NAN};
     double threshold = fabs(arrival.value), before = (double)NAN;
-    if (!(threshold > NOISE_LIMIT_SIGMAS * noise) || threshold == 0.0)
+    if (!(threshold > NOISE_MAX_SIGMAS * noise) || threshold == 0.0)
         return arrival;
     for (size_t i = 0; i < s->count; i++) {
-        double value = has_both(s, i)
+        double value = has_both_values(s, i)
                          ? compute_moving_mean(s, values, i) * (peak < 0.0 ? -1.0 : 1.0)
                          : (double)NAN;
         if (isnan(value))
@@ -124,14 +124,14 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
         }
         if (isnan(before)) /* if there is no value before, the curve starts above the threshold */
             return arrival;
-        size_t half = SIGNAL_WINDOW / 2, from = i > half ? i - half : 0,
+        size_t half = SIGNAL_MEAN_SAMPLES / 2, from = i > half ? i - half : 0,
                to = i + half < s->count ? i + half : s->count - 1;
         double slope =
             fabs(compute_moving_mean(s, values, to) - compute_moving_mean(s, values, from)) /
             ((double)(to - from) * s->dt_s);
         double u = errors[i];
         if (measured) /* replace the noise of one measured sample by that of the mean */
-            u = sqrt(fmax(u * u - s->noise * s->noise, 0.0) + noise * noise);
+            u = sqrt(fmax(u * u - s->noise_deviation * s->noise_deviation, 0.0) + noise * noise);
         arrival.t_s = get_sample_time_s(s, (double)i - (value - threshold) / (value - before));
         arrival.error = u;
         arrival.t_error_s = sqrt(u * u / (slope * slope) +
@@ -142,21 +142,21 @@ static struct signal_moment find_arrival(const struct signal *s, const double *v
     return arrival;
 }
 
-void signal_compare(const struct signal *s, struct signal_figures *f)
+void signal_compute_figures(const struct signal *s, struct signal_figures *f)
 {
     const struct signal_moment unknown = {(double)NAN, (double)NAN, (double)NAN, (double)NAN};
     *f = (struct signal_figures){
         .bias = (double)NAN,
         .bias_error = (double)NAN,
         .rms = (double)NAN,
-        .chi = (double)NAN,
+        .rms_per_error = (double)NAN,
         .peak_measured = unknown,
         .peak_simulated = unknown,
         .arrival_measured = unknown,
         .arrival_simulated = unknown,
     };
-    double noise = s->noise / sqrt(SIGNAL_WINDOW);
-    find_differences(s, f);
+    double noise = s->noise_deviation / sqrt(SIGNAL_MEAN_SAMPLES);
+    compute_differences(s, f);
     if (f->compared_samples == 0)
         return;
     f->peak_measured = find_peak(s, s->measured, s->measured_error, noise);
@@ -170,7 +170,7 @@ void signal_compare(const struct signal *s, struct signal_figures *f)
 /* ---- a landing ---- */
 
 /* error of the stop time if it has none: about the time between the last edges */
-#define STOP_UNKNOWN_S 0.1
+#define UNKNOWN_STOP_TIME_ERROR_S 0.1
 
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock)
 {
@@ -180,11 +180,11 @@ void compare_timing_init(const struct measured *measured, struct compare_timing 
     clock->stop_s = measured->summary.stop_t_s.value;
     clock->stop_error_s = measured->summary.stop_t_s.error;
     if (!(clock->stop_error_s >= 0.0))
-        clock->stop_error_s = STOP_UNKNOWN_S;
+        clock->stop_error_s = UNKNOWN_STOP_TIME_ERROR_S;
     for (size_t i = 0; i <= COMPARE_TIMING_POINTS; i++) {
         double t_s = clock->stop_s * (double)i / COMPARE_TIMING_POINTS,
                speed_ft_s = measured_speed_ft_s(measured, t_s, &unused);
-        struct mr_estimate station_ft = track_at(&track, t_s);
+        struct mr_estimate station_ft = track_compute_station(&track, t_s);
         double error_ft = isnan(station_ft.error) ? measured->landing.switch_error_ft
                                                   : station_ft.error;
         clock->error_s[i] = speed_ft_s > 0.0 ? fmin(error_ft / speed_ft_s, clock->stop_error_s)
@@ -192,7 +192,7 @@ void compare_timing_init(const struct measured *measured, struct compare_timing 
     }
 }
 
-double compare_time_error(const struct compare_timing *clock, double t_s)
+double compare_compute_time_error_s(const struct compare_timing *clock, double t_s)
 {
     double k = t_s / clock->stop_s * COMPARE_TIMING_POINTS;
     if (!(k > 0.0))
@@ -203,12 +203,12 @@ double compare_time_error(const struct compare_timing *clock, double t_s)
     return clock->error_s[i] + (k - (double)i) * (clock->error_s[i + 1] - clock->error_s[i]);
 }
 
-#define STEP_S     0.02
-#define REST_S     0.3 /* time from the stop until the mats are at rest */
-#define MAT_FT     ((double)MR_MAT_LENGTH_FT)
-#define SEGMENT_FT ((double)MR_SEGMENT_LENGTH_FT)
+#define ZONE_SEARCH_STEP_S 0.02
+#define SETTLING_S         0.3 /* time from the stop until the mats are at rest */
+#define MAT_FT             ((double)MR_MAT_LENGTH_FT)
+#define SEGMENT_FT         ((double)MR_SEGMENT_LENGTH_FT)
 
-struct compare_zone compare_find_closed(const float *remaining_in, double wheel_ft)
+struct compare_zone compare_find_closed_zone(const float *remaining_in, double wheel_ft)
 {
     struct compare_zone best = {.is_known = true};
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
@@ -230,18 +230,19 @@ struct compare_zone compare_find_closed(const float *remaining_in, double wheel_
     return best;
 }
 
-struct compare_overlap compare_find_overlap(const struct compare_zone *a,
-                                            const struct compare_zone *b)
+struct compare_overlap compare_compute_overlap(const struct compare_zone *a,
+                                               const struct compare_zone *b)
 {
-    struct compare_overlap overlap = {
-        .is_known = a->is_known && b->is_known, .start_ft = (double)NAN, .end_ft = (double)NAN};
+    struct compare_overlap overlap = {.is_known = a->is_known && b->is_known,
+                                      .start_difference_ft = (double)NAN,
+                                      .end_difference_ft = (double)NAN};
     if (!overlap.is_known)
         return overlap;
     if (a->mats > 0.0 && b->mats > 0.0) {
         overlap.common_mats =
             fmax(0.0, (fmin(a->end_ft, b->end_ft) - fmax(a->start_ft, b->start_ft)) / MAT_FT);
-        overlap.start_ft = a->start_ft - b->start_ft;
-        overlap.end_ft = a->end_ft - b->end_ft;
+        overlap.start_difference_ft = a->start_ft - b->start_ft;
+        overlap.end_difference_ft = a->end_ft - b->end_ft;
     }
     double of_a = a->mats > 0.0 ? (a->end_ft - a->start_ft) / MAT_FT : 0.0,
            of_b = b->mats > 0.0 ? (b->end_ft - b->start_ft) / MAT_FT : 0.0;
@@ -281,13 +282,13 @@ static bool has_movement(const struct measured *measured, size_t sample)
         const struct measured_channel *channel = &measured->channel[c];
         readings +=
             channel->config.kind == MR_KIND_DISPLACEMENT &&
-            !isnan(measured_moving_mean(measured, channel, sample, MEASURED_WINDOW_BLOCKS / 2));
+            !isnan(measured_moving_mean(measured, channel, sample, MEASURED_MEAN_BLOCKS / 2));
     }
     return readings >= 2;
 }
 
 static struct compare_zone find_measured_zone(const struct measured *measured,
-                                              const struct zones_closure *survey, double t_s)
+                                              const struct zones_slack *survey, double t_s)
 {
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone run;
@@ -295,31 +296,31 @@ static struct compare_zone find_measured_zone(const struct measured *measured,
     if (survey->surveyed_segments == 0 || !(sample >= 0.0 && sample < (double)measured->samples) ||
         !has_movement(measured, (size_t)sample))
         return (struct compare_zone){.is_known = false};
-    zones_find_closed(measured, survey, (size_t)sample, remaining_in, &run);
+    zones_find_closed_segments(measured, survey, (size_t)sample, remaining_in, &run);
     const double error_ft = SEGMENT_FT / sqrt(12.0);
     return (struct compare_zone){
         true, (double)run.mats, (double)run.start_ft, (double)run.end_ft, error_ft, error_ft};
 }
 
-static struct compare_zone find_simulated_zone(const struct compare_segments *segments, double t_s,
-                                               double wheel_ft)
+static struct compare_zone find_simulated_zone(const struct compare_segment_openings *segments,
+                                               double t_s, double wheel_ft)
 {
     double row = floor(t_s / segments->dt_s + 0.5);
-    if (segments->rows == 0 || !(row >= 0.0))
+    if (segments->row_count == 0 || !(row >= 0.0))
         return (struct compare_zone){.is_known = false};
-    size_t at = row < (double)segments->rows ? (size_t)row : segments->rows - 1;
-    return compare_find_closed(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
+    size_t at = row < (double)segments->row_count ? (size_t)row : segments->row_count - 1;
+    return compare_find_closed_zone(segments->remaining_in + at * MR_SEGMENTS, wheel_ft);
 }
 
 struct zone_input {
     const struct measured *measured;
-    const struct zones_closure *survey;
-    const struct compare_segments *segments;
+    const struct zones_slack *survey;
+    const struct compare_segment_openings *segments;
     const struct compare_board_reports *reports;
 };
 
-static void extend_range(const struct zone_input *in, const char *what, double t_s,
-                         struct compare_zone_moment *moment)
+static void set_zone_moment(const struct zone_input *in, const char *what, double t_s,
+                            struct compare_zone_moment *moment)
 {
     moment->description = what;
     moment->t_s = t_s;
@@ -327,10 +328,10 @@ static void extend_range(const struct zone_input *in, const char *what, double t
     moment->zone[COMPARE_MEASURED] = find_measured_zone(in->measured, in->survey, t_s);
     moment->zone[COMPARE_BOARD] = find_board_zone(in->measured, in->reports, t_s);
     moment->zone[COMPARE_SIMULATED] = find_simulated_zone(in->segments, t_s, moment->wheel_ft);
-    moment->board = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
-                                         &moment->zone[COMPARE_BOARD]);
-    moment->simulated = compare_find_overlap(&moment->zone[COMPARE_MEASURED],
-                                             &moment->zone[COMPARE_SIMULATED]);
+    moment->board_overlap = compare_compute_overlap(&moment->zone[COMPARE_MEASURED],
+                                                    &moment->zone[COMPARE_BOARD]);
+    moment->simulated_overlap = compare_compute_overlap(&moment->zone[COMPARE_MEASURED],
+                                                        &moment->zone[COMPARE_SIMULATED]);
 }
 
 /* Returns the time of the longest zone while the gear moves: of the measured zone; without one, of
@@ -338,18 +339,18 @@ static void extend_range(const struct zone_input *in, const char *what, double t
 static double find_longest_zone_s(const struct zone_input *in, double stop_s,
                                   enum compare_zone_source *source)
 {
-    double most[COMPARE_SOURCES] = {0.0}, at_s[COMPARE_SOURCES] = {0.0};
-    for (double t_s = 0.0; t_s < stop_s; t_s += STEP_S) {
+    double most[COMPARE_SOURCE_COUNT] = {0.0}, at_s[COMPARE_SOURCE_COUNT] = {0.0};
+    for (double t_s = 0.0; t_s < stop_s; t_s += ZONE_SEARCH_STEP_S) {
         struct compare_zone_moment moment;
-        extend_range(in, "", t_s, &moment);
-        for (int k = 0; k < COMPARE_SOURCES; k++) {
+        set_zone_moment(in, "", t_s, &moment);
+        for (int k = 0; k < COMPARE_SOURCE_COUNT; k++) {
             if (!moment.zone[k].is_known || moment.zone[k].mats <= most[k])
                 continue;
             most[k] = moment.zone[k].mats;
             at_s[k] = t_s;
         }
     }
-    for (int k = 0; k < COMPARE_SOURCES; k++) {
+    for (int k = 0; k < COMPARE_SOURCE_COUNT; k++) {
         *source = (enum compare_zone_source)k;
         if (most[k] > 0.0)
             return at_s[k];
@@ -357,9 +358,10 @@ static double find_longest_zone_s(const struct zone_input *in, double stop_s,
     return (double)NAN;
 }
 
-void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
+void compare_find_zones(const struct measured *measured, const struct zones_slack *survey,
                         const struct compare_board_reports *reports,
-                        const struct compare_segments *segments, struct compare_zones *zones)
+                        const struct compare_segment_openings *segments,
+                        struct compare_zones *zones)
 {
     static const char *const longest[] = {"longest measured", "longest said", "longest simulated"};
     const struct zone_input in = {measured, survey, segments, reports};
@@ -369,8 +371,9 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
     double t_s = find_longest_zone_s(&in, stop_s, &source);
     zones->count = 0;
     if (!isnan(t_s))
-        extend_range(&in, longest[source], t_s, &zones->moment[zones->count++]);
-    extend_range(&in, "at rest", fmin(stop_s + REST_S, end_s), &zones->moment[zones->count++]);
+        set_zone_moment(&in, longest[source], t_s, &zones->moment[zones->count++]);
+    set_zone_moment(&in, "at rest", fmin(stop_s + SETTLING_S, end_s),
+                    &zones->moment[zones->count++]);
 }
 
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest)
@@ -384,7 +387,8 @@ const struct compare_zone_moment *compare_find_moment(const struct compare_zones
 
 /* Returns the movement or spread of a row at a time: linear between samples, constant after the
  * last sample, NaN before the first. */
-static double interpolate_row(const struct store_simulation *row, const float *values, double t_s)
+static double interpolate_simulation(const struct store_simulation *row, const float *values,
+                                     double t_s)
 {
     double k = (t_s - row->t0_s) / row->dt_s;
     if (!values || row->length == 0 || !(k >= 0.0))
@@ -401,9 +405,13 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
 {
     double end_s = row->t0_s + (double)(row->length - 1) * row->dt_s;
     size_t n = measured->samples;
-    double **arrays[] = {&s->t_s,          &s->measured_in,        &s->measured_error_in,
-                         &s->simulated_in, &s->simulated_error_in, &s->time_error_s,
-                         &s->alignment_in};
+    double **arrays[] = {&s->t_s,
+                         &s->measured_in,
+                         &s->measured_error_in,
+                         &s->simulated_in,
+                         &s->simulated_error_in,
+                         &s->time_error_s,
+                         &s->alignment_error_in};
     s->storage = xcalloc(7 * n, sizeof *s->storage);
     for (size_t i = 0; i < 7; i++)
         *arrays[i] = s->storage + i * n;
@@ -412,31 +420,34 @@ void compare_fill_curves(const struct measured *measured, const struct compare_t
         s->t_s[i] = t_s;
         bool outside = t_s < 0.0 || t_s > end_s;
         s->measured_in[i] = outside ? (double)NAN : measured_value(channel, i);
-        s->simulated_in[i] = outside ? (double)NAN : interpolate_row(row, row->series_in, t_s);
-        s->time_error_s[i] = compare_time_error(clock, t_s);
-        double before_in = interpolate_row(row, row->series_in,
-                                           fmax(t_s - s->time_error_s[i], row->t0_s));
-        s->alignment_in[i] =
-            0.5 * fabs(interpolate_row(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
+        s->simulated_in[i] = outside ? (double)NAN
+                                     : interpolate_simulation(row, row->series_in, t_s);
+        s->time_error_s[i] = compare_compute_time_error_s(clock, t_s);
+        double before_in = interpolate_simulation(row, row->series_in,
+                                                  fmax(t_s - s->time_error_s[i], row->t0_s));
+        s->alignment_error_in[i] =
+            0.5 *
+            fabs(interpolate_simulation(row, row->series_in, t_s + s->time_error_s[i]) - before_in);
         s->measured_error_in[i] = hypot(measured_error(measured, channel, s->measured_in[i], 1.0),
-                                        s->alignment_in[i]);
-        double spread_in = interpolate_row(row, row->spread_in, t_s);
+                                        s->alignment_error_in[i]);
+        double spread_in = interpolate_simulation(row, row->spread_in, t_s);
         s->simulated_error_in[i] = hypot(solver_error_in, isnan(spread_in) ? 0.0 : spread_in);
     }
 }
 
 /* Compares the means over the last 0.2 s that both sides have. */
-static void find_end(const struct measured *measured, const struct measured_channel *channel,
-                     const struct compare_curves *s, struct compare_channel *out)
+static void compare_final_means(const struct measured *measured,
+                                const struct measured_channel *channel,
+                                const struct compare_curves *s, struct compare_channel *out)
 {
     double sum_m = 0.0, sum_s = 0.0, alignment = 0.0, simulated_error = 0.0;
     size_t count = 0;
-    for (size_t i = measured->samples; i-- > 0 && count < MEASURED_END_BLOCKS;) {
+    for (size_t i = measured->samples; i-- > 0 && count < MEASURED_FINAL_MEAN_BLOCKS;) {
         if (isnan(s->measured_in[i]) || isnan(s->simulated_in[i]))
             continue;
         sum_m += s->measured_in[i];
         sum_s += s->simulated_in[i];
-        alignment += s->alignment_in[i];
+        alignment += s->alignment_error_in[i];
         simulated_error += s->simulated_error_in[i];
         count++;
     }
@@ -445,12 +456,13 @@ static void find_end(const struct measured *measured, const struct measured_chan
     out->end_measured.error = hypot(measured_error(measured, channel, sum_m / n, n), alignment / n);
     out->end_simulated.value = sum_s / n;
     out->end_simulated.error = simulated_error / n;
-    out->end_en = signal_normalized_error(out->end_measured.value, out->end_measured.error,
-                                          out->end_simulated.value, out->end_simulated.error);
+    out->end_en_score = signal_normalized_error(out->end_measured.value, out->end_measured.error,
+                                                out->end_simulated.value, out->end_simulated.error);
 }
 
-static void find_figures(const struct measured *measured, const struct measured_channel *channel,
-                         const struct compare_curves *s, struct compare_channel *out)
+static void compute_channel_figures(const struct measured *measured,
+                                    const struct measured_channel *channel,
+                                    const struct compare_curves *s, struct compare_channel *out)
 {
     const struct signal signal = {
         .count = measured->samples,
@@ -461,19 +473,19 @@ static void find_figures(const struct measured *measured, const struct measured_
         .measured_error = s->measured_error_in,
         .simulated_error = s->simulated_error_in,
         .time_error_s = s->time_error_s,
-        .noise = isnan(channel->noise) ? 0.0 : channel->noise,
+        .noise_deviation = isnan(channel->noise) ? 0.0 : channel->noise,
     };
     struct signal_figures *f = &out->figures;
-    signal_compare(&signal, f);
+    signal_compute_figures(&signal, f);
     /* channel->peak excludes the noise that raises a maximum (measured.h) */
     f->peak_measured.value = channel->peak;
-    f->peak_measured.error = channel->error;
-    find_end(measured, channel, s, out);
-    out->bias_en = signal_normalized_error(f->bias, f->bias_error, 0.0, 0.0);
-    out->peak_en = signal_normalized_error(f->peak_measured.value, f->peak_measured.error,
-                                           f->peak_simulated.value, f->peak_simulated.error);
+    f->peak_measured.error = channel->peak_error;
+    compare_final_means(measured, channel, s, out);
+    out->bias_en_score = signal_normalized_error(f->bias, f->bias_error, 0.0, 0.0);
+    out->peak_en_score = signal_normalized_error(f->peak_measured.value, f->peak_measured.error,
+                                                 f->peak_simulated.value, f->peak_simulated.error);
     const struct signal_moment *m = &f->arrival_measured, *a = &f->arrival_simulated;
-    out->arrival_en = signal_normalized_error(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
+    out->arrival_en_score = signal_normalized_error(m->t_s, m->t_error_s, a->t_s, a->t_error_s);
 }
 
 /* Returns the most frequent reason for invalid readings. */
@@ -502,14 +514,16 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
     }
     out->valid_share = of ? (double)valid / (double)of : 0.0;
     if (!row || row->length == 0)
-        snprintf(out->reason, sizeof out->reason, "not simulated; compare the landing again");
+        snprintf(out->reason_or_remark, sizeof out->reason_or_remark,
+                 "not simulated; compare the landing again");
     else if (!channel->raw || of == 0)
-        snprintf(out->reason, sizeof out->reason, "no readings were received");
+        snprintf(out->reason_or_remark, sizeof out->reason_or_remark, "no readings were received");
     else if (isnan(channel->baseline))
-        snprintf(out->reason, sizeof out->reason, "no reading at rest before the landing: %s",
+        snprintf(out->reason_or_remark, sizeof out->reason_or_remark,
+                 "no reading at rest before the landing: %s",
                  find_most_frequent_reason(measured, channel));
-    else if (out->valid_share < COMPARE_MIN_VALID)
-        snprintf(out->reason, sizeof out->reason,
+    else if (out->valid_share < COMPARE_MIN_VALID_SHARE)
+        snprintf(out->reason_or_remark, sizeof out->reason_or_remark,
                  "only %.0f %% of its readings are valid, at least half are needed: %s",
                  100.0 * out->valid_share, find_most_frequent_reason(measured, channel));
     else
@@ -525,36 +539,36 @@ static void add_channel(const struct measured *measured, const struct compare_ti
     struct compare_curves series;
     *out = (struct compare_channel){.number = channel->config.number,
                                     .station_ft = (double)channel->config.station_ft,
-                                    .bias_en = nan,
-                                    .peak_en = nan,
-                                    .end_en = nan,
-                                    .arrival_en = nan,
+                                    .bias_en_score = nan,
+                                    .peak_en_score = nan,
+                                    .end_en_score = nan,
+                                    .arrival_en_score = nan,
                                     .end_measured = {nan, nan, nan, nan},
                                     .end_simulated = {nan, nan, nan, nan}};
     const struct signal empty = {.count = 0};
-    signal_compare(&empty, &out->figures); /* sets all figures to unknown */
+    signal_compute_figures(&empty, &out->figures); /* sets all figures to unknown */
     out->is_compared = is_usable(measured, channel, row, out);
     if (!out->is_compared)
         return;
     compare_fill_curves(measured, clock, channel, row, solver_error_in, &series);
-    find_figures(measured, channel, &series, out);
+    compute_channel_figures(measured, channel, &series, out);
     free(series.storage);
 }
 
-void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
-                          const struct compare_board_reports *reports,
-                          const struct store_simulation_head *head,
-                          const struct store_simulation *rows, size_t count,
-                          struct compare_figures *figures)
+void compare_compute_figures(const struct measured *measured, const struct zones_slack *survey,
+                             const struct compare_board_reports *reports,
+                             const struct store_simulation_head *head,
+                             const struct store_simulation *rows, size_t count,
+                             struct compare_figures *figures)
 {
     memset(figures, 0, sizeof *figures);
     figures->run = measured->landing.id;
-    measured_format_torn(measured, figures->torn);
+    measured_format_missing_start(measured, figures->missing_start_text);
     figures->marks = measured_marks_text(measured);
     snprintf(figures->model_file, sizeof figures->model_file, "%s", head->file);
-    figures->run_ms = head->run_ms;
-    figures->error_in = head->error_in;
-    figures->seeds = head->seeds;
+    figures->simulation_ms = head->run_ms;
+    figures->solver_error_in = head->error_in;
+    figures->seed_count = head->seeds;
     figures->surveyed_segments = survey->surveyed_segments;
     compare_timing_init(measured, &figures->timing);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
@@ -570,89 +584,90 @@ void compare_find_figures(const struct measured *measured, const struct zones_cl
         add_channel(measured, &figures->timing, &measured->channel[c], row, solver_error_in,
                     &figures->channel[figures->channel_count++]);
     }
-    const struct compare_segments segments = {head->segments_in, head->segment_rows,
-                                              head->segments_dt_s};
+    const struct compare_segment_openings segments = {head->segments_in, head->segment_rows,
+                                                      head->segments_dt_s};
     compare_find_zones(measured, survey, reports, &segments, &figures->zones);
 }
 
-struct compare_mean compare_average(const struct compare_figures *figures)
+struct compare_channel_means compare_compute_means(const struct compare_figures *figures)
 {
-    struct compare_mean mean = {0};
+    struct compare_channel_means mean = {0};
     double sum = 0.0, squares = 0.0;
     for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
         if (!c->is_compared)
             continue;
         double n = (double)c->figures.compared_samples;
-        mean.channels++;
-        mean.samples += n;
+        mean.channel_count++;
+        mean.sample_count += n;
         sum += n * c->figures.bias;
         squares += n * c->figures.rms * c->figures.rms;
         mean.worst_rms_in = fmax(mean.worst_rms_in, c->figures.rms);
-        mean.peak_en = fmax(mean.peak_en, c->peak_en);
+        mean.worst_peak_en_score = fmax(mean.worst_peak_en_score, c->peak_en_score);
     }
-    mean.bias_in = mean.samples > 0.0 ? sum / mean.samples : (double)NAN;
-    mean.rms_in = mean.samples > 0.0 ? sqrt(squares / mean.samples) : (double)NAN;
-    if (mean.channels == 0)
-        mean.worst_rms_in = mean.peak_en = (double)NAN;
+    mean.bias_in = mean.sample_count > 0.0 ? sum / mean.sample_count : (double)NAN;
+    mean.rms_in = mean.sample_count > 0.0 ? sqrt(squares / mean.sample_count) : (double)NAN;
+    if (mean.channel_count == 0)
+        mean.worst_rms_in = mean.worst_peak_en_score = (double)NAN;
     return mean;
 }
 
 /* ---- agreement ---- */
 
-void compare_find_agreement(const struct compare_figures *figures, struct compare_agreement *a)
+void compare_compute_agreement(const struct compare_figures *figures, struct compare_agreement *a)
 {
     *a = (struct compare_agreement){.run = figures->run,
                                     .model_file = figures->model_file[0] ? figures->model_file
                                                                          : "the simulation",
-                                    .en = (double)NAN};
+                                    .en_score = (double)NAN};
     for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
         const struct {
             const char *value;
             bool is_time;
             double measured, simulated, en;
-        } values[] = {{"peak", false, c->figures.peak_measured.value,
-                       c->figures.peak_simulated.value, c->peak_en},
-                      {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en},
-                      {"arrival", true, c->figures.arrival_measured.t_s,
-                       c->figures.arrival_simulated.t_s, c->arrival_en}};
+        } values[] = {
+            {"peak", false, c->figures.peak_measured.value, c->figures.peak_simulated.value,
+             c->peak_en_score},
+            {"end", false, c->end_measured.value, c->end_simulated.value, c->end_en_score},
+            {"arrival", true, c->figures.arrival_measured.t_s, c->figures.arrival_simulated.t_s,
+             c->arrival_en_score}};
         for (size_t k = 0; k < 3 && c->is_compared; k++) {
             if (isnan(values[k].en))
                 continue;
-            a->values_judged++;
-            a->values_differing += values[k].en > 1.0;
-            if (a->channel && values[k].en <= a->en)
+            a->judged_values++;
+            a->differing_values += values[k].en > 1.0;
+            if (a->channel && values[k].en <= a->en_score)
                 continue;
             a->channel = c;
-            a->value = values[k].value;
+            a->value_name = values[k].value;
             a->is_time = values[k].is_time;
             a->measured = values[k].measured;
             a->simulated = values[k].simulated;
-            a->en = values[k].en;
+            a->en_score = values[k].en;
         }
     }
 }
 
-void compare_write_sentence(const struct compare_agreement *a, bool si,
-                            char out[COMPARE_SENTENCE_SIZE])
+void compare_write_agreement(const struct compare_agreement *a, bool si,
+                             char out[COMPARE_AGREEMENT_SIZE])
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
     const enum unit_kind kind = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
     char measured[UNIT_TEXT_SIZE], simulated[UNIT_TEXT_SIZE];
     if (!a->channel) {
-        snprintf(out, COMPARE_SENTENCE_SIZE,
+        snprintf(out, COMPARE_AGREEMENT_SIZE,
                  "No peak, end or arrival of RUN %" PRId64 " could be compared with %s", a->run,
                  a->model_file);
         return;
     }
-    snprintf(out, COMPARE_SENTENCE_SIZE,
+    snprintf(out, COMPARE_AGREEMENT_SIZE,
              "RUN %" PRId64 " %s %s: %zu of %zu peaks, ends and arrivals differ by more than "
              "twice their errors; largest: the %s at transducer %" PRId64 ", %.1f %s, measured %s, "
              "simulated %s, En %.3g",
-             a->run, a->values_differing ? "differs from" : "agrees with", a->model_file,
-             a->values_differing, a->values_judged, a->value, a->channel->number,
+             a->run, a->differing_values ? "differs from" : "agrees with", a->model_file,
+             a->differing_values, a->judged_values, a->value_name, a->channel->number,
              a->channel->station_ft * station->factor, station->text,
              unit_value_text(kind, si, a->measured, 4, measured),
-             unit_value_text(kind, si, a->simulated, 4, simulated), a->en);
+             unit_value_text(kind, si, a->simulated, 4, simulated), a->en_score);
 }

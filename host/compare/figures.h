@@ -16,10 +16,11 @@
  *
  *     bias     mean of d
  *     rms      root mean square of d
- *     chi      root mean square of d / sqrt(u_m^2 + u_s^2): 1 if the errors explain all of d
- *     peak     extreme, by magnitude, of the mean over SIGNAL_WINDOW samples. Its time is when
- *              this mean first differs from the peak by at most SIGNAL_PEAK_TOLERANCE times the
- *              peak, or by five standard deviations of the noise if that is more: on a plateau,
+ *     chi      root mean square of d / sqrt(u_m^2 + u_s^2) (rms_per_error): 1 if the errors explain
+ *              all of d
+ *     peak     extreme, by magnitude, of the mean over SIGNAL_MEAN_SAMPLES samples. Its time is
+ *              when this mean first differs from the peak by at most SIGNAL_PEAK_TOLERANCE times
+ *              the peak, or by five standard deviations of the noise if that is more: on a plateau,
  *              noise determines where the largest value is
  *     arrival  first time at which this mean crosses SIGNAL_ARRIVAL_FRACTION of its peak,
  *              interpolated linearly between two samples. Its error has three parts: noise and
@@ -29,7 +30,7 @@
  *              (ISO 13528, coverage factor 2)
  *
  * NaN: a missing sample; in a result: not known. */
-#define SIGNAL_WINDOW           11
+#define SIGNAL_MEAN_SAMPLES     11
 #define SIGNAL_ARRIVAL_FRACTION 0.1
 #define SIGNAL_PEAK_TOLERANCE   0.01
 
@@ -43,7 +44,7 @@ struct signal {
     const double *time_error_s; /* standard error of the alignment of the time axes, per sample */
     /* Standard deviation of a measured sample, independent between samples; included in
      * measured_error. */
-    double noise;
+    double noise_deviation;
 };
 
 struct signal_moment {
@@ -54,13 +55,13 @@ struct signal_moment {
 struct signal_figures {
     size_t compared_samples; /* number of samples that both series have */
     double bias, bias_error;
-    double rms, chi;
+    double rms, rms_per_error;
     struct signal_moment peak_measured, peak_simulated;
     /* value: the threshold that is crossed */
     struct signal_moment arrival_measured, arrival_simulated;
 };
 
-void signal_compare(const struct signal *signal, struct signal_figures *figures);
+void signal_compute_figures(const struct signal *signal, struct signal_figures *figures);
 
 /* Computes En of two values. NaN: a value is not known. INFINITY: the values differ and have no
  * error. */
@@ -74,11 +75,11 @@ double signal_normalized_error(double measured, double measured_error, double si
 #define COMPARE_TIMING_POINTS 128
 struct compare_timing {
     double stop_s, stop_error_s;
-    double
-        error_s[COMPARE_TIMING_POINTS + 1]; /* errors at equal steps from touchdown to the stop */
+    /* errors at equal steps from touchdown to the stop */
+    double error_s[COMPARE_TIMING_POINTS + 1];
 };
 void compare_timing_init(const struct measured *measured, struct compare_timing *clock);
-double compare_time_error(const struct compare_timing *clock, double t_s);
+double compare_compute_time_error_s(const struct compare_timing *clock, double t_s);
 
 /* Zones of closed mats at the same moment: measured (survey and transducers, common/closure.h),
  * reported by the board, and simulated.
@@ -88,7 +89,12 @@ double compare_time_error(const struct compare_timing *clock, double t_s);
  * end at segments, 2.86 ft apart, or at the wheel; the standard error of an end is a segment /
  * sqrt(12). The zone that the board reports has its own standard errors. Stations are in ft. */
 
-enum compare_zone_source { COMPARE_MEASURED, COMPARE_BOARD, COMPARE_SIMULATED, COMPARE_SOURCES };
+enum compare_zone_source {
+    COMPARE_MEASURED,
+    COMPARE_BOARD,
+    COMPARE_SIMULATED,
+    COMPARE_SOURCE_COUNT
+};
 
 struct compare_zone {
     bool is_known; /* false: the zone was not measured, reported or simulated */
@@ -100,32 +106,34 @@ struct compare_overlap {
     bool is_known;
     double common_mats, all_mats; /* length of the intersection and of the union */
     double share;                 /* common_mats / all_mats; 1 if neither has a zone */
-    double start_ft, end_ft;      /* measured zone minus the other zone; NaN if either is missing */
+    double start_difference_ft,
+        end_difference_ft; /* measured zone minus the other zone; NaN if either is missing */
 };
 
 /* The zones at the same moment. */
 struct compare_zone_moment {
     const char *description; /* "longest measured", ... */
     double t_s, wheel_ft;
-    struct compare_zone zone[COMPARE_SOURCES];
-    struct compare_overlap board, simulated; /* each compared with the measured zone */
+    struct compare_zone zone[COMPARE_SOURCE_COUNT];
+    struct compare_overlap board_overlap,
+        simulated_overlap; /* each compared with the measured zone */
 };
 
-#define COMPARE_MOMENTS 2u /* number of moments: when the zone is longest, and at rest */
+#define COMPARE_MOMENT_COUNT 2u /* number of moments: when the zone is longest, and at rest */
 
 struct compare_zones {
     size_t count; /* number of moments; 0: no moment is known */
-    struct compare_zone_moment moment[COMPARE_MOMENTS];
+    struct compare_zone_moment moment[COMPARE_MOMENT_COUNT];
 };
 
 /* Returns the moment at rest (`rest`) or that of the longest zone; NULL: not known. */
 const struct compare_zone_moment *compare_find_moment(const struct compare_zones *zones, bool rest);
-struct compare_overlap compare_find_overlap(const struct compare_zone *measured,
-                                            const struct compare_zone *other);
+struct compare_overlap compare_compute_overlap(const struct compare_zone *measured,
+                                               const struct compare_zone *other);
 
 /* Finds the longest run of segments with remaining openings below MR_CLOSURE_OPEN_IN whose end is
  * ahead of the wheel. A run that contains the wheel begins at the wheel. */
-struct compare_zone compare_find_closed(const float *remaining_in, double wheel_ft);
+struct compare_zone compare_find_closed_zone(const float *remaining_in, double wheel_ft);
 
 /* The board's messages in order of time. `prediction` has the errors of the zones and may be
  * empty. */
@@ -137,14 +145,15 @@ struct compare_board_reports {
 };
 /* Remaining openings of the simulated segments, one row every dt_s since touchdown: rows x
  * MR_SEGMENTS. Without rows the simulated zone is not known. */
-struct compare_segments {
+struct compare_segment_openings {
     const float *remaining_in;
-    size_t rows;
+    size_t row_count;
     double dt_s;
 };
-void compare_find_zones(const struct measured *measured, const struct zones_closure *survey,
+void compare_find_zones(const struct measured *measured, const struct zones_slack *survey,
                         const struct compare_board_reports *reports,
-                        const struct compare_segments *segments, struct compare_zones *zones);
+                        const struct compare_segment_openings *segments,
+                        struct compare_zones *zones);
 
 /* All figures of a landing's comparison. The measurement is compared with a simulation of the
  * measured motion, either just computed or the newest one in the campaign. `matrig compare` and the
@@ -155,27 +164,28 @@ void compare_find_zones(const struct measured *measured, const struct zones_clos
  * Simulated: the solver's estimate and the spread over an ensemble. Units are inches, feet, and
  * seconds since touchdown; NaN: not known. */
 
-#define COMPARE_MIN_VALID 0.5 /* share of the samples that must be valid */
+#define COMPARE_MIN_VALID_SHARE 0.5 /* share of the samples that must be valid */
 
 struct compare_channel {
     int64_t number;
     double station_ft;
     bool is_compared;
-    char reason[100];   /* reason if the channel was not compared; otherwise a remark, or empty */
+    char reason_or_remark
+        [100];          /* reason if the channel was not compared; otherwise a remark, or empty */
     double valid_share; /* share of the samples that are valid */
     struct signal_figures figures;
     struct signal_moment end_measured, end_simulated; /* means over the last 0.2 s */
-    double bias_en, peak_en, end_en, arrival_en;
+    double bias_en_score, peak_en_score, end_en_score, arrival_en_score;
 };
 
 struct compare_figures {
     int64_t run;
     char model_file[120]; /* name of the model's file; "": not stored */
-    /* reason to doubt the measured numbers (measured_format_torn); "": none */
-    char torn[MEASURED_TORN_SIZE];
-    const char *marks;       /* marks of the landing, from measured_marks_text */
-    double run_ms, error_in; /* duration of the simulation, and its error estimate */
-    int64_t seeds;
+    /* reason to doubt the measured numbers (measured_format_missing_start); "": none */
+    char missing_start_text[MEASURED_MISSING_START_SIZE];
+    const char *marks;                     /* marks of the landing, from measured_marks_text */
+    double simulation_ms, solver_error_in; /* duration of the simulation, and its error estimate */
+    int64_t seed_count;
     size_t surveyed_segments; /* number of segments with known slack */
     size_t channel_count;     /* number of fitted transducers */
     struct compare_channel channel[MR_TRANSDUCERS];
@@ -185,24 +195,24 @@ struct compare_figures {
 
 /* Computes all figures. Rows of channels that were not measured are ignored; a measured channel
  * without a row is listed as not compared. */
-void compare_find_figures(const struct measured *measured, const struct zones_closure *survey,
-                          const struct compare_board_reports *reports,
-                          const struct store_simulation_head *head,
-                          const struct store_simulation *rows, size_t count,
-                          struct compare_figures *figures);
+void compare_compute_figures(const struct measured *measured, const struct zones_slack *survey,
+                             const struct compare_board_reports *reports,
+                             const struct store_simulation_head *head,
+                             const struct store_simulation *rows, size_t count,
+                             struct compare_figures *figures);
 /* Means over the compared channels, weighted by their number of samples. */
-struct compare_mean {
-    size_t channels;
+struct compare_channel_means {
+    size_t channel_count;
     /* number of samples, and means; NaN: no channel was compared */
-    double samples, bias_in, rms_in;
-    double worst_rms_in, peak_en; /* largest value of all channels */
+    double sample_count, bias_in, rms_in;
+    double worst_rms_in, worst_peak_en_score; /* largest value of all channels */
 };
-struct compare_mean compare_average(const struct compare_figures *figures);
+struct compare_channel_means compare_compute_means(const struct compare_figures *figures);
 /* The complete curves of a compared channel: arrays of measured->samples values, NaN where not
  * compared. The caller frees `storage`. */
 struct compare_curves {
     double *storage, *t_s, *measured_in, *measured_error_in, *simulated_in, *simulated_error_in,
-        *time_error_s, *alignment_in;
+        *time_error_s, *alignment_error_in;
 };
 void compare_fill_curves(const struct measured *measured, const struct compare_timing *clock,
                          const struct measured_channel *channel, const struct store_simulation *row,
@@ -215,19 +225,19 @@ struct compare_agreement {
     int64_t run;
     const char *model_file;
     /* number of values with a known En, and of those with En above 1 */
-    size_t values_judged, values_differing;
+    size_t judged_values, differing_values;
     /* The value with the largest En, in inches; an arrival in seconds. channel NULL: no En is
      * known. */
     const struct compare_channel *channel; /* the channel of that value; points into the figures */
-    const char *value;                     /* "peak", "end", "arrival" */
+    const char *value_name;                /* "peak", "end", "arrival" */
     bool is_time;
-    double measured, simulated, en;
+    double measured, simulated, en_score;
 };
-void compare_find_agreement(const struct compare_figures *figures,
-                            struct compare_agreement *agreement);
+void compare_compute_agreement(const struct compare_figures *figures,
+                               struct compare_agreement *agreement);
 /* Writes the agreement as one sentence without newline. */
-#define COMPARE_SENTENCE_SIZE 400
-void compare_write_sentence(const struct compare_agreement *agreement, bool si,
-                            char out[COMPARE_SENTENCE_SIZE]);
+#define COMPARE_AGREEMENT_SIZE 400
+void compare_write_agreement(const struct compare_agreement *agreement, bool si,
+                             char out[COMPARE_AGREEMENT_SIZE]);
 
 #endif

@@ -14,15 +14,17 @@
 #include "host/link/link.h"
 #include "host/store/store_journal.h"
 
-#define IN_PER_FT   12.0
-#define SLOPE_S     0.005 /* half the interval over which a deceleration is computed */
-#define DWELL_MIN_S 0.5
-#define PATH_MAX_S  3600.0 /* a path must be shorter than this; no landing is that long */
+#define IN_PER_FT                  12.0
+/* half the interval over which a deceleration is computed */
+#define DECELERATION_HALF_WIDTH_S  0.005
+#define SIMULATED_AFTER_STOP_MIN_S 0.5
+/* a path must be shorter than this; no landing is that long */
+#define PATH_MAX_S                 3600.0
 
 static double compute_deceleration(const struct measured *measured, double t_s, double stop_s)
 {
-    double from_s = fmax(0.0, t_s - SLOPE_S);
-    double to_s = fmin(stop_s, t_s + SLOPE_S);
+    double from_s = fmax(0.0, t_s - DECELERATION_HALF_WIDTH_S);
+    double to_s = fmin(stop_s, t_s + DECELERATION_HALF_WIDTH_S);
     double error_ft_s;
     double from_ft_s = measured_speed_ft_s(measured, from_s, &error_ft_s);
     /* the speed at the stop is 0 by definition */
@@ -43,7 +45,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
     struct sim_path_row *rows = xcalloc(steps + 2, sizeof *rows);
     for (size_t i = 0; i <= steps; i++) {
         double t_s = i < steps ? (double)i * COMPARE_PATH_STEP_S : last_s;
-        double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_STRIPS *
+        double thrust_lb = COMPARE_AIRCRAFT_LB / COMPARE_RIG_STRIPS *
                            compute_deceleration(measured, t_s, stop_s) / scene->g_ft_s2;
         rows[i] = (struct sim_path_row){t_s, measured_station_ft(measured, t_s), thrust_lb};
     }
@@ -55,7 +57,7 @@ static enum mr_status set_path(const struct measured *measured, struct sim_scene
 
 /* Sets each joint of a surveyed segment to an equal share of the segment's slack. Other joints keep
  * the scene's gap. */
-static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene)
+static void set_gaps(const struct zones_slack *survey, struct sim_scene *scene)
 {
     size_t count = (size_t)scene->mats + 1;
     double *gap_ft = xcalloc(count, sizeof *gap_ft);
@@ -74,12 +76,12 @@ static void set_gaps(const struct zones_closure *survey, struct sim_scene *scene
 }
 
 enum mr_status compare_prepare_scene(const struct measured *measured,
-                                     const struct zones_closure *survey, struct sim_scene *scene,
+                                     const struct zones_slack *survey, struct sim_scene *scene,
                                      struct error *error)
 {
     if (measured->fit_status == MR_TRUNCATED) {
         char reason[MEASURED_REASON_SIZE];
-        measured_format_no_stop(measured, reason);
+        measured_format_unknown_stop(measured, reason);
         return error_set(
             error, MR_TRUNCATED,
             "%s: RUN %lld; complete the landing from the black box, or compare a different landing",
@@ -93,7 +95,7 @@ enum mr_status compare_prepare_scene(const struct measured *measured,
     double end_s = measured_time_s(measured, measured->samples - 1);
     snprintf(scene->name, sizeof scene->name, "RUN %lld", (long long)measured->landing.id);
     scene->t_end_s = 0.0;
-    scene->t_dwell_s = fmax(DWELL_MIN_S, end_s - measured->summary.stop_t_s.value);
+    scene->t_dwell_s = fmax(SIMULATED_AFTER_STOP_MIN_S, end_s - measured->summary.stop_t_s.value);
     set_gaps(survey, scene);
     return set_path(measured, scene, error);
 }
@@ -117,7 +119,7 @@ static enum mr_status check_scale(const struct sim_scene *scene, const char *whe
 }
 
 /* number of gage points except the one at the fixed edge */
-#define FREE_POINTS (SURVEY_POINTS - 1u)
+#define FREE_GAGE_POINTS (SURVEY_POINTS - 1u)
 
 /* Returns true for a study file, which has landings. The scene loader reports the error of invalid
  * JSON. */
@@ -136,15 +138,15 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
     const char *slash = strrchr(path, '/');
     memset(model, 0, sizeof *model);
     snprintf(model->name, sizeof model->name, "%s", slash ? slash + 1 : path);
-    model->seeds = 1;
+    model->seed_count = 1;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        model->survey_in[s] = MR_NAN;
+        model->previous_survey_in[s] = MR_NAN;
     const struct sim_scene *scene = &model->scene;
     if (is_study_file(path)) {
         if (series_load(&model->series, path, error) != MR_OK)
             return error->status;
         model->is_ensemble = true;
-        model->seeds = seeds ? seeds : model->series.seeds;
+        model->seed_count = seeds ? seeds : model->series.seed_count;
         scene = &model->series.landings[0].scene;
     } else if (seeds > 1) {
         return error_set(
@@ -156,7 +158,7 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
     if (check_scale(scene, path, error) != MR_OK)
         compare_model_free(model);
     else
-        model->joints = (size_t)scene->mats + 1;
+        model->joint_count = (size_t)scene->mats + 1;
     return error->status;
 }
 
@@ -174,20 +176,20 @@ void compare_model_free(struct compare_model *model)
  * (host/landing_series/ensemble.c). */
 static void draw_runways(struct compare_model *model)
 {
-    size_t all = model->seeds * model->joints;
+    size_t all = model->seed_count * model->joint_count;
     model->gap_ft = xcalloc(2 * all, sizeof *model->gap_ft);
     model->closing_lb = model->gap_ft + all;
-    for (size_t seed = 0; seed < model->seeds; seed++) {
+    for (size_t seed = 0; seed < model->seed_count; seed++) {
         const struct landing_series *c = &model->series;
-        double *gap_ft = model->gap_ft + seed * model->joints,
-               *closing_lb = model->closing_lb + seed * model->joints;
-        struct draw gaps = draw_begin(c->first_seed + seed, DRAW_GAPS),
-                    closing = draw_begin(c->first_seed + seed, DRAW_CLOSING);
-        for (size_t j = 0; j < model->joints; j++) {
-            gap_ft[j] = model->is_ensemble ? fmin(draw_between(&gaps, c->gap_in) / IN_PER_FT,
+        double *gap_ft = model->gap_ft + seed * model->joint_count,
+               *closing_lb = model->closing_lb + seed * model->joint_count;
+        struct draw_generator gaps = draw_stream_begin(c->first_seed + seed, DRAW_GAPS),
+                              closing = draw_stream_begin(c->first_seed + seed, DRAW_CLOSING);
+        for (size_t j = 0; j < model->joint_count; j++) {
+            gap_ft[j] = model->is_ensemble ? fmin(draw_from_range(&gaps, c->gap_in) / IN_PER_FT,
                                                   c->landings[0].scene.slack_ft)
                                            : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
-            closing_lb[j] = model->is_ensemble ? draw_between(&closing, c->closing_lb)
+            closing_lb[j] = model->is_ensemble ? draw_from_range(&closing, c->closing_lb)
                                                : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
         }
     }
@@ -195,7 +197,7 @@ static void draw_runways(struct compare_model *model)
 
 /* Changes openings to a given sum, as far as possible. For a smaller sum, all openings are scaled;
  * for a larger sum, their differences to `most_ft` are scaled. */
-static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft)
+static void scale_gaps_to_sum(double *gap_ft, size_t count, double sum_ft, double most_ft)
 {
     double now_ft = 0.0, room_ft = 0.0;
     for (size_t j = 0; j < count; j++) {
@@ -209,34 +211,34 @@ static void scale_to(double *gap_ft, size_t count, double sum_ft, double most_ft
         gap_ft[j] = sum_ft < now_ft ? gap_ft[j] * less : gap_ft[j] + more * (most_ft - gap_ft[j]);
 }
 
-static bool is_survey_new(const struct compare_model *model, const struct zones_closure *survey)
+static bool is_new_survey(const struct compare_model *model, const struct zones_slack *survey)
 {
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(survey->slack_in[s]) &&
-            !(fabsf(survey->slack_in[s] - model->survey_in[s]) < 1e-6f))
+            !(fabsf(survey->slack_in[s] - model->previous_survey_in[s]) < 1e-6f))
             return true;
     }
     return false;
 }
 
-static void apply_survey(struct compare_model *model, const struct zones_closure *survey)
+static void apply_survey(struct compare_model *model, const struct zones_slack *survey)
 {
-    if (!is_survey_new(model, survey))
+    if (!is_new_survey(model, survey))
         return;
-    for (size_t seed = 0; seed < model->seeds; seed++) {
+    for (size_t seed = 0; seed < model->seed_count; seed++) {
         for (size_t s = 0; s < MR_SEGMENTS; s++) {
-            double *gap_ft = model->gap_ft + seed * model->joints + s * MR_MATS_PER_SEGMENT;
+            double *gap_ft = model->gap_ft + seed * model->joint_count + s * MR_MATS_PER_SEGMENT;
             double sum_ft = (double)survey->slack_in[s] / IN_PER_FT;
             if (isnan(sum_ft))
                 continue;
             if (model->is_ensemble)
-                scale_to(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
-                         model->series.landings[0].scene.slack_ft);
+                scale_gaps_to_sum(gap_ft, MR_MATS_PER_SEGMENT, sum_ft,
+                                  model->series.landings[0].scene.slack_ft);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT && !model->is_ensemble; j++)
                 gap_ft[j] = sum_ft / MR_MATS_PER_SEGMENT;
         }
     }
-    memcpy(model->survey_in, survey->slack_in, sizeof model->survey_in);
+    memcpy(model->previous_survey_in, survey->slack_in, sizeof model->previous_survey_in);
 }
 
 /* Makes the scene that all seeds of the landing share. The scene owns path, gaps and
@@ -246,7 +248,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
                                  struct error *error)
 {
     const struct landing_series *c = &model->series;
-    struct zones_closure none;
+    struct zones_slack none;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         none.slack_in[s] = MR_NAN;
     none.surveyed_segments = 0;
@@ -262,7 +264,7 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
     if (model->is_ensemble)
         scene->model = SIM_MODEL_CHAIN;
     enum mr_status status = compare_prepare_scene(measured, &none, scene, error);
-    double share = c->weight_lb / c->axles * COMPARE_STRIPS / COMPARE_AIRCRAFT_LB;
+    double share = c->weight_lb / c->axles * COMPARE_RIG_STRIPS / COMPARE_AIRCRAFT_LB;
     for (size_t i = 0; model->is_ensemble && i < scene->path_count; i++)
         scene->path[i].force_lb *= share;
     return status;
@@ -270,14 +272,15 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
 
 static void allocate_rows(struct compare_simulated *s, const struct sim_result *result)
 {
-    if (s->mean_in)
+    if (s->mean_movement_in)
         return;
-    s->rows = result->sample_count;
+    s->row_count = result->sample_count;
     s->dt_s = result->sample_dt_s;
-    s->segment_rows = (size_t)floor((double)(s->rows - 1) * s->dt_s / COMPARE_SEGMENTS_S) + 1;
-    s->mean_in = xcalloc(2 * s->rows * s->stations, sizeof *s->mean_in);
-    s->remaining_in = xcalloc(s->segment_rows * MR_SEGMENTS, sizeof *s->remaining_in);
-    s->spread_in = s->mean_in + s->rows * s->stations;
+    s->segment_row_count =
+        (size_t)floor((double)(s->row_count - 1) * s->dt_s / COMPARE_SEGMENT_STEP_S) + 1;
+    s->mean_movement_in = xcalloc(2 * s->row_count * s->station_count, sizeof *s->mean_movement_in);
+    s->remaining_in = xcalloc(s->segment_row_count * MR_SEGMENTS, sizeof *s->remaining_in);
+    s->movement_spread_in = s->mean_movement_in + s->row_count * s->station_count;
 }
 
 /* Adds a value to the mean and to the sum of squared deviations (Welford 1962). */
@@ -300,17 +303,18 @@ static double get_point_movement_in(const struct sim_result *result, size_t row,
 static void add_seed(struct compare_simulated *s, const struct sim_result *result,
                      const double *gap_ft, size_t count)
 {
-    size_t rows = s->rows < result->sample_count ? s->rows : result->sample_count;
+    size_t rows = s->row_count < result->sample_count ? s->row_count : result->sample_count;
     for (size_t row = 0; row < rows; row++) {
-        for (size_t k = 0; k < s->stations; k++)
-            add_to_mean(&s->mean_in[row * s->stations + k], &s->spread_in[row * s->stations + k],
+        for (size_t k = 0; k < s->station_count; k++)
+            add_to_mean(&s->mean_movement_in[row * s->station_count + k],
+                        &s->movement_spread_in[row * s->station_count + k],
                         IN_PER_FT * result->sample_u_ft[row * result->station_count + k], count);
     }
-    for (size_t i = 0; i < s->segment_rows; i++) {
-        size_t row = (size_t)lround((double)i * COMPARE_SEGMENTS_S / s->dt_s);
+    for (size_t i = 0; i < s->segment_row_count; i++) {
+        size_t row = (size_t)lround((double)i * COMPARE_SEGMENT_STEP_S / s->dt_s);
         for (size_t segment = 0; segment < MR_SEGMENTS && row < rows; segment++) {
-            double left_in = get_point_movement_in(result, row, s->stations, segment + 1) -
-                             get_point_movement_in(result, row, s->stations, segment);
+            double left_in = get_point_movement_in(result, row, s->station_count, segment + 1) -
+                             get_point_movement_in(result, row, s->station_count, segment);
             for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
                 left_in += IN_PER_FT * gap_ft[segment * MR_MATS_PER_SEGMENT + j];
             float *mean = &s->remaining_in[i * MR_SEGMENTS + segment];
@@ -320,7 +324,7 @@ static void add_seed(struct compare_simulated *s, const struct sim_result *resul
 }
 
 /* Converts sums of squared deviations to standard deviations. */
-static void finish_spread(double *squares, size_t count, size_t seeds)
+static void convert_squares_to_deviations(double *squares, size_t count, size_t seeds)
 {
     for (size_t i = 0; i < count; i++)
         squares[i] = seeds > 1 ? sqrt(squares[i] / (double)(seeds - 1)) : 0.0;
@@ -330,12 +334,12 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
                                     const double *station_ft, size_t columns,
                                     struct compare_simulated *s, struct error *error)
 {
-    double *gap_ft = model->gap_ft + seed * model->joints;
+    double *gap_ft = model->gap_ft + seed * model->joint_count;
     /* A second pass for the first seed gives the numerical error, which is far below the spread of
      * the seeds. All seeds use the same solver, so the error applies to all. */
     bool chain = s->scene.model == SIM_MODEL_CHAIN;
     struct sim_options options = {.solver = chain ? "staggered" : NULL,
-                                  .sample_dt_s = COMPARE_SAMPLE_S,
+                                  .sample_dt_s = COMPARE_SAMPLE_STEP_S,
                                   .station_ft = station_ft,
                                   .station_count = columns,
                                   .is_single_pass = seed > 0};
@@ -344,8 +348,9 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
     options.may_continue = sim_progress;
     options.may_continue_ctx = &progress;
     progress_begin(&progress, "compare", "a smaller tend or fewer mats", false);
-    sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joints);
-    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joints, model->joints);
+    sim_scene_set_list(&s->scene.gap0_ft, gap_ft, model->joint_count);
+    sim_scene_set_list(&s->scene.grit_lb, model->closing_lb + seed * model->joint_count,
+                       model->joint_count);
     enum mr_status status = sim_run(&s->scene, &options, &result, error);
     progress_end(&progress);
     if (status == MR_OK) {
@@ -353,13 +358,13 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
         if (seed == 0) {
             s->solver = result.solver;
             s->solver_dt_s = result.dt_s;
-            s->error_in = IN_PER_FT * result.error_u_ft;
+            s->solver_error_in = IN_PER_FT * result.error_u_ft;
         }
-        s->run_ms += result.run_ms;
-        s->seeds = seed + 1;
+        s->simulation_ms += result.run_ms;
+        s->seed_count = seed + 1;
         add_seed(s, &result, gap_ft, seed + 1);
-        for (size_t j = 0; j < model->joints; j++)
-            gap_ft[j] += (j + 1 < model->joints ? result.u_ft[j + 1] : 0.0) -
+        for (size_t j = 0; j < model->joint_count; j++)
+            gap_ft[j] += (j + 1 < model->joint_count ? result.u_ft[j + 1] : 0.0) -
                          (j > 0 ? result.u_ft[j] : 0.0);
     }
     sim_result_free(&result);
@@ -367,26 +372,27 @@ static enum mr_status simulate_seed(struct compare_model *model, size_t seed,
 }
 
 enum mr_status compare_simulate(struct compare_model *model, size_t index,
-                                const struct measured *measured, const struct zones_closure *survey,
+                                const struct measured *measured, const struct zones_slack *survey,
                                 const double *station_ft, size_t stations,
                                 struct compare_simulated *s, struct error *error)
 {
     memset(s, 0, sizeof *s);
-    s->stations = stations;
+    s->station_count = stations;
     if (make_scene(model, index, measured, &s->scene, error) != MR_OK)
         return error->status;
     if (!model->gap_ft)
         draw_runways(model);
     apply_survey(model, survey);
-    double *columns = xcalloc(stations + FREE_POINTS, sizeof *columns);
+    double *columns = xcalloc(stations + FREE_GAGE_POINTS, sizeof *columns);
     memcpy(columns, station_ft, stations * sizeof *columns);
-    for (size_t p = 1; p <= FREE_POINTS; p++)
+    for (size_t p = 1; p <= FREE_GAGE_POINTS; p++)
         columns[stations + p - 1] = ((double)(p * MR_MATS_PER_SEGMENT) - 1.0) * s->scene.length_ft;
-    for (size_t seed = 0; seed < model->seeds && error->status == MR_OK; seed++)
-        simulate_seed(model, seed, columns, stations + FREE_POINTS, s, error);
+    for (size_t seed = 0; seed < model->seed_count && error->status == MR_OK; seed++)
+        simulate_seed(model, seed, columns, stations + FREE_GAGE_POINTS, s, error);
     free(columns);
     if (error->status == MR_OK)
-        finish_spread(s->spread_in, s->rows * s->stations, s->seeds);
+        convert_squares_to_deviations(s->movement_spread_in, s->row_count * s->station_count,
+                                      s->seed_count);
     return error->status;
 }
 
@@ -395,13 +401,13 @@ void compare_simulated_free(struct compare_simulated *s)
     free(s->scene.gap0_ft.values);
     free(s->scene.grit_lb.values);
     free(s->scene.path); /* the model owns the other parts of the scene */
-    free(s->mean_in);
+    free(s->mean_movement_in);
     free(s->remaining_in);
     memset(s, 0, sizeof *s);
 }
 
 /* Describes the simulation, so that it can be repeated. The caller frees the text. */
-static char *compare_describe(const struct compare_model *model, const struct compare_simulated *s)
+static char *make_scene_json(const struct compare_model *model, const struct compare_simulated *s)
 {
     const struct sim_scene *scene = &s->scene;
     json_t *path = json_array(), *gaps = json_array();
@@ -411,7 +417,7 @@ static char *compare_describe(const struct compare_model *model, const struct co
     for (size_t i = 0; i < scene->gap0_ft.count; i++)
         json_array_append_new(gaps, json_real(scene->gap0_ft.values[i]));
     json_t *root = json_pack("{sssssIsisfsfsfsfsfsfsososssfsf}", "file", model->name, "model",
-                             sim_model_name(scene->model), "seeds", (json_int_t)s->seeds, "N",
+                             sim_model_name(scene->model), "seeds", (json_int_t)s->seed_count, "N",
                              scene->mats, "L", scene->length_ft, "W", scene->weight_lb, "KL",
                              scene->kl_lb_ft, "CL", scene->cl_lb_s_ft, "f", scene->friction,
                              "slack", scene->slack_ft, "path", path, "gap0", gaps, "solver",
@@ -438,45 +444,47 @@ static size_t list_stations(const struct measured *measured,
 }
 
 /* Copies mean and spread of a station, sample by sample. */
-static void set_row(const struct compare_simulated *s, size_t column,
-                    const struct measured_channel *channel, size_t length,
-                    struct store_simulation *row)
+static void set_simulation_row(const struct compare_simulated *s, size_t column,
+                               const struct measured_channel *channel, size_t length,
+                               struct store_simulation *row)
 {
     *row = (struct store_simulation){.number = channel->config.number,
                                      .station_ft = (double)channel->config.station_ft,
                                      .rms_in = (double)NAN,
                                      .dt_s = s->dt_s};
     row->series_in = xmalloc(length * sizeof *row->series_in);
-    row->spread_in = s->seeds > 1 ? xmalloc(length * sizeof *row->spread_in) : NULL;
+    row->spread_in = s->seed_count > 1 ? xmalloc(length * sizeof *row->spread_in) : NULL;
     row->length = length;
     for (size_t k = 0; k < length; k++) {
-        row->series_in[k] = (float)s->mean_in[k * s->stations + column];
+        row->series_in[k] = (float)s->mean_movement_in[k * s->station_count + column];
         if (row->spread_in)
-            row->spread_in[k] = (float)s->spread_in[k * s->stations + column];
+            row->spread_in[k] = (float)s->movement_spread_in[k * s->station_count + column];
     }
 }
 
-static void set_head(const struct compare_model *model, const struct compare_simulated *s,
-                     double end_s, struct store_simulation_head *head)
+static void set_simulation_head(const struct compare_model *model,
+                                const struct compare_simulated *s, double end_s,
+                                struct store_simulation_head *head)
 {
     *head = (struct store_simulation_head){
-        .run_ms = s->run_ms,
-        .error_in = s->error_in,
-        .seeds = (int64_t)s->seeds,
-        .segments_dt_s = COMPARE_SEGMENTS_S,
-        .segment_rows = (size_t)floor(end_s / COMPARE_SEGMENTS_S) + 1,
+        .run_ms = s->simulation_ms,
+        .error_in = s->solver_error_in,
+        .seeds = (int64_t)s->seed_count,
+        .segments_dt_s = COMPARE_SEGMENT_STEP_S,
+        .segment_rows = (size_t)floor(end_s / COMPARE_SEGMENT_STEP_S) + 1,
     };
     snprintf(head->file, sizeof head->file, "%s", model->name);
-    head->segment_rows = head->segment_rows < s->segment_rows ? head->segment_rows
-                                                              : s->segment_rows;
+    head->segment_rows = head->segment_rows < s->segment_row_count ? head->segment_rows
+                                                                   : s->segment_row_count;
     const size_t bytes = head->segment_rows * MR_SEGMENTS * sizeof *head->segments_in;
     head->segments_in = xmalloc(bytes);
     memcpy(head->segments_in, s->remaining_in, bytes);
 }
 
-static enum mr_status simulate(struct compare_model *model, size_t index,
-                               const struct zones_closure *survey, struct compare_landing *landing,
-                               char **scene_json, struct error *error)
+static enum mr_status simulate_landing(struct compare_model *model, size_t index,
+                                       const struct zones_slack *survey,
+                                       struct compare_landing *landing, char **scene_json,
+                                       struct error *error)
 {
     const struct measured *measured = &landing->measured;
     const struct measured_channel *channels[MR_TRANSDUCERS];
@@ -491,7 +499,7 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
     /* end of the time that landing and simulation have in common */
     double end_s = measured_time_s(measured, measured->samples - 1);
     if (error->status == MR_OK)
-        end_s = fmin(end_s, (double)(simulated.rows - 1) * simulated.dt_s);
+        end_s = fmin(end_s, (double)(simulated.row_count - 1) * simulated.dt_s);
     if (error->status == MR_OK && !(end_s > 0.0))
         error_set(
             error, MR_TOO_FEW,
@@ -499,17 +507,17 @@ static enum mr_status simulate(struct compare_model *model, size_t index,
             (long long)measured->landing.id);
     size_t length = error->status == MR_OK ? (size_t)floor(end_s / simulated.dt_s) + 1 : 0;
     for (size_t k = 0; k < count && error->status == MR_OK; k++)
-        set_row(&simulated, k, channels[k], length, &landing->row[landing->row_count++]);
+        set_simulation_row(&simulated, k, channels[k], length, &landing->row[landing->row_count++]);
     if (error->status == MR_OK) {
-        set_head(model, &simulated, end_s, &landing->head);
-        *scene_json = compare_describe(model, &simulated);
+        set_simulation_head(model, &simulated, end_s, &landing->head);
+        *scene_json = make_scene_json(model, &simulated);
     }
     compare_simulated_free(&simulated);
     return error->status;
 }
 
 /* Fills in the results that queries of a campaign read without the samples. */
-static void fill_rows(struct compare_landing *landing)
+static void copy_figures_to_rows(struct compare_landing *landing)
 {
     for (size_t i = 0; i < landing->row_count; i++) {
         struct store_simulation *row = &landing->row[i];
@@ -528,8 +536,8 @@ static void fill_rows(struct compare_landing *landing)
     }
 }
 
-static enum mr_status find_figures(struct store *store, struct compare_landing *landing,
-                                   const struct zones_closure *survey, struct error *error)
+static enum mr_status compute_figures(struct store *store, struct compare_landing *landing,
+                                      const struct zones_slack *survey, struct error *error)
 {
     struct store_zone *zones = NULL;
     struct store_prediction *predictions = NULL;
@@ -539,8 +547,8 @@ static enum mr_status find_figures(struct store *store, struct compare_landing *
         store_predictions(store, run, &predictions, &reports.prediction_count, error) == MR_OK) {
         reports.zone = zones;
         reports.prediction = predictions;
-        compare_find_figures(&landing->measured, survey, &reports, &landing->head, landing->row,
-                             landing->row_count, &landing->figures);
+        compare_compute_figures(&landing->measured, survey, &reports, &landing->head, landing->row,
+                                landing->row_count, &landing->figures);
     }
     free(zones);
     free(predictions);
@@ -561,15 +569,15 @@ enum mr_status compare_run_landing(struct store *store, int64_t run, struct comp
                                    size_t index, struct compare_landing *landing,
                                    struct error *error)
 {
-    struct zones_closure survey;
+    struct zones_slack survey;
     char *scene_json = NULL;
     memset(landing, 0, sizeof *landing);
     if (measured_load(store, run, &landing->measured, error) == MR_OK &&
         zones_load_survey(store, run, &survey, error) == MR_OK &&
-        simulate(model, index, &survey, landing, &scene_json, error) == MR_OK &&
-        find_figures(store, landing, &survey, error) == MR_OK) {
-        fill_rows(landing);
-        if (!model->is_not_stored)
+        simulate_landing(model, index, &survey, landing, &scene_json, error) == MR_OK &&
+        compute_figures(store, landing, &survey, error) == MR_OK) {
+        copy_figures_to_rows(landing);
+        if (!model->skips_storing)
             store_comparison(store, landing, scene_json, error);
     }
     free(scene_json);
@@ -620,8 +628,8 @@ static enum mr_status select_runs(struct store *store, const char *name, int64_t
 
 static void pool_figures(struct compare_series *set, const struct compare_figures *figures)
 {
-    set->run_ms += figures->run_ms;
-    set->error_in = fmax(set->error_in, figures->error_in);
+    set->simulation_ms += figures->simulation_ms;
+    set->worst_solver_error_in = fmax(set->worst_solver_error_in, figures->solver_error_in);
     for (size_t c = 0; c < figures->channel_count; c++) {
         const struct compare_channel *channel = &figures->channel[c];
         double n = (double)channel->figures.compared_samples;
@@ -629,19 +637,19 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
             continue;
         set->channel[channel->number - 1].number = channel->number;
         set->channel[channel->number - 1].station_ft = channel->station_ft;
-        set->channel[channel->number - 1].landings++;
-        set->channel[channel->number - 1].samples += n;
+        set->channel[channel->number - 1].compared_landings++;
+        set->channel[channel->number - 1].sample_count += n;
         set->channel[channel->number - 1].bias_in += n * channel->figures.bias;
         set->channel[channel->number - 1].rms_in += n * channel->figures.rms * channel->figures.rms;
     }
 }
 
 /* Divides the sums of the series by their numbers of samples. */
-static void finish_series(struct compare_series *set)
+static void compute_series_means(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
-        double n = set->channel[c].samples;
+        double n = set->channel[c].sample_count;
         samples += n;
         sum += set->channel[c].bias_in;
         squares += set->channel[c].rms_in;
@@ -655,8 +663,9 @@ static void finish_series(struct compare_series *set)
 
 /* ---- the series ---- */
 
-static enum mr_status run_landing(struct store *store, struct compare_model *model,
-                                  struct compare_series *set, size_t index, struct error *error)
+static enum mr_status compare_series_landing_run(struct store *store, struct compare_model *model,
+                                                 struct compare_series *set, size_t index,
+                                                 struct error *error)
 {
     struct compare_landing landing;
     struct compare_series_landing *out = &set->landing[index];
@@ -685,19 +694,19 @@ enum mr_status compare_series_run(struct store *store, const char *name,
     memset(set, 0, sizeof *set);
     snprintf(set->model_file, sizeof set->model_file, "%s", model->name);
     snprintf(set->name, sizeof set->name, "%s", name ? name : "");
-    if (select_runs(store, name, &runs, &set->count, error) == MR_OK)
-        set->landing = xcalloc(set->count, sizeof *set->landing);
-    for (size_t i = 0; i < set->count && error->status == MR_OK; i++) {
+    if (select_runs(store, name, &runs, &set->landing_count, error) == MR_OK)
+        set->landing = xcalloc(set->landing_count, sizeof *set->landing);
+    for (size_t i = 0; i < set->landing_count && error->status == MR_OK; i++) {
         set->landing[i].run = runs[i];
-        run_landing(store, model, set, i, error);
+        compare_series_landing_run(store, model, set, i, error);
         if (progress)
-            progress(ctx, i + 1, set->count);
+            progress(ctx, i + 1, set->landing_count);
     }
     if (error->status == MR_OK && set->compared_count == 0)
         error_set(error, MR_TOO_FEW, "no landing could be compared: %s: %s", store_path(store),
                   set->landing[0].reason);
     if (error->status == MR_OK)
-        finish_series(set);
+        compute_series_means(set);
     free(runs);
     return error->status;
 }

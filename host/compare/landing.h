@@ -12,14 +12,14 @@
 /* landing weight of the model aircraft (report 2.3: 1220 to 1500) */
 #define COMPARE_AIRCRAFT_LB 1300.0
 /* The chain is a strip 12/7 ft wide, so the rig's 12 strips share the thrust. */
-#define COMPARE_STRIPS      12.0
+#define COMPARE_RIG_STRIPS  12.0
 #define COMPARE_PATH_STEP_S 0.02
 
 /* Sets the run's motion (path) and survey (gap0) in a scene that contains everything else. The path
  * has the station of the fitted motion and thrust = (aircraft / strips) a / g. MR_TOO_FEW: the
  * motion is not known. MR_TRUNCATED: the record ends before the stop. */
 enum mr_status compare_prepare_scene(const struct measured *measured,
-                                     const struct zones_closure *survey, struct sim_scene *scene,
+                                     const struct zones_slack *survey, struct sim_scene *scene,
                                      struct error *error);
 
 /* The model with which a landing is compared: a scene, or an ensemble of runways of a campaign. It
@@ -33,20 +33,20 @@ enum mr_status compare_prepare_scene(const struct measured *measured,
  * begins with their state in the file. Only the chain is simulated, not waves. Units are in the
  * names; stations are measured from the runway's upfield edge. */
 
-#define COMPARE_SAMPLE_S   0.002
-#define COMPARE_SEGMENTS_S 0.02
+#define COMPARE_SAMPLE_STEP_S  0.002
+#define COMPARE_SEGMENT_STEP_S 0.02
 
 struct compare_model {
     char name[120]; /* file name without folder */
     bool is_ensemble;
     struct sim_scene scene;
     struct landing_series series;
-    size_t seeds;
-    size_t joints;
+    size_t seed_count;
+    size_t joint_count;
     /* state of the runway, per seed and joint; NULL before the first landing */
     double *gap_ft, *closing_lb;
-    float survey_in[MR_SEGMENTS]; /* survey of the previous landing */
-    bool is_not_stored;           /* comparisons are not stored with the landings */
+    float previous_survey_in[MR_SEGMENTS]; /* survey of the previous landing */
+    bool skips_storing;                    /* comparisons are not stored with the landings */
 };
 
 /* Loads a model. `seeds` 0: the number in the file. MR_USAGE: the scale is not that of the rig.
@@ -59,25 +59,25 @@ void compare_model_free(struct compare_model *model);
 struct compare_simulated {
     /* scene of the last seed; path and end time are the same for all seeds */
     struct sim_scene scene;
-    size_t stations, rows;
+    size_t station_count, row_count;
     double dt_s;
     /* rows x stations values; spread_in: standard deviation over the seeds, 0 for one seed */
-    double *mean_in, *spread_in;
-    size_t segment_rows;
-    /* Remaining openings of each segment every COMPARE_SEGMENTS_S, mean over the seeds: rows x
+    double *mean_movement_in, *movement_spread_in;
+    size_t segment_row_count;
+    /* Remaining openings of each segment every COMPARE_SEGMENT_STEP_S, mean over the seeds: rows x
      * MR_SEGMENTS. */
     float *remaining_in;
     const char *solver;
-    double solver_dt_s, run_ms; /* run_ms: computing time for all seeds */
+    double solver_dt_s, simulation_ms; /* run_ms: computing time for all seeds */
     /* largest error estimate of the solver over all mats and times, for the first seed */
-    double error_in;
-    size_t seeds;
+    double solver_error_in;
+    size_t seed_count;
 };
 
 /* Simulates landing `index` (from 0) of the model's series. The model keeps the resulting state of
  * its runways. The caller frees `simulated`, also after an error. */
 enum mr_status compare_simulate(struct compare_model *model, size_t index,
-                                const struct measured *measured, const struct zones_closure *survey,
+                                const struct measured *measured, const struct zones_slack *survey,
                                 const double *station_ft, size_t stations,
                                 struct compare_simulated *simulated, struct error *error);
 void compare_simulated_free(struct compare_simulated *simulated);
@@ -121,18 +121,18 @@ struct compare_series {
     /* the model's file; the name of the series, empty for all landings */
     char model_file[120], name[80];
     struct compare_series_landing *landing;
-    size_t count, compared_count;
+    size_t landing_count, compared_count;
     /* Results of each transducer, by its number: means over all landings, weighted by the number of
      * samples. landings 0: there is no data. */
     struct {
         int64_t number;
         double station_ft;
-        size_t landings;
-        double samples, bias_in, rms_in;
+        size_t compared_landings;
+        double sample_count, bias_in, rms_in;
     } channel[MR_TRANSDUCERS];
     struct compare_pooled pooled;
     /* run_ms: sum over all simulations; error_in: largest of their error estimates */
-    double run_ms, error_in;
+    double simulation_ms, worst_solver_error_in;
     struct compare_verdict verdict; /* verdict on all landings and on the series */
 };
 

@@ -65,7 +65,7 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
             compare_limits_add(limits, path, number);
     }
     json_decref(root);
-    if (error->status == MR_OK && !compare_has_limits(limits))
+    if (error->status == MR_OK && !compare_limits_exist(limits))
         error_set(error, MR_MALFORMED,
                   "no limits: %s; give at least one, such as {\"channels.*.rms_in\": 0.05}", file);
     return error->status;
@@ -73,67 +73,67 @@ enum mr_status compare_limits_load(struct compare_limits *limits, const char *fi
 
 void compare_limits_add(struct compare_limits *limits, const char *path, double most)
 {
-    limits->paths = limits->paths ? limits->paths : json_object();
-    json_object_set_new(limits->paths, path, json_real(most));
+    limits->limit_by_path = limits->limit_by_path ? limits->limit_by_path : json_object();
+    json_object_set_new(limits->limit_by_path, path, json_real(most));
 }
 
-bool compare_has_limits(const struct compare_limits *limits)
+bool compare_limits_exist(const struct compare_limits *limits)
 {
-    return json_object_size(limits->paths) > 0;
+    return json_object_size(limits->limit_by_path) > 0;
 }
 
 void compare_limits_free(struct compare_limits *limits)
 {
-    json_decref(limits->paths);
-    limits->paths = NULL;
+    json_decref(limits->limit_by_path);
+    limits->limit_by_path = NULL;
 }
 
 /* ---- the result ---- */
 
-struct check {
+struct limit_check {
     const struct compare_limits *limits;
     const char *pattern; /* path of the limit, with its wildcards */
     double limit;
-    const char *where;
-    size_t found, skipped;
+    const char *answer_name;
+    size_t found_values, skipped_values;
     struct compare_verdict *verdict;
 };
 
 /* Counts a failed limit. `beyond`: excess over the limit; NaN: unknown. */
-static void record_failure(struct check *check, double beyond, const char *text)
+static void count_failed_limit(struct limit_check *check, double beyond, const char *text)
 {
     struct compare_verdict *v = check->verdict;
     double size = isnan(beyond) ? (double)INFINITY : beyond / fmax(fabs(check->limit), 1e-12);
-    if (v->failed++ > 0 && !(size > v->worst_excess))
+    if (v->failed_limits++ > 0 && !(size > v->worst_excess))
         return;
     v->worst_excess = size;
-    snprintf(v->text, sizeof v->text, "%s", text);
+    snprintf(v->worst_text, sizeof v->worst_text, "%s", text);
 }
 
-static void judge_value(struct check *check, const char *path, const json_t *value)
+static void judge_value(struct limit_check *check, const char *path, const json_t *value)
 {
     char text[300];
     bool least = is_lower_limit(path);
     double is = json_number_value(value),
            beyond = least ? check->limit - is : fabs(is) - check->limit;
-    check->verdict->checked++;
+    check->verdict->checked_limits++;
     if (!json_is_number(value)) {
-        snprintf(text, sizeof text, "%s of %s is not known; its limit is %.4g", path, check->where,
-                 check->limit);
-        record_failure(check, (double)NAN, text);
+        snprintf(text, sizeof text, "%s of %s is not known; its limit is %.4g", path,
+                 check->answer_name, check->limit);
+        count_failed_limit(check, (double)NAN, text);
     } else if (beyond > 0.0) {
         snprintf(text, sizeof text, "%s of %s is %.4f; its limit is %.4f, %s by %.4f", path,
-                 check->where, is, check->limit, least ? "missed" : "exceeded", beyond);
-        record_failure(check, beyond, text);
+                 check->answer_name, is, check->limit, least ? "missed" : "exceeded", beyond);
+        count_failed_limit(check, beyond, text);
     }
 }
 
-static void check_values(struct check *check, const char *rest, const char *so_far,
+static void check_values(struct limit_check *check, const char *rest, const char *so_far,
                          const json_t *node);
 
 /* Checks an element or key of a value. `name` extends the path in messages. */
-static void check_member(struct check *check, const char *rest, const char *so_far,
-                         const char *name, const json_t *node)
+static void check_members(struct limit_check *check, const char *rest, const char *so_far,
+                          const char *name, const json_t *node)
 {
     char path[2 * PATH_MAX_LENGTH];
     snprintf(path, sizeof path, "%s%s%s", so_far, so_far[0] ? "." : "", name);
@@ -150,22 +150,22 @@ static void format_element_name(const json_t *element, size_t index, char *name,
         snprintf(name, size, "%zu", index + 1);
 }
 
-static void check_values(struct check *check, const char *rest, const char *so_far,
+static void check_values(struct limit_check *check, const char *rest, const char *so_far,
                          const json_t *node)
 {
     char name[PATH_MAX_LENGTH], element_name[24];
     size_t length = strcspn(rest, "."), i;
     json_t *element;
     if (json_is_false(json_object_get(node, "compared"))) {
-        check->skipped++; /* a skipped channel is reported as missing */
+        check->skipped_values++; /* a skipped channel is reported as missing */
         return;
     }
     if (length == 0) {
         bool no_zone = json_is_null(node) && strstr(so_far, "overlap_") &&
                        strstr(so_far, "_difference");
         bool replaced = strcmp(so_far, check->pattern) != 0 &&
-                        json_object_get(check->limits->paths, so_far);
-        check->found++;
+                        json_object_get(check->limits->limit_by_path, so_far);
+        check->found_values++;
         if (!no_zone && !replaced)
             judge_value(check, so_far, node);
         return;
@@ -175,18 +175,18 @@ static void check_values(struct check *check, const char *rest, const char *so_f
     if (json_is_object(node) && json_object_get(node, name)) {
         element = json_object_get(node, name);
         if (json_is_null(element) && *rest) { /* there is no overlap if one zone is unknown */
-            check->found++;
+            check->found_values++;
             if (!strstr(rest, "_difference"))
                 judge_value(check, so_far, element);
         } else {
-            check_member(check, rest, so_far, name, element);
+            check_members(check, rest, so_far, name, element);
         }
     }
     json_array_foreach((json_t *)node, i, element)
     {
         format_element_name(element, i, element_name, sizeof element_name);
         if (strcmp(name, "*") == 0 || strcmp(name, element_name) == 0)
-            check_member(check, rest, so_far, element_name, element);
+            check_members(check, rest, so_far, element_name, element);
     }
 }
 
@@ -196,8 +196,8 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
     const char *path;
     json_t *limit;
     bool channels = false;
-    struct check check = {.limits = limits, .where = where, .verdict = verdict};
-    json_object_foreach(limits->paths, path, limit)
+    struct limit_check check = {.limits = limits, .answer_name = where, .verdict = verdict};
+    json_object_foreach(limits->limit_by_path, path, limit)
     {
         bool series = strncmp(path, SERIES_PREFIX, strlen(SERIES_PREFIX)) == 0;
         if (series != of_series)
@@ -205,22 +205,22 @@ void compare_limits_check(const struct compare_limits *limits, bool of_series, c
         channels = channels || strncmp(path, "channels.", 9) == 0;
         check.pattern = path;
         check.limit = json_number_value(limit);
-        check.found = check.skipped = 0;
-        for (int pass = 0; pass < 2 && check.found == 0; pass++)
+        check.found_values = check.skipped_values = 0;
+        for (int pass = 0; pass < 2 && check.found_values == 0; pass++)
             check_values(&check, series ? path + strlen(SERIES_PREFIX) : path, "",
                          pass == 0 ? answer : si);
-        if (check.found + check.skipped == 0) {
+        if (check.found_values + check.skipped_values == 0) {
             char text[300];
             snprintf(
                 text, sizeof text,
                 "%s is not in the result of %s; matrig --json compare shows the possible paths",
                 path, where);
-            verdict->checked++;
-            record_failure(&check, (double)NAN, text);
+            verdict->checked_limits++;
+            count_failed_limit(&check, (double)NAN, text);
         }
     }
     check.pattern = "missing_channels";
     check.limit = 0.0;
-    if (channels && !json_object_get(limits->paths, check.pattern))
+    if (channels && !json_object_get(limits->limit_by_path, check.pattern))
         judge_value(&check, check.pattern, json_object_get(answer, check.pattern));
 }

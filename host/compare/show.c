@@ -34,33 +34,33 @@ static void add_channel(const struct compare_channel *c, struct answer *answer)
     answer_flag(answer, "compared", NULL, c->is_compared);
     answer_value(answer, "station", "at", UNIT_STATION, c->station_ft, 1);
     answer_value(answer, "valid", "valid|share", UNIT_NUMBER, c->valid_share, 3);
-    if (c->reason[0])
-        answer_words(answer, "why", NULL, "%s", c->reason);
+    if (c->reason_or_remark[0])
+        answer_words(answer, "why", NULL, "%s", c->reason_or_remark);
     if (c->is_compared) {
         answer_estimate(answer, "bias", "difference|bias", UNIT_DISPLACEMENT, f->bias,
                         f->bias_error, 4);
         answer_value(answer, "rms", "difference|rms", UNIT_DISPLACEMENT, f->rms, 4);
-        add_ratio(answer, "chi", "chi", f->chi);
-        add_ratio(answer, "bias_en", NULL, c->bias_en);
+        add_ratio(answer, "chi", "chi", f->rms_per_error);
+        add_ratio(answer, "bias_en", NULL, c->bias_en_score);
         add_moment(answer, "peak_measured", "peak|measured", &f->peak_measured);
         add_moment(answer, "peak_simulated", "peak|simulated", &f->peak_simulated);
         answer_value(answer, "peak_difference", NULL, UNIT_DISPLACEMENT,
                      f->peak_measured.value - f->peak_simulated.value, 4);
-        add_ratio(answer, "peak_en", "peak|En", c->peak_en);
+        add_ratio(answer, "peak_en", "peak|En", c->peak_en_score);
         add_peak_time(answer, true, &f->peak_measured);
         add_peak_time(answer, false, &f->peak_simulated);
         add_moment(answer, "end_measured", "end|measured", &c->end_measured);
         add_moment(answer, "end_simulated", "end|simulated", &c->end_simulated);
         answer_value(answer, "end_difference", NULL, UNIT_DISPLACEMENT,
                      c->end_measured.value - c->end_simulated.value, 4);
-        add_ratio(answer, "end_en", "end|En", c->end_en);
+        add_ratio(answer, "end_en", "end|En", c->end_en_score);
         answer_estimate(answer, "arrival_measured", "arrival|measured", UNIT_TIME,
                         f->arrival_measured.t_s, f->arrival_measured.t_error_s, 4);
         answer_estimate(answer, "arrival_simulated", "arrival|simulated", UNIT_TIME,
                         f->arrival_simulated.t_s, f->arrival_simulated.t_error_s, 4);
         answer_value(answer, "arrival_difference", NULL, UNIT_TIME,
                      f->arrival_measured.t_s - f->arrival_simulated.t_s, 4);
-        add_ratio(answer, "arrival_en", "arrival|En", c->arrival_en);
+        add_ratio(answer, "arrival_en", "arrival|En", c->arrival_en_score);
     }
 }
 
@@ -68,9 +68,9 @@ void compare_add_channels(const struct compare_figures *figures, struct answer *
 {
     for (size_t i = 0; i < figures->channel_count; i++) {
         const struct compare_channel *c = &figures->channel[i];
-        if (c->reason[0])
+        if (c->reason_or_remark[0])
             answer_sentence(answer, NULL, "transducer %lld: %s%s", (long long)c->number,
-                            c->is_compared ? "" : "not compared: ", c->reason);
+                            c->is_compared ? "" : "not compared: ", c->reason_or_remark);
     }
     answer_open_table(answer, "channels", "");
     for (size_t i = 0; i < figures->channel_count; i++)
@@ -112,19 +112,19 @@ static void add_overlap(const char *name, const struct compare_overlap *overlap,
     answer_value(answer, "all_mats", "of all", UNIT_NUMBER, overlap->all_mats, 0);
     answer_value(answer, "share", NULL, UNIT_NUMBER, overlap->share, 3);
     answer_value(answer, "start_difference", "measured start|minus this one", UNIT_STATION,
-                 overlap->start_ft, 1)
+                 overlap->start_difference_ft, 1)
         ->shows_sign = true;
     answer_value(answer, "end_difference", "measured end|minus this one", UNIT_STATION,
-                 overlap->end_ft, 1)
+                 overlap->end_difference_ft, 1)
         ->shows_sign = true;
     answer_close_group(answer);
 }
 
 void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
 {
-    static const char *const names[COMPARE_SOURCES] = {[COMPARE_MEASURED] = "measured",
-                                                       [COMPARE_BOARD] = "board",
-                                                       [COMPARE_SIMULATED] = "simulated"};
+    static const char *const names[COMPARE_SOURCE_COUNT] = {[COMPARE_MEASURED] = "measured",
+                                                            [COMPARE_BOARD] = "board",
+                                                            [COMPARE_SIMULATED] = "simulated"};
     answer_open_list(answer, "zones", "");
     for (size_t i = 0; i < zones->count; i++) {
         const struct compare_zone_moment *m = &zones->moment[i];
@@ -133,14 +133,14 @@ void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
         answer_value(answer, "at", "time", UNIT_TIME, m->t_s, 3);
         answer_value(answer, "wheel", "wheel at", UNIT_STATION, m->wheel_ft, 1);
         answer_open_table(answer, NULL, "");
-        for (size_t source = 0; source < COMPARE_SOURCES; source++) {
+        for (size_t source = 0; source < COMPARE_SOURCE_COUNT; source++) {
             answer_open_row(answer);
             answer_words(answer, NULL, "source", "%s", names[source]);
             add_zone(names[source], &m->zone[source], answer);
             if (source == COMPARE_BOARD)
-                add_overlap("overlap_board", &m->board, answer);
+                add_overlap("overlap_board", &m->board_overlap, answer);
             else if (source == COMPARE_SIMULATED)
-                add_overlap("overlap_simulated", &m->simulated, answer);
+                add_overlap("overlap_simulated", &m->simulated_overlap, answer);
         }
         answer_close_group(answer);
         answer_close_group(answer);
@@ -151,36 +151,36 @@ void compare_add_zones(const struct compare_zones *zones, struct answer *answer)
 static void add_agreement(const struct compare_agreement *a, struct answer *answer)
 {
     const enum unit_kind unit = a->is_time ? UNIT_TIME : UNIT_DISPLACEMENT;
-    char sentence[COMPARE_SENTENCE_SIZE];
-    compare_write_sentence(a, answer_is_si(answer), sentence);
+    char sentence[COMPARE_AGREEMENT_SIZE];
+    compare_write_agreement(a, answer_is_si(answer), sentence);
     answer_open_group(answer, "agreement", "");
     answer_sentence(answer, "sentence", "%s", sentence);
-    answer_count(answer, "judged", NULL, (int64_t)a->values_judged);
-    answer_count(answer, "differ", NULL, (int64_t)a->values_differing);
+    answer_count(answer, "judged", NULL, (int64_t)a->judged_values);
+    answer_count(answer, "differ", NULL, (int64_t)a->differing_values);
     if (a->channel) {
         answer_count(answer, "run", NULL, a->run);
-        answer_words(answer, "value", NULL, "%s", a->value);
+        answer_words(answer, "value", NULL, "%s", a->value_name);
         answer_count(answer, "number", NULL, a->channel->number);
         answer_value(answer, "measured", NULL, unit, a->measured, 4);
         answer_value(answer, "simulated", NULL, unit, a->simulated, 4);
-        answer_value(answer, "en", NULL, UNIT_NUMBER, a->en, 1);
+        answer_value(answer, "en", NULL, UNIT_NUMBER, a->en_score, 1);
     }
     answer_close_group(answer);
 }
 
 static void add_verdict(const struct compare_verdict *verdict, struct answer *answer)
 {
-    if (verdict->checked == 0) {
+    if (verdict->checked_limits == 0) {
         answer_no_value(answer, "limits", NULL, NULL);
         return;
     }
     answer_open_group(answer, "limits", "limits");
-    answer_count(answer, "checked", "checked", (int64_t)verdict->checked);
-    answer_count(answer, "failed", "failed", (int64_t)verdict->failed);
-    answer_flag(answer, "pass", NULL, verdict->failed == 0);
-    answer_words(answer, NULL, "verdict", "%s", verdict->failed ? "FAIL" : "pass");
-    if (verdict->failed)
-        answer_words(answer, "worst", NULL, "%s", verdict->text);
+    answer_count(answer, "checked", "checked", (int64_t)verdict->checked_limits);
+    answer_count(answer, "failed", "failed", (int64_t)verdict->failed_limits);
+    answer_flag(answer, "pass", NULL, verdict->failed_limits == 0);
+    answer_words(answer, NULL, "verdict", "%s", verdict->failed_limits ? "FAIL" : "pass");
+    if (verdict->failed_limits)
+        answer_words(answer, "worst", NULL, "%s", verdict->worst_text);
     answer_close_group(answer);
 }
 
@@ -188,20 +188,22 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
                        struct answer *answer)
 {
     answer_count(answer, "run", "RUN", figures->run)->suffix = figures->marks;
-    if (figures->torn[0])
-        answer_sentence(answer, "torn", "%s", figures->torn);
+    if (figures->missing_start_text[0])
+        answer_sentence(answer, "torn", "%s", figures->missing_start_text);
     else
         answer_no_value(answer, "torn", NULL, NULL);
     answer_words(answer, "scene", "against", "%s", figures->model_file);
-    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->run_ms, 0)->suffix = " ms";
-    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->error_in, 4)
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, figures->simulation_ms, 0)->suffix =
+        " ms";
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->solver_error_in,
+                 4)
         ->suffix = ", estimated by its solver";
-    answer_count(answer, "seeds", NULL, figures->seeds);
-    if (figures->seeds > 1)
+    answer_count(answer, "seeds", NULL, figures->seed_count);
+    if (figures->seed_count > 1)
         answer_words(answer, NULL, "runways",
                      "%lld: the simulation is the mean over these runways, and its error includes "
                      "their spread",
-                     (long long)figures->seeds);
+                     (long long)figures->seed_count);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segments,
                  MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
@@ -212,7 +214,7 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
     compare_add_channels(figures, answer);
     compare_add_zones(&figures->zones, answer);
     struct compare_agreement agreement;
-    compare_find_agreement(figures, &agreement);
+    compare_compute_agreement(figures, &agreement);
     add_agreement(&agreement, answer);
     add_verdict(verdict, answer);
 }
@@ -220,26 +222,26 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
 void compare_add_brief(const struct compare_figures *figures, const struct compare_verdict *verdict,
                        struct answer *answer)
 {
-    const struct compare_mean mean = compare_average(figures);
+    const struct compare_channel_means mean = compare_compute_means(figures);
     const struct compare_zone_moment *rest = compare_find_moment(&figures->zones, true);
     struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE_SIZE];
-    compare_find_agreement(figures, &agreement);
-    compare_write_sentence(&agreement, answer_is_si(answer), sentence);
+    char sentence[COMPARE_AGREEMENT_SIZE];
+    compare_compute_agreement(figures, &agreement);
+    compare_write_agreement(&agreement, answer_is_si(answer), sentence);
     answer_sentence(answer, NULL, "%s", sentence);
     answer_count(answer, NULL, "RUN", figures->run)->suffix = figures->marks;
-    if (figures->torn[0])
-        answer_sentence(answer, NULL, "%s", figures->torn);
+    if (figures->missing_start_text[0])
+        answer_sentence(answer, NULL, "%s", figures->missing_start_text);
     answer_words(answer, NULL, "against", "%s", figures->model_file);
-    answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channels,
+    answer_words(answer, NULL, "transducers", "%zu of %zu compared", mean.channel_count,
                  figures->channel_count);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4)->suffix =
         ", measured minus simulated";
     answer_value(answer, NULL, "rms difference", UNIT_DISPLACEMENT, mean.rms_in, 4);
     answer_value(answer, NULL, "worst channel", UNIT_DISPLACEMENT, mean.worst_rms_in, 4);
-    if (rest && rest->simulated.is_known)
+    if (rest && rest->simulated_overlap.is_known)
         answer_words(answer, NULL, "zone at rest", "%.0f of %.0f mats in common",
-                     rest->simulated.common_mats, rest->simulated.all_mats);
+                     rest->simulated_overlap.common_mats, rest->simulated_overlap.all_mats);
     else
         answer_words(answer, NULL, "zone at rest", "not known");
     answer_words(answer, NULL, "more", "each transducer and zone: --all");
@@ -252,28 +254,28 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
 static void add_landing(const struct compare_series_landing *landing, struct answer *answer)
 {
     const struct compare_zone_moment *rest = compare_find_moment(&landing->figures.zones, true);
-    const struct compare_mean mean = compare_average(&landing->figures);
+    const struct compare_channel_means mean = compare_compute_means(&landing->figures);
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", landing->run);
     if (!landing->is_compared)
         return;
-    answer_words(answer, NULL, "channels", "%zu of %zu", mean.channels,
+    answer_words(answer, NULL, "channels", "%zu of %zu", mean.channel_count,
                  landing->figures.channel_count);
     answer_value(answer, NULL, "bias", UNIT_DISPLACEMENT, mean.bias_in, 4);
     answer_value(answer, NULL, "rms", UNIT_DISPLACEMENT, mean.rms_in, 4);
-    add_ratio(answer, NULL, "worst|peak En", mean.peak_en);
+    add_ratio(answer, NULL, "worst|peak En", mean.worst_peak_en_score);
     answer_value(answer, NULL, "zone at rest|in common", UNIT_NUMBER,
-                 rest ? rest->simulated.share : (double)NAN, 2);
+                 rest ? rest->simulated_overlap.share : (double)NAN, 2);
     answer_words(answer, NULL, "limits", "%s",
-                 landing->verdict.checked == 0 ? "-"
-                 : landing->verdict.failed > 0 ? "FAIL"
-                                               : "pass");
+                 landing->verdict.checked_limits == 0 ? "-"
+                 : landing->verdict.failed_limits > 0 ? "FAIL"
+                                                      : "pass");
 }
 
 static void add_landings(const struct compare_series *set, struct answer *answer)
 {
     answer_open_list(answer, "landings", NULL);
-    for (size_t i = 0; i < set->count; i++) {
+    for (size_t i = 0; i < set->landing_count; i++) {
         const struct compare_series_landing *l = &set->landing[i];
         answer_open_row(answer);
         if (l->is_compared)
@@ -284,13 +286,13 @@ static void add_landings(const struct compare_series *set, struct answer *answer
             answer_words(answer, "not_compared", NULL, "%s", l->reason);
     }
     answer_close_group(answer);
-    for (size_t i = 0; i < set->count; i++) {
+    for (size_t i = 0; i < set->landing_count; i++) {
         if (!set->landing[i].is_compared)
             answer_sentence(answer, NULL, "RUN %lld not compared: %s",
                             (long long)set->landing[i].run, set->landing[i].reason);
     }
     answer_open_table(answer, NULL, "landings");
-    for (size_t i = 0; i < set->count; i++)
+    for (size_t i = 0; i < set->landing_count; i++)
         add_landing(&set->landing[i], answer);
     answer_close_group(answer);
 }
@@ -299,12 +301,12 @@ static void add_channels(const struct compare_series *set, struct answer *answer
 {
     answer_open_table(answer, "channels", "over all landings, weighted by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
-        if (set->channel[c].landings == 0)
+        if (set->channel[c].compared_landings == 0)
             continue;
         answer_open_row(answer);
         answer_count(answer, "number", "no", set->channel[c].number);
         answer_value(answer, "station", "at", UNIT_STATION, set->channel[c].station_ft, 1);
-        answer_count(answer, "landings", "landings", (int64_t)set->channel[c].landings);
+        answer_count(answer, "landings", "landings", (int64_t)set->channel[c].compared_landings);
         answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel[c].bias_in, 4);
         answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel[c].rms_in, 4);
     }
@@ -314,14 +316,14 @@ static void add_channels(const struct compare_series *set, struct answer *answer
 /* Adds the agreement of the landing that differs most. */
 static void add_worst_agreement(const struct compare_series *set, struct answer *answer)
 {
-    struct compare_agreement worst = {.en = (double)NAN}, one;
+    struct compare_agreement worst = {.en_score = (double)NAN}, one;
     size_t differ = 0;
-    for (size_t i = 0; i < set->count; i++) {
+    for (size_t i = 0; i < set->landing_count; i++) {
         if (!set->landing[i].is_compared)
             continue;
-        compare_find_agreement(&set->landing[i].figures, &one);
-        differ += one.values_differing > 0;
-        if (!worst.model_file || (one.channel && !(one.en <= worst.en)))
+        compare_compute_agreement(&set->landing[i].figures, &one);
+        differ += one.differing_values > 0;
+        if (!worst.model_file || (one.channel && !(one.en_score <= worst.en_score)))
             worst = one;
     }
     answer_count(answer, "landings_differ", "differ", (int64_t)differ);
@@ -332,11 +334,13 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
 {
     answer_words(answer, "scene", "against", "%s", set->model_file);
     answer_words(answer, "series", set->name[0] ? "series" : NULL, "%s", set->name);
-    answer_count(answer, NULL, "landings", (int64_t)set->count);
+    answer_count(answer, NULL, "landings", (int64_t)set->landing_count);
     answer_count(answer, "compared", "compared", (int64_t)set->compared_count);
-    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->run_ms, 0)->suffix = " ms";
-    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->error_in, 4)->suffix =
-        " (largest), estimated by its solver";
+    answer_value(answer, "run_ms", "simulated in", UNIT_NUMBER, set->simulation_ms, 0)->suffix =
+        " ms";
+    answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->worst_solver_error_in,
+                 4)
+        ->suffix = " (largest), estimated by its solver";
     add_landings(set, answer);
     add_channels(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
@@ -374,27 +378,28 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
 {
     json_t *json[2];
     size_t within = 0;
-    for (size_t i = 0; i < set->count && compare_has_limits(limits); i++) {
+    for (size_t i = 0; i < set->landing_count && compare_limits_exist(limits); i++) {
         struct compare_verdict *one = &set->landing[i].verdict;
         if (set->landing[i].is_compared) {
             compare_judge(&set->landing[i].figures, limits, one);
         } else { /* a landing that was not compared fails its limits */
             *one = (struct compare_verdict){
-                .checked = 1, .failed = 1, .worst_excess = (double)INFINITY};
-            snprintf(one->text, sizeof one->text, "RUN %" PRId64 " not compared: %.200s",
-                     set->landing[i].run, set->landing[i].reason);
+                .checked_limits = 1, .failed_limits = 1, .worst_excess = (double)INFINITY};
+            snprintf(one->worst_text, sizeof one->worst_text,
+                     "RUN %" PRId64 " not compared: %.200s", set->landing[i].run,
+                     set->landing[i].reason);
         }
-        set->verdict.checked += one->checked;
-        if (one->failed > 0 &&
-            (set->verdict.failed == 0 || one->worst_excess > set->verdict.worst_excess)) {
+        set->verdict.checked_limits += one->checked_limits;
+        if (one->failed_limits > 0 &&
+            (set->verdict.failed_limits == 0 || one->worst_excess > set->verdict.worst_excess)) {
             set->verdict.worst_excess = one->worst_excess;
-            memcpy(set->verdict.text, one->text, sizeof set->verdict.text);
+            memcpy(set->verdict.worst_text, one->worst_text, sizeof set->verdict.worst_text);
         }
-        set->verdict.failed += one->failed;
-        within += one->failed == 0;
+        set->verdict.failed_limits += one->failed_limits;
+        within += one->failed_limits == 0;
     }
-    if (compare_has_limits(limits))
-        set->pooled.within_share = (double)within / (double)set->count;
+    if (compare_limits_exist(limits))
+        set->pooled.within_share = (double)within / (double)set->landing_count;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
         compare_series_to_answer(set, answer);
@@ -458,7 +463,7 @@ void compare_write_csv(FILE *out, const struct compare_landing *landing, bool si
         for (size_t c = 0; c < sides.count; c++) {
             const struct compare_curves *s = &sides.curves[c];
             const double *columns[] = {s->measured_in, s->measured_error_in, s->simulated_in,
-                                       s->simulated_error_in, s->alignment_in};
+                                       s->simulated_error_in, s->alignment_error_in};
             for (size_t k = 0; k < 5; k++) {
                 if (isnan(columns[k][i]))
                     fputc(',', out);

@@ -380,7 +380,7 @@ static void describe_readings(struct export_context *place,
                               const struct measured_channel **channels, unsigned count, bool si)
 {
     const struct measured *measured = &place->summary->measured;
-    const char *since = measured->t0_is_touchdown ? "since_touchdown"
+    const char *since = measured->is_t0_touchdown ? "since_touchdown"
                       : measured->gate_count      ? "since_first_edge"
                                                   : "since_arming";
     const struct mdf4_add_channel before[FIXED_COLUMNS] = {
@@ -399,10 +399,10 @@ static void describe_readings(struct export_context *place,
          .unit = unit_of(UNIT_SPEED, si)->text,
          .type = MDF4_REAL,
          .invalid = 4}};
-    char source[MEASURED_SOURCE_SIZE], torn[MEASURED_TORN_SIZE],
-        comment[MEASURED_SOURCE_SIZE + MEASURED_TORN_SIZE + 100];
+    char source[MEASURED_SOURCE_SIZE], torn[MEASURED_MISSING_START_SIZE],
+        comment[MEASURED_SOURCE_SIZE + MEASURED_MISSING_START_SIZE + 100];
     measured_format_source(measured, source);
-    measured_format_torn(measured, torn);
+    measured_format_missing_start(measured, torn);
     snprintf(
         comment, sizeof comment,
         "readings, one row per millisecond, from %s; readings that are not valid are marked%s%s",
@@ -610,7 +610,7 @@ static enum mr_status find_zero(struct store *store, int64_t run, const struct m
 /* Returns the Unix time of second 0; 0: unknown, also if the time map is refused. */
 static uint64_t find_start_ns(const struct summary *summary, int64_t zero_us)
 {
-    double us = summary_time_of_day(summary, (double)zero_us).host_us;
+    double us = summary_convert_to_time_of_day(summary, (double)zero_us).host_us;
     return us > 0.0 && us < STAMP_MAX_US ? 1000u * (uint64_t)llround(us) : 0;
 }
 
@@ -620,8 +620,9 @@ static void begin_file(struct mdf4 *file, const struct summary *summary, int64_t
     const struct store_landing *landing = &summary->measured.landing;
     char comment[400], version[32];
     uint64_t start = find_start_ns(summary, zero_us);
-    const char *why = summary->clock_known ? timemap_refusal_text((unsigned)summary->clock.refusal)
-                                           : "the board's clock was not followed";
+    const char *why = summary->is_clock_known
+                        ? timemap_refusal_text((unsigned)summary->clock.refusal)
+                        : "the board's clock was not followed";
     if (!start)
         cli_note(cli, "time of day unknown: the file begins in 1970; %s", why);
     snprintf(version, sizeof version, "database version %d", STORE_VERSION);

@@ -17,31 +17,31 @@
 
 /* step of the integration of the path on the rig, s; on a scaled runway it is proportional to the
  * root of the mat length */
-#define NODE_S         1e-3
-#define NODE_FT        (2.0 / 7.0) /* length of a mat of the rig, ft */
-#define NODE_G_FT_S2   32.174
-#define ROW_NODES      10
-#define MAX_DURATION_S 600.0
+#define PATH_STEP_S         1e-3
+#define PATH_STEP_MAT_FT    (2.0 / 7.0) /* length of a mat of the rig, ft */
+#define G_FT_S2             32.174
+#define PATH_STEPS_PER_ROW  10
+#define PATH_MAX_DURATION_S 600.0
 
-struct draw draw_begin(uint64_t seed, unsigned stream)
+struct draw_generator draw_stream_begin(uint64_t seed, unsigned stream)
 {
     uint64_t state = seed;
     state = mr_splitmix64(&state) + 0x632be59bd9b4e019u * (stream + 1u);
-    return (struct draw){mr_splitmix64(&state)};
+    return (struct draw_generator){mr_splitmix64(&state)};
 }
 
-static double draw_uniform(struct draw *draw)
+static double draw_uniform(struct draw_generator *draw)
 {
     return mr_splitmix64_uniform(&draw->state);
 }
 
-double draw_between(struct draw *draw, struct series_range range)
+double draw_from_range(struct draw_generator *draw, struct series_range range)
 {
     return range.low + (range.high - range.low) * draw_uniform(draw);
 }
 
-static double get_profile_ft_s2(const struct series_landing *landing, double drawn_ft_s2,
-                                double station_ft)
+static double get_profile_deceleration_ft_s2(const struct series_landing *landing,
+                                             double drawn_ft_s2, double station_ft)
 {
     const struct series_knot *k = landing->profile;
     size_t count = landing->profile_count;
@@ -58,24 +58,24 @@ static double get_profile_ft_s2(const struct series_landing *landing, double dra
     return k[count - 1].deceleration_ft_s2;
 }
 
-static void add_row(struct draw_path *path, struct sim_path_row row)
+static void add_path_row(struct draw_path *path, struct sim_path_row row)
 {
     xlist_grow(&path->rows, path->count, sizeof row);
     path->rows[path->count++] = row;
 }
 
-enum mr_status draw_landing(const struct landing_series *series,
-                            const struct series_landing *landing, uint64_t seed, size_t index,
-                            struct draw_path *path, struct error *error)
+enum mr_status draw_landing_path(const struct landing_series *series,
+                                 const struct series_landing *landing, uint64_t seed, size_t index,
+                                 struct draw_path *path, struct error *error)
 {
-    struct draw draw = draw_begin(seed, DRAW_LANDING + (unsigned)index);
+    struct draw_generator draw = draw_stream_begin(seed, DRAW_LANDING + (unsigned)index);
     double lb_per_ft_s2 = series->weight_lb / (series->axles * landing->scene.g_ft_s2);
-    double at_ft = draw_between(&draw, landing->touchdown_ft),
-           v_ft_s = draw_between(&draw, landing->speed_ft_s);
-    double drawn_ft_s2 = draw_between(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
+    double at_ft = draw_from_range(&draw, landing->touchdown_ft),
+           v_ft_s = draw_from_range(&draw, landing->speed_ft_s);
+    double drawn_ft_s2 = draw_from_range(&draw, landing->deceleration_ft_s2), from_ft_s = v_ft_s;
     double runway_ft = landing->scene.mats * landing->scene.length_ft, t_s = 0.0, force_lb = 0.0;
-    double node_s =
-        NODE_S * sqrt(landing->scene.length_ft / NODE_FT * (NODE_G_FT_S2 / landing->scene.g_ft_s2));
+    double node_s = PATH_STEP_S * sqrt(landing->scene.length_ft / PATH_STEP_MAT_FT *
+                                       (G_FT_S2 / landing->scene.g_ft_s2));
     draw_path_free(path);
     path->touchdown_ft = at_ft;
     for (size_t k = 0; v_ft_s > 0.0 && at_ft < runway_ft; k++) {
@@ -84,15 +84,15 @@ enum mr_status draw_landing(const struct landing_series *series,
         /* a towed model has constant speed */
         double share = onset * onset * (3.0 - 2.0 * onset), a_ft_s2 = 0.0;
         if (!(landing->tow_lb > 0.0))
-            a_ft_s2 = share * get_profile_ft_s2(landing, drawn_ft_s2, at_ft);
+            a_ft_s2 = share * get_profile_deceleration_ft_s2(landing, drawn_ft_s2, at_ft);
         force_lb = landing->tow_lb > 0.0 ? share * landing->tow_lb : lb_per_ft_s2 * a_ft_s2;
-        if (k % ROW_NODES == 0)
-            add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
-        if (t_s > MAX_DURATION_S)
+        if (k % PATH_STEPS_PER_ROW == 0)
+            add_path_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
+        if (t_s > PATH_MAX_DURATION_S)
             return error_set(
                 error, MR_USAGE,
                 "no stop: %s: landing %zu is still rolling after %g s; give a higher deceleration",
-                series->name, index + 1, MAX_DURATION_S);
+                series->name, index + 1, PATH_MAX_DURATION_S);
         double rest_s = a_ft_s2 > 0.0 ? fmin(node_s, v_ft_s / a_ft_s2) : node_s;
         at_ft += rest_s * (v_ft_s - 0.5 * a_ft_s2 * rest_s);
         v_ft_s = rest_s < node_s ? 0.0 : v_ft_s - a_ft_s2 * rest_s;
@@ -103,8 +103,8 @@ enum mr_status draw_landing(const struct landing_series *series,
     path->stop_ft = at_ft;
     path->mean_ft_s2 = (from_ft_s * from_ft_s - v_ft_s * v_ft_s) /
                        (2.0 * fmax(at_ft - path->touchdown_ft, 1e-9));
-    add_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
-    add_row(path, (struct sim_path_row){t_s, at_ft, 0.0});
+    add_path_row(path, (struct sim_path_row){t_s, at_ft, force_lb});
+    add_path_row(path, (struct sim_path_row){t_s, at_ft, 0.0});
     return MR_OK;
 }
 
@@ -116,8 +116,8 @@ void draw_path_free(struct draw_path *path)
 
 /* ---- failures ---- */
 
-static double find_station_ft(const double *rise_ft, size_t first, size_t last, double length_ft,
-                              const double *met_ft, int met)
+static double find_failure_station_ft(const double *rise_ft, size_t first, size_t last,
+                                      double length_ft, const double *met_ft, int met)
 {
     size_t crest = first;
     for (int i = 0; i < met; i++) {
@@ -141,7 +141,8 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
             first = j;
         if (high || first == 0)
             continue;
-        failure_ft[count++] = find_station_ft(rise_ft, first, j - 1, length_ft, met_ft, met);
+        failure_ft[count++] = find_failure_station_ft(rise_ft, first, j - 1, length_ft, met_ft,
+                                                      met);
         first = 0;
     }
     return count;
@@ -153,22 +154,24 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
 
 /* One side of a joint that is being flattened. */
 struct joint_side {
-    size_t front;     /* next open joint on this side */
-    double resist_lb; /* friction of the mats up to `front`, and its resistance against closing */
+    size_t next_open_joint; /* next open joint on this side */
+    /* friction of the mats up to `front`, and its resistance against closing */
+    double resistance_lb;
 };
 
-static struct joint_side find_side(const struct flat_runway *r, size_t joint, int step)
+static struct joint_side find_joint_side(const struct flat_runway *r, size_t joint, int step)
 {
     struct joint_side side = {joint, 0.0};
-    while ((step < 0 && side.front > 0) || (step > 0 && side.front + 1 < r->joints)) {
-        side.front = (size_t)((long)side.front + step);
-        side.resist_lb += r->friction_force_lb;
-        if (r->gap_ft[side.front] > CLOSED_FT) {
-            side.resist_lb += r->closing_lb[side.front];
+    while ((step < 0 && side.next_open_joint > 0) ||
+           (step > 0 && side.next_open_joint + 1 < r->joint_count)) {
+        side.next_open_joint = (size_t)((long)side.next_open_joint + step);
+        side.resistance_lb += r->friction_force_lb;
+        if (r->gap_ft[side.next_open_joint] > CLOSED_FT) {
+            side.resistance_lb += r->closing_resistance_lb[side.next_open_joint];
             return side;
         }
     }
-    side.resist_lb = HUGE_VAL; /* the runway's end cannot be pushed */
+    side.resistance_lb = HUGE_VAL; /* the runway's end cannot be pushed */
     return side;
 }
 
@@ -179,23 +182,23 @@ static void shift_mats(const struct flat_runway *r, size_t low, size_t high, dou
         r->u_ft[mat] += by_ft;
 }
 
-void flat_runway_settle(const struct flat_runway *r)
+void flat_runway_press_waves(const struct flat_runway *r)
 {
-    for (size_t j = 0; j < r->joints; j++) {
+    for (size_t j = 0; j < r->joint_count; j++) {
         while (r->gap_ft[j] < -CLOSED_FT) {
-            struct joint_side left = find_side(r, j, -1), right = find_side(r, j, 1);
-            bool to_left = left.resist_lb < right.resist_lb;
+            struct joint_side left = find_joint_side(r, j, -1), right = find_joint_side(r, j, 1);
+            bool to_left = left.resistance_lb < right.resistance_lb;
             struct joint_side *side = to_left ? &left : &right;
-            double over_ft = -r->gap_ft[j] - side->resist_lb / r->kl_lb_ft;
+            double over_ft = -r->gap_ft[j] - side->resistance_lb / r->kl_lb_ft;
             if (!(over_ft > CLOSED_FT))
                 break;
-            double by_ft = fmin(over_ft, r->gap_ft[side->front]);
-            r->gap_ft[side->front] -= by_ft;
+            double by_ft = fmin(over_ft, r->gap_ft[side->next_open_joint]);
+            r->gap_ft[side->next_open_joint] -= by_ft;
             r->gap_ft[j] += by_ft;
             if (to_left)
-                shift_mats(r, side->front, j, -by_ft);
+                shift_mats(r, side->next_open_joint, j, -by_ft);
             else
-                shift_mats(r, j, side->front, by_ft);
+                shift_mats(r, j, side->next_open_joint, by_ft);
         }
     }
 }
@@ -216,11 +219,11 @@ static void simulate_runs(void *context, size_t from, size_t every)
 {
     struct ensemble_work *work = context;
     (void)every;
-    for (size_t i; (i = atomic_fetch_add(&work->runs_begun, 1)) < work->series->seeds;) {
+    for (size_t i; (i = atomic_fetch_add(&work->runs_begun, 1)) < work->series->seed_count;) {
         series_simulate(work->series, work->series->first_seed + i, &work->runs[i]);
         size_t done = atomic_fetch_add(&work->runs_done, 1) + 1;
         if (from == 0 && work->progress)
-            work->progress(work->ctx, done, work->series->seeds);
+            work->progress(work->ctx, done, work->series->seed_count);
     }
 }
 
@@ -229,57 +232,59 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
                          struct series_run *runs)
 {
     struct ensemble_work work = {.series = series, .runs = runs, .progress = progress, .ctx = ctx};
-    parallel_for(jobs < series->seeds ? jobs : (unsigned)series->seeds, simulate_runs, &work);
+    parallel_for(jobs < series->seed_count ? jobs : (unsigned)series->seed_count, simulate_runs,
+                 &work);
     series_compute_errors(series, runs);
 }
 
 /* ---- play ---- */
 
-#define IN_PER_FT   12.0
-#define ZONE_JOINTS 10 /* number of joints between two gage points of the rig */
-#define ZONE_SHARE  (1.0 / 3.0)
+#define IN_PER_FT           12.0
+#define ZONE_JOINTS         10 /* number of joints between two gage points of the rig */
+#define ZONE_OPEN_SHARE_MAX (1.0 / 3.0)
 /* movement that counts, as a share of a mat's length: 0.001 in on the rig */
-#define MOVED_SHARE (0.001 * 7.0 / 24.0)
+#define MOVED_SHARE_MIN     (0.001 * 7.0 / 24.0)
 
 /* A runway between landings. */
 struct runway {
     const struct landing_series *series;
-    int mats;
-    size_t joints;
+    int mat_count;
+    size_t joint_count;
     double *storage;
-    double *gap_ft, *closing_lb, *ground_ft; /* per joint */
-    double laid_ft;       /* mean opening of the joints when the runway was laid */
+    double *gap_ft, *closing_resistance_lb, *ground_ft; /* per joint */
+    double laid_gap_ft;   /* mean opening of the joints when the runway was laid */
     double *u_ft;         /* total movement of each mat; [0] is unused */
     struct sim_mods mods; /* state of the modifications after the last landing; owns its lists */
 };
 
 static void runway_create(struct runway *r, const struct landing_series *series, uint64_t seed)
 {
-    *r = (struct runway){.series = series, .mats = series->landings[0].scene.mats};
-    r->joints = (size_t)r->mats + 1;
-    r->storage = xcalloc(4 * (r->joints + 1), sizeof *r->storage);
+    *r = (struct runway){.series = series, .mat_count = series->landings[0].scene.mats};
+    r->joint_count = (size_t)r->mat_count + 1;
+    r->storage = xcalloc(4 * (r->joint_count + 1), sizeof *r->storage);
     r->gap_ft = r->storage;
-    r->closing_lb = r->gap_ft + r->joints;
-    r->ground_ft = r->closing_lb + r->joints;
-    r->u_ft = r->ground_ft + r->joints;
-    struct draw gaps = draw_begin(seed, DRAW_GAPS), closing = draw_begin(seed, DRAW_CLOSING),
-                ground = draw_begin(seed, DRAW_GROUND);
+    r->closing_resistance_lb = r->gap_ft + r->joint_count;
+    r->ground_ft = r->closing_resistance_lb + r->joint_count;
+    r->u_ft = r->ground_ft + r->joint_count;
+    struct draw_generator gaps = draw_stream_begin(seed, DRAW_GAPS),
+                          closing = draw_stream_begin(seed, DRAW_CLOSING),
+                          ground = draw_stream_begin(seed, DRAW_GROUND);
     double slack_ft = series->landings[0].scene.slack_ft;
-    for (size_t j = 0; j < r->joints; j++) {
-        r->gap_ft[j] = fmin(draw_between(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
-        r->laid_ft += r->gap_ft[j] / (double)r->joints;
-        r->closing_lb[j] = draw_between(&closing, series->closing_lb);
-        r->ground_ft[j] = draw_between(&ground, series->irregularity_in) / IN_PER_FT;
+    for (size_t j = 0; j < r->joint_count; j++) {
+        r->gap_ft[j] = fmin(draw_from_range(&gaps, series->gap_in) / IN_PER_FT, slack_ft);
+        r->laid_gap_ft += r->gap_ft[j] / (double)r->joint_count;
+        r->closing_resistance_lb[j] = draw_from_range(&closing, series->closing_lb);
+        r->ground_ft[j] = draw_from_range(&ground, series->irregularity_in) / IN_PER_FT;
     }
 }
 
-static double get_strength_lb(const struct runway *r)
+static double get_joint_strength_lb(const struct runway *r)
 {
     const struct landing_series *c = r->series;
     return c->strength_lb_in * c->strip_ft * IN_PER_FT;
 }
 
-static void copy_list(struct sim_list *list)
+static void copy_scene_list(struct sim_list *list)
 {
     struct sim_list copy = {0};
     sim_scene_set_list(&copy, list->values, list->count);
@@ -287,7 +292,7 @@ static void copy_list(struct sim_list *list)
 }
 
 /* Applies the modifications of the file before a landing. Torn joints stay torn. */
-static void apply_mods(struct runway *r, const struct sim_scene *scene)
+static void apply_scene_mods(struct runway *r, const struct sim_scene *scene)
 {
     struct sim_list torn = r->mods.torn;
     r->mods.torn = (struct sim_list){0};
@@ -296,15 +301,15 @@ static void apply_mods(struct runway *r, const struct sim_scene *scene)
     struct sim_list *lists[MODS_LISTS];
     mods_collect_lists(&r->mods, lists);
     for (size_t i = 0; i < MODS_LISTS; i++)
-        copy_list(lists[i]); /* the originals belong to the series, so every list is copied */
+        copy_scene_list(lists[i]); /* the originals belong to the series, so every list is copied */
     if (torn.count > 0) {
         free(r->mods.torn.values);
         r->mods.torn = torn;
     }
 }
 
-static void carry_state(struct runway *r, const struct sim_scene *as_landed,
-                        const struct sim_result *result)
+static void keep_mods_state(struct runway *r, const struct sim_scene *as_landed,
+                            const struct sim_result *result)
 {
     struct sim_scene scene = *as_landed;
     scene.mods = r->mods;
@@ -312,8 +317,8 @@ static void carry_state(struct runway *r, const struct sim_scene *as_landed,
     r->mods = scene.mods;
 }
 
-static void set_scene(const struct runway *r, const struct sim_scene *made, enum sim_model model,
-                      const struct sim_path_row *rows, size_t count, struct sim_scene *scene)
+static void make_scene(const struct runway *r, const struct sim_scene *made, enum sim_model model,
+                       const struct sim_path_row *rows, size_t count, struct sim_scene *scene)
 {
     *scene = *made; /* the lists still belong to the series; copies replace them below */
     scene->model = model;
@@ -322,10 +327,10 @@ static void set_scene(const struct runway *r, const struct sim_scene *made, enum
     scene->path = NULL;
     scene->path_count = 0;
     scene->t_dwell_s = r->series->dwell_s;
-    sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joints);
-    sim_scene_set_list(&scene->grit_lb, r->closing_lb, r->joints);
+    sim_scene_set_list(&scene->gap0_ft, r->gap_ft, r->joint_count);
+    sim_scene_set_list(&scene->grit_lb, r->closing_resistance_lb, r->joint_count);
     if (model == SIM_MODEL_CONSISTENT)
-        sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joints);
+        sim_scene_set_list(&scene->ground_ft, r->ground_ft, r->joint_count);
     sim_scene_set_path(scene, rows, count);
 }
 
@@ -355,7 +360,7 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
     };
     struct sim_scene scene = {0};
     *result = (struct sim_result){0};
-    set_scene(r, &landing->scene, model, path->rows, path->count, &scene);
+    make_scene(r, &landing->scene, model, path->rows, path->count, &scene);
     sim_run(&scene, &options, result, error);
     free_scene(&scene);
     double longer_s = SERIES_CHECK_STEP_RATIO * result->dt_s;
@@ -369,11 +374,11 @@ static enum mr_status run_engine(const struct runway *r, const struct series_lan
 
 /* Returns the largest lift force on a node due to the compression P of its joint, in weights of a
  * mat. Two mats rise as a vee if P (2 h_j - h_{j-1} - h_{j+1})/L > W. */
-static double find_lift_ratio(const struct runway *r, const struct sim_scene *scene,
-                              const double *push_lb)
+static double compute_lift_ratio(const struct runway *r, const struct sim_scene *scene,
+                                 const double *push_lb)
 {
     double most = 0.0;
-    for (size_t j = 1; j + 1 < r->joints; j++) {
+    for (size_t j = 1; j + 1 < r->joint_count; j++) {
         double bend = 2.0 * r->ground_ft[j] - r->ground_ft[j - 1] - r->ground_ft[j + 1];
         most = fmax(most, push_lb[j + 1] * bend / (scene->length_ft * scene->weight_lb));
     }
@@ -382,7 +387,7 @@ static double find_lift_ratio(const struct runway *r, const struct sim_scene *sc
 
 /* Returns true if the scene has stiffeners that connect mats. A wheel at one end of such mats tips
  * them, and their joints rise without compression. */
-static bool is_tipping(const struct sim_scene *scene)
+static bool has_tipping_stiffeners(const struct sim_scene *scene)
 {
     return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
            scene->wheel_load_lb > 0.0;
@@ -397,14 +402,14 @@ static void record_waves(const struct runway *r, const struct sim_scene *scene,
                          const double *rise_ft, struct series_outcome *out)
 {
     double limit_ft = r->series->wave_in / IN_PER_FT, highest_ft = 0.0;
-    for (size_t j = 1; j + 1 < r->joints; j++) {
+    for (size_t j = 1; j + 1 < r->joint_count; j++) {
         double h = rise_ft[j + 1];
-        out->rise_in = fmax(out->rise_in, h * IN_PER_FT);
+        out->wave_rise_in = fmax(out->wave_rise_in, h * IN_PER_FT);
         if (!(h > limit_ft && h >= rise_ft[j] && h > rise_ft[j + 2]))
             continue;
         out->wave_count++;
         if (h > highest_ft)
-            out->wave_ft = get_joint_station_ft(scene, j);
+            out->wave_station_ft = get_joint_station_ft(scene, j);
         highest_ft = fmax(highest_ft, h);
     }
 }
@@ -413,41 +418,41 @@ static void record_waves(const struct runway *r, const struct sim_scene *scene,
 static void record_planar(const struct runway *r, const struct sim_scene *scene,
                           const struct sim_result *result, bool folded, struct series_outcome *out)
 {
-    out->planar_was_run = true;
+    out->has_planar_run = true;
     if (result->first_crest > 0 && result->first_crest_wheel > 0) {
-        out->crest_ft = get_joint_station_ft(scene, (size_t)result->first_crest - 1);
-        out->crest_ahead_mats = result->first_crest - result->first_crest_wheel;
+        out->first_buckle_station_ft = get_joint_station_ft(scene, (size_t)result->first_crest - 1);
+        out->first_buckle_ahead_mats = result->first_crest - result->first_crest_wheel;
     }
     if (folded) {
         out->is_buckled = true;
-        out->buckle_ft = get_joint_station_ft(scene, (size_t)result->mat);
-        out->rise_in = r->series->buckle_in;
+        out->buckle_station_ft = get_joint_station_ft(scene, (size_t)result->mat);
+        out->wave_rise_in = r->series->buckle_in;
         out->failure_count = 1;
-        out->failure_ft[0] = out->buckle_ft;
+        out->failure_station_ft[0] = out->buckle_station_ft;
         return;
     }
     record_waves(r, scene, result->rise_ft, out);
-    out->crest_deg = result->crest_deg;
-    out->sag_deg = result->sag_deg;
+    out->crest_angle_deg = result->crest_deg;
+    out->sag_angle_deg = result->sag_deg;
     out->is_unhinged = result->sag_deg > r->series->unhinge_deg;
-    out->is_buckled = out->is_unhinged || out->rise_in >= r->series->buckle_in;
+    out->is_buckled = out->is_unhinged || out->wave_rise_in >= r->series->buckle_in;
     out->overrun_count = result->overrun_count;
     for (int i = 0; i < result->overrun_count; i++)
-        out->overrun_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
+        out->overrun_station_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
     if (out->is_buckled)
-        out->buckle_ft = out->overrun_count > 0 ? out->overrun_ft[0]
-                       : out->wave_count > 0
-                           ? out->wave_ft
-                           : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
-    out->failure_count = series_find_failures(result->rise_ft, r->joints, scene->length_ft,
-                                              r->series->buckle_in / IN_PER_FT, out->overrun_ft,
-                                              out->overrun_count, out->failure_ft);
+        out->buckle_station_ft = out->overrun_count > 0 ? out->overrun_station_ft[0]
+                               : out->wave_count > 0
+                                   ? out->wave_station_ft
+                                   : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
+    out->failure_count = series_find_failures(
+        result->rise_ft, r->joint_count, scene->length_ft, r->series->buckle_in / IN_PER_FT,
+        out->overrun_station_ft, out->overrun_count, out->failure_station_ft);
     if (out->is_buckled && out->failure_count == 0)
-        out->failure_ft[out->failure_count++] = out->buckle_ft;
+        out->failure_station_ft[out->failure_count++] = out->buckle_station_ft;
 }
 
 /* Returns true if a mat is torn from both neighbours; it then no longer belongs to the runway. */
-static bool is_loose(const struct sim_result *result, int mat)
+static bool is_mat_torn_off(const struct sim_result *result, int mat)
 {
     const struct mods_state *s = result->mods;
     return s && s->torn[mat] != 0.0 && s->torn[mat + 1] != 0.0;
@@ -458,30 +463,30 @@ static void record_movement(struct runway *r, const struct sim_scene *scene,
 {
     const struct landing_series *c = r->series;
     const double *u_ft = result->u_ft;
-    for (int n = 1; n <= r->mats; n++) {
+    for (int n = 1; n <= r->mat_count; n++) {
         r->u_ft[n] += u_ft[n];
-        if (is_loose(result, n))
+        if (is_mat_torn_off(result, n))
             continue;
-        out->peak_in = fmax(out->peak_in, fabs(u_ft[n]) * IN_PER_FT);
+        out->peak_movement_in = fmax(out->peak_movement_in, fabs(u_ft[n]) * IN_PER_FT);
         double station_ft = (n - 0.5) * scene->length_ft;
-        if (fabs(u_ft[n]) > MOVED_SHARE * scene->length_ft &&
-            station_ft - out->stop_ft > out->reach_ft)
-            out->reach_ft = station_ft - out->stop_ft;
+        if (fabs(u_ft[n]) > MOVED_SHARE_MIN * scene->length_ft &&
+            station_ft - out->stop_ft > out->reach_beyond_stop_ft)
+            out->reach_beyond_stop_ft = station_ft - out->stop_ft;
     }
     for (size_t i = 0; i < c->station_count; i++) {
-        int mat = (int)fmin(floor(c->stations_ft[i] / scene->length_ft) + 1.0, r->mats);
+        int mat = (int)fmin(floor(c->stations_ft[i] / scene->length_ft) + 1.0, r->mat_count);
         out->movement_in[i] = u_ft[mat] * IN_PER_FT;
-        out->total_in[i] = r->u_ft[mat] * IN_PER_FT;
+        out->total_movement_in[i] = r->u_ft[mat] * IN_PER_FT;
     }
 }
 
 static void record_joints(const struct runway *r, const struct sim_result *result,
                           struct series_outcome *out)
 {
-    double most_lb = get_strength_lb(r);
-    for (size_t j = 0; j < r->joints; j++) {
-        out->push_lb = fmax(out->push_lb, result->push_lb[j + 1]);
-        out->pull_lb = fmax(out->pull_lb, result->pull_lb[j + 1]);
+    double most_lb = get_joint_strength_lb(r);
+    for (size_t j = 0; j < r->joint_count; j++) {
+        out->compression_lb = fmax(out->compression_lb, result->push_lb[j + 1]);
+        out->tension_lb = fmax(out->tension_lb, result->pull_lb[j + 1]);
         out->torn_joints += result->pull_lb[j + 1] > most_lb;
     }
 }
@@ -491,10 +496,10 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
 static void record_zone(const struct runway *r, const struct sim_scene *scene,
                         struct series_outcome *out)
 {
-    double limit_ft = ZONE_SHARE * r->laid_ft * ZONE_JOINTS, sum_ft = 0.0;
+    double limit_ft = ZONE_OPEN_SHARE_MAX * r->laid_gap_ft * ZONE_JOINTS, sum_ft = 0.0;
     size_t from = 0;
     bool in = false;
-    for (size_t j = 0; j < r->joints; j++) {
+    for (size_t j = 0; j < r->joint_count; j++) {
         sum_ft += fmax(r->gap_ft[j], 0.0);
         if (j >= ZONE_JOINTS)
             sum_ft -= fmax(r->gap_ft[j - ZONE_JOINTS], 0.0);
@@ -524,39 +529,42 @@ static void record_bands(const struct sim_scene *scene, const struct mods_state 
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
         int connections = mods_connections(scene, g);
         for (int i = 0; i <= connections && connections > 0; i++)
-            out->band_slack += state->band_min_lb[segment++] <= 0.0;
+            out->slack_band_segments += state->band_min_lb[segment++] <= 0.0;
     }
 }
 
 /* Updates the gaps of the joints after a movement of the mats. */
-static void open_gaps(struct runway *r, const double *u_ft)
+static void update_gaps(struct runway *r, const double *u_ft)
 {
-    for (size_t j = 0; j < r->joints; j++)
-        r->gap_ft[j] += (j < (size_t)r->mats ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
+    for (size_t j = 0; j < r->joint_count; j++)
+        r->gap_ft[j] += (j < (size_t)r->mat_count ? u_ft[j + 1] : 0.0) - (j > 0 ? u_ft[j] : 0.0);
 }
 
 /* Presses remaining waves flat, as the aircraft does when it is pushed back over them. Their excess
  * length closes the neighbouring joints. */
-static void press_flat(struct runway *r, const struct sim_scene *scene)
+static void press_waves_flat(struct runway *r, const struct sim_scene *scene)
 {
-    const struct flat_runway flat = {
-        r->joints,      r->gap_ft, r->u_ft, r->closing_lb, scene->friction * scene->weight_lb,
-        scene->kl_lb_ft};
-    flat_runway_settle(&flat);
+    const struct flat_runway flat = {r->joint_count,
+                                     r->gap_ft,
+                                     r->u_ft,
+                                     r->closing_resistance_lb,
+                                     scene->friction * scene->weight_lb,
+                                     scene->kl_lb_ft};
+    flat_runway_press_waves(&flat);
 }
 
 /* Updates the runway and the outcome after a landing. */
-static void settle_runway(struct runway *r, const struct sim_scene *scene,
+static void update_runway(struct runway *r, const struct sim_scene *scene,
                           const struct sim_result *moved, struct series_outcome *out)
 {
     record_movement(r, scene, moved, out);
-    open_gaps(r, moved->u_ft);
+    update_gaps(r, moved->u_ft);
     if (r->series->press_flat && out->wave_count > 0)
-        press_flat(r, scene);
+        press_waves_flat(r, scene);
     record_joints(r, moved, out);
     record_zone(r, scene, out);
     record_bands(scene, moved->mods, out);
-    carry_state(r, scene, moved);
+    keep_mods_state(r, scene, moved);
 }
 
 static enum mr_status simulate_landing_once(struct runway *r, const struct series_landing *landing,
@@ -567,20 +575,21 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     const struct landing_series *c = r->series;
     const struct sim_scene *scene = &landing->scene;
     struct sim_result chain = {0}, planar = {0};
-    if (c->engine != SERIES_PLANAR &&
+    if (c->engine != SERIES_ENGINE_PLANAR &&
         run_engine(r, landing, SIM_MODEL_CHAIN, path, first, out, &chain, error) == MR_OK)
-        out->lift_ratio = find_lift_ratio(r, scene, chain.push_lb);
-    bool asked = c->engine == SERIES_PLANAR ||
-                 (c->engine == SERIES_AUTO &&
-                  (out->lift_ratio > c->skip_share || is_tipping(scene)));
+        out->lift_ratio = compute_lift_ratio(r, scene, chain.push_lb);
+    bool asked = c->engine == SERIES_ENGINE_PLANAR ||
+                 (c->engine == SERIES_ENGINE_AUTO &&
+                  (out->lift_ratio > c->planar_min_lift_share || has_tipping_stiffeners(scene)));
     if (error->status == MR_OK && (first ? first->is_from_planar : asked) &&
         run_engine(r, landing, SIM_MODEL_CONSISTENT, path, first, out, &planar, error) == MR_OK) {
         record_planar(r, scene, &planar, planar.status == SIM_FOLDED, out);
-        out->is_from_planar = planar.u_ft && (c->engine == SERIES_PLANAR || out->wave_count > 0);
+        out->is_from_planar = planar.u_ft &&
+                              (c->engine == SERIES_ENGINE_PLANAR || out->wave_count > 0);
     }
     const struct sim_result *moved = out->is_from_planar ? &planar : &chain;
     if (error->status == MR_OK && moved->u_ft)
-        settle_runway(r, scene, moved, out);
+        update_runway(r, scene, moved, out);
     sim_result_free(&chain);
     sim_result_free(&planar);
     return error->status;
@@ -597,26 +606,26 @@ static void simulate_run(const struct landing_series *series, uint64_t seed,
 {
     struct runway runway = {0};
     struct draw_path path = {0};
-    size_t landings = first ? first->landings : series->landing_count;
+    size_t landings = first ? first->simulated_landings : series->landing_count;
     *run = (struct series_run){.seed = seed};
     run->outcomes = xcalloc(series->landing_count, sizeof *run->outcomes);
     runway_create(&runway, series, seed);
     for (size_t i = 0; i < landings && run->buckled_landing == 0; i++) {
         const struct series_landing *landing = &series->landings[i];
         struct series_outcome *out = &run->outcomes[i];
-        if (i == 0 || landing->modified)
-            apply_mods(&runway, &landing->scene);
-        if (draw_landing(series, landing, seed, i, &path, &run->error) != MR_OK)
+        if (i == 0 || landing->is_modified)
+            apply_scene_mods(&runway, &landing->scene);
+        if (draw_landing_path(series, landing, seed, i, &path, &run->error) != MR_OK)
             break;
         out->stop_ft = path.stop_ft;
         out->deceleration_ft_s2 = path.mean_ft_s2;
         if (simulate_landing_once(&runway, landing, &path, first ? &first->outcomes[i] : NULL, out,
                                   &run->error) != MR_OK)
             break;
-        run->landings = i + 1;
+        run->simulated_landings = i + 1;
         if (out->is_buckled) {
             run->buckled_landing = (int)i + 1;
-            run->buckle_ft = out->buckle_ft;
+            run->buckle_station_ft = out->buckle_station_ft;
         }
     }
     draw_path_free(&path);
@@ -631,13 +640,13 @@ void series_simulate(const struct landing_series *series, uint64_t seed, struct 
     if (index % SERIES_CHECK_EVERY != SERIES_CHECK_EVERY - 1)
         return;
     simulate_run(series, seed, run, &other);
-    run->check = other.outcomes;
-    run->check_landings = other.landings;
+    run->check_outcomes = other.outcomes;
+    run->check_landing_count = other.simulated_landings;
 }
 
 void series_run_free(struct series_run *run)
 {
     free(run->outcomes);
-    free(run->check);
-    run->outcomes = run->check = NULL;
+    free(run->check_outcomes);
+    run->outcomes = run->check_outcomes = NULL;
 }

@@ -17,60 +17,62 @@
  * is the movement since the runway was laid. */
 struct series_outcome {
     double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
-    bool planar_was_run;
+    bool has_planar_run;
     /* largest lift force on a joint due to compression, divided by the weight of a mat */
     double lift_ratio;
-    double peak_in;
-    double movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
+    double peak_movement_in;
+    double movement_in[SERIES_STATIONS_MAX], total_movement_in[SERIES_STATIONS_MAX];
     /* distance from the stop to the farthest joint beyond it that moved by 0.001 in */
-    double reach_ft;
+    double reach_beyond_stop_ft;
     int zone_mats;
     /* Longest stretch in which any ten consecutive joints have closed by two thirds. */
     double zone_from_ft, zone_to_ft;
-    double push_lb, pull_lb; /* largest forces in any joint, in compression and in tension */
+    double compression_lb,
+        tension_lb; /* largest forces in any joint, in compression and in tension */
     /* Standard errors due to the step size, of the values that are maxima over time; NaN: not
      * known. */
-    double lift_error, push_error_lb, pull_error_lb;
+    double lift_error, compression_error_lb, tension_error_lb;
     bool is_from_planar; /* movement and forces are from the planar engine; false: from the chain */
     /* time steps of the second simulation, s: of the chain, of the planar engine */
     double check_step_s[2];
     int torn_joints; /* number of joints that were pulled beyond their strength */
     int wave_count;
-    double wave_ft; /* station of the highest wave; 0: no wave */
-    double rise_in; /* rise of the highest wave */
-    double crest_deg, sag_deg;
+    double wave_station_ft; /* station of the highest wave; 0: no wave */
+    double wave_rise_in;    /* rise of the highest wave */
+    double crest_angle_deg, sag_angle_deg;
     bool is_unhinged, is_buckled;
     /* Station at which the wheel first reached the wave; if it stopped before, the station of the
      * crest. */
-    double buckle_ft;
+    double buckle_station_ft;
     int overrun_count;
     /* All stations at which the wheel reached the wave; between two of them it was off the wave. */
-    double overrun_ft[SIM_OVERRUNS_MAX];
+    double overrun_station_ft[SIM_OVERRUNS_MAX];
     /* number of stretches of mats that rose by the buckle limit, separated by mats that did not; at
      * least 1 if buckled */
     int failure_count;
     /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
      * crest. */
-    double failure_ft[SERIES_FAILURES_MAX];
+    double failure_station_ft[SERIES_FAILURES_MAX];
     /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if crest_ft
      * > 0. */
-    int crest_ahead_mats;
+    int first_buckle_ahead_mats;
     /* station of the mat that first rose by buckle_in; 0: no mat rose that far while the wheel was
      * on the runway */
-    double crest_ft;
-    int band_slack; /* number of segments of bands that became slack */
+    double first_buckle_station_ft;
+    int slack_band_segments; /* number of segments of bands that became slack */
 };
 
 struct series_run {
     uint64_t seed;
-    size_t landings; /* number of simulated landings; a buckled runway has no further landings */
+    /* number of simulated landings; a buckled runway has no further landings */
+    size_t simulated_landings;
     int buckled_landing; /* landing in which the runway buckled, from 1; 0: it did not buckle */
-    double buckle_ft;    /* station at which it buckled */
+    double buckle_station_ft;        /* station at which it buckled */
     struct series_outcome *outcomes; /* array of landing_count entries */
     struct error error;              /* reason why this runway could not be simulated to its end */
     /* Second simulation of the same landings with other steps; NULL: this runway has none. */
-    struct series_outcome *check;
-    size_t check_landings;
+    struct series_outcome *check_outcomes;
+    size_t check_landing_count;
 };
 
 /* Simulates the runway of a seed; every sixth runway is simulated a second time with other steps.
@@ -94,13 +96,13 @@ void series_simulate_all(const struct landing_series *series, unsigned jobs,
 
 enum draw_stream { DRAW_GAPS, DRAW_CLOSING, DRAW_GROUND, DRAW_LANDING };
 
-struct draw {
+struct draw_generator {
     uint64_t state;
 };
 
-struct draw draw_begin(uint64_t seed, unsigned stream);
+struct draw_generator draw_stream_begin(uint64_t seed, unsigned stream);
 
-double draw_between(struct draw *draw, struct series_range range);
+double draw_from_range(struct draw_generator *draw, struct series_range range);
 
 /* The aircraft's path from touchdown to its stop or to the end of the runway. */
 struct draw_path {
@@ -113,9 +115,9 @@ struct draw_path {
  * touchdown, with an onset of onset_s and thrust W/axles a/g, or is towed to the runway's end.
  * `path` is all zero or the result of an earlier call. MR_USAGE: the aircraft does not stop within
  * 600 s. */
-enum mr_status draw_landing(const struct landing_series *series,
-                            const struct series_landing *landing, uint64_t seed, size_t index,
-                            struct draw_path *path, struct error *error);
+enum mr_status draw_landing_path(const struct landing_series *series,
+                                 const struct series_landing *landing, uint64_t seed, size_t index,
+                                 struct draw_path *path, struct error *error);
 void draw_path_free(struct draw_path *path);
 
 /* Finds failures. A failure is a stretch of nodes that rose by `limit_ft` or more, separated by
@@ -132,19 +134,21 @@ int series_find_failures(const double *rise_ft, size_t nodes, double length_ft, 
  * back. */
 
 struct flat_runway {
-    size_t joints;  /* mats + 1; the first and the last are the runway's ends, which are fixed */
+    /* mats + 1; the first and the last are the runway's ends, which are fixed */
+    size_t joint_count;
     double *gap_ft; /* per joint; negative: the mats are too long by this amount to lie flat */
-    double *u_ft;   /* per mat 1..joints - 1, [0] unused: movement, updated by flat_runway_settle */
-    const double *closing_lb; /* closing resistance of each joint */
-    double friction_force_lb; /* friction of a mat: coefficient times weight */
-    double kl_lb_ft;          /* stiffness of a joint in compression */
+    /* per mat 1..joints - 1, [0] unused: movement, updated by flat_runway_press_waves */
+    double *u_ft;
+    const double *closing_resistance_lb; /* closing resistance of each joint */
+    double friction_force_lb;            /* friction of a mat: coefficient times weight */
+    double kl_lb_ft;                     /* stiffness of a joint in compression */
 };
 
 /* Flattens the runway. Joints with negative gaps push the neighbouring mats outward, step by step,
  * towards the side with less resistance. Mats that touch move together until the next opening
  * closes. Each joint keeps the compression that friction on both sides can hold. The sum of the
  * openings does not change. */
-void flat_runway_settle(const struct flat_runway *runway);
+void flat_runway_press_waves(const struct flat_runway *runway);
 
 /* 5th, 50th and 95th percentile (linear between order statistics); all NaN if count is 0. */
 struct series_spread {
@@ -158,27 +162,27 @@ struct series_spread series_compute_spread(double *values, size_t count); /* sor
 struct series_peak {
     struct series_spread spread;
     /* mean_error: standard error of the mean; error: of one runway */
-    double mean, mean_error, error;
+    double mean, mean_error, run_error;
 };
 
 /* Results of all runways on which this landing was simulated. */
 struct series_landing_summary {
-    size_t runways;
-    size_t buckled;
-    size_t with_planar, with_wave, unhinged, with_tears;
-    struct series_spread stop_ft, peak_in, reach_ft, zone_mats;
-    struct series_peak lift_ratio, push_lb, pull_lb;
-    struct series_spread movement_in[SERIES_STATIONS_MAX], total_in[SERIES_STATIONS_MAX];
+    size_t runway_count;
+    size_t buckled_count;
+    size_t planar_count, wave_count, unhinged_count, torn_count;
+    struct series_spread stop_ft, peak_movement_in, reach_beyond_stop_ft, zone_mats;
+    struct series_peak lift_ratio, compression_lb, tension_lb;
+    struct series_spread movement_in[SERIES_STATIONS_MAX], total_movement_in[SERIES_STATIONS_MAX];
 };
 
 struct series_summary {
-    size_t runways;  /* number of runways simulated to their end */
-    size_t failed;   /* number of runways whose simulation failed */
-    size_t survived; /* number of runways that did not buckle */
+    size_t runway_count;   /* number of runways simulated to their end */
+    size_t failed_count;   /* number of runways whose simulation failed */
+    size_t survived_count; /* number of runways that did not buckle */
     /* distributions over the runways that buckled */
-    struct series_spread station_ft, buckle_landing;
+    struct series_spread buckle_station_ft, buckle_landing;
     /* distributions over the same runways, for the landing before the buckle */
-    struct series_spread zone_before, peak_before_in;
+    struct series_spread zone_mats_before_buckle, peak_before_buckle_in;
     struct series_landing_summary *landing; /* array of landing_count entries */
 };
 

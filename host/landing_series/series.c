@@ -22,7 +22,7 @@ struct keys {
     struct error *error;
 };
 
-static bool has_failed(const struct keys *keys)
+static bool has_key_error(const struct keys *keys)
 {
     return keys->error->status != MR_OK;
 }
@@ -44,18 +44,18 @@ static bool read_number(const char *key, const json_t *entry, double *value)
 
 static bool read_value(const struct series_key *key, const json_t *entry, void *field)
 {
-    bool pair = key->kind == SERIES_RANGE && json_array_size(entry) == 2;
+    bool pair = key->kind == SERIES_KEY_RANGE && json_array_size(entry) == 2;
     struct series_range range;
     switch (key->kind) {
-    case SERIES_NUMBER:
-    case SERIES_RANGE:
+    case SERIES_KEY_NUMBER:
+    case SERIES_KEY_RANGE:
         if (!read_number(key->name, pair ? json_array_get(entry, 0) : entry, &range.low) ||
             !read_number(key->name, pair ? json_array_get(entry, 1) : entry, &range.high) ||
             !(range.low >= key->low && range.high <= key->high && range.low <= range.high))
             return false;
-        memcpy(field, &range, key->kind == SERIES_RANGE ? sizeof range : sizeof range.low);
+        memcpy(field, &range, key->kind == SERIES_KEY_RANGE ? sizeof range : sizeof range.low);
         return true;
-    case SERIES_CHOICE:
+    case SERIES_KEY_CHOICE:
         for (unsigned i = 0; key->choices[i]; i++) {
             if (json_is_string(entry) && strcmp(json_string_value(entry), key->choices[i]) == 0) {
                 memcpy(field, &i, sizeof i);
@@ -63,10 +63,10 @@ static bool read_value(const struct series_key *key, const json_t *entry, void *
             }
         }
         return false;
-    case SERIES_TEXT:
+    case SERIES_KEY_TEXT:
         return json_is_string(entry) &&
                snprintf(field, (size_t)key->high, "%s", json_string_value(entry)) < (int)key->high;
-    case SERIES_FLAG: *(bool *)field = json_is_true(entry); return json_is_boolean(entry);
+    case SERIES_KEY_FLAG: *(bool *)field = json_is_true(entry); return json_is_boolean(entry);
     }
     return false;
 }
@@ -76,16 +76,17 @@ static void format_expected(const struct series_key *key, char out[300])
 {
     const char *unit = quantity_unit_of_name(key->name);
     const struct quantity_kind *kind = quantity_kind_of(unit);
-    if (key->kind == SERIES_NUMBER || key->kind == SERIES_RANGE)
+    if (key->kind == SERIES_KEY_NUMBER || key->kind == SERIES_KEY_RANGE)
         snprintf(out, 300, "a number%s from %g to %g%s%s%s%s",
-                 key->kind == SERIES_RANGE ? ", or a range [from, to] from which it is drawn," : "",
+                 key->kind == SERIES_KEY_RANGE ? ", or a range [from, to] from which it is drawn,"
+                                               : "",
                  key->low, key->high, kind ? " " : "", unit, kind ? ", or as text with " : "",
                  kind ? kind->units : "");
-    else if (key->kind != SERIES_CHOICE)
-        snprintf(out, 300, "%s", key->kind == SERIES_FLAG ? "true or false" : "a short text");
+    else if (key->kind != SERIES_KEY_CHOICE)
+        snprintf(out, 300, "%s", key->kind == SERIES_KEY_FLAG ? "true or false" : "a short text");
     else
         strcpy(out, "one of");
-    for (unsigned i = 0; key->kind == SERIES_CHOICE && key->choices[i]; i++)
+    for (unsigned i = 0; key->kind == SERIES_KEY_CHOICE && key->choices[i]; i++)
         strcat(strcat(out, i > 0 ? ", " : " "),
                key->choices[i]); /* the choices are short, so they fit */
 }
@@ -108,7 +109,7 @@ static void read_object(const struct keys *r, const char *where, const json_t *o
             i++;
         while (others[k] && strcmp(others[k], name) != 0)
             k++;
-        if (has_failed(r))
+        if (has_key_error(r))
             return;
         if (i < count && !read_value(&keys[i], value, (char *)base + keys[i].offset)) {
             format_expected(&keys[i], wanted);
@@ -127,70 +128,72 @@ static void read_object(const struct keys *r, const char *where, const json_t *o
 
 #define IN_PER_FT 12.0
 
-static const char *const engines[] = {"auto", "chain", "planar", NULL};
-static const char *const grounds[] = {"weightless", "elastic", NULL};
+static const char *const engine_names[] = {"auto", "chain", "planar", NULL};
+static const char *const ground_names[] = {"weightless", "elastic", NULL};
 
-#define FIELD(field) offsetof(struct landing_series, field)
-#define NUMBER(section, name, field, low, high)                     \
-    {                                                               \
-        section, name, SERIES_NUMBER, FIELD(field), low, high, NULL \
+#define SERIES_OFFSET(field) offsetof(struct landing_series, field)
+#define NUMBER_KEY(section, name, field, low, high)                             \
+    {                                                                           \
+        section, name, SERIES_KEY_NUMBER, SERIES_OFFSET(field), low, high, NULL \
     }
-#define RANGE(section, name, field, low, high)                     \
-    {                                                              \
-        section, name, SERIES_RANGE, FIELD(field), low, high, NULL \
+#define RANGE_KEY(section, name, field, low, high)                             \
+    {                                                                          \
+        section, name, SERIES_KEY_RANGE, SERIES_OFFSET(field), low, high, NULL \
     }
-#define TEXT(name, field)                                                                      \
-    {                                                                                          \
-        NULL, name, SERIES_TEXT, FIELD(field), 0.0, sizeof((struct landing_series *)0)->field, \
-            NULL                                                                               \
+#define TEXT_KEY(name, field)                                   \
+    {                                                           \
+        NULL, name, SERIES_KEY_TEXT, SERIES_OFFSET(field), 0.0, \
+            sizeof((struct landing_series *)0)->field, NULL     \
     }
 const struct series_key series_keys[] = {
-    RANGE("runway", "gap_in", gap_in, 0.0, 1000.0),
-    RANGE("runway", "closing_lb", closing_lb, 0.0, 1e9),
-    RANGE("runway", "irregularity_in", irregularity_in, 0.0, 1000.0),
-    NUMBER("runway", "joint_lb_in", strength_lb_in, 0.0, 1e9),
-    NUMBER("runway", "strip_ft", strip_ft, 1e-3, 1e4),
-    NUMBER("runway", "unhinge_deg", unhinge_deg, 0.0, 180.0),
-    NUMBER("runway", "wave_in", wave_in, 1e-6, 1000.0),
-    NUMBER("runway", "buckle_in", buckle_in, 1e-6, 1000.0),
-    NUMBER("aircraft", "weight_lb", weight_lb, 0.0, 1e9),
-    NUMBER("aircraft", "axles", axles, 1.0, 1e6),
-    NUMBER("aircraft", "onset_s", onset_s, 0.0, 60.0),
-    NUMBER("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
-    {"engine", "use", SERIES_CHOICE, FIELD(engine), 0.0, 0.0, engines},
-    NUMBER("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
-    NUMBER("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
-    NUMBER("engine", "skip_share", skip_share, -1.0, 1e3),
+    RANGE_KEY("runway", "gap_in", gap_in, 0.0, 1000.0),
+    RANGE_KEY("runway", "closing_lb", closing_lb, 0.0, 1e9),
+    RANGE_KEY("runway", "irregularity_in", irregularity_in, 0.0, 1000.0),
+    NUMBER_KEY("runway", "joint_lb_in", strength_lb_in, 0.0, 1e9),
+    NUMBER_KEY("runway", "strip_ft", strip_ft, 1e-3, 1e4),
+    NUMBER_KEY("runway", "unhinge_deg", unhinge_deg, 0.0, 180.0),
+    NUMBER_KEY("runway", "wave_in", wave_in, 1e-6, 1000.0),
+    NUMBER_KEY("runway", "buckle_in", buckle_in, 1e-6, 1000.0),
+    NUMBER_KEY("aircraft", "weight_lb", weight_lb, 0.0, 1e9),
+    NUMBER_KEY("aircraft", "axles", axles, 1.0, 1e6),
+    NUMBER_KEY("aircraft", "onset_s", onset_s, 0.0, 60.0),
+    NUMBER_KEY("aircraft", "dwell_s", dwell_s, 0.0, 60.0),
+    {"engine", "use", SERIES_KEY_CHOICE, SERIES_OFFSET(engine), 0.0, 0.0, engine_names},
+    NUMBER_KEY("engine", "chain_dt_s", chain_dt_s, 0.0, 1.0),
+    NUMBER_KEY("engine", "planar_dt_s", planar_dt_s, 0.0, 1.0),
+    NUMBER_KEY("engine", "skip_share", planar_min_lift_share, -1.0, 1e3),
 };
 const size_t series_key_count = sizeof series_keys / sizeof series_keys[0];
 
 static const struct series_key root_keys[] = {
-    TEXT("name", name),
-    TEXT("observed", observed),
-    TEXT("basis", basis),
-    TEXT("afterwards", afterwards),
-    {NULL, "ground", SERIES_CHOICE, FIELD(ground), 0.0, 0.0, grounds},
-    {NULL, "press_flat", SERIES_FLAG, FIELD(press_flat), 0.0, 0.0, NULL},
+    TEXT_KEY("name", name),
+    TEXT_KEY("observed", observed),
+    TEXT_KEY("basis", basis),
+    TEXT_KEY("afterwards", changes_after_outcome),
+    {NULL, "ground", SERIES_KEY_CHOICE, SERIES_OFFSET(has_elastic_ground), 0.0, 0.0, ground_names},
+    {NULL, "press_flat", SERIES_KEY_FLAG, SERIES_OFFSET(press_flat), 0.0, 0.0, NULL},
 };
 
-#define OF_LANDING(field) offsetof(struct series_landing, field)
+#define LANDING_OFFSET(field) offsetof(struct series_landing, field)
 static const struct series_key landing_keys[] = {
-    {NULL, "touchdown_ft", SERIES_RANGE, OF_LANDING(touchdown_ft), -1e6, 1e6, NULL},
-    {NULL, "speed_ft_s", SERIES_RANGE, OF_LANDING(speed_ft_s), 1e-3, 1e4, NULL},
-    {NULL, "deceleration_ft_s2", SERIES_RANGE, OF_LANDING(deceleration_ft_s2), 0.0, 1e4, NULL},
-    {NULL, "tow_lb", SERIES_NUMBER, OF_LANDING(tow_lb), 1e-6, 1e9, NULL},
-    {NULL, "times", SERIES_NUMBER, OF_LANDING(repeats), 1.0, SERIES_LANDINGS_MAX, NULL},
+    {NULL, "touchdown_ft", SERIES_KEY_RANGE, LANDING_OFFSET(touchdown_ft), -1e6, 1e6, NULL},
+    {NULL, "speed_ft_s", SERIES_KEY_RANGE, LANDING_OFFSET(speed_ft_s), 1e-3, 1e4, NULL},
+    {NULL, "deceleration_ft_s2", SERIES_KEY_RANGE, LANDING_OFFSET(deceleration_ft_s2), 0.0, 1e4,
+     NULL},
+    {NULL, "tow_lb", SERIES_KEY_NUMBER, LANDING_OFFSET(tow_lb), 1e-6, 1e9, NULL},
+    {NULL, "times", SERIES_KEY_NUMBER, LANDING_OFFSET(repeat_count), 1.0, SERIES_LANDINGS_MAX,
+     NULL},
 };
-#define COUNT(array) (sizeof(array) / sizeof(array)[0])
+#define COUNT_OF(array) (sizeof(array) / sizeof(array)[0])
 
-json_t *series_key_json(const struct series_key *key, const struct landing_series *c)
+json_t *series_key_to_json(const struct series_key *key, const struct landing_series *c)
 {
     const void *field = (const char *)c + key->offset;
     const struct series_range *range = field;
     unsigned choice;
-    if (key->kind == SERIES_NUMBER)
+    if (key->kind == SERIES_KEY_NUMBER)
         return json_real(*(const double *)field);
-    if (key->kind == SERIES_RANGE)
+    if (key->kind == SERIES_KEY_RANGE)
         return range->low == range->high ? json_real(range->low)
                                          : json_pack("[f,f]", range->low, range->high);
     memcpy(&choice, field, sizeof choice);
@@ -200,7 +203,7 @@ json_t *series_key_json(const struct series_key *key, const struct landing_serie
 static void read_sections(const struct keys *r, const json_t *root, struct landing_series *c)
 {
     static const char *const none[] = {NULL};
-    for (size_t i = 0, count; i < series_key_count && !has_failed(r); i += count) {
+    for (size_t i = 0, count; i < series_key_count && !has_key_error(r); i += count) {
         const json_t *section = json_object_get(root, series_keys[i].section);
         for (count = 0; i + count < series_key_count &&
                         strcmp(series_keys[i + count].section, series_keys[i].section) == 0;)
@@ -229,7 +232,7 @@ static void read_seeds(const struct keys *r, const json_t *root, struct landing_
         return;
     }
     c->first_seed = (uint64_t)first;
-    c->seeds = (size_t)(last - first) + 1;
+    c->seed_count = (size_t)(last - first) + 1;
 }
 
 static void read_stations(const struct keys *r, const json_t *root, struct landing_series *c)
@@ -245,7 +248,7 @@ static void read_stations(const struct keys *r, const json_t *root, struct landi
     c->station_count = json_array_size(list);
     if (!json_is_array(list) || c->station_count == 0 || c->station_count > SERIES_STATIONS_MAX)
         refuse_key(r, "", "stations_ft", "a list of 1 to 64 stations");
-    for (size_t i = 0; i < c->station_count && !has_failed(r); i++) {
+    for (size_t i = 0; i < c->station_count && !has_key_error(r); i++) {
         if (!quantity_read_json(json_array_get(list, i), "ft", &c->stations_ft[i], &wrong) ||
             !(c->stations_ft[i] >= 0.0 && c->stations_ft[i] <= runway_ft))
             refuse_key(r, "", "stations_ft", "stations on the runway");
@@ -260,7 +263,7 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
         refuse_key(r, where, "profile", "at most 16 rows [station in ft, deceleration in ft/s2]");
         return;
     }
-    for (size_t i = 0; i < landing->profile_count && !has_failed(r); i++) {
+    for (size_t i = 0; i < landing->profile_count && !has_key_error(r); i++) {
         const json_t *row = json_array_get(list, i), *x = json_array_get(row, 0),
                      *a = json_array_get(row, 1);
         struct series_knot *knot = &landing->profile[i];
@@ -276,8 +279,8 @@ static void read_profile(const struct keys *r, const char *where, const json_t *
 }
 
 /* Applies the changes of a landing to the keys of the scene. */
-static bool apply_changes(const struct keys *r, const char *where, const json_t *landing,
-                          json_t *now)
+static bool apply_scene_changes(const struct keys *r, const char *where, const json_t *landing,
+                                json_t *now)
 {
     json_t *apply = json_object_get(landing, "apply");
     if (apply && !json_is_object(apply))
@@ -299,19 +302,19 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
                          struct series_landing *landing)
 {
     static const char *const others[] = {"profile", "apply", NULL};
-    read_object(r, where, entry, landing_keys, COUNT(landing_keys), others, landing);
+    read_object(r, where, entry, landing_keys, COUNT_OF(landing_keys), others, landing);
     const json_t *deceleration = json_object_get(entry, "deceleration_ft_s2"),
                  *profile = json_object_get(entry, "profile");
-    if (!has_failed(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
+    if (!has_key_error(r) && !!deceleration + !!profile + (landing->tow_lb > 0.0) != 1)
         refuse_key(r, where, "deceleration_ft_s2", "one of deceleration_ft_s2, profile and tow_lb");
-    if (profile && !has_failed(r))
+    if (profile && !has_key_error(r))
         read_profile(r, where, profile, landing);
-    if (has_failed(r))
+    if (has_key_error(r))
         return;
-    landing->modified = apply_changes(r, where, entry, now);
-    if (!has_failed(r))
+    landing->is_modified = apply_scene_changes(r, where, entry, now);
+    if (!has_key_error(r))
         read_scene(r, where, now, &landing->scene);
-    if (!has_failed(r) &&
+    if (!has_key_error(r) &&
         landing->touchdown_ft.high >= landing->scene.mats * landing->scene.length_ft) {
         char expected[100];
         snprintf(expected, sizeof expected, "a station before the end of the runway, %.6g ft",
@@ -320,7 +323,7 @@ static void read_landing(const struct keys *r, const char *where, const json_t *
     }
 }
 
-/* Refuses keys that the engines set for each landing. */
+/* Refuses keys that the engine_names set for each landing. */
 static void check_scene(const struct keys *r, const json_t *scene)
 {
     static const char *const own[] = {"model", "path",    "gap0",    "grit",  "ground",
@@ -328,7 +331,7 @@ static void check_scene(const struct keys *r, const json_t *scene)
                                       "s0",    "F",       "F_tstop", NULL};
     if (!json_is_object(scene))
         refuse_key(r, "", "scene", "an object of scene keys, or the name of a scene file");
-    for (size_t i = 0; own[i] && !has_failed(r); i++) {
+    for (size_t i = 0; own[i] && !has_key_error(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED,
                       "key not allowed here: %s: scene.%s; leave it out, the runway and the "
@@ -346,7 +349,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
     c->landings = xcalloc(SERIES_LANDINGS_MAX, sizeof *c->landings);
     if (!json_is_array(list) || json_array_size(list) == 0)
         refuse_key(r, "", "landings", "a list of at least one landing");
-    /* the engines add heights and paths later; these keys make the scene valid */
+    /* the engine_names add heights and paths later; these keys make the scene valid */
     json_object_set_new(now, "model", json_string("consistent"));
     json_object_set_new(now, "t_dwell", json_real(c->dwell_s));
     json_array_foreach(list, i, entry)
@@ -354,9 +357,9 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
         char where[40];
         double times = 1.0;
         snprintf(where, sizeof where, "landings[%zu]", i);
-        if (has_failed(r))
+        if (has_key_error(r))
             break;
-        for (size_t k = 0; k < (size_t)times && !has_failed(r); k++) {
+        for (size_t k = 0; k < (size_t)times && !has_key_error(r); k++) {
             if (c->landing_count == SERIES_LANDINGS_MAX) {
                 error_set(r->error, MR_MALFORMED, "too many landings: %s: more than %d; give fewer",
                           r->path, SERIES_LANDINGS_MAX);
@@ -364,21 +367,23 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
             }
             struct series_landing *landing = &c->landings[c->landing_count++];
             sim_scene_defaults(&landing->scene);
-            landing->touchdown_ft = (struct series_range){SERIES_TOUCHDOWN_FT, SERIES_TOUCHDOWN_FT};
-            landing->speed_ft_s = (struct series_range){SERIES_SPEED_FT_S, SERIES_SPEED_FT_S};
-            landing->repeats = 1.0;
+            landing->touchdown_ft = (struct series_range){SERIES_DEFAULT_TOUCHDOWN_FT,
+                                                          SERIES_DEFAULT_TOUCHDOWN_FT};
+            landing->speed_ft_s = (struct series_range){SERIES_DEFAULT_SPEED_FT_S,
+                                                        SERIES_DEFAULT_SPEED_FT_S};
+            landing->repeat_count = 1.0;
             read_landing(r, where, entry, now, landing);
-            times = landing->repeats;
-            landing->modified = landing->modified && k == 0;
+            times = landing->repeat_count;
+            landing->is_modified = landing->is_modified && k == 0;
         }
     }
     json_decref(now);
 }
 
-static void check_lengths(const struct keys *r, const struct landing_series *c)
+static void check_same_runway(const struct keys *r, const struct landing_series *c)
 {
     const struct sim_scene *first = &c->landings[0].scene;
-    for (size_t i = 1; i < c->landing_count && !has_failed(r); i++) {
+    for (size_t i = 1; i < c->landing_count && !has_key_error(r); i++) {
         const struct sim_scene *scene = &c->landings[i].scene;
         if (scene->mats != first->mats || scene->length_ft != first->length_ft ||
             scene->slack_ft != first->slack_ft)
@@ -389,19 +394,19 @@ static void check_lengths(const struct keys *r, const struct landing_series *c)
     }
 }
 
-void series_path_beside(const char *file, const char *name, char path[PATH_MAX])
+void series_make_path_beside(const char *file, const char *name, char path[PATH_MAX])
 {
     const char *slash = file ? strrchr(file, '/') : NULL;
     int folder = slash && name[0] != '/' ? (int)(slash - file) + 1 : 0;
     snprintf(path, PATH_MAX, "%.*s%s", folder, file ? file : "", name);
 }
 
-json_t *series_json(const char *file, const char *name, const char *what, struct error *error)
+json_t *series_read_json(const char *file, const char *name, const char *what, struct error *error)
 {
     char path[PATH_MAX];
     json_error_t where;
     errno = 0;
-    series_path_beside(file, name, path);
+    series_make_path_beside(file, name, path);
     json_t *root = json_load_file(path, JSON_REJECT_DUPLICATES, &where);
     if (json_is_object(root))
         return root;
@@ -428,7 +433,7 @@ static json_t *load_object(const char *file, const json_t *root, const char *key
                            struct error *error)
 {
     json_t *value = json_object_get(root, key);
-    return json_is_string(value) ? series_json(file, json_string_value(value), key, error)
+    return json_is_string(value) ? series_read_json(file, json_string_value(value), key, error)
                                  : json_incref(value);
 }
 
@@ -436,7 +441,7 @@ json_t *series_elastic_json(const char *file, const json_t *root, struct error *
 {
     const struct keys r = {file, error};
     json_t *elastic = load_object(file, root, "elastic", error);
-    if (elastic && !has_failed(&r) && !json_is_object(elastic))
+    if (elastic && !has_key_error(&r) && !json_is_object(elastic))
         refuse_key(&r, "", "elastic", "an object of scene keys, or the name of a file of them");
     return elastic;
 }
@@ -449,12 +454,12 @@ json_t *series_scene_json(const char *file, const json_t *root, struct error *er
     if (!scene || !ground || strcmp(ground, "elastic") != 0)
         return scene;
     json_t *elastic = series_elastic_json(file, root, error), *both = json_deep_copy(scene);
-    if (!elastic && !has_failed(&r))
+    if (!elastic && !has_key_error(&r))
         error_set(error, MR_MALFORMED,
                   "no elastic ground: %s: ground is elastic, but its stiffness is not given; give "
                   "elastic, an object of scene keys with gear_k_lb_ft",
                   file);
-    if (elastic && !has_failed(&r))
+    if (elastic && !has_key_error(&r))
         json_object_update(both, elastic);
     json_decref(elastic);
     json_decref(scene);
@@ -465,19 +470,19 @@ static void read_root(const struct keys *r, const json_t *root, struct landing_s
 {
     static const char *const others[] = {"scene", "runway",      "aircraft", "engine", "landings",
                                          "seeds", "stations_ft", "elastic",  NULL};
-    read_object(r, "", root, root_keys, COUNT(root_keys), others, c);
-    if (has_failed(r))
+    read_object(r, "", root, root_keys, COUNT_OF(root_keys), others, c);
+    if (has_key_error(r))
         return;
     read_sections(r, root, c);
     read_seeds(r, root, c);
-    json_t *scene = has_failed(r) ? NULL : series_scene_json(r->path, root, r->error);
-    if (!has_failed(r))
+    json_t *scene = has_key_error(r) ? NULL : series_scene_json(r->path, root, r->error);
+    if (!has_key_error(r))
         check_scene(r, scene);
-    if (!has_failed(r))
+    if (!has_key_error(r))
         read_landings(r, root, scene, c);
-    if (!has_failed(r))
-        check_lengths(r, c);
-    if (!has_failed(r))
+    if (!has_key_error(r))
+        check_same_runway(r, c);
+    if (!has_key_error(r))
         read_stations(r, root, c);
     json_decref(scene);
 }
@@ -500,12 +505,12 @@ enum mr_status series_from_json(struct landing_series *c, const char *where, con
         .axles = 12.0,
         .onset_s = 0.05,
         .dwell_s = 0.3,
-        .skip_share = 0.9,
+        .planar_min_lift_share = 0.9,
     };
     read_root(&r, root, c);
-    if (has_failed(&r))
+    if (has_key_error(&r))
         series_free(c);
-    if (!has_failed(&r) && !c->name[0])
+    if (!has_key_error(&r) && !c->name[0])
         snprintf(c->name, sizeof c->name, "%s", where);
     return error->status;
 }
@@ -519,7 +524,7 @@ enum mr_status series_load_on_ground(struct landing_series *c, const char *path,
                                      struct error *error)
 {
     *c = (struct landing_series){0};
-    json_t *root = series_json(NULL, path, "study", error);
+    json_t *root = series_read_json(NULL, path, "study", error);
     if (root && ground)
         json_object_set_new(root, "ground", json_string(ground));
     if (root)

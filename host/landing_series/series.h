@@ -18,18 +18,18 @@
 #include "host/base/error.h"
 #include "host/sim/scene/scene.h"
 
-#define SERIES_LANDINGS_MAX 200
-#define SERIES_SEEDS_MAX    10000
-#define SERIES_PROFILE_MAX  16
-#define SERIES_STATIONS_MAX 64
-#define SERIES_FAILURES_MAX 8
+#define SERIES_LANDINGS_MAX         200
+#define SERIES_SEEDS_MAX            10000
+#define SERIES_PROFILE_MAX          16
+#define SERIES_STATIONS_MAX         64
+#define SERIES_FAILURES_MAX         8
 /* Touchdown and speed of a landing, if the file does not give them. */
-#define SERIES_TOUCHDOWN_FT 3.0
-#define SERIES_SPEED_FT_S   28.0
+#define SERIES_DEFAULT_TOUCHDOWN_FT 3.0
+#define SERIES_DEFAULT_SPEED_FT_S   28.0
 
-/* Engines of the simulation. SERIES_AUTO: the chain is always simulated; the planar engine is run
- * if the chain's compression could raise a wave. */
-enum series_engine { SERIES_AUTO, SERIES_CHAIN, SERIES_PLANAR };
+/* Engines of the simulation. SERIES_ENGINE_AUTO: the chain is always simulated; the planar
+ * engine is run if the chain's compression could raise a wave. */
+enum series_engine { SERIES_ENGINE_AUTO, SERIES_ENGINE_CHAIN, SERIES_ENGINE_PLANAR };
 
 struct series_range {
     double low, high; /* ends of the range, from which values are drawn uniformly */
@@ -54,8 +54,8 @@ struct series_landing {
     /* The runway at this landing: the scene of the file with all modifications up to this landing.
      * Model and path are not set. */
     struct sim_scene scene;
-    double repeats; /* number of identical landings that this entry stands for */
-    bool modified;  /* a modification was applied before this landing */
+    double repeat_count; /* number of identical landings that this entry stands for */
+    bool is_modified;    /* a modification was applied before this landing */
 };
 
 struct landing_series {
@@ -63,9 +63,9 @@ struct landing_series {
     struct series_landing *landings;
     size_t landing_count;
     uint64_t first_seed;
-    size_t seeds;
+    size_t seed_count;
     enum series_engine engine;
-    unsigned ground; /* 1: elastic ground */
+    unsigned has_elastic_ground; /* 1: elastic ground */
     /* the next fields describe the runway */
     struct series_range gap_in, closing_lb, irregularity_in;
     double strength_lb_in; /* strength of a joint in tension, per inch of width */
@@ -80,7 +80,7 @@ struct landing_series {
     /* time steps; 0: half the stability limit (chain), a quarter of it (planar engine) */
     double chain_dt_s, planar_dt_s;
     /* the planar engine is run if a joint is lifted by at least this share of a mat's weight */
-    double skip_share;
+    double planar_min_lift_share;
     double stations_ft[SERIES_STATIONS_MAX];
     size_t station_count;
     /* text about observations for the scoreboard; "" if absent */
@@ -88,11 +88,17 @@ struct landing_series {
     /* source of the parameters: calibrated on this series, predicted, assumed */
     char basis[400];
     /* changes that were made after the outcome was known; such a row is not a prediction */
-    char afterwards[240];
+    char changes_after_outcome[240];
 };
 
 /* The keys of a study's sections, as in a file: series_key_count keys, section by section. */
-enum series_key_kind { SERIES_NUMBER, SERIES_RANGE, SERIES_CHOICE, SERIES_TEXT, SERIES_FLAG };
+enum series_key_kind {
+    SERIES_KEY_NUMBER,
+    SERIES_KEY_RANGE,
+    SERIES_KEY_CHOICE,
+    SERIES_KEY_TEXT,
+    SERIES_KEY_FLAG
+};
 struct series_key {
     const char *section, *name; /* the name ends with its unit */
     enum series_key_kind kind;
@@ -103,7 +109,7 @@ struct series_key {
 extern const struct series_key series_keys[];
 extern const size_t series_key_count;
 /* Returns the value of a key as JSON: a number, [from, to] or a word. The caller owns it. */
-json_t *series_key_json(const struct series_key *key, const struct landing_series *series);
+json_t *series_key_to_json(const struct series_key *key, const struct landing_series *series);
 
 /* Reads a study file. MR_MALFORMED: `error` names the key. MR_IO, MR_TRUNCATED: as for scenes.
  * After an error there is nothing to free. */
@@ -119,9 +125,9 @@ void series_free(struct landing_series *series);
 /* Reads a JSON object from a file. `name` is relative to the folder of `file` (NULL: to the working
  * directory). `what`: description of the file in error messages. Returns a new reference; NULL:
  * MR_IO, MR_TRUNCATED or MR_MALFORMED. */
-json_t *series_json(const char *file, const char *name, const char *what, struct error *error);
+json_t *series_read_json(const char *file, const char *name, const char *what, struct error *error);
 /* Makes the path of `name` relative to the folder of `file`. */
-void series_path_beside(const char *file, const char *name, char path[PATH_MAX]);
+void series_make_path_beside(const char *file, const char *name, char path[PATH_MAX]);
 /* Returns the scene of a series that was read from `file`: the object in that file, or the content
  * of the file that it names. On elastic ground it includes the keys of that ground. The caller owns
  * the reference. NULL: there is no scene, or `error` is set. */

@@ -17,18 +17,20 @@
 
 /* The prior of a landing's error is computed from the pairs of all landings. Its weight is that of
  * this number of the landing's own pairs. */
-#define POOLED_WEIGHT      2
+#define POOLED_PAIRS       2
 #define MIN_ERROR_FRACTION 1e-3 /* smallest error, as a share of the value */
 
 static const struct {
     size_t value, error; /* offsets of the value and of its error in an outcome */
-} peaks[] = {
+} peak_fields[] = {
     {offsetof(struct series_outcome, lift_ratio), offsetof(struct series_outcome, lift_error)},
-    {offsetof(struct series_outcome, push_lb), offsetof(struct series_outcome, push_error_lb)},
-    {offsetof(struct series_outcome, pull_lb), offsetof(struct series_outcome, pull_error_lb)},
+    {offsetof(struct series_outcome, compression_lb),
+     offsetof(struct series_outcome, compression_error_lb)},
+    {offsetof(struct series_outcome, tension_lb),
+     offsetof(struct series_outcome, tension_error_lb)},
 };
 
-static double *outcome_field(const struct series_outcome *outcome, size_t offset)
+static double *get_outcome_field(const struct series_outcome *outcome, size_t offset)
 {
     return (double *)((char *)(uintptr_t)outcome + offset);
 }
@@ -42,31 +44,32 @@ static double add_in_quadrature(double a, double b)
 
 /* Sums for one peak of one landing, over the runways that one engine (chain or planar)
  * simulated. */
-struct tally {
-    size_t count, pairs;
-    double sum, squares;
+struct peak_tally {
+    size_t count, pair_count;
+    double sum, sum_of_squares;
     /* sum of the pairs' differences, and sum of their squares */
     double difference_sum, difference_squares;
 };
 
-static struct tally make_tally(const struct landing_series *c, const struct series_run *runs,
-                               size_t landing, bool by_planar, size_t offset)
+static struct peak_tally make_peak_tally(const struct landing_series *c,
+                                         const struct series_run *runs, size_t landing,
+                                         bool by_planar, size_t offset)
 {
-    struct tally t = {0};
-    for (size_t i = 0; i < c->seeds; i++) {
+    struct peak_tally t = {0};
+    for (size_t i = 0; i < c->seed_count; i++) {
         const struct series_outcome *o = &runs[i].outcomes[landing], *other = NULL;
-        if (runs[i].landings <= landing || o->is_from_planar != by_planar)
+        if (runs[i].simulated_landings <= landing || o->is_from_planar != by_planar)
             continue;
-        double value = *outcome_field(o, offset);
+        double value = *get_outcome_field(o, offset);
         t.count++;
         t.sum += value;
-        t.squares += value * value;
-        if (runs[i].check_landings > landing)
-            other = &runs[i].check[landing];
+        t.sum_of_squares += value * value;
+        if (runs[i].check_landing_count > landing)
+            other = &runs[i].check_outcomes[landing];
         if (!other || other->is_from_planar != by_planar)
             continue;
-        double apart = value - *outcome_field(other, offset);
-        t.pairs++;
+        double apart = value - *get_outcome_field(other, offset);
+        t.pair_count++;
         t.difference_sum += apart;
         t.difference_squares += apart * apart;
     }
@@ -76,37 +79,37 @@ static struct tally make_tally(const struct landing_series *c, const struct seri
 /* Returns the error of one value: sqrt(r (r + s)). r: root mean square of the pairs' differences;
  * s: the spread over the runways, because few pairs include a rare impact. README.md describes how
  * this was measured. */
-static double compute_error(const struct tally *t, double borrowed2, size_t pairs_in_all)
+static double compute_peak_error(const struct peak_tally *t, double borrowed2, size_t pairs_in_all)
 {
     double mean = t->sum / (double)t->count;
-    double freedom = (double)(t->pairs + POOLED_WEIGHT), spread2 = 0.0;
-    double r = sqrt((t->difference_squares + POOLED_WEIGHT * borrowed2 * mean * mean) / freedom);
+    double freedom = (double)(t->pair_count + POOLED_PAIRS), spread2 = 0.0;
+    double r = sqrt((t->difference_squares + POOLED_PAIRS * borrowed2 * mean * mean) / freedom);
     if (t->count > 1)
-        spread2 = (t->squares - t->sum * mean) / (double)(t->count - 1);
+        spread2 = (t->sum_of_squares - t->sum * mean) / (double)(t->count - 1);
     r *= mr_gates_student_factor((unsigned)fmin(freedom, (double)pairs_in_all));
     return sqrt(r * (r + sqrt(fmax(spread2, 0.0))));
 }
 
-static void set_errors(const struct landing_series *c, struct series_run *runs, size_t value,
-                       size_t error)
+static void set_peak_errors(const struct landing_series *c, struct series_run *runs, size_t value,
+                            size_t error)
 {
-    struct tally *tallies = xcalloc(2 * c->landing_count, sizeof *tallies);
+    struct peak_tally *tallies = xcalloc(2 * c->landing_count, sizeof *tallies);
     double apart2 = 0.0;
     size_t pairs = 0;
     for (size_t k = 0; k < 2 * c->landing_count; k++) {
-        struct tally t = tallies[k] = make_tally(c, runs, k / 2, k % 2 == 1, value);
+        struct peak_tally t = tallies[k] = make_peak_tally(c, runs, k / 2, k % 2 == 1, value);
         double mean = t.sum / (double)t.count;
-        pairs += t.sum > 0.0 ? t.pairs : 0;
+        pairs += t.sum > 0.0 ? t.pair_count : 0;
         apart2 += t.sum > 0.0 ? t.difference_squares / (mean * mean) : 0.0;
     }
-    for (size_t i = 0; i < c->seeds; i++) {
-        for (size_t k = 0; k < runs[i].landings; k++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
+        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
-            const struct tally *t = &tallies[2 * k + o->is_from_planar];
-            *outcome_field(o, error) = pairs > 0
-                                         ? fmax(compute_error(t, apart2 / (double)pairs, pairs),
-                                                MIN_ERROR_FRACTION * *outcome_field(o, value))
-                                         : (double)NAN;
+            const struct peak_tally *t = &tallies[2 * k + o->is_from_planar];
+            *get_outcome_field(o, error) =
+                pairs > 0 ? fmax(compute_peak_error(t, apart2 / (double)pairs, pairs),
+                                 MIN_ERROR_FRACTION * *get_outcome_field(o, value))
+                          : (double)NAN;
         }
     }
     free(tallies);
@@ -114,16 +117,16 @@ static void set_errors(const struct landing_series *c, struct series_run *runs, 
 
 void series_compute_errors(const struct landing_series *series, struct series_run *runs)
 {
-    for (size_t peak = 0; peak < sizeof peaks / sizeof peaks[0]; peak++)
-        set_errors(series, runs, peaks[peak].value, peaks[peak].error);
+    for (size_t peak = 0; peak < sizeof peak_fields / sizeof peak_fields[0]; peak++)
+        set_peak_errors(series, runs, peak_fields[peak].value, peak_fields[peak].error);
     /* a joint with a weak impact in this run may have an impact as strong as the most loaded
      * joint */
-    for (size_t i = 0; i < series->seeds; i++) {
-        for (size_t k = 0; k < runs[i].landings; k++) {
+    for (size_t i = 0; i < series->seed_count; i++) {
+        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
             struct series_outcome *o = &runs[i].outcomes[k];
-            if (o->push_lb > 0.0)
-                o->lift_error = add_in_quadrature(o->lift_error,
-                                                  o->lift_ratio * o->push_error_lb / o->push_lb);
+            if (o->compression_lb > 0.0)
+                o->lift_error = add_in_quadrature(
+                    o->lift_error, o->lift_ratio * o->compression_error_lb / o->compression_lb);
         }
     }
 }
@@ -149,122 +152,123 @@ struct series_spread series_compute_spread(double *values, size_t count)
                                   compute_percentile(values, count, 0.95), count};
 }
 
-struct gather {
+struct landing_view {
     const struct landing_series *series;
     const struct series_run *runs;
     size_t landing;
     double *values;
 };
 
-static const struct series_outcome *get_outcome(const struct gather *g, size_t run)
+static const struct series_outcome *get_outcome(const struct landing_view *g, size_t run)
 {
     return &g->runs[run].outcomes[g->landing];
 }
 
 /* Computes the distribution over the runways of the value at `offset` in the outcomes of a
  * landing. */
-static struct series_spread compute_spread(const struct gather *g, size_t offset)
+static struct series_spread compute_spread(const struct landing_view *g, size_t offset)
 {
     size_t count = 0;
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].landings > g->landing)
-            g->values[count++] = *outcome_field(get_outcome(g, i), offset);
+    for (size_t i = 0; i < g->series->seed_count; i++) {
+        if (g->runs[i].simulated_landings > g->landing)
+            g->values[count++] = *get_outcome_field(get_outcome(g, i), offset);
     }
     return series_compute_spread(g->values, count);
 }
 
-static struct series_spread compute_zone_spread(const struct gather *g)
+static struct series_spread compute_zone_spread(const struct landing_view *g)
 {
     size_t count = 0;
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].landings > g->landing)
+    for (size_t i = 0; i < g->series->seed_count; i++) {
+        if (g->runs[i].simulated_landings > g->landing)
             g->values[count++] = get_outcome(g, i)->zone_mats;
     }
     return series_compute_spread(g->values, count);
 }
 
-#define SPREAD(g, field) compute_spread(g, offsetof(struct series_outcome, field))
+#define SPREAD_OF(g, field) compute_spread(g, offsetof(struct series_outcome, field))
 
 /* Computes spread and mean of a peak. The part of the error that is common to all runways does not
  * shrink with their number. It is estimated from the mean difference of the pairs, which grows with
  * the difference of their steps, and is at most the error of one run. */
-static struct series_peak compute_peak(const struct gather *g, size_t peak)
+static struct series_peak compute_peak(const struct landing_view *g, size_t peak)
 {
-    struct series_peak p = {.spread = compute_spread(g, peaks[peak].value)};
+    struct series_peak p = {.spread = compute_spread(g, peak_fields[peak].value)};
     double count = (double)p.spread.count, errors2 = 0.0, known = 0.0, apart = 0.0, pairs = 0.0;
     for (int by_planar = 0; by_planar < 2; by_planar++) {
-        struct tally t = make_tally(g->series, g->runs, g->landing, by_planar, peaks[peak].value);
+        struct peak_tally t = make_peak_tally(g->series, g->runs, g->landing, by_planar,
+                                              peak_fields[peak].value);
         p.mean += t.sum / count; /* NaN if there are no runways */
         apart += t.difference_sum;
-        pairs += (double)t.pairs;
+        pairs += (double)t.pair_count;
     }
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].landings <= g->landing)
+    for (size_t i = 0; i < g->series->seed_count; i++) {
+        if (g->runs[i].simulated_landings <= g->landing)
             continue;
-        double error = *outcome_field(get_outcome(g, i), peaks[peak].error);
+        double error = *get_outcome_field(get_outcome(g, i), peak_fields[peak].error);
         errors2 += isnan(error) ? 0.0 : error * error;
         known += !isnan(error);
     }
-    p.error = sqrt(errors2 / known); /* NaN if no runway has an error */
+    p.run_error = sqrt(errors2 / known); /* NaN if no runway has an error */
     double alike = fabs(apart) / fmax(pairs, 1.0) / (SERIES_CHECK_STEP_RATIO - 1.0);
-    p.mean_error = fmin(add_in_quadrature(p.error / sqrt(count), alike), p.error);
+    p.mean_error = fmin(add_in_quadrature(p.run_error / sqrt(count), alike), p.run_error);
     return p;
 }
 
-static void summarise_landing(struct series_landing_summary *s, const struct gather *g)
+static void summarise_landing(struct series_landing_summary *s, const struct landing_view *g)
 {
-    for (size_t i = 0; i < g->series->seeds; i++) {
-        if (g->runs[i].landings <= g->landing)
+    for (size_t i = 0; i < g->series->seed_count; i++) {
+        if (g->runs[i].simulated_landings <= g->landing)
             continue;
         const struct series_outcome *out = get_outcome(g, i);
-        s->runways++;
-        s->buckled += g->runs[i].buckled_landing == (int)g->landing + 1;
-        s->with_planar += out->planar_was_run;
-        s->with_wave += out->wave_count > 0;
-        s->unhinged += out->is_unhinged;
-        s->with_tears += out->torn_joints > 0;
+        s->runway_count++;
+        s->buckled_count += g->runs[i].buckled_landing == (int)g->landing + 1;
+        s->planar_count += out->has_planar_run;
+        s->wave_count += out->wave_count > 0;
+        s->unhinged_count += out->is_unhinged;
+        s->torn_count += out->torn_joints > 0;
     }
-    s->stop_ft = SPREAD(g, stop_ft);
-    s->peak_in = SPREAD(g, peak_in);
-    s->reach_ft = SPREAD(g, reach_ft);
+    s->stop_ft = SPREAD_OF(g, stop_ft);
+    s->peak_movement_in = SPREAD_OF(g, peak_movement_in);
+    s->reach_beyond_stop_ft = SPREAD_OF(g, reach_beyond_stop_ft);
     s->zone_mats = compute_zone_spread(g);
     s->lift_ratio = compute_peak(g, 0);
-    s->push_lb = compute_peak(g, 1);
-    s->pull_lb = compute_peak(g, 2);
+    s->compression_lb = compute_peak(g, 1);
+    s->tension_lb = compute_peak(g, 2);
     for (size_t k = 0; k < g->series->station_count; k++) {
         s->movement_in[k] =
             compute_spread(g, offsetof(struct series_outcome, movement_in) + k * sizeof(double));
-        s->total_in[k] =
-            compute_spread(g, offsetof(struct series_outcome, total_in) + k * sizeof(double));
+        s->total_movement_in[k] = compute_spread(
+            g, offsetof(struct series_outcome, total_movement_in) + k * sizeof(double));
     }
 }
 
 void series_summarise(struct series_summary *s, const struct landing_series *series,
                       const struct series_run *runs)
 {
-    struct gather g = {.series = series, .runs = runs};
-    size_t buckled = 0, before = 0, seeds = series->seeds;
+    struct landing_view g = {.series = series, .runs = runs};
+    size_t buckled = 0, before = 0, seeds = series->seed_count;
     *s = (struct series_summary){0};
     s->landing = xcalloc(series->landing_count, sizeof *s->landing);
     g.values = xcalloc(4 * seeds, sizeof *g.values);
     for (size_t i = 0; i < seeds; i++) {
-        s->failed += runs[i].error.status != MR_OK;
-        s->runways += runs[i].error.status == MR_OK;
-        s->survived += runs[i].error.status == MR_OK && runs[i].buckled_landing == 0;
+        s->failed_count += runs[i].error.status != MR_OK;
+        s->runway_count += runs[i].error.status == MR_OK;
+        s->survived_count += runs[i].error.status == MR_OK && runs[i].buckled_landing == 0;
         if (runs[i].buckled_landing > 0) {
-            g.values[buckled] = runs[i].buckle_ft;
+            g.values[buckled] = runs[i].buckle_station_ft;
             g.values[seeds + buckled++] = runs[i].buckled_landing;
         }
         if (runs[i].buckled_landing > 1) {
             const struct series_outcome *last = &runs[i].outcomes[runs[i].buckled_landing - 2];
             g.values[2 * seeds + before] = last->zone_mats;
-            g.values[3 * seeds + before++] = last->peak_in;
+            g.values[3 * seeds + before++] = last->peak_movement_in;
         }
     }
-    s->station_ft = series_compute_spread(g.values, buckled);
+    s->buckle_station_ft = series_compute_spread(g.values, buckled);
     s->buckle_landing = series_compute_spread(g.values + seeds, buckled);
-    s->zone_before = series_compute_spread(g.values + 2 * seeds, before);
-    s->peak_before_in = series_compute_spread(g.values + 3 * seeds, before);
+    s->zone_mats_before_buckle = series_compute_spread(g.values + 2 * seeds, before);
+    s->peak_before_buckle_in = series_compute_spread(g.values + 3 * seeds, before);
     for (g.landing = 0; g.landing < series->landing_count; g.landing++)
         summarise_landing(&s->landing[g.landing], &g);
     free(g.values);
@@ -327,34 +331,36 @@ static void add_peak(struct answer *answer, const char *name, const char *mean, 
     add_spread(answer, name, NULL, kind, &p->spread, 0);
     answer_estimate(answer, mean, NULL, kind, p->mean, p->mean_error, 0);
     snprintf(key, sizeof key, "%s_error", name);
-    answer_value(answer, key, NULL, kind, p->error, 0);
+    answer_value(answer, key, NULL, kind, p->run_error, 0);
 }
 
 static void add_landing(struct answer *answer, const struct landing_series *c,
                         const struct series_landing_summary *s, size_t number)
 {
-    bool shown = s->runways > 0;
+    bool shown = s->runway_count > 0;
     answer_open_row(answer);
     answer_count(answer, "landing", shown ? "landing" : NULL, (int64_t)number);
-    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runways);
+    answer_count(answer, "runways", shown ? "runways" : NULL, (int64_t)s->runway_count);
     add_spread(answer, "stop", shown ? "stop" : NULL, UNIT_STATION, &s->stop_ft, 1);
-    add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT, &s->peak_in,
-               2);
-    add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION, &s->reach_ft, 1);
+    add_spread(answer, "peak", shown ? "largest|movement" : NULL, UNIT_DISPLACEMENT,
+               &s->peak_movement_in, 2);
+    add_spread(answer, "reach", shown ? "reach|ahead" : NULL, UNIT_STATION,
+               &s->reach_beyond_stop_ft, 1);
     add_spread(answer, "zone_mats", shown ? "closed|zone,|mats" : NULL, UNIT_NUMBER, &s->zone_mats,
                0);
-    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->with_planar);
-    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->with_wave);
-    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled);
-    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged);
-    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->with_tears);
-    if (shown && c->landings[number - 1].modified)
+    answer_count(answer, "planar", shown ? "planar|engine" : NULL, (int64_t)s->planar_count);
+    answer_count(answer, "with_waves", shown ? "waves" : NULL, (int64_t)s->wave_count);
+    answer_count(answer, "buckled", shown ? "buckled" : NULL, (int64_t)s->buckled_count);
+    answer_count(answer, "unhinged", shown ? "unhinged" : NULL, (int64_t)s->unhinged_count);
+    answer_count(answer, "torn", shown ? "torn" : NULL, (int64_t)s->torn_count);
+    if (shown && c->landings[number - 1].is_modified)
         answer_words(answer, NULL, "before it", "modified");
     add_peak(answer, "lift_ratio", "lift_ratio_mean", UNIT_NUMBER, &s->lift_ratio);
-    add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->push_lb);
-    add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->pull_lb);
+    add_peak(answer, "push", "push_mean", UNIT_TENSION, &s->compression_lb);
+    add_peak(answer, "pull", "pull_mean", UNIT_TENSION, &s->tension_lb);
     answer_json_value(answer, "movement_in", make_spreads_json(s->movement_in, c->station_count));
-    answer_json_value(answer, "total_in", make_spreads_json(s->total_in, c->station_count));
+    answer_json_value(answer, "total_in",
+                      make_spreads_json(s->total_movement_in, c->station_count));
 }
 
 static void add_forces(struct answer *answer, const struct landing_series *c,
@@ -362,20 +368,20 @@ static void add_forces(struct answer *answer, const struct landing_series *c,
 {
     char label[160] = "largest force in a joint: mean over the runways, with its standard error "
                       "caused by the time steps; error of: the same error for a single runway";
-    if (isnan(s[0].push_lb.error))
+    if (isnan(s[0].compression_lb.run_error))
         snprintf(label, sizeof label,
                  "largest force in a joint: mean over the runways; its error needs %d runways or "
                  "more (--seeds)",
                  SERIES_CHECK_EVERY);
     answer_open_table(answer, NULL, label);
-    for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
-        const struct series_peak *push = &s[i].push_lb, *pull = &s[i].pull_lb;
+    for (size_t i = 0; i < c->landing_count && s[i].runway_count > 0; i++) {
+        const struct series_peak *push = &s[i].compression_lb, *pull = &s[i].tension_lb;
         answer_open_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         answer_estimate(answer, NULL, "push", UNIT_TENSION, push->mean, push->mean_error, 1);
-        answer_value(answer, NULL, "error of|one push", UNIT_TENSION, push->error, 1);
+        answer_value(answer, NULL, "error of|one push", UNIT_TENSION, push->run_error, 1);
         answer_estimate(answer, NULL, "pull", UNIT_TENSION, pull->mean, pull->mean_error, 1);
-        answer_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->error, 1);
+        answer_value(answer, NULL, "error of|one pull", UNIT_TENSION, pull->run_error, 1);
     }
     answer_close_group(answer);
 }
@@ -389,13 +395,13 @@ static void add_stations(struct answer *answer, const struct landing_series *c,
     snprintf(label, sizeof label, "total movement (%s), median over the runways, by station (%s)",
              movement->text, station->text);
     answer_open_table(answer, NULL, label);
-    for (size_t i = 0; i < c->landing_count && s[i].runways > 0; i++) {
+    for (size_t i = 0; i < c->landing_count && s[i].runway_count > 0; i++) {
         answer_open_row(answer);
         answer_count(answer, NULL, "landing", (int64_t)i + 1);
         for (size_t k = 0; k < c->station_count; k++) {
             snprintf(label, sizeof label, "%.5g", station->factor * c->stations_ft[k]);
             answer_value(answer, NULL, label, UNIT_NUMBER,
-                         movement->factor * s[i].total_in[k].median,
+                         movement->factor * s[i].total_movement_in[k].median,
                          unit_decimals(UNIT_DISPLACEMENT, answer_is_si(answer), 2));
         }
     }
@@ -418,51 +424,54 @@ static json_t *make_outcome_json(const struct series_outcome *o, size_t number)
         "s:o,s:o}",
         "landing", (json_int_t)number, "stop_ft", cli_json_number(o->stop_ft, 6),
         "deceleration_ft_s2", cli_json_number(o->deceleration_ft_s2, 4), "planar",
-        o->planar_was_run, "lift_ratio", cli_json_number(o->lift_ratio, 4), "lift_ratio_error",
-        cli_json_number(o->lift_error, 2), "peak_in", cli_json_number(o->peak_in, 5), "reach_ft",
-        cli_json_number(o->reach_ft, 5), "zone_mats", o->zone_mats, "zone_from_ft",
-        cli_json_number(o->zone_from_ft, 6), "zone_to_ft", cli_json_number(o->zone_to_ft, 6),
-        "push_lb", cli_json_number(o->push_lb, 5), "push_error_lb",
-        cli_json_number(o->push_error_lb, 2), "pull_lb", cli_json_number(o->pull_lb, 5),
-        "pull_error_lb", cli_json_number(o->pull_error_lb, 2), "tears", o->torn_joints, "waves",
-        o->wave_count, "wave_ft", o->wave_count > 0 ? cli_json_number(o->wave_ft, 6) : json_null(),
-        "rise_in", cli_json_number(o->rise_in, 5), "crest_deg", cli_json_number(o->crest_deg, 4),
-        "sag_deg", cli_json_number(o->sag_deg, 4), "unhinged", o->is_unhinged, "buckled",
-        o->is_buckled, "overrun_ft", make_stations_json(o->overrun_ft, (size_t)o->overrun_count),
-        "failure_ft", make_stations_json(o->failure_ft, (size_t)o->failure_count));
-    if (o->crest_ft > 0.0) {
-        json_object_set_new(object, "crest_ft", cli_json_number(o->crest_ft, 6));
-        json_object_set_new(object, "crest_ahead_mats", json_integer(o->crest_ahead_mats));
+        o->has_planar_run, "lift_ratio", cli_json_number(o->lift_ratio, 4), "lift_ratio_error",
+        cli_json_number(o->lift_error, 2), "peak_in", cli_json_number(o->peak_movement_in, 5),
+        "reach_ft", cli_json_number(o->reach_beyond_stop_ft, 5), "zone_mats", o->zone_mats,
+        "zone_from_ft", cli_json_number(o->zone_from_ft, 6), "zone_to_ft",
+        cli_json_number(o->zone_to_ft, 6), "push_lb", cli_json_number(o->compression_lb, 5),
+        "push_error_lb", cli_json_number(o->compression_error_lb, 2), "pull_lb",
+        cli_json_number(o->tension_lb, 5), "pull_error_lb", cli_json_number(o->tension_error_lb, 2),
+        "tears", o->torn_joints, "waves", o->wave_count, "wave_ft",
+        o->wave_count > 0 ? cli_json_number(o->wave_station_ft, 6) : json_null(), "rise_in",
+        cli_json_number(o->wave_rise_in, 5), "crest_deg", cli_json_number(o->crest_angle_deg, 4),
+        "sag_deg", cli_json_number(o->sag_angle_deg, 4), "unhinged", o->is_unhinged, "buckled",
+        o->is_buckled, "overrun_ft",
+        make_stations_json(o->overrun_station_ft, (size_t)o->overrun_count), "failure_ft",
+        make_stations_json(o->failure_station_ft, (size_t)o->failure_count));
+    if (o->first_buckle_station_ft > 0.0) {
+        json_object_set_new(object, "crest_ft", cli_json_number(o->first_buckle_station_ft, 6));
+        json_object_set_new(object, "crest_ahead_mats", json_integer(o->first_buckle_ahead_mats));
     }
-    if (o->band_slack > 0)
-        json_object_set_new(object, "band_slack", json_integer(o->band_slack));
+    if (o->slack_band_segments > 0)
+        json_object_set_new(object, "band_slack", json_integer(o->slack_band_segments));
     return object;
 }
 
 static json_t *make_run_json(const struct series_run *run)
 {
     json_t *outcomes = json_array();
-    for (size_t i = 0; i < run->landings; i++)
+    for (size_t i = 0; i < run->simulated_landings; i++)
         json_array_append_new(outcomes, make_outcome_json(&run->outcomes[i], i + 1));
     json_t *object = json_pack(
         "{s:I,s:o,s:o,s:o}", "seed", (json_int_t)run->seed, "buckled_landing",
         run->buckled_landing > 0 ? json_integer(run->buckled_landing) : json_null(), "buckled_ft",
-        run->buckled_landing > 0 ? cli_json_number(run->buckle_ft, 6) : json_null(), "landings",
-        outcomes);
+        run->buckled_landing > 0 ? cli_json_number(run->buckle_station_ft, 6) : json_null(),
+        "landings", outcomes);
     if (run->error.status != MR_OK)
         json_object_set_new(object, "failed", json_string(run->error.text));
     return object;
 }
 
 /* Returns the median over runways of the largest value in the landings before a runway buckled. */
-static double find_largest(const struct landing_series *c, const struct series_run *runs,
-                           double (*value)(const struct series_outcome *))
+static double compute_median_of_largest(const struct landing_series *c,
+                                        const struct series_run *runs,
+                                        double (*value)(const struct series_outcome *))
 {
-    double *values = xcalloc(c->seeds, sizeof *values);
+    double *values = xcalloc(c->seed_count, sizeof *values);
     size_t count = 0;
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         double most = (double)NAN;
-        for (size_t k = 0; k < runs[i].landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
             if (!runs[i].outcomes[k].is_buckled)
                 most = fmax(most, value(&runs[i].outcomes[k]));
         }
@@ -474,9 +483,9 @@ static double find_largest(const struct landing_series *c, const struct series_r
     return spread.median;
 }
 
-static double get_movement_in(const struct series_outcome *outcome)
+static double get_peak_movement_in(const struct series_outcome *outcome)
 {
-    return outcome->peak_in;
+    return outcome->peak_movement_in;
 }
 
 static double get_zone_mats(const struct series_outcome *outcome)
@@ -489,14 +498,14 @@ static void add_medians(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {
     /* NaN if there are no runways; null in the JSON */
-    double share = (double)(s->runways - s->survived) / (double)s->runways;
+    double share = (double)(s->runway_count - s->survived_count) / (double)s->runway_count;
     answer_value(answer, "buckled_share", NULL, UNIT_NUMBER, share, 2);
     answer_value(answer, "median_landing", NULL, UNIT_NUMBER, s->buckle_landing.median, 0);
-    answer_value(answer, "median_station", NULL, UNIT_STATION, s->station_ft.median, 1);
+    answer_value(answer, "median_station", NULL, UNIT_STATION, s->buckle_station_ft.median, 1);
     answer_value(answer, "median_zone_mats", NULL, UNIT_NUMBER,
-                 find_largest(c, runs, get_zone_mats), 0);
+                 compute_median_of_largest(c, runs, get_zone_mats), 0);
     answer_value(answer, "median_movement", NULL, UNIT_DISPLACEMENT,
-                 find_largest(c, runs, get_movement_in), 2);
+                 compute_median_of_largest(c, runs, get_peak_movement_in), 2);
 }
 
 static void add_buckled(struct answer *answer, const struct landing_series *c,
@@ -505,21 +514,22 @@ static void add_buckled(struct answer *answer, const struct landing_series *c,
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
     char in[200] = "";
     for (size_t i = 0, length = 0; i < c->landing_count && length < sizeof in; i++) {
-        if (s->landing[i].buckled > 0)
+        if (s->landing[i].buckled_count > 0)
             length += (size_t)snprintf(in + length, sizeof in - length, ", %zu in landing %zu",
-                                       s->landing[i].buckled, i + 1);
+                                       s->landing[i].buckled_count, i + 1);
     }
-    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s", s->runways - s->survived,
-                 s->runways, in);
-    if (s->station_ft.count > 0)
+    answer_words(answer, NULL, "buckled", "%zu of %zu runways%s",
+                 s->runway_count - s->survived_count, s->runway_count, in);
+    if (s->buckle_station_ft.count > 0)
         answer_remark(answer, "; at station %.1f (%.1f-%.1f) %s",
-                      station->factor * s->station_ft.median, station->factor * s->station_ft.low,
-                      station->factor * s->station_ft.high, station->text);
+                      station->factor * s->buckle_station_ft.median,
+                      station->factor * s->buckle_station_ft.low,
+                      station->factor * s->buckle_station_ft.high, station->text);
     answer_json_value(answer, "buckled_landing", make_spread_json(&s->buckle_landing));
-    answer_json_value(answer, "buckled_ft", make_spread_json(&s->station_ft));
+    answer_json_value(answer, "buckled_ft", make_spread_json(&s->buckle_station_ft));
 }
 
-static void add_reported(struct answer *answer, const char *label, const char *text)
+static void add_text_if_any(struct answer *answer, const char *label, const char *text)
 {
     if (text[0])
         answer_words(answer, NULL, label, "%s", text);
@@ -530,27 +540,28 @@ static void add_outcome(struct answer *answer, const struct landing_series *c,
                         const struct series_run *runs, const struct series_summary *s)
 {
     answer_sentence(answer, NULL, "%s: %zu landings on %zu runways (seeds %llu to %llu), %d mats",
-                    c->name, c->landing_count, c->seeds, (unsigned long long)c->first_seed,
-                    (unsigned long long)(c->first_seed + c->seeds - 1), c->landings[0].scene.mats);
+                    c->name, c->landing_count, c->seed_count, (unsigned long long)c->first_seed,
+                    (unsigned long long)(c->first_seed + c->seed_count - 1),
+                    c->landings[0].scene.mats);
     answer_words(answer, "name", NULL, "%s", c->name);
-    answer_count(answer, "seeds", NULL, (int64_t)c->seeds);
+    answer_count(answer, "seeds", NULL, (int64_t)c->seed_count);
     answer_count(answer, "first_seed", NULL, (int64_t)c->first_seed);
-    answer_count(answer, "failed", NULL, (int64_t)s->failed);
-    answer_count(answer, "survived", NULL, (int64_t)s->survived);
+    answer_count(answer, "failed", NULL, (int64_t)s->failed_count);
+    answer_count(answer, "survived", NULL, (int64_t)s->survived_count);
     answer_words(answer, "observed", NULL, "%s", c->observed);
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         if (runs[i].error.status != MR_OK)
             answer_words(answer, NULL, "FAILED", "seed %llu, landing %zu: %s",
-                         (unsigned long long)runs[i].seed, runs[i].landings + 1,
+                         (unsigned long long)runs[i].seed, runs[i].simulated_landings + 1,
                          runs[i].error.text);
     }
     char ground[200];
     series_ground_text(c, ground, sizeof ground);
     answer_words(answer, "ground", "ground", "%s", ground);
     add_buckled(answer, c, s);
-    add_reported(answer, "observed", c->observed);
-    add_reported(answer, "parameters", c->basis);
-    add_reported(answer, "added afterwards, so not a prediction", c->afterwards);
+    add_text_if_any(answer, "observed", c->observed);
+    add_text_if_any(answer, "parameters", c->basis);
+    add_text_if_any(answer, "added afterwards, so not a prediction", c->changes_after_outcome);
 }
 
 /* Adds the results of each landing. */
@@ -568,7 +579,7 @@ static void add_landing_tables(struct answer *answer, const struct landing_serie
     add_forces(answer, c, s->landing);
     add_stations(answer, c, s->landing);
     answer_json_value(answer, "stations_ft", make_stations_json(c->stations_ft, c->station_count));
-    for (size_t i = 0; i < c->seeds; i++)
+    for (size_t i = 0; i < c->seed_count; i++)
         json_array_append_new(list, make_run_json(&runs[i]));
     answer_json_value(answer, "runways", list);
     add_medians(answer, c, runs, s);

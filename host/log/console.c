@@ -267,7 +267,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
             continue;
         }
         if (logger->cli->json) {
-            json_array_append_new(logger->landings, summary_json(&summary, logger->cli->si));
+            json_array_append_new(logger->landings, summary_to_json(&summary, logger->cli->si));
         } else {
             report_summary(logger, &summary);
         }
@@ -583,7 +583,7 @@ static void add_link(const struct logger *logger, unsigned link, const struct co
     char line[400];
     for (unsigned i = 0; i < LINK_TROUBLES; i++)
         trouble[i] = (int64_t)logger->counters[link].trouble[i];
-    summary_format_troubles(trouble, line, sizeof line);
+    summary_format_link_errors(trouble, line, sizeof line);
     answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", "");
     answer_count(answer, "received", NULL, c->received);
     answer_count(answer, "lost", NULL, c->lost);
@@ -591,7 +591,7 @@ static void add_link(const struct logger *logger, unsigned link, const struct co
     answer_count(answer, "bad", NULL, c->bad);
     answer_count(answer, "foreign", NULL, c->foreign);
     add_missing((int)kind, p->missing[kind], answer);
-    answer_json_value(answer, "troubles", summary_troubles_json(trouble));
+    answer_json_value(answer, "troubles", summary_link_errors_to_json(trouble));
     if (line[0])
         answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
                         line);

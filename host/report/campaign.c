@@ -13,32 +13,32 @@
 #include "host/report/report.h"
 #include "host/store/store_journal.h"
 
-static const double none = (double)NAN;
+static const double not_known = (double)NAN;
 
 /* ---- one row per landing ---- */
 
 /* Two columns, "start of zone" and "end of zone"; dashes if unknown. */
-static void add_span(struct answer *answer, const char *label, bool known, double start_ft,
-                     double end_ft)
+static void add_zone_ends(struct answer *answer, const char *label, bool known, double start_ft,
+                          double end_ft)
 {
     char head[CHART_LABEL_SIZE];
     snprintf(head, sizeof head, "start of %s", label);
-    answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : none, 1);
+    answer_value(answer, NULL, head, UNIT_STATION, known ? start_ft : not_known, 1);
     snprintf(head, sizeof head, "end of %s", label);
-    answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : none, 1);
+    answer_value(answer, NULL, head, UNIT_STATION, known ? end_ft : not_known, 1);
 }
 
 static void add_summary_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *warning = &facts->warning;
-    const struct report_movement *largest = report_largest_movement(facts);
+    const struct report_movement *largest = report_find_largest_movement(facts);
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_count(answer, NULL, "landing", facts->landing.board_landing);
     answer_words(answer, NULL, "state", "%s%s%s",
                  mr_landing_state_text((unsigned)facts->landing.state), facts->marks,
-                 facts->emulated ? ", emulated" : "");
-    answer_words(answer, NULL, "switches", "%zu of %zu", facts->gates, facts->switches);
+                 facts->is_emulated ? ", emulated" : "");
+    answer_words(answer, NULL, "switches", "%zu of %zu", facts->gate_count, facts->switch_count);
     answer_estimate(answer, NULL, "touchdown speed", UNIT_SPEED, facts->speed_ft_s.value,
                     facts->speed_ft_s.error, 3);
     answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
@@ -46,16 +46,18 @@ static void add_summary_row(const struct report_facts *facts, struct answer *ans
     answer_estimate(answer, NULL, "stop", UNIT_STATION, facts->stop_ft.value, facts->stop_ft.error,
                     3);
     answer_estimate(answer, NULL, "largest movement", UNIT_DISPLACEMENT,
-                    largest ? largest->peak_in : none, largest ? largest->peak_error_in : none, 3);
-    answer_value(answer, NULL, "at station", UNIT_STATION, largest ? largest->station_ft : none, 0);
+                    largest ? largest->peak_in : not_known,
+                    largest ? largest->peak_error_in : not_known, 3);
+    answer_value(answer, NULL, "at station", UNIT_STATION,
+                 largest ? largest->station_ft : not_known, 0);
     answer_words(answer, NULL, "warning", "%s",
                  warning->was_warned                ? "yes"
                  : facts->source == MEASURED_IMPORT ? "no board"
-                 : facts->warning_maybe_lost        ? "not known"
+                 : facts->may_lack_warning          ? "not known"
                                                     : "none")
         ->is_warning = warning->was_warned;
-    add_span(answer, "zone", warning->was_warned, warning->longest_start_ft,
-             warning->longest_end_ft);
+    add_zone_ends(answer, "zone", warning->was_warned, warning->longest_start_ft,
+                  warning->longest_end_ft);
     answer_count(answer, NULL, "frames lost", facts->lost_frames);
 }
 
@@ -70,7 +72,7 @@ static void write_landings_table(const struct report *report, FILE *out, const c
         row(&report->facts[i], answer);
     answer_close_group(answer);
     answer_sentence(answer, NULL, "%s", note);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 static void write_summary(const struct report *report, FILE *out)
@@ -94,7 +96,7 @@ static void write_summary(const struct report *report, FILE *out)
 /* ---- cumulative displacement (figs. 4.5, 4.6, 5.2 of the 1973 report) ---- */
 
 /* maximum number of lines with a separate name and style; the others are thin */
-#define NAMED_LINES_MAX 8u
+#define NAMED_PROFILES_MAX 8u
 
 /* One value per transducer. NaN: unknown. */
 struct profile {
@@ -104,8 +106,9 @@ struct profile {
 
 /* The displacement after a landing: that of the landing plus the sum `before` it (NULL: 0). With
  * `peak`: the peak movement of the landing. */
-static void make_profile(const struct report_facts *facts, const struct profile *before, bool peak,
-                         struct profile *profile)
+static void make_displacement_profile(const struct report_facts *facts,
+                                      const struct profile *before, bool peak,
+                                      struct profile *profile)
 {
     snprintf(profile->name, sizeof profile->name, "RUN %lld", (long long)facts->landing.id);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -122,25 +125,25 @@ static void make_profile(const struct report_facts *facts, const struct profile 
 static void draw_profiles(FILE *out, const struct profile *profiles, size_t count, const char *what,
                           const char *title, const char *caption, bool si)
 {
-    const size_t step = (count + NAMED_LINES_MAX - 1) / NAMED_LINES_MAX;
+    const size_t step = (count + NAMED_PROFILES_MAX - 1) / NAMED_PROFILES_MAX;
     unsigned look = 0;
-    struct figure figure = figure_begin(out, si, title, 1, FIGURE_ZERO);
-    figure_plot(&figure, &(struct chart_axes){.x = "station",
-                                              .x_unit = UNIT_STATION,
-                                              .y = what,
-                                              .y_unit = UNIT_DISPLACEMENT,
-                                              .x_high = CHART_RUNWAY_FT,
-                                              .height_px = 230});
+    struct figure figure = figure_begin(out, si, title, 1, FIGURE_RANGE_WITH_ZERO);
+    figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
+                                                    .x_unit = UNIT_STATION,
+                                                    .y = what,
+                                                    .y_unit = UNIT_DISPLACEMENT,
+                                                    .x_high = CHART_RUNWAY_FT,
+                                                    .height_px = 230});
     for (size_t i = 0; i < count; i++) {
         const struct profile *profile = &profiles[i];
         bool named = (count - 1 - i) % step == 0;
         double half[MR_TRANSDUCERS];
         for (unsigned k = 0; k < MR_TRANSDUCERS; k++)
             half[k] = SUMMARY_HALF_WIDTH_95 * profile->error[k];
-        figure_series(&figure,
-                      &(struct chart_series){named ? profile->name : NULL, look % 6u,
-                                             named ? "whiskers" : "faint", profile->station,
-                                             profile->value, named ? half : NULL, MR_TRANSDUCERS});
+        figure_add_series(&figure, &(struct chart_series){named ? profile->name : NULL, look % 6u,
+                                                          named ? "whiskers" : "faint",
+                                                          profile->station, profile->value,
+                                                          named ? half : NULL, MR_TRANSDUCERS});
         look += named;
     }
     figure_end(&figure, NULL, "%s%s", caption,
@@ -167,7 +170,7 @@ static void write_profile_table(FILE *out, const struct profile *profiles, size_
     answer_close_group(answer);
     answer_sentence(answer, NULL,
                     "Cumulative displacement by station; \xc2\xb1 is one standard error.");
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 static const char *series_name(const struct report_facts *facts)
@@ -190,20 +193,21 @@ static size_t count_series_landings(const struct report *report, size_t first)
 static size_t count_landings_before(const struct report_facts *series, size_t at)
 {
     for (size_t i = 0; i < at; i++) {
-        if (series[i].landing.id == series[at].record.same_runway_run)
+        if (series[i].landing.id == series[at].warning_record.same_runway_run)
             return count_landings_before(series, i);
     }
     return at;
 }
 
-static void write_restored(FILE *out, const struct report_facts *series, size_t count)
+static void write_restored_runways(FILE *out, const struct report_facts *series, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         size_t before = count_landings_before(series, i);
         if (before == i)
             continue;
         fprintf(out, "<p class=\"say\">RUN %lld started on the same runway as RUN %lld, restored",
-                (long long)series[i].landing.id, (long long)series[i].record.same_runway_run);
+                (long long)series[i].landing.id,
+                (long long)series[i].warning_record.same_runway_run);
         if (before)
             fprintf(out, ": its cumulative displacement continues from RUN %lld",
                     (long long)series[before - 1].landing.id);
@@ -211,7 +215,7 @@ static void write_restored(FILE *out, const struct report_facts *series, size_t 
     }
 }
 
-static void write_cumulative(const struct report *report, FILE *out)
+static void write_cumulative_displacement(const struct report *report, FILE *out)
 {
     const bool si = report->si;
     struct profile *profile = xcalloc(report->landings + 1, sizeof *profile),
@@ -221,8 +225,8 @@ static void write_cumulative(const struct report *report, FILE *out)
         count = count_series_landings(report, first);
         for (size_t i = 0; i < count; i++) {
             size_t before = count_landings_before(&report->facts[first], i);
-            make_profile(&report->facts[first + i], before ? &profile[before - 1] : NULL, false,
-                         &profile[i]);
+            make_displacement_profile(&report->facts[first + i],
+                                      before ? &profile[before - 1] : NULL, false, &profile[i]);
         }
         if (count < report->landings) {
             fputs("<h3>Series: ", out);
@@ -236,7 +240,7 @@ static void write_cumulative(const struct report *report, FILE *out)
                       "Compare figs. 4.5 and 4.6 of the 1973 report.",
                       si);
         write_profile_table(out, profile, count, si);
-        write_restored(out, &report->facts[first], count);
+        write_restored_runways(out, &report->facts[first], count);
         last[series] = profile[count - 1];
         snprintf(last[series].name, sizeof last[series].name, "%.15s",
                  series_name(&report->facts[first]));
@@ -248,7 +252,7 @@ static void write_cumulative(const struct report *report, FILE *out)
                       "Sum over each series. Compare fig. 5.2 of the 1973 report.", si);
     }
     for (size_t i = 0; i < report->landings; i++)
-        make_profile(&report->facts[i], NULL, true, &profile[i]);
+        make_displacement_profile(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
                   "peak movement against station, a line per landing",
@@ -259,17 +263,17 @@ static void write_cumulative(const struct report *report, FILE *out)
 
 /* ---- two landings on one axis: the page takes the curves from the figures of the landings ---- */
 
-static void write_overlay(const struct report *report, FILE *out)
+static void write_landing_overlay(const struct report *report, FILE *out)
 {
     struct figure figure = figure_begin(out, report->si, "two landings in one plot", 2,
-                                        FIGURE_EACH);
+                                        FIGURE_RANGE_PER_PLOT);
     figure_end(&figure, NULL,
                "Speed against time since touchdown, and displacement against gear position.");
 }
 
 /* ---- zones of all landings ---- */
 
-#define ZONE_ROWS 20u /* landings per plot */
+#define ZONE_ROWS_PER_PLOT 20u /* landings per plot */
 
 struct zone_rows {
     const struct report_facts *facts;
@@ -291,7 +295,7 @@ static void draw_bar(const struct zone_rows *rows, double top, unsigned third, c
                      double from_ft, double to_ft)
 {
     double y = top - 0.12 - 0.26 * third;
-    figure_shape(rows->figure, kind, from_ft, to_ft, y - 0.23, y, NULL);
+    figure_add_shape(rows->figure, kind, from_ft, to_ft, y - 0.23, y, NULL);
 }
 
 static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct report *report)
@@ -314,8 +318,8 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
     if (facts->last_zone.mats > 0)
         draw_bar(rows, top, 2, "behind", facts->last_zone.start_ft, facts->last_zone.end_ft);
     if (facts->has_motion_fit)
-        figure_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value, top - 0.95,
-                     top - 0.05, NULL);
+        figure_add_shape(rows->figure, "stop", facts->stop_ft.value, facts->stop_ft.value,
+                         top - 0.95, top - 0.05, NULL);
     store_observations(report->store, facts->landing.id, &seen, &count, report->error);
     for (size_t i = 0; i < count; i++) {
         char panels[30] = "";
@@ -324,12 +328,12 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
         if (seen[i].panels != STORE_NONE)
             snprintf(panels, sizeof panels, "%lld", (long long)seen[i].panels);
         double x = seen[i].station_ft;
-        figure_shape(rows->figure, "seen", x, x, top - 0.5, top - 0.5, panels);
+        figure_add_shape(rows->figure, "seen", x, x, top - 0.5, top - 0.5, panels);
     }
     free(seen);
 }
 
-static void write_zones(const struct report *report, FILE *out)
+static void write_zone_maps(const struct report *report, FILE *out)
 {
     static const char *const keys[] = {
         "warned",   "zone warned of",
@@ -339,25 +343,25 @@ static void write_zones(const struct report *report, FILE *out)
         "stop",     "stop of the wheel",
         "seen",     "observed wave or break: the panels that it covers",
         NULL};
-    for (size_t first = 0; first < report->landings; first += ZONE_ROWS) {
+    for (size_t first = 0; first < report->landings; first += ZONE_ROWS_PER_PLOT) {
         size_t left = report->landings - first;
-        struct figure figure =
-            figure_begin(out, report->si, "zones of each landing against station", 1, FIGURE_EACH);
-        struct zone_rows rows = {&report->facts[first], left < ZONE_ROWS ? left : ZONE_ROWS,
-                                 &figure};
-        figure_plot(&figure, &(struct chart_axes){.x = "station",
-                                                  .x_unit = UNIT_STATION,
-                                                  .y_unit = UNIT_NUMBER,
-                                                  .x_high = CHART_RUNWAY_FT,
-                                                  .y_high = (double)rows.count,
-                                                  .height_px = 40 + 34 * (unsigned)rows.count,
-                                                  .tick = zone_row_name,
-                                                  .context = &rows,
-                                                  .ticks = rows.count});
+        struct figure figure = figure_begin(
+            out, report->si, "zones of each landing against station", 1, FIGURE_RANGE_PER_PLOT);
+        struct zone_rows rows = {&report->facts[first],
+                                 left < ZONE_ROWS_PER_PLOT ? left : ZONE_ROWS_PER_PLOT, &figure};
+        figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
+                                                        .x_unit = UNIT_STATION,
+                                                        .y_unit = UNIT_NUMBER,
+                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .y_high = (double)rows.count,
+                                                        .height_px = 40 + 34 * (unsigned)rows.count,
+                                                        .tick_name = zone_row_name,
+                                                        .context = &rows,
+                                                        .tick_count = rows.count});
         for (size_t i = 0; i < rows.count; i++)
             draw_zone_row(&rows, i, report);
         figure_end(&figure, keys, "%s",
-                   left > ZONE_ROWS
+                   left > ZONE_ROWS_PER_PLOT
                        ? ""
                        : "Reported: by the board's predictor. Measured: from survey and "
                          "transducers; no bar: the joints were open or not surveyed.");
@@ -366,43 +370,44 @@ static void write_zones(const struct report *report, FILE *out)
 
 /* ---- band tension against deceleration (fig. 5.3 of the 1973 report) ---- */
 
-static unsigned count_bands(const struct report *report)
+static unsigned find_band_count(const struct report *report)
 {
     unsigned bands = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        for (unsigned b = 0; report->facts[i].has_motion_fit && b < REPORT_BANDS; b++)
-            bands = report->facts[i].band[b].gages && b + 1 > bands ? b + 1 : bands;
+        for (unsigned b = 0; report->facts[i].has_motion_fit && b < REPORT_BANDS_MAX; b++)
+            bands = report->facts[i].band[b].gage_count && b + 1 > bands ? b + 1 : bands;
     }
     return bands;
 }
 
-static void draw_tension(const struct report *report, unsigned bands, FILE *out)
+static void draw_band_tension(const struct report *report, unsigned bands, FILE *out)
 {
     const size_t most = report->landings + 1;
     double *x = xmalloc(3 * most * sizeof *x), *y = x + most, *half = y + most;
     char name[20];
-    struct figure figure = figure_begin(
-        out, report->si, "average change of band tension against deceleration", 1, FIGURE_ZERO);
-    figure_plot(&figure, &(struct chart_axes){.x = "mean deceleration",
-                                              .x_unit = UNIT_DECELERATION,
-                                              .y = "average change",
-                                              .y_unit = UNIT_TENSION,
-                                              .height_px = 240});
-    figure_shape(&figure, "mark", none, none, 0.0, 0.0, NULL);
+    struct figure figure = figure_begin(out, report->si,
+                                        "average change of band tension against deceleration", 1,
+                                        FIGURE_RANGE_WITH_ZERO);
+    figure_begin_plot(&figure, &(struct chart_axes){.x = "mean deceleration",
+                                                    .x_unit = UNIT_DECELERATION,
+                                                    .y = "average change",
+                                                    .y_unit = UNIT_TENSION,
+                                                    .height_px = 240});
+    figure_add_shape(&figure, "mark", not_known, not_known, 0.0, 0.0, NULL);
     for (unsigned b = 0; b < bands; b++) {
         snprintf(name, sizeof name, "band %u", b + 1);
         for (int rose = 0; rose < 2; rose++) {
             size_t count = 0;
             for (size_t i = 0; i < report->landings; i++) {
                 const struct report_facts *facts = &report->facts[i];
-                if (!facts->has_motion_fit || facts->band[b].gages == 0)
+                if (!facts->has_motion_fit || facts->band[b].gage_count == 0)
                     continue;
                 x[count] = facts->deceleration_ft_s2.value;
                 half[count] = SUMMARY_HALF_WIDTH_95 *
                               (rose ? facts->band[b].rise_error_lb : facts->band[b].fall_error_lb);
                 y[count++] = rose ? facts->band[b].rise_lb : facts->band[b].fall_lb;
             }
-            figure_series(&figure, &(struct chart_series){name, b, "apart", x, y, half, count});
+            figure_add_series(&figure, &(struct chart_series){name, b, "apart", x, y, half, count});
         }
     }
     figure_end(
@@ -421,9 +426,9 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
     answer_count(answer, NULL, "RUN", facts->landing.id);
     answer_estimate(answer, NULL, "mean deceleration", UNIT_DECELERATION,
                     facts->deceleration_ft_s2.value, facts->deceleration_ft_s2.error, 3);
-    for (unsigned b = 0; b < REPORT_BANDS; b++) {
+    for (unsigned b = 0; b < REPORT_BANDS_MAX; b++) {
         char head[CHART_LABEL_SIZE];
-        if (facts->band[b].gages == 0)
+        if (facts->band[b].gage_count == 0)
             continue;
         snprintf(head, sizeof head, "band %u: largest fall", b + 1);
         answer_estimate(answer, NULL, head, UNIT_TENSION, facts->band[b].fall_lb,
@@ -434,12 +439,12 @@ static void add_tension_row(const struct report_facts *facts, struct answer *ans
     }
 }
 
-static void write_tension(const struct report *report, FILE *out)
+static void write_band_tension(const struct report *report, FILE *out)
 {
-    unsigned bands = count_bands(report);
+    unsigned bands = find_band_count(report);
     if (bands == 0)
         return;
-    draw_tension(report, bands, out);
+    draw_band_tension(report, bands, out);
     write_landings_table(report, out, "\xc2\xb1 is one standard error.", add_tension_row);
 }
 
@@ -456,40 +461,41 @@ static void add_overlap(struct answer *answer, const char *label,
         answer_words(answer, NULL, label, "both none");
 }
 
-static void add_compared_row(const struct report_facts *facts, struct answer *answer)
+static void add_comparison_row(const struct report_facts *facts, struct answer *answer)
 {
-    const struct report_compared *compared = &facts->compared;
-    const struct compare_mean *mean = &compared->mean;
+    const struct report_compared *compared = &facts->comparison;
+    const struct compare_channel_means *mean = &compared->mean;
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id)->is_run_number = true;
     answer_words(answer, NULL, "simulation", "%s", compared->compared_with);
-    answer_words(answer, NULL, "channels", "%zu of %zu", mean->channels, compared->channels);
+    answer_words(answer, NULL, "channels", "%zu of %zu", mean->channel_count,
+                 compared->channel_count);
     answer_value(answer, NULL, "mean difference", UNIT_DISPLACEMENT, mean->bias_in, 4);
     answer_value(answer, NULL, "RMS difference", UNIT_DISPLACEMENT, mean->rms_in, 4);
     answer_value(answer, NULL, "worst channel, RMS", UNIT_DISPLACEMENT, mean->worst_rms_in, 4);
-    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->peak_en, 1)->is_capped =
-        true;
-    add_overlap(answer, "longest zone (mats)", &compared->longest);
-    add_overlap(answer, "longest zone by the board (mats)", &compared->longest_board);
-    add_overlap(answer, "zone at rest (mats)", &compared->rest);
-    answer_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->error_in, 4);
+    answer_value(answer, NULL, "largest En of a peak", UNIT_NUMBER, mean->worst_peak_en_score, 1)
+        ->is_capped = true;
+    add_overlap(answer, "longest zone (mats)", &compared->at_longest_zone);
+    add_overlap(answer, "longest zone by the board (mats)", &compared->board_at_longest_zone);
+    add_overlap(answer, "zone at rest (mats)", &compared->at_rest);
+    answer_value(answer, NULL, "simulation error", UNIT_DISPLACEMENT, compared->solver_error_in, 4);
 }
 
-static void write_compared(const struct report *report, FILE *out)
+static void write_comparisons(const struct report *report, FILE *out)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     size_t rows = 0;
     struct answer *answer = answer_new(report->si);
     answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < report->landings; i++) {
-        const struct compare_mean *mean = &report->facts[i].compared.mean;
-        if (mean->channels == 0)
+        const struct compare_channel_means *mean = &report->facts[i].comparison.mean;
+        if (mean->channel_count == 0)
             continue;
         rows++;
-        add_compared_row(&report->facts[i], answer);
-        samples += mean->samples;
-        sum += mean->samples * mean->bias_in;
-        squares += mean->samples * mean->rms_in * mean->rms_in;
+        add_comparison_row(&report->facts[i], answer);
+        samples += mean->sample_count;
+        sum += mean->sample_count * mean->bias_in;
+        squares += mean->sample_count * mean->rms_in * mean->rms_in;
     }
     if (rows > 1) { /* all landings, weighted by their samples */
         answer_open_row(answer);
@@ -506,7 +512,7 @@ static void write_compared(const struct report *report, FILE *out)
             "up to 1 means agreement. Zones: \"3 of 5\" means that 3 mats are closed in both "
             "measurement and simulation, and 5 in at least one of them. Simulation error: the "
             "simulation's own estimate, one standard error.");
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 /* ---- predictions and outcomes ---- */
@@ -514,43 +520,42 @@ static void write_compared(const struct report *report, FILE *out)
 static void add_predictor_row(const struct report_facts *facts, struct answer *answer)
 {
     const struct zone_warning *w = &facts->warning;
-    int64_t worst = facts->worst_verdict;
+    int64_t worst = facts->worst_predictor_verdict;
     const bool watched = facts->source != MEASURED_IMPORT;
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", facts->landing.id);
-    answer_count(answer, NULL, "zone reports", (int64_t)facts->statements);
+    answer_count(answer, NULL, "zone reports", (int64_t)facts->zone_report_count);
     answer_words(answer, NULL, "highest level", "%s%s",
                  w->was_warned         ? "warning"
                  : !watched            ? "no board"
                  : worst == STORE_NONE ? "no warning"
                                        : mr_predictor_verdict_text((unsigned)worst),
-                 !w->was_warned && watched && facts->warning_maybe_lost ? ", as far as received"
-                                                                        : "")
+                 !w->was_warned && watched && facts->may_lack_warning ? ", as far as received" : "")
         ->is_warning = w->was_warned;
-    answer_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : none, 3);
+    answer_value(answer, NULL, "first warning", UNIT_TIME, w->was_warned ? w->t_s : not_known, 3);
     answer_words(answer, NULL, "reason", "%s",
                  w->was_warned && w->reason != STORE_NONE
                      ? mr_predictor_reason_text((unsigned)w->reason)
                      : "");
-    add_span(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
+    add_zone_ends(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
     answer_value(answer, NULL, "wheel in first zone, after warning", UNIT_TIME,
-                 w->was_warned && w->was_reached ? w->true_lead_s : none, 3);
+                 w->was_warned && w->was_reached ? w->true_lead_s : not_known, 3);
     answer_value(answer, NULL, "predicted time to zone", UNIT_TIME,
-                 w->was_warned ? w->lead_s : none, 3);
+                 w->was_warned ? w->predicted_lead_s : not_known, 3);
     answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
-                 w->was_warned ? w->lead_actual_s : none, 3);
+                 w->was_warned ? w->actual_lead_s : not_known, 3);
     answer_count(answer, NULL, "zone warned of (mats)",
                  w->was_warned ? w->longest_mats : ANSWER_UNKNOWN);
-    add_span(answer, "zone warned of", w->was_warned, w->longest_start_ft, w->longest_end_ft);
-    add_span(answer, "last zone", facts->last_zone.mats > 0, facts->last_zone.start_ft,
-             facts->last_zone.end_ft);
+    add_zone_ends(answer, "zone warned of", w->was_warned, w->longest_start_ft, w->longest_end_ft);
+    add_zone_ends(answer, "last zone", facts->last_zone.mats > 0, facts->last_zone.start_ft,
+                  facts->last_zone.end_ft);
 }
 
 static void write_predictor(const struct report *report, FILE *out)
 {
     size_t statements = 0;
     for (size_t i = 0; i < report->landings; i++)
-        statements += report->facts[i].statements;
+        statements += report->facts[i].zone_report_count;
     if (statements)
         write_landings_table(
             report, out,
@@ -567,14 +572,14 @@ static void write_predictor(const struct report *report, FILE *out)
 /* "1.6 (1.2 to 1.6)" */
 static void add_lead_time(const struct record_row *row, struct answer *answer)
 {
-    const double low_s = row->outcome.reached_low_s - row->warned_t_s,
-                 high_s = row->outcome.reached_high_s - row->warned_t_s;
+    const double low_s = row->outcome.reached_earliest_s - row->warned_t_s,
+                 high_s = row->outcome.reached_latest_s - row->warned_t_s;
     const char *label = "lead time, about (s)";
-    if (isfinite(row->lead_s) && isfinite(high_s))
-        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)", row->lead_s,
-                     low_s, high_s);
+    if (isfinite(row->lead_time_s) && isfinite(high_s))
+        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)",
+                     row->lead_time_s, low_s, high_s);
     else
-        answer_value(answer, NULL, label, UNIT_NUMBER, row->lead_s, 1);
+        answer_value(answer, NULL, label, UNIT_NUMBER, row->lead_time_s, 1);
 }
 
 /* Adds a row with advice, warnings and outcome of a landing. */
@@ -592,14 +597,14 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
     answer_words(answer, NULL, "outcome", "%s", record_verdict_text(row->verdict));
     answer_words(answer, NULL, "advice", "%s", record_advice_text(row, advice));
     answer_value(answer, NULL, "zone probability (%)", UNIT_NUMBER,
-                 row->has_advice ? 100.0 * row->advice.zone : none, 0);
+                 row->has_advice ? 100.0 * row->advice.zone : not_known, 0);
     answer_words(answer, NULL, "warning", "%s", warned[row->warned])->is_warning = row->warned ==
                                                                                    RECORD_WARNED;
     answer_value(answer, NULL, "warning at", UNIT_TIME, row->warned_t_s, 3);
     answer_value(answer, NULL, "highest risk", UNIT_NUMBER, row->max_risk, 2);
     answer_words(answer, NULL, "zone reached", "%s",
                  row->is_void ? "void" : came[outcome->reached]);
-    answer_count(answer, NULL, "measured zone (mats)", outcome->mats);
+    answer_count(answer, NULL, "measured zone (mats)", outcome->longest_mats);
     answer_value(answer, NULL, "50 mats reached at about", UNIT_TIME, outcome->reached_t_s, 1);
     answer_count(answer, NULL, "closed mats after", outcome->closed_after_mats);
     answer_count(answer, NULL, "waves observed", (int64_t)outcome->wave_count);
@@ -633,7 +638,7 @@ static void write_warnings(const struct report *report, FILE *out)
         "brackets: the same for 40 and 60 mats, because survey segments have ten mats. A measured "
         "zone of 40 to 60 mats is within this resolution of the limit of 50 mats: such an outcome "
         "is uncertain.");
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 /* ---- advice ---- */
@@ -667,18 +672,18 @@ static void add_advice_row(const struct store_advice *advice, const struct repor
     answer_value(answer, NULL, "hardest braking allowed", UNIT_DECELERATION, advice->hardest_ft_s2,
                  1);
     answer_count(answer, NULL, "RUN", facts ? facts->landing.id : ANSWER_UNKNOWN);
-    answer_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : none, 1);
+    answer_value(answer, NULL, "speed", UNIT_SPEED, facts ? facts->speed_ft_s.value : not_known, 1);
     answer_value(answer, NULL, "braking", UNIT_DECELERATION,
-                 facts ? facts->deceleration_ft_s2.value : none, 2);
+                 facts ? facts->deceleration_ft_s2.value : not_known, 2);
     answer_words(answer, NULL, "followed", "%s",
-                 !facts || facts->record.advice.id != advice->id ? "\xe2\x80\x93"
-                 : facts->record.followed_advice                 ? "yes"
-                 : facts->record.is_off_plan                     ? "plan not followed"
-                 : strcmp(advice->verdict, "against") == 0       ? "no"
-                                                                 : "\xe2\x80\x93");
+                 !facts || facts->warning_record.advice.id != advice->id ? "\xe2\x80\x93"
+                 : facts->warning_record.followed_advice_against         ? "yes"
+                 : facts->warning_record.is_off_plan                     ? "plan not followed"
+                 : strcmp(advice->verdict, "against") == 0               ? "no"
+                                                                         : "\xe2\x80\x93");
     answer_words(answer, NULL, "warning in the landing", "%s",
                  !facts                      ? "no landing yet"
-                 : facts->warning.was_warned ? record_verdict_text(facts->record.verdict)
+                 : facts->warning.was_warned ? record_verdict_text(facts->warning_record.verdict)
                                              : "none");
     answer_words(answer, NULL, "reason", "%s", reason);
 }
@@ -691,7 +696,8 @@ static void add_advice_rows(const struct report *report, const struct store_advi
     add_advice_row(advice, first, number, advice->reason, answer);
     for (size_t i = 0; first && i < report->landings; i++) {
         const struct report_facts *facts = &report->facts[i];
-        if (facts != first && facts->record.has_advice && facts->record.advice.id == advice->id)
+        if (facts != first && facts->warning_record.has_advice &&
+            facts->warning_record.advice.id == advice->id)
             add_advice_row(advice, facts, number, "as above", answer);
     }
 }
@@ -714,7 +720,7 @@ static void write_advice(const struct report *report, FILE *out)
             "against the plan, and the landing braked no harder than advised. Zone probability: "
             "probability of a zone of 50 closed mats, with its sampling interval. At or above the "
             "limit, matrig advises against a landing.");
-    report_answer(answer, out);
+    report_write_answer(answer, out);
     free(advice);
 }
 
@@ -776,7 +782,7 @@ static void write_journal(const struct report *report, FILE *out)
     }
     for (size_t t = 0; t < 3; t++) {
         answer_close_group(tables[t]);
-        report_answer(tables[t], out);
+        report_write_answer(tables[t], out);
     }
     free(landing);
 }
@@ -796,7 +802,7 @@ static size_t select_board_rows(const struct store_slow *rows, size_t count, dou
     return n;
 }
 
-static double mean_tension(const struct store_slow *row)
+static double compute_mean_tension_lb(const struct store_slow *row)
 {
     double sum = 0.0;
     unsigned count = 0;
@@ -806,14 +812,14 @@ static double mean_tension(const struct store_slow *row)
         sum += row->tension_lb[i];
         count++;
     }
-    return count ? sum / count : none;
+    return count ? sum / count : not_known;
 }
 
-static void draw_slow(FILE *out, const struct store_slow *rows, const double *hours, double *values,
-                      size_t count, bool si)
+static void draw_slow_readings(FILE *out, const struct store_slow *rows, const double *hours,
+                               double *values, size_t count, bool si)
 {
     struct figure figure = figure_begin(out, si, "tension and temperature against time", 1,
-                                        FIGURE_EACH);
+                                        FIGURE_RANGE_PER_PLOT);
     struct chart_axes axes = {.x_unit = UNIT_NUMBER, .x_high = hours[count - 1], .height_px = 130};
     for (int warm = 0; warm < 2; warm++) {
         axes.y = warm ? "temperature (\xc2\xb0"
@@ -821,22 +827,24 @@ static void draw_slow(FILE *out, const struct store_slow *rows, const double *ho
                       : "mean tension";
         axes.y_unit = warm ? UNIT_NUMBER : UNIT_TENSION;
         axes.x = warm ? "time since the first row (h)" : NULL;
-        figure_plot(&figure, &axes);
+        figure_begin_plot(&figure, &axes);
         for (size_t i = 0; i < count; i++)
-            values[i] = warm ? rows[i].temperature_c : mean_tension(&rows[i]);
-        figure_series(&figure, &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
+            values[i] = warm ? rows[i].temperature_c : compute_mean_tension_lb(&rows[i]);
+        figure_add_series(&figure,
+                          &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,
                "One row a minute between the landings: mean tension of the gages, temperature of "
                "the mat.");
 }
 
-static void write_slow(const struct report *report, FILE *out)
+static void write_slow_readings(const struct report *report, FILE *out)
 {
-    double *hours = xcalloc(2 * (report->slow_rows + 1), sizeof *hours);
-    size_t n = select_board_rows(report->slow, report->slow_rows, hours);
+    double *hours = xcalloc(2 * (report->slow_count + 1), sizeof *hours);
+    size_t n = select_board_rows(report->slow_reading, report->slow_count, hours);
     if (n >= 2 && hours[n - 1] > 0.0)
-        draw_slow(out, report->slow, hours, hours + report->slow_rows + 1, n, report->si);
+        draw_slow_readings(out, report->slow_reading, hours, hours + report->slow_count + 1, n,
+                           report->si);
     free(hours);
 }
 
@@ -844,17 +852,17 @@ static void write_slow(const struct report *report, FILE *out)
 
 const struct report_section report_sections[] = {
     {"summary", "Summary", write_summary, 1},
-    {"cumulative", "Cumulative displacement", write_cumulative, 2},
-    {"zones", "Zone map of all landings", write_zones, 2},
-    {"overlay", "Two landings compared", write_overlay, 2},
-    {"tension", "Band tension against deceleration", write_tension, 2},
+    {"cumulative", "Cumulative displacement", write_cumulative_displacement, 2},
+    {"zones", "Zone map of all landings", write_zone_maps, 2},
+    {"overlay", "Two landings compared", write_landing_overlay, 2},
+    {"tension", "Band tension against deceleration", write_band_tension, 2},
     {"advice", "Advice before the landings", write_advice, 0},
     {"record", "Warnings and their outcome", write_warnings, 0},
     {"predictor", "Predictions", write_predictor, 2},
-    {"compared", "Measured against simulated", write_compared, 2},
-    {"slow", "Tension and temperature between landings", write_slow, 0},
+    {"compared", "Measured against simulated", write_comparisons, 2},
+    {"slow", "Tension and temperature between landings", write_slow_readings, 0},
     {"journal", "Observations and notes", write_journal, 0},
     {"records", "Acceptance and damage", report_records, 0},
-    {"survey", "Surveys of the mat", report_surveys, 0},
+    {"survey", "Surveys of the mat", report_write_surveys, 0},
     {NULL, NULL, NULL, 0},
 };

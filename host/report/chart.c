@@ -18,7 +18,7 @@
 
 /* ---- JSON inside <script> ---- */
 
-static void put_text(FILE *out, const char *text)
+static void put_json_text(FILE *out, const char *text)
 {
     putc('"', out);
     for (; *text; text++) {
@@ -31,10 +31,10 @@ static void put_text(FILE *out, const char *text)
     putc('"', out);
 }
 
-static void put_named_text(FILE *out, const char *name, const char *text)
+static void put_json_text_member(FILE *out, const char *name, const char *text)
 {
     fprintf(out, ",\"%s\":", name);
-    put_text(out, text ? text : "");
+    put_json_text(out, text ? text : "");
 }
 
 /* "displacement (in)"; "" if the axis has no name. */
@@ -43,7 +43,7 @@ static void put_axis(FILE *out, const char *name, const char *what, const struct
     char label[CHART_LABEL_SIZE] = "";
     if (what)
         snprintf(label, sizeof label, unit->text[0] ? "%s (%s)" : "%s", what, unit->text);
-    put_named_text(out, name, label);
+    put_json_text_member(out, name, label);
 }
 
 static void put_number(FILE *out, double value)
@@ -161,13 +161,13 @@ struct figure figure_begin(FILE *out, bool si, const char *what, unsigned column
     fprintf(out,
             "<figure class=\"chart\" role=\"group\" aria-label=\"%s\"><script "
             "type=\"application/json\">{\"share\":%u,\"zero\":%u,\"p\":[",
-            what, range & FIGURE_SHARED, range & FIGURE_ZERO);
-    return (struct figure){.out = out, .si = si, .columns = columns};
+            what, range & FIGURE_RANGE_SHARED, range & FIGURE_RANGE_WITH_ZERO);
+    return (struct figure){.out = out, .si = si, .plots_per_row = columns};
 }
 
 static void end_plot(struct figure *figure)
 {
-    if (figure->plots)
+    if (figure->plot_count)
         fputs("]}", figure->out);
     figure->has_items = false;
 }
@@ -183,28 +183,28 @@ static void put_range(FILE *out, const char *name, double low, double high)
     putc(']', out);
 }
 
-void figure_plot(struct figure *figure, const struct chart_axes *axes)
+void figure_begin_plot(struct figure *figure, const struct chart_axes *axes)
 {
     FILE *out = figure->out;
     end_plot(figure);
-    fprintf(out, "%s{\"h\":%u", figure->plots ? "," : "", axes->height_px);
-    figure->plots++;
+    fprintf(out, "%s{\"h\":%u", figure->plot_count ? "," : "", axes->height_px);
+    figure->plot_count++;
     figure->height_px += axes->height_px + MARGIN_PX;
-    put_named_text(out, "t", axes->title);
+    put_json_text_member(out, "t", axes->title);
     figure->x = unit_of(axes->x_unit, figure->si);
     figure->y = unit_of(axes->y_unit, figure->si);
     put_axis(out, "x", axes->x, figure->x);
     put_axis(out, "y", axes->y, figure->y);
     put_range(out, "xr", figure->x->factor * axes->x_low, figure->x->factor * axes->x_high);
     put_range(out, "yr", figure->y->factor * axes->y_low, figure->y->factor * axes->y_high);
-    for (size_t i = 0; i < axes->ticks; i++) {
+    for (size_t i = 0; i < axes->tick_count; i++) {
         if (i == 0)
             fputs(",\"yt\":[", out);
         fprintf(out, "%s[%.1f,", i ? "," : "", (double)i + 0.5);
-        put_text(out, axes->tick(axes->context, i));
+        put_json_text(out, axes->tick_name(axes->context, i));
         putc(']', out);
     }
-    fputs(axes->ticks ? "],\"i\":[" : ",\"i\":[", out);
+    fputs(axes->tick_count ? "],\"i\":[" : ",\"i\":[", out);
 }
 
 static void begin_item(struct figure *figure)
@@ -214,15 +214,15 @@ static void begin_item(struct figure *figure)
     figure->has_items = true;
 }
 
-void figure_series(struct figure *figure, const struct chart_series *s)
+void figure_add_series(struct figure *figure, const struct chart_series *s)
 {
     FILE *out = figure->out;
-    struct points kept = thin_series(s,
-                                     figure->columns > 2 ? COLUMNS_SHARED_ROW : COLUMNS_FULL_WIDTH);
+    struct points kept = thin_series(s, figure->plots_per_row > 2 ? COLUMNS_SHARED_ROW
+                                                                  : COLUMNS_FULL_WIDTH);
     begin_item(figure);
     fprintf(out, "{\"l\":%u,\"k\":\"%s\"", s->style, s->kind);
     if (s->name)
-        put_named_text(out, "n", s->name);
+        put_json_text_member(out, "n", s->name);
     const double x = figure->x->factor, y = figure->y->factor;
     const int decimals = choose_decimals(s, s->y, y);
     put_values(out, "x", &kept, s->x, x, choose_decimals(s, s->x, x));
@@ -233,8 +233,8 @@ void figure_series(struct figure *figure, const struct chart_series *s)
     free(kept.index);
 }
 
-void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
-                  double y1, const char *text)
+void figure_add_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
+                      double y1, const char *text)
 {
     FILE *out = figure->out;
     const double x = figure->x->factor, y = figure->y->factor,
@@ -247,7 +247,7 @@ void figure_shape(struct figure *figure, const char *kind, double x0, double x1,
     }
     if (text) {
         putc(',', out);
-        put_text(out, text);
+        put_json_text(out, text);
     }
     putc(']', out);
 }
@@ -260,16 +260,17 @@ void figure_end(struct figure *figure, const char *const *keys, const char *capt
     fputs("],\"k\":[", out);
     for (size_t i = 0; keys && keys[i]; i += 2) {
         fprintf(out, "%s[", i ? "," : "");
-        put_text(out, keys[i]);
+        put_json_text(out, keys[i]);
         putc(',', out);
-        put_text(out, keys[i + 1]);
+        put_json_text(out, keys[i + 1]);
         putc(']', out);
     }
     fprintf(
         out,
         "]}</script><p class=\"keys\"></p><div class=\"plots c%u\" style=\"--n:%u;--h:%upx\"></div>"
         "<figcaption>",
-        figure->columns, figure->plots, figure->plots ? figure->height_px / figure->plots : 0);
+        figure->plots_per_row, figure->plot_count,
+        figure->plot_count ? figure->height_px / figure->plot_count : 0);
     va_start(arguments, caption);
     vfprintf(out, caption, arguments);
     va_end(arguments);

@@ -10,23 +10,27 @@
 
 #include "host/base/units.h"
 
-/* time before touchdown, and (CHART_SETTLED_S) after the stop, for which traces are shown */
-#define CHART_BEFORE_S   0.3
-#define CHART_SETTLED_S  0.6
-#define CHART_TIME       "time since touchdown (s)"
-#define CHART_RUNWAY_FT  120.0
-#define CHART_LABEL_SIZE 60u
+/* how long traces are shown before touchdown and after the stop */
+#define CHART_TIME_BEFORE_TOUCHDOWN_S 0.3
+#define CHART_TIME_AFTER_STOP_S       0.6
+#define CHART_TIME_LABEL              "time since touchdown (s)"
+#define CHART_RUNWAY_FT               120.0
+#define CHART_LABEL_SIZE              60u
 
 struct figure {
     FILE *out;
     bool si;
-    const struct unit *x, *y;           /* units of the current plot */
-    unsigned columns, plots, height_px; /* height_px: all plots together */
-    bool has_items;                     /* an item was written: the next one needs a comma */
+    const struct unit *x, *y;                      /* units of the current plot */
+    unsigned plots_per_row, plot_count, height_px; /* height_px: all plots together */
+    bool has_items; /* an item was written: the next one needs a comma */
 };
 
 /* How the y ranges of plots are chosen. */
-enum figure_range { FIGURE_EACH, FIGURE_SHARED = 1, FIGURE_ZERO = 2 /* the range includes 0 */ };
+enum figure_range {
+    FIGURE_RANGE_PER_PLOT,
+    FIGURE_RANGE_SHARED = 1,
+    FIGURE_RANGE_WITH_ZERO = 2 /* the range includes 0 */
+};
 
 /* Begins a figure. `what`: text alternative; static. `columns`: number of plots in a row if there
  * is room. Ends with figure_end. */
@@ -43,12 +47,12 @@ struct chart_axes {
     enum unit_kind x_unit, y_unit; /* UNIT_NUMBER: x or y contains the unit */
     double x_low, x_high, y_low, y_high;
     unsigned height_px;
-    const char *(*tick)(void *context, size_t i); /* names at y = i + 0.5 */
+    const char *(*tick_name)(void *context, size_t i); /* names at y = i + 0.5 */
     void *context;
-    size_t ticks;
+    size_t tick_count;
 };
-/* Begins a plot, which ends at the next figure_plot or at figure_end. */
-void figure_plot(struct figure *figure, const struct chart_axes *axes);
+/* Begins a plot, which ends at the next figure_begin_plot or at figure_end. */
+void figure_begin_plot(struct figure *figure, const struct chart_axes *axes);
 
 struct chart_series {
     const char *name; /* name in the key; NULL: none */
@@ -61,11 +65,11 @@ struct chart_series {
     const double *half_width; /* half width of an interval or band; NULL: none */
     size_t count;
 };
-void figure_series(struct figure *figure, const struct chart_series *series);
+void figure_add_series(struct figure *figure, const struct chart_series *series);
 /* Adds a shape: "closed", "behind", "reported", "warned", "band", "mark", "stop", "lead", "sensor",
  * "seen", "damaged", "repaired", "failed", "passed". NaN in x0 or y0: over the whole length of that
  * axis. */
-void figure_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
-                  double y1, const char *text);
+void figure_add_shape(struct figure *figure, const char *kind, double x0, double x1, double y0,
+                      double y1, const char *text);
 
 #endif

@@ -13,11 +13,11 @@
 #include "host/report/chart.h"
 #include "host/report/report.h"
 
-#define CURVE_POINTS    200
-#define COMPARED_POINTS 100u
-#define IN_PER_FT       12.0
+#define CURVE_POINTS      200
+#define COMPARISON_POINTS 100u
+#define IN_PER_FT         12.0
 
-static bool is_fitted(const struct report_landing *landing)
+static bool has_motion_fit(const struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
     return measured->fit_status == MR_OK && measured->samples > 0;
@@ -44,9 +44,9 @@ static void write_facts(const struct report *report, const struct report_landing
                          ? "From CAN: means of 2 ms (displacement) and 4 ms (tension)."
                          : "");
     answer_words(answer, NULL, "raw data", "matrig export %s %lld --format csv -o run%lld.csv",
-                 report_name(report), (long long)landing->summary.measured.landing.id,
+                 report_database_name(report), (long long)landing->summary.measured.landing.id,
                  (long long)landing->summary.measured.landing.id);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 /* ---- speed and deceleration ---- */
@@ -57,31 +57,31 @@ struct curve {
 
 static void draw_curve(struct figure *figure, const struct curve *curve)
 {
-    figure_series(figure, &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
-                                                 curve->value, curve->half, CURVE_POINTS + 1});
+    figure_add_series(figure, &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
+                                                     curve->value, curve->half, CURVE_POINTS + 1});
 }
 
 /* Draws the board's own estimates during the landing, without values above `most`. */
-static void draw_online(struct figure *figure, const struct report_landing *landing, bool speed,
-                        double most)
+static void draw_board_estimates(struct figure *figure, const struct report_landing *landing,
+                                 bool speed, double most)
 {
     size_t count = 0;
-    double *t_s = xcalloc(3 * (landing->motions + 1), sizeof *t_s),
-           *value = t_s + landing->motions + 1, *half = value + landing->motions + 1;
-    for (size_t i = 0; i < landing->motions; i++) {
+    double *t_s = xcalloc(3 * (landing->motion_count + 1), sizeof *t_s),
+           *value = t_s + landing->motion_count + 1, *half = value + landing->motion_count + 1;
+    for (size_t i = 0; i < landing->motion_count; i++) {
         const struct store_motion *motion = &landing->motion[i];
         double v = speed ? motion->speed_ft_s : motion->deceleration_ft_s2;
-        t_s[count] = measured_block_s(&landing->summary.measured, motion->block);
-        if (t_s[count] < -CHART_BEFORE_S || !(v >= 0.0) || v > most)
+        t_s[count] = measured_block_time_s(&landing->summary.measured, motion->block);
+        if (t_s[count] < -CHART_TIME_BEFORE_TOUCHDOWN_S || !(v >= 0.0) || v > most)
             continue;
         half[count] = speed && isfinite(motion->speed_error_ft_s)
                         ? SUMMARY_HALF_WIDTH_95 * motion->speed_error_ft_s
                         : 0.0;
         value[count++] = v;
     }
-    figure_series(figure, &(struct chart_series){"board, during the landing", 2,
-                                                 speed ? "whiskers" : "points", t_s, value,
-                                                 speed ? half : NULL, count});
+    figure_add_series(figure, &(struct chart_series){"board, during the landing", 2,
+                                                     speed ? "whiskers" : "points", t_s, value,
+                                                     speed ? half : NULL, count});
     free(t_s);
 }
 
@@ -97,7 +97,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
     axes.y_unit = UNIT_SPEED;
     axes.y_high = most;
     axes.height_px = 200;
-    figure_plot(figure, &axes);
+    figure_begin_plot(figure, &axes);
     for (size_t i = 0; i <= CURVE_POINTS; i++) {
         double error_ft_s;
         curve.t_s[i] = measured->summary.stop_t_s.value * (double)i / CURVE_POINTS;
@@ -110,9 +110,9 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         t_s[count] = 0.5 * (from->t_s + to->t_s);
         mean[count++] = (to->station_ft - from->station_ft) / (to->t_s - from->t_s);
     }
-    figure_series(figure, &(struct chart_series){"mean between two switches", 1, "points", t_s,
-                                                 mean, NULL, count});
-    draw_online(figure, landing, true, most);
+    figure_add_series(figure, &(struct chart_series){"mean between two switches", 1, "points", t_s,
+                                                     mean, NULL, count});
+    draw_board_estimates(figure, landing, true, most);
 }
 
 /* Draws the deceleration of the fit, only between its first and last switch. */
@@ -137,10 +137,10 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
     axes.y_unit = UNIT_DECELERATION;
     axes.y_high = 1.1 * fmax(most, mean);
     axes.height_px = 140;
-    figure_plot(figure, &axes);
+    figure_begin_plot(figure, &axes);
     draw_curve(figure, &curve);
-    figure_shape(figure, "mark", 0.0, measured->summary.stop_t_s.value, mean, mean, NULL);
-    draw_online(figure, landing, false, axes.y_high);
+    figure_add_shape(figure, "mark", 0.0, measured->summary.stop_t_s.value, mean, mean, NULL);
+    draw_board_estimates(figure, landing, false, axes.y_high);
 }
 
 /* Draws the residuals of the switches that the fit covers. */
@@ -154,11 +154,11 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
     size_t count = 0;
     axes.y = "residual";
     axes.y_unit = UNIT_DISPLACEMENT;
-    axes.x = CHART_TIME;
+    axes.x = CHART_TIME_LABEL;
     axes.height_px = 120;
-    figure_plot(figure, &axes);
-    figure_shape(figure, "band", (double)NAN, (double)NAN, -tolerance, tolerance, NULL);
-    figure_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
+    figure_begin_plot(figure, &axes);
+    figure_add_shape(figure, "band", (double)NAN, (double)NAN, -tolerance, tolerance, NULL);
+    figure_add_shape(figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
     for (size_t i = 0; i < measured->gate_count; i++) {
         struct mr_motion_estimate motion;
         mr_gates_motion_at(&measured->fit, measured->gate[i].t_s, &motion);
@@ -166,7 +166,8 @@ static void draw_residuals(struct figure *figure, const struct measured *measure
         residual[count] = IN_PER_FT * (measured->gate[i].station_ft - motion.position_ft.value);
         count += t_s[count] >= first_s && t_s[count] <= last_s;
     }
-    figure_series(figure, &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
+    figure_add_series(figure,
+                      &(struct chart_series){NULL, 1, "points", t_s, residual, NULL, count});
 }
 
 static void write_speed(const struct report *report, const struct report_landing *landing,
@@ -176,14 +177,14 @@ static void write_speed(const struct report *report, const struct report_landing
     const struct measured *measured = &landing->summary.measured;
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, report->si);
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
-                                    .x_low = -CHART_BEFORE_S,
+                                    .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
                                     .x_high = measured->summary.stop_t_s.value * 1.03};
-    if (!is_fitted(landing))
+    if (!has_motion_fit(landing))
         return;
     struct figure figure = figure_begin(
         out, report->si,
         "speed and deceleration of the gear, and residuals of the switches, against time", 1,
-        FIGURE_EACH);
+        FIGURE_RANGE_PER_PLOT);
     draw_speed(&figure, landing, axes);
     draw_deceleration(&figure, landing, axes);
     draw_residuals(&figure, measured, axes);
@@ -200,11 +201,12 @@ static void write_speed(const struct report *report, const struct report_landing
 
 /* ---- the mat ---- */
 
-/* Readings of a channel between two times. x is the time, the wheel's station, or the distance of
- * the transducer ahead of the wheel (between BEHIND_FT and AHEAD_FT). The caller frees x. */
-enum trace_axis { TRACE_TIME, TRACE_STATION, TRACE_WHEEL };
-#define BEHIND_FT 30.0
-#define AHEAD_FT  50.0
+/* Readings of a channel between two times. x is the time, the wheel's station, or the distance
+ * of the transducer ahead of the wheel (between SHOWN_BEHIND_WHEEL_FT and SHOWN_AHEAD_OF_WHEEL_FT).
+ * The caller frees x. */
+enum trace_axis { TRACE_OVER_TIME, TRACE_OVER_WHEEL_STATION, TRACE_OVER_DISTANCE_AHEAD };
+#define SHOWN_BEHIND_WHEEL_FT   30.0
+#define SHOWN_AHEAD_OF_WHEEL_FT 50.0
 
 struct trace {
     double *x, *y;
@@ -222,11 +224,12 @@ static struct trace make_trace(const struct report_landing *landing,
         double t_s = measured_time_s(measured, i),
                ahead_ft = (double)channel->config.station_ft - landing->station_ft[i];
         if (t_s < from_s || t_s > to_s ||
-            (against == TRACE_WHEEL && !(ahead_ft >= -BEHIND_FT && ahead_ft <= AHEAD_FT)))
+            (against == TRACE_OVER_DISTANCE_AHEAD &&
+             !(ahead_ft >= -SHOWN_BEHIND_WHEEL_FT && ahead_ft <= SHOWN_AHEAD_OF_WHEEL_FT)))
             continue;
-        trace.x[trace.count] = against == TRACE_TIME    ? t_s
-                             : against == TRACE_STATION ? landing->station_ft[i]
-                                                        : ahead_ft;
+        trace.x[trace.count] = against == TRACE_OVER_TIME          ? t_s
+                             : against == TRACE_OVER_WHEEL_STATION ? landing->station_ft[i]
+                                                                   : ahead_ft;
         trace.y[trace.count++] = measured_value(channel, i);
     }
     return trace;
@@ -235,8 +238,8 @@ static struct trace make_trace(const struct report_landing *landing,
 static void draw_trace(struct figure *figure, const char *name, unsigned look, const char *kind,
                        struct trace trace)
 {
-    figure_series(figure,
-                  &(struct chart_series){name, look, kind, trace.x, trace.y, NULL, trace.count});
+    figure_add_series(
+        figure, &(struct chart_series){name, look, kind, trace.x, trace.y, NULL, trace.count});
     free(trace.x);
 }
 
@@ -259,13 +262,13 @@ static void write_movement(const struct report *report, const struct report_land
     static const char *const keys[] = {"mark", "wheel at the transducer", NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
-    const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
+    const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], sensor[SENSOR_TEXT_SIZE];
-    if (!is_fitted(landing))
+    if (!has_motion_fit(landing))
         return;
     struct figure figure = figure_begin(out, report->si,
                                         "displacement of eight stations against gear position", 2,
-                                        FIGURE_SHARED | FIGURE_ZERO);
+                                        FIGURE_RANGE_SHARED | FIGURE_RANGE_WITH_ZERO);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
         if (c < 0)
@@ -274,17 +277,17 @@ static void write_movement(const struct report *report, const struct report_land
         double at = (double)channel->config.station_ft;
         snprintf(title, sizeof title, "Transducer %u%s: %.*f %s%s", number,
                  sensor_text(landing, (unsigned)c, sensor), report->si ? 1 : 0,
-                 station->factor * at, station->text, channel->valid ? "" : ", not valid");
-        figure_plot(&figure, &(struct chart_axes){.title = title,
-                                                  .x = "gear position",
-                                                  .x_unit = UNIT_STATION,
-                                                  .y = "displacement",
-                                                  .y_unit = UNIT_DISPLACEMENT,
-                                                  .x_high = CHART_RUNWAY_FT,
-                                                  .height_px = 150});
-        figure_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
+                 station->factor * at, station->text, channel->valid_samples ? "" : ", not valid");
+        figure_begin_plot(&figure, &(struct chart_axes){.title = title,
+                                                        .x = "gear position",
+                                                        .x_unit = UNIT_STATION,
+                                                        .y = "displacement",
+                                                        .y_unit = UNIT_DISPLACEMENT,
+                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .height_px = 150});
+        figure_add_shape(&figure, "mark", at, at, (double)NAN, (double)NAN, NULL);
         draw_trace(&figure, "measured", 0, "line",
-                   make_trace(landing, channel, TRACE_STATION, 0.0, end_s));
+                   make_trace(landing, channel, TRACE_OVER_WHEEL_STATION, 0.0, end_s));
     }
     figure_end(&figure, keys,
                "Displacement relative to the mean of the 0.5 s before the first switch opened; "
@@ -293,34 +296,34 @@ static void write_movement(const struct report *report, const struct report_land
 
 /* Draw displacement against distance from the wheel, only while the gear rolls: the distance is
  * constant after the stop. */
-static void write_wheel(const struct report *report, const struct report_landing *landing,
-                        FILE *out)
+static void write_movement_by_wheel_distance(const struct report *report,
+                                             const struct report_landing *landing, FILE *out)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
     char name[CHART_LABEL_SIZE];
-    if (!is_fitted(landing))
+    if (!has_motion_fit(landing))
         return;
     struct figure figure = figure_begin(
         out, report->si, "displacement against distance from the front wheel of the main bogie", 1,
-        FIGURE_EACH);
-    figure_plot(&figure,
-                &(struct chart_axes){.x = "distance of the transducer ahead of the front wheel",
-                                     .x_unit = UNIT_STATION,
-                                     .y = "displacement",
-                                     .y_unit = UNIT_DISPLACEMENT,
-                                     .x_low = -BEHIND_FT,
-                                     .x_high = AHEAD_FT,
-                                     .height_px = 270});
-    figure_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
+        FIGURE_RANGE_PER_PLOT);
+    figure_begin_plot(
+        &figure, &(struct chart_axes){.x = "distance of the transducer ahead of the front wheel",
+                                      .x_unit = UNIT_STATION,
+                                      .y = "displacement",
+                                      .y_unit = UNIT_DISPLACEMENT,
+                                      .x_low = -SHOWN_BEHIND_WHEEL_FT,
+                                      .x_high = SHOWN_AHEAD_OF_WHEEL_FT,
+                                      .height_px = 270});
+    figure_add_shape(&figure, "mark", 0.0, 0.0, (double)NAN, (double)NAN, NULL);
     for (unsigned number = 1; number <= MR_TRANSDUCERS; number++) {
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, number);
-        if (c < 0 || measured->channel[c].valid == 0)
+        if (c < 0 || measured->channel[c].valid_samples == 0)
             continue;
         snprintf(name, sizeof name, "%.*f %s", report->si ? 1 : 0,
                  (double)measured->channel[c].config.station_ft * station->factor, station->text);
         draw_trace(&figure, name, number - 1, "marked",
-                   make_trace(landing, &measured->channel[c], TRACE_WHEEL, 0.0,
+                   make_trace(landing, &measured->channel[c], TRACE_OVER_DISTANCE_AHEAD, 0.0,
                               measured->summary.stop_t_s.value));
     }
     figure_end(
@@ -329,18 +332,18 @@ static void write_wheel(const struct report *report, const struct report_landing
         "approaches from the right; behind the wheel the distance is negative.");
 }
 
-#define PATH_POINTS     200
-#define STATEMENT_MIN_S 0.05
+#define WHEEL_PATH_POINTS       200
+#define ZONE_REPORT_DRAWN_MIN_S 0.05
 
 /* ---- the zone map ---- */
 
-#define CHECK_PERIOD_BLOCKS 20 /* blocks between two checks for closed segments */
-#define AFTER_STOP_S        0.8
+#define CHECK_PERIOD_BLOCKS   20 /* blocks between two checks for closed segments */
+#define ZONE_MAP_AFTER_STOP_S 0.8
 
 /* Draw a rectangle for a segment that is closed from one check to the next. Segments ahead of the
  * wheel are drawn stronger than those behind it. */
-static void draw_closed(struct figure *figure, const struct report_landing *landing,
-                        unsigned segment, double from_s, double to_s)
+static void draw_closed_segment(struct figure *figure, const struct report_landing *landing,
+                                unsigned segment, double from_s, double to_s)
 {
     double start_ft = (double)MR_SEGMENT_LENGTH_FT * segment,
            end_ft = start_ft + (double)MR_SEGMENT_LENGTH_FT;
@@ -349,12 +352,13 @@ static void draw_closed(struct figure *figure, const struct report_landing *land
         passed_s = from_s;
     passed_s = isnan(passed_s) ? to_s : fmin(to_s, fmax(from_s, passed_s));
     if (passed_s > from_s)
-        figure_shape(figure, "closed", start_ft, end_ft, from_s, passed_s, NULL);
+        figure_add_shape(figure, "closed", start_ft, end_ft, from_s, passed_s, NULL);
     if (to_s > passed_s)
-        figure_shape(figure, "behind", start_ft, end_ft, passed_s, to_s, NULL);
+        figure_add_shape(figure, "behind", start_ft, end_ft, passed_s, to_s, NULL);
 }
 
-static void draw_closure(struct figure *figure, const struct report_landing *landing, double last_s)
+static void draw_closed_segments(struct figure *figure, const struct report_landing *landing,
+                                 double last_s)
 {
     const struct measured *measured = &landing->summary.measured;
     double since_s[MR_SEGMENTS], t_s = 0.0;
@@ -366,20 +370,20 @@ static void draw_closure(struct figure *figure, const struct report_landing *lan
         t_s = measured_time_s(measured, i);
         if (t_s < -0.2 || t_s > last_s)
             continue;
-        zones_find_closed(measured, &landing->survey, i, remaining_in, &zone);
+        zones_find_closed_segments(measured, &landing->survey, i, remaining_in, &zone);
         for (unsigned s = 0; s < MR_SEGMENTS; s++) {
             bool closed = remaining_in[s] < MR_CLOSURE_OPEN_IN;
             if (closed && isnan(since_s[s])) {
                 since_s[s] = t_s;
             } else if (!closed && !isnan(since_s[s])) {
-                draw_closed(figure, landing, s, since_s[s], t_s);
+                draw_closed_segment(figure, landing, s, since_s[s], t_s);
                 since_s[s] = (double)NAN;
             }
         }
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         if (!isnan(since_s[s]))
-            draw_closed(figure, landing, s, since_s[s], fmin(t_s, last_s));
+            draw_closed_segment(figure, landing, s, since_s[s], fmin(t_s, last_s));
     }
 }
 
@@ -393,19 +397,19 @@ static void draw_warnings(struct figure *figure, const struct report_landing *la
         const struct store_zone *row = &zones->row[i];
         double t_s = zones_time_s(measured, row);
         double until_s = i + 1 < zones->count ? zones_time_s(measured, row + 1)
-                                              : t_s + STATEMENT_MIN_S;
+                                              : t_s + ZONE_REPORT_DRAWN_MIN_S;
         if (row->warning == 1)
-            figure_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
-                         fmin(until_s, t_s + 0.1), NULL);
+            figure_add_shape(figure, "warned", row->start_ft, row->end_ft, t_s,
+                             fmin(until_s, t_s + 0.1), NULL);
     }
     if (!warning->was_warned)
         return;
     double t_s = fmax(warning->t_s, -0.1), wheel_ft = measured_station_ft(measured, warning->t_s);
-    const char *heard = zones_format_earlier(zones, doubt) ? " received" : "";
+    const char *heard = zones_format_earlier_warning_doubt(zones, doubt) ? " received" : "";
     snprintf(text, sizeof text, "first warning%s: closed zone of %lld mats", heard,
              (long long)warning->mats);
-    figure_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft, warning->end_ft,
-                 t_s, t_s, text);
+    figure_add_shape(figure, "lead", isnan(wheel_ft) ? warning->start_ft : wheel_ft,
+                     warning->end_ft, t_s, t_s, text);
 }
 
 static void write_zone_map(const struct report *report, const struct report_landing *landing,
@@ -416,40 +420,42 @@ static void write_zone_map(const struct report *report, const struct report_land
         "warned", "zone reported, warning on",          "sensor", "transducers",
         NULL};
     const struct measured *measured = &landing->summary.measured;
-    const double last_s = measured->summary.stop_t_s.value + AFTER_STOP_S;
-    double x[PATH_POINTS + 1], t_s[PATH_POINTS + 1], gate_ft[MR_GATES_MAX], gate_s[MR_GATES_MAX];
+    const double last_s = measured->summary.stop_t_s.value + ZONE_MAP_AFTER_STOP_S;
+    double x[WHEEL_PATH_POINTS + 1], t_s[WHEEL_PATH_POINTS + 1], gate_ft[MR_GATES_MAX],
+        gate_s[MR_GATES_MAX];
     size_t gates = 0;
-    if (!is_fitted(landing))
+    if (!has_motion_fit(landing))
         return;
     struct figure figure = figure_begin(
         out, report->si, "zone map: closed segments, wheel and warning over station and time", 1,
-        FIGURE_EACH);
-    figure_plot(&figure, &(struct chart_axes){.x = "station",
-                                              .x_unit = UNIT_STATION,
-                                              .y = CHART_TIME,
-                                              .y_unit = UNIT_NUMBER,
-                                              .x_high = CHART_RUNWAY_FT,
-                                              .y_low = -0.2,
-                                              .y_high = last_s,
-                                              .height_px = 340});
-    draw_closure(&figure, landing, last_s);
+        FIGURE_RANGE_PER_PLOT);
+    figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
+                                                    .x_unit = UNIT_STATION,
+                                                    .y = CHART_TIME_LABEL,
+                                                    .y_unit = UNIT_NUMBER,
+                                                    .x_high = CHART_RUNWAY_FT,
+                                                    .y_low = -0.2,
+                                                    .y_high = last_s,
+                                                    .height_px = 340});
+    draw_closed_segments(&figure, landing, last_s);
     draw_warnings(&figure, landing);
-    for (size_t i = 0; i <= PATH_POINTS; i++) {
-        t_s[i] = last_s * (double)i / PATH_POINTS;
+    for (size_t i = 0; i <= WHEEL_PATH_POINTS; i++) {
+        t_s[i] = last_s * (double)i / WHEEL_PATH_POINTS;
         x[i] = measured_station_ft(measured, t_s[i]);
     }
-    figure_series(&figure, &(struct chart_series){"wheel and the switches that it opened", 0,
-                                                  "line", x, t_s, NULL, PATH_POINTS + 1});
+    figure_add_series(&figure, &(struct chart_series){"wheel and the switches that it opened", 0,
+                                                      "line", x, t_s, NULL, WHEEL_PATH_POINTS + 1});
     for (size_t i = 0; i < measured->gate_count; i++) {
         gate_ft[gates] = measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
         gates += measured->gate[i].station_ft >= 0.0;
     }
-    figure_series(&figure, &(struct chart_series){NULL, 0, "points", gate_ft, gate_s, NULL, gates});
+    figure_add_series(&figure,
+                      &(struct chart_series){NULL, 0, "points", gate_ft, gate_s, NULL, gates});
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         double at = (double)measured->channel[c].config.station_ft;
         if (measured->channel[c].config.kind == MR_KIND_DISPLACEMENT)
-            figure_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
+            figure_add_shape(&figure, "sensor", at, at, (double)NAN, (double)NAN, NULL);
     }
     figure_end(&figure, keys,
                "Closed segments: computed here from survey and transducers. Zone reported: by the "
@@ -459,8 +465,8 @@ static void write_zone_map(const struct report *report, const struct report_land
 /* ---- the predictor ---- */
 
 /* Draw one rectangle for consecutive messages with the same zone. */
-static void draw_reported(struct figure *figure, const struct zones *zones,
-                          const struct measured *measured)
+static void draw_reported_zones(struct figure *figure, const struct zones *zones,
+                                const struct measured *measured)
 {
     for (size_t i = 0, next; i < zones->count; i = next) {
         const struct store_zone *row = &zones->row[i];
@@ -472,43 +478,44 @@ static void draw_reported(struct figure *figure, const struct zones *zones,
                 t_s > to_s + 0.001)
                 break;
             double until_s = next + 1 < zones->count ? zones_time_s(measured, other + 1)
-                                                     : t_s + STATEMENT_MIN_S;
-            to_s = fmin(until_s, t_s + 2.0 * STATEMENT_MIN_S);
+                                                     : t_s + ZONE_REPORT_DRAWN_MIN_S;
+            to_s = fmin(until_s, t_s + 2.0 * ZONE_REPORT_DRAWN_MIN_S);
         }
         if (row->mats > 0)
-            figure_shape(figure, row->warning == 1 ? "warned" : "reported",
-                         fmax(from_s, -CHART_BEFORE_S), to_s, 0.0, (double)row->mats, NULL);
+            figure_add_shape(figure, row->warning == 1 ? "warned" : "reported",
+                             fmax(from_s, -CHART_TIME_BEFORE_TOUCHDOWN_S), to_s, 0.0,
+                             (double)row->mats, NULL);
     }
 }
 
-static void draw_mats(struct figure *figure, const struct report_landing *landing,
-                      struct chart_axes axes)
+static void draw_zone_lengths(struct figure *figure, const struct report_landing *landing,
+                              struct chart_axes axes)
 {
     const struct zones *zones = &landing->summary.zones;
     const struct measured *measured = &landing->summary.measured;
-    double *t_s = xmalloc(2 * (landing->predictions + 1) * sizeof *t_s),
-           *mats = t_s + landing->predictions + 1;
+    double *t_s = xmalloc(2 * (landing->prediction_count + 1) * sizeof *t_s),
+           *mats = t_s + landing->prediction_count + 1;
     size_t count = 0;
-    axes.x = CHART_TIME;
+    axes.x = CHART_TIME_LABEL;
     axes.y = "mats in the zone";
     axes.y_unit = UNIT_NUMBER;
     axes.y_high = 60.0;
     axes.height_px = 150;
     for (size_t i = 0; i < zones->count; i++)
         axes.y_high = fmax(axes.y_high, 1.05 * (double)zones->row[i].mats);
-    figure_plot(figure, &axes);
-    draw_reported(figure, zones, measured);
-    figure_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_WARNING_MATS,
-                 MR_PREDICTOR_WARNING_MATS, NULL);
-    figure_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_ADVISORY_MATS,
-                 MR_PREDICTOR_ADVISORY_MATS, NULL);
-    for (size_t i = 0; i < landing->predictions; i++) {
-        t_s[count] = measured_block_s(measured, landing->prediction[i].block);
+    figure_begin_plot(figure, &axes);
+    draw_reported_zones(figure, zones, measured);
+    figure_add_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_WARNING_MATS,
+                     MR_PREDICTOR_WARNING_MATS, NULL);
+    figure_add_shape(figure, "mark", (double)NAN, (double)NAN, MR_PREDICTOR_ADVISORY_MATS,
+                     MR_PREDICTOR_ADVISORY_MATS, NULL);
+    for (size_t i = 0; i < landing->prediction_count; i++) {
+        t_s[count] = measured_block_time_s(measured, landing->prediction[i].block);
         mats[count] = (double)landing->prediction[i].coming_mats;
         count += landing->prediction[i].coming_mats > 0;
     }
-    figure_series(figure, &(struct chart_series){"longest zone predicted", 2, "dots", t_s, mats,
-                                                 NULL, count});
+    figure_add_series(figure, &(struct chart_series){"longest zone predicted", 2, "dots", t_s, mats,
+                                                     NULL, count});
     free(t_s);
 }
 
@@ -520,16 +527,17 @@ static void write_predictions(const struct report *report, const struct report_l
         "mark",   "limits: 30 and 50 mats",     NULL};
     const struct measured *measured = &landing->summary.measured;
     const struct chart_axes axes = {.x_unit = UNIT_NUMBER,
-                                    .x_low = -CHART_BEFORE_S,
-                                    .x_high = measured->summary.stop_t_s.value + CHART_SETTLED_S};
+                                    .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
+                                    .x_high = measured->summary.stop_t_s.value +
+                                              CHART_TIME_AFTER_STOP_S};
     struct answer *answer = answer_new(report->si);
     summary_add_zone(&landing->summary, answer);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
     if (measured->fit_status != MR_OK || landing->summary.zones.count == 0)
         return;
-    struct figure figure =
-        figure_begin(out, report->si, "zone that the board reported, against time", 1, FIGURE_EACH);
-    draw_mats(&figure, landing, axes);
+    struct figure figure = figure_begin(
+        out, report->si, "zone that the board reported, against time", 1, FIGURE_RANGE_PER_PLOT);
+    draw_zone_lengths(&figure, landing, axes);
     figure_end(&figure, keys, "All zone reports of the board.");
 }
 
@@ -540,7 +548,7 @@ static void write_tensions(const struct report *report, const struct report_land
 {
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, report->si);
-    const double end_s = measured->summary.stop_t_s.value + CHART_SETTLED_S;
+    const double end_s = measured->summary.stop_t_s.value + CHART_TIME_AFTER_STOP_S;
     char title[CHART_LABEL_SIZE], name[CHART_LABEL_SIZE];
     bool drawn[MR_CHANNELS] = {false}, any = false;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -548,24 +556,24 @@ static void write_tensions(const struct report *report, const struct report_land
                    isnan(measured->channel[c].config.station_ft);
         any = any || !drawn[c];
     }
-    if (!is_fitted(landing) || !any)
+    if (!has_motion_fit(landing) || !any)
         return;
     struct figure figure = figure_begin(out, report->si, "band tensions against time", 2,
-                                        FIGURE_SHARED);
+                                        FIGURE_RANGE_SHARED);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         float station_ft = measured->channel[c].config.station_ft;
         if (drawn[c])
             continue;
         snprintf(title, sizeof title, "Station %.*f %s", report->si ? 1 : 0,
                  (double)station_ft * station->factor, station->text);
-        figure_plot(&figure, &(struct chart_axes){.title = title,
-                                                  .x = CHART_TIME,
-                                                  .x_unit = UNIT_NUMBER,
-                                                  .y = "tension",
-                                                  .y_unit = UNIT_TENSION,
-                                                  .x_low = -CHART_BEFORE_S,
-                                                  .x_high = end_s,
-                                                  .height_px = 140});
+        figure_begin_plot(&figure, &(struct chart_axes){.title = title,
+                                                        .x = CHART_TIME_LABEL,
+                                                        .x_unit = UNIT_NUMBER,
+                                                        .y = "tension",
+                                                        .y_unit = UNIT_TENSION,
+                                                        .x_low = -CHART_TIME_BEFORE_TOUCHDOWN_S,
+                                                        .x_high = end_s,
+                                                        .height_px = 140});
         for (unsigned k = c; k < MR_CHANNELS; k++) {
             const struct measured_channel *channel = &measured->channel[k];
             if (drawn[k] || channel->config.station_ft != station_ft)
@@ -573,15 +581,16 @@ static void write_tensions(const struct report *report, const struct report_land
             drawn[k] = true;
             snprintf(name, sizeof name, "band %u", channel->config.band);
             draw_trace(&figure, name, (channel->config.band + 5u) % 6u, "marked",
-                       make_trace(landing, channel, TRACE_TIME, -CHART_BEFORE_S, end_s));
+                       make_trace(landing, channel, TRACE_OVER_TIME, -CHART_TIME_BEFORE_TOUCHDOWN_S,
+                                  end_s));
         }
     }
     figure_end(&figure, NULL, "Tension against time at each station, unfiltered.");
 }
 
 /* Gages of a band, sorted by station; returns how many. */
-static size_t find_gages(const struct measured *measured, unsigned band,
-                         const struct measured_channel *gage[MR_GAGES])
+static size_t find_band_gages(const struct measured *measured, unsigned band,
+                              const struct measured_channel *gage[MR_GAGES])
 {
     size_t count = 0;
     for (unsigned number = 1; number <= MR_GAGES; number++) {
@@ -604,8 +613,8 @@ static void write_tension_extremes(const struct report *report,
 {
     const struct measured_channel *gage[MR_GAGES];
     struct figure figure = {0};
-    for (unsigned band = 1; band <= REPORT_BANDS; band++) {
-        size_t count = find_gages(&landing->summary.measured, band, gage);
+    for (unsigned band = 1; band <= REPORT_BANDS_MAX; band++) {
+        size_t count = find_band_gages(&landing->summary.measured, band, gage);
         double x[MR_GAGES], y[3][MR_GAGES], half[3][MR_GAGES];
         char title[CHART_LABEL_SIZE];
         static const char *const names[] = {"least", "most", "at the end"};
@@ -613,16 +622,16 @@ static void write_tension_extremes(const struct report *report,
             continue;
         if (!figure.out)
             figure = figure_begin(out, report->si, "change of tension along the bands", 2,
-                                  FIGURE_SHARED | FIGURE_ZERO);
+                                  FIGURE_RANGE_SHARED | FIGURE_RANGE_WITH_ZERO);
         snprintf(title, sizeof title, "Band %u", band);
-        figure_plot(&figure, &(struct chart_axes){.title = title,
-                                                  .x = "station",
-                                                  .x_unit = UNIT_STATION,
-                                                  .y = "change",
-                                                  .y_unit = UNIT_TENSION,
-                                                  .x_high = CHART_RUNWAY_FT,
-                                                  .height_px = 170});
-        figure_shape(&figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
+        figure_begin_plot(&figure, &(struct chart_axes){.title = title,
+                                                        .x = "station",
+                                                        .x_unit = UNIT_STATION,
+                                                        .y = "change",
+                                                        .y_unit = UNIT_TENSION,
+                                                        .x_high = CHART_RUNWAY_FT,
+                                                        .height_px = 170});
+        figure_add_shape(&figure, "mark", (double)NAN, (double)NAN, 0.0, 0.0, NULL);
         for (size_t i = 0; i < count; i++) {
             x[i] = (double)gage[i]->config.station_ft;
             y[0][i] = (gage[i]->low - gage[i]->baseline);
@@ -632,8 +641,9 @@ static void write_tension_extremes(const struct report *report,
             half[1][i] = SUMMARY_HALF_WIDTH_95 * gage[i]->high_error;
         }
         for (unsigned k = 0; k < 3; k++)
-            figure_series(&figure, &(struct chart_series){names[k], k, k < 2 ? "whiskers" : "marks",
-                                                          x, y[k], k < 2 ? half[k] : NULL, count});
+            figure_add_series(&figure,
+                              &(struct chart_series){names[k], k, k < 2 ? "whiskers" : "marks", x,
+                                                     y[k], k < 2 ? half[k] : NULL, count});
     }
     if (figure.out)
         figure_end(&figure, NULL,
@@ -647,7 +657,7 @@ static void write_bands(const struct report *report, const struct report_landing
     struct answer *answer = answer_new(report->si);
     bands_to_answer(&landing->summary.bands, &landing->summary.measured, answer);
     bands_add_shunts(&landing->summary.bands, true, answer);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 /* ---- transducers and gages ---- */
@@ -663,59 +673,60 @@ static void write_channels(const struct report *report, const struct report_land
             answer, NULL,
             "Peaks are extremes of an %d ms moving mean; the end is the mean of the last "
             "%d ms. \xc2\xb1 is one standard error: calibration and noise.",
-            MEASURED_WINDOW_BLOCKS, MEASURED_END_BLOCKS);
+            MEASURED_MEAN_BLOCKS, MEASURED_FINAL_MEAN_BLOCKS);
         summary_add_channels(measured, MR_KIND_TENSION, "", answer);
     }
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 /* ---- measured against simulated ---- */
 
-static void write_compared_text(FILE *out, const struct compare_figures *figures, bool si)
+static void write_comparison_text(FILE *out, const struct compare_figures *figures, bool si)
 {
     const struct unit *length = unit_of(UNIT_DISPLACEMENT, si);
     struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE_SIZE];
+    char sentence[COMPARE_AGREEMENT_SIZE];
     fputs("<p class=\"say\">", out);
     if (figures->model_file[0]) {
         fputs("Simulation: ", out);
         html_write_text(out, figures->model_file);
         fputs(", ", out);
     }
-    if (figures->seeds > 1)
-        fprintf(out, "%lld runways, ", (long long)figures->seeds);
-    if (!isnan(figures->error_in))
+    if (figures->seed_count > 1)
+        fprintf(out, "%lld runways, ", (long long)figures->seed_count);
+    if (!isnan(figures->solver_error_in))
         fprintf(out, "standard error (estimated by its solver) %.*f %s, ", si ? 2 : 4,
-                figures->error_in * length->factor, length->text);
+                figures->solver_error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed_segments, MR_SEGMENTS);
-    compare_find_agreement(figures, &agreement);
-    compare_write_sentence(&agreement, si, sentence);
+    compare_compute_agreement(figures, &agreement);
+    compare_write_agreement(&agreement, si, sentence);
     fputs("<p class=\"say\"><strong>", out);
     html_write_text(out, sentence);
     fputs(".</strong></p>\n", out);
 }
 
 /* Every `step`-th sample from touchdown to the end of the simulation. */
-static void draw_compared(struct figure *figure, const struct compare_curves *curves,
-                          size_t samples, bool simulated)
+static void draw_compared_signal(struct figure *figure, const struct compare_curves *curves,
+                                 size_t samples, bool simulated)
 {
     const double *value = simulated ? curves->simulated_in : curves->measured_in,
                  *error = simulated ? curves->simulated_error_in : curves->measured_error_in;
-    double t_s[COMPARED_POINTS + 1], y[COMPARED_POINTS + 1], half[COMPARED_POINTS + 1];
+    double t_s[COMPARISON_POINTS + 1], y[COMPARISON_POINTS + 1], half[COMPARISON_POINTS + 1];
     size_t from = 0, to = samples, count = 0;
     while (from < to && curves->t_s[from] < 0.0)
         from++;
     while (to > from && isnan(curves->simulated_in[to - 1]))
         to--;
-    size_t step = (to - from) / COMPARED_POINTS + 1;
+    size_t step = (to - from) / COMPARISON_POINTS + 1;
     for (size_t i = from; i < to; i += step) {
         t_s[count] = curves->t_s[i];
         y[count] = value[i];
         half[count++] = SUMMARY_HALF_WIDTH_95 * error[i];
     }
-    figure_series(figure, &(struct chart_series){
-                              simulated ? "simulated with 95 % band" : "measured with 95 % band",
-                              simulated, simulated ? "sim" : "line", t_s, y, half, count});
+    figure_add_series(
+        figure,
+        &(struct chart_series){simulated ? "simulated with 95 % band" : "measured with 95 % band",
+                               simulated, simulated ? "sim" : "line", t_s, y, half, count});
 }
 
 static void draw_comparison(const struct report_landing *landing, bool si, FILE *out)
@@ -723,44 +734,45 @@ static void draw_comparison(const struct report_landing *landing, bool si, FILE 
     const struct measured *measured = &landing->summary.measured;
     const struct unit *station = unit_of(UNIT_STATION, si);
     struct figure figure = figure_begin(out, si, "movement of the mat, measured and simulated", 2,
-                                        FIGURE_EACH);
-    for (size_t i = 0; i < landing->simulations; i++) {
+                                        FIGURE_RANGE_PER_PLOT);
+    for (size_t i = 0; i < landing->simulation_count; i++) {
         const struct store_simulation *row = &landing->simulation[i];
         int c = measured_channel_index(measured, MR_KIND_DISPLACEMENT, (unsigned)row->number);
-        double error_in = isnan(landing->head.error_in) ? row->peak_simulated_error_in
-                                                        : landing->head.error_in;
+        double error_in = isnan(landing->simulation_head.error_in)
+                            ? row->peak_simulated_error_in
+                            : landing->simulation_head.error_in;
         char title[CHART_LABEL_SIZE];
         struct compare_curves curves;
         if (c < 0 || !measured->channel[c].raw || row->length == 0)
             continue;
-        compare_fill_curves(measured, &landing->compared->timing, &measured->channel[c], row,
+        compare_fill_curves(measured, &landing->comparison->timing, &measured->channel[c], row,
                             error_in, &curves);
         snprintf(title, sizeof title, "Transducer %" PRId64 ": %.1f %s", row->number,
                  row->station_ft * station->factor, station->text);
-        figure_plot(&figure, &(struct chart_axes){.title = title,
-                                                  .x = CHART_TIME,
-                                                  .x_unit = UNIT_NUMBER,
-                                                  .y = "displacement",
-                                                  .y_unit = UNIT_DISPLACEMENT,
-                                                  .height_px = 150});
+        figure_begin_plot(&figure, &(struct chart_axes){.title = title,
+                                                        .x = CHART_TIME_LABEL,
+                                                        .x_unit = UNIT_NUMBER,
+                                                        .y = "displacement",
+                                                        .y_unit = UNIT_DISPLACEMENT,
+                                                        .height_px = 150});
         for (int simulated = 0; simulated < 2; simulated++)
-            draw_compared(&figure, &curves, measured->samples, simulated);
+            draw_compared_signal(&figure, &curves, measured->samples, simulated);
         free(curves.storage);
     }
     figure_end(&figure, NULL, "Displacement against time.");
 }
 
-static void write_compared(const struct report *report, const struct report_landing *landing,
-                           FILE *out)
+static void write_comparison(const struct report *report, const struct report_landing *landing,
+                             FILE *out)
 {
     struct answer *answer;
-    if (!landing->compared)
+    if (!landing->comparison)
         return;
-    write_compared_text(out, landing->compared, report->si);
+    write_comparison_text(out, landing->comparison, report->si);
     answer = answer_new(report->si);
-    compare_add_channels(landing->compared, answer);
-    compare_add_zones(&landing->compared->zones, answer);
-    report_answer(answer, out);
+    compare_add_channels(landing->comparison, answer);
+    compare_add_zones(&landing->comparison->zones, answer);
+    report_write_answer(answer, out);
     draw_comparison(landing, report->si, out);
 }
 
@@ -782,7 +794,7 @@ static void write_health(const struct report *report, const struct report_landin
         answer_sentence(answer, NULL,
                         "The predictor delayed other work in %zu blocks, by at most %lld blocks.",
                         backlogs, (long long)most);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
     free(backlog);
 }
 
@@ -790,7 +802,7 @@ static void write_health(const struct report *report, const struct report_landin
 
 const struct report_part report_parts[] = {
     {"Speed and deceleration", write_speed},
-    {"Displacement against distance from the front wheel", write_wheel},
+    {"Displacement against distance from the front wheel", write_movement_by_wheel_distance},
     {"Zone map", write_zone_map},
     {"Movement of the mat", write_movement},
     {"Predictions", write_predictions},
@@ -798,7 +810,7 @@ const struct report_part report_parts[] = {
     {"Tension change along the bands", write_tension_extremes},
     {"Bands", write_bands},
     {"Transducers and gages", write_channels},
-    {"Measured against simulated", write_compared},
+    {"Measured against simulated", write_comparison},
     {"Conditions, damage and pictures", report_landing_records},
     {"Record", write_facts},
     {"Health and losses", write_health},

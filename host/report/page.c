@@ -19,9 +19,9 @@
 #include "host/base/xmalloc.h"
 #include "host/survey/survey.h"
 
-#define NAMED_MAX       3u /* maximum number of texts that a fact lists */
+#define FACT_TEXTS_MAX  3u /* maximum number of texts that a fact lists */
 #define RUNS_LISTED_MAX 6u /* maximum number of RUNs that a line lists before "and 12 more" */
-#define DAY_S           86400
+#define SECONDS_PER_DAY 86400
 
 /* ---- all pages ---- */
 
@@ -34,7 +34,7 @@ static void put_asset(FILE *out, const char *path)
 }
 
 /* Content security policy: the page loads nothing and runs its own scripts only. */
-static void put_policy(FILE *out)
+static void put_security_policy(FILE *out)
 {
     SHA2_CTX hash;
     uint8_t sum[SHA256_DIGEST_LENGTH];
@@ -52,7 +52,7 @@ static void put_policy(FILE *out)
     fputs("'\">", out);
 }
 
-const char *report_name(const struct report *report)
+const char *report_database_name(const struct report *report)
 {
     return strrchr(report->path, '/') ? strrchr(report->path, '/') + 1 : report->path;
 }
@@ -62,9 +62,9 @@ static size_t count_emulated(const struct report *report, bool *of)
 {
     size_t count = 0;
     for (size_t i = 0; i < report->landings; i++) {
-        count += report->facts[i].emulated;
+        count += report->facts[i].is_emulated;
         if (of)
-            of[i] = report->facts[i].emulated;
+            of[i] = report->facts[i].is_emulated;
     }
     return count;
 }
@@ -75,11 +75,11 @@ static void put_page_head(FILE *out, const struct report *report)
           "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
           "<meta name=\"color-scheme\" content=\"light dark\">",
           out);
-    put_policy(out);
+    put_security_policy(out);
     fputs("<title>", out);
     if (report->run)
         fprintf(out, "RUN %lld, ", (long long)report->run);
-    html_write_text(out, report_name(report));
+    html_write_text(out, report_database_name(report));
     fputs(" \xc2\xb7 matrig report</title>\n<style>", out);
     put_asset(out, "/dygraph.css");
     put_asset(out, "/report.css");
@@ -98,7 +98,7 @@ static void put_page_foot(FILE *out)
     fputs("</script>\n</body></html>\n", out);
 }
 
-void report_answer(struct answer *answer, FILE *out)
+void report_write_answer(struct answer *answer, FILE *out)
 {
     answer_html(answer, out);
     answer_free(answer);
@@ -117,7 +117,7 @@ static void end_fact(FILE *out)
 }
 
 /* "not entered", and the command that enters it. */
-static void put_missing(FILE *out, const char *word, const char *how)
+static void put_missing_value(FILE *out, const char *word, const char *how)
 {
     fprintf(out, "%s <small>", word);
     html_write_text(out, how);
@@ -125,15 +125,15 @@ static void put_missing(FILE *out, const char *word, const char *how)
 }
 
 /* A text of the landings; each different text is listed once, in the order of the landings. */
-struct text_row {
+struct text_fact {
     const char *term;
     size_t offset; /* offset of a string in struct report_facts */
     const char *entry_command;
 };
 
-static void put_text_fact(const struct report *report, const struct text_row *row, FILE *out)
+static void put_text_fact(const struct report *report, const struct text_fact *row, FILE *out)
 {
-    const char *named[NAMED_MAX];
+    const char *named[FACT_TEXTS_MAX];
     size_t count = 0, others = 0;
     begin_fact(out, row->term);
     for (size_t i = 0; i < report->landings; i++) {
@@ -143,7 +143,7 @@ static void put_text_fact(const struct report *report, const struct text_row *ro
             known = strcmp(named[k], value) == 0;
         if (known)
             continue;
-        if (count < NAMED_MAX)
+        if (count < FACT_TEXTS_MAX)
             named[count++] = value;
         else
             others = 1;
@@ -154,13 +154,13 @@ static void put_text_fact(const struct report *report, const struct text_row *ro
     }
     fputs(others ? "; and others" : "", out);
     if (count == 0)
-        put_missing(out, "not entered", row->entry_command);
+        put_missing_value(out, "not entered", row->entry_command);
     end_fact(out);
 }
 
 /* ---- dates ---- */
 
-static void day_text(int64_t us, char out[20])
+static void format_day(int64_t us, char out[20])
 {
     time_t second = (time_t)(us / 1000000);
     struct tm utc;
@@ -189,14 +189,14 @@ static void put_date_fact(const struct report *report, FILE *out)
     begin_fact(out, "date (UTC)");
     for (size_t i = 0; i < report->landings; i++) {
         int64_t us = report->facts[i].landing.armed_us;
-        if (us < SURVEY_EARLIEST_US)
+        if (us < SURVEY_EARLIEST_DATE_US)
             continue;
         first_us = us < first_us ? us : first_us;
         last_us = us > last_us ? us : last_us;
     }
-    if (last_us >= SURVEY_EARLIEST_US) {
-        day_text(first_us, first);
-        day_text(last_us, last);
+    if (last_us >= SURVEY_EARLIEST_DATE_US) {
+        format_day(first_us, first);
+        format_day(last_us, last);
         html_write_text(out, first);
         if (strcmp(first, last) != 0) {
             fputs(" to ", out);
@@ -204,7 +204,7 @@ static void put_date_fact(const struct report *report, FILE *out)
         }
         put_local_time(first_us, last_us, out);
     } else if (report->landings) {
-        put_missing(out, "not known", "read from a recording that has no times of day");
+        put_missing_value(out, "not known", "read from a recording that has no times of day");
     } else {
         fputs("no landing", out);
     }
@@ -236,9 +236,9 @@ static void put_landings_fact(const struct report *report, FILE *out)
         fprintf(out, first == last ? ": RUN %lld" : ": RUN %lld to %lld", (long long)first,
                 (long long)last);
     }
-    if (report->voided)
-        fprintf(out, "; %zu that %s void left out", report->voided,
-                report->voided == 1 ? "is" : "are");
+    if (report->voided_landings)
+        fprintf(out, "; %zu that %s void left out", report->voided_landings,
+                report->voided_landings == 1 ? "is" : "are");
     end_fact(out);
 }
 
@@ -246,7 +246,7 @@ static void put_landings_fact(const struct report *report, FILE *out)
 
 /* A number: "35.49 +- 0.02 ft/s" for one landing, "28.00 to 35.49 ft/s" with the largest error for
  * several, and how many are unknown. */
-struct number_row {
+struct number_fact {
     const char *term;
     size_t offset; /* offset of a struct mr_estimate in struct report_facts */
     enum unit_kind kind;
@@ -254,7 +254,7 @@ struct number_row {
     const char *unknown, *entry_command;
 };
 
-static void put_number_fact(const struct report *report, const struct number_row *row, FILE *out)
+static void put_number_fact(const struct report *report, const struct number_fact *row, FILE *out)
 {
     const struct unit *unit = unit_of(row->kind, report->si);
     const int d = row->decimals;
@@ -272,7 +272,7 @@ static void put_number_fact(const struct report *report, const struct number_row
         high = fmax(high, unit->factor * value.value);
     }
     if (known == 0)
-        put_missing(out, row->unknown, row->entry_command);
+        put_missing_value(out, row->unknown, row->entry_command);
     else if (high - low < 0.5 * pow(10.0, -d))
         fprintf(out, "%.*f", d, low);
     else
@@ -299,7 +299,7 @@ static void put_movement_fact(const struct report *report, FILE *out)
     char text[UNIT_TEXT_SIZE];
     begin_fact(out, "largest movement");
     for (size_t i = 0; i < report->landings; i++) {
-        const struct report_movement *moved = report_largest_movement(&report->facts[i]);
+        const struct report_movement *moved = report_find_largest_movement(&report->facts[i]);
         if (!moved || (largest && fabs(moved->peak_in) <= fabs(largest->peak_in)))
             continue;
         largest = moved;
@@ -330,7 +330,7 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
         of[i] = facts->warning.was_warned;
         warned += of[i];
         watched += facts->source != MEASURED_IMPORT;
-        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->warning_maybe_lost;
+        unheard += !of[i] && facts->source != MEASURED_IMPORT && facts->may_lack_warning;
         if (of[i] && (!longest || facts->warning.longest_mats > longest->warning.longest_mats))
             longest = facts;
     }
@@ -353,43 +353,44 @@ static void put_zones_fact(const struct report *report, bool *of, FILE *out)
     end_fact(out);
 }
 
-static void put_outcomes_fact(const struct report *report, FILE *out)
+static void put_outcome_counts_fact(const struct report *report, FILE *out)
 {
-    static const enum record_verdict order[] = {RECORD_HIT,           RECORD_LATE,
-                                                RECORD_MISS,          RECORD_FALSE_ALARM,
-                                                RECORD_TRUE_NEGATIVE, RECORD_NOT_KNOWN};
+    static const enum record_verdict verdict_order[] = {RECORD_HIT,           RECORD_LATE,
+                                                        RECORD_MISS,          RECORD_FALSE_ALARM,
+                                                        RECORD_TRUE_NEGATIVE, RECORD_NOT_KNOWN};
     size_t count[RECORD_VERDICTS] = {0};
     char outcome[RECORD_TEXT_SIZE];
     bool any = false;
     begin_fact(out, report->run ? "outcome" : "warnings by outcome");
     for (size_t i = 0; i < report->landings; i++) {
-        enum record_verdict verdict = report->facts[i].record.verdict;
+        enum record_verdict verdict = report->facts[i].warning_record.verdict;
         count[verdict < RECORD_VERDICTS ? verdict : RECORD_NOT_KNOWN]++;
     }
-    for (size_t k = 0; k < sizeof order / sizeof order[0]; k++) {
-        if (count[order[k]] == 0)
+    for (size_t k = 0; k < sizeof verdict_order / sizeof verdict_order[0]; k++) {
+        if (count[verdict_order[k]] == 0)
             continue;
         fputs(any ? "; " : "", out);
         if (!report->run)
-            fprintf(out, "%zu ", count[order[k]]);
-        fputs(report->run ? record_format_outcome(&report->facts[0].record, outcome)
-                          : record_verdict_text(order[k]),
+            fprintf(out, "%zu ", count[verdict_order[k]]);
+        fputs(report->run ? record_format_outcome(&report->facts[0].warning_record, outcome)
+                          : record_verdict_text(verdict_order[k]),
               out);
         any = true;
     }
     for (size_t i = 0; i < report->landings; i++) {
-        const struct record_row *row = &report->facts[i].record;
+        const struct record_row *row = &report->facts[i].warning_record;
         if (record_is_marginal(row))
             fprintf(out,
                     " <small>RUN %lld reached %lld mats: within the resolution of %d mats of the "
                     "limit of %d</small>",
-                    (long long)row->run, (long long)row->outcome.mats, OUTCOME_RESOLUTION,
-                    OUTCOME_MATS);
+                    (long long)row->run, (long long)row->outcome.longest_mats,
+                    OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS);
     }
     if (report->landings && count[RECORD_NOT_KNOWN] == report->landings && report->run)
-        put_missing(out, "", report->facts[0].outcome_reason);
+        put_missing_value(out, "", report->facts[0].outcome_reason);
     else if (report->landings && count[RECORD_NOT_KNOWN] == report->landings)
-        put_missing(out, "", "survey the mat between landings; matrig landing DB RUN --observe");
+        put_missing_value(out, "",
+                          "survey the mat between landings; matrig landing DB RUN --observe");
     if (!any)
         fputs("no landing", out);
     end_fact(out);
@@ -403,7 +404,7 @@ static void put_problems_fact(const struct report *report, bool *of, FILE *out)
     for (size_t i = 0; i < report->landings; i++)
         all |= report->facts[i].problems;
     fprintf(out, "<div class=\"wide%s\"><dt>what went wrong</dt><dd>", all ? " wrong" : "");
-    for (unsigned w = 0; w < REPORT_PROBLEMS; w++) {
+    for (unsigned w = 0; w < REPORT_PROBLEM_COUNT; w++) {
         if (!(all & 1u << w))
             continue;
         for (size_t i = 0; i < report->landings; i++)
@@ -427,7 +428,7 @@ static void put_problems_fact(const struct report *report, bool *of, FILE *out)
 /* The main numbers: speed, deceleration, stop, movement and zone. */
 static void put_main_numbers(const struct report *report, bool *of, FILE *out)
 {
-    static const struct number_row numbers[] = {
+    static const struct number_fact numbers[] = {
         {"touchdown speed", FACT_OFFSET(speed_ft_s), UNIT_SPEED, 3, "not known",
          "too few switches"},
         {"mean deceleration", FACT_OFFSET(deceleration_ft_s2), UNIT_DECELERATION, 3, "not known",
@@ -444,14 +445,14 @@ static void put_outcome_sentence(const struct report_facts *facts, FILE *out)
 {
     char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE], advice[RECORD_ADVICE_SIZE];
     fputs("<p class=\"outcome\"><strong>Outcome: ", out);
-    html_write_text(out, record_format_outcome(&facts->record, outcome));
+    html_write_text(out, record_format_outcome(&facts->warning_record, outcome));
     fputs(".</strong> ", out);
-    record_format_evidence(&facts->record, evidence);
+    record_format_evidence(&facts->warning_record, evidence);
     evidence[0] = (char)toupper((unsigned char)evidence[0]);
     html_write_text(out, evidence);
     fputc('.', out);
-    if (facts->record.has_advice)
-        fprintf(out, " Advice before it: %s.", record_advice_text(&facts->record, advice));
+    if (facts->warning_record.has_advice)
+        fprintf(out, " Advice before it: %s.", record_advice_text(&facts->warning_record, advice));
     fputs("</p>\n", out);
 }
 
@@ -494,20 +495,20 @@ static void put_sensors_fact(const struct report *report, FILE *out)
 {
     const struct report_facts *facts = &report->facts[report->landings ? report->landings - 1 : 0];
     begin_fact(out, "sensor serial numbers");
-    if (report->landings && facts->serials)
-        fprintf(out, "%zu of %zu: <a href=\"#provenance\">Provenance</a>", facts->serials,
-                facts->sensors);
+    if (report->landings && facts->serial_number_count)
+        fprintf(out, "%zu of %zu: <a href=\"#provenance\">Provenance</a>",
+                facts->serial_number_count, facts->sensor_count);
     else
-        put_missing(out, "not entered", "serial of each channel in the configuration");
+        put_missing_value(out, "not entered", "serial of each channel in the configuration");
     end_fact(out);
 }
 
-static void put_facts(const struct report *report, bool *of, FILE *out)
+static void put_fact_list(const struct report *report, bool *of, FILE *out)
 {
     bool read = false;
     for (size_t i = 0; i < report->landings; i++)
-        read |= report->facts[i].config_read;
-    const struct text_row texts[] = {
+        read |= report->facts[i].has_config;
+    const struct text_fact texts[] = {
         {"place", FACT_OFFSET(site),
          read ? "site.name of the configuration" : "site.name; the configuration was not read"},
         {"runway", FACT_OFFSET(series.runway), "matrig landing DB --series NAME --runway"},
@@ -517,7 +518,7 @@ static void put_facts(const struct report *report, bool *of, FILE *out)
          "matrig landing DB --series NAME --modification"},
         {"operator", FACT_OFFSET(series.who), "matrig landing DB --series NAME --who"},
     };
-    static const struct number_row weight = {
+    static const struct number_fact weight = {
         "gear weight", FACT_OFFSET(weight_lb),
         UNIT_TENSION,  1,
         "not entered", "matrig landing DB RUN --correct weight_lb=POUNDS"};
@@ -530,13 +531,13 @@ static void put_facts(const struct report *report, bool *of, FILE *out)
     }
     put_number_fact(report, &weight, out);
     put_main_numbers(report, of, out);
-    put_outcomes_fact(report, out);
+    put_outcome_counts_fact(report, out);
     put_problems_fact(report, of, out);
     put_sensors_fact(report, out);
     fputs("</dl>\n", out);
 }
 
-static void put_front(const struct report *report, FILE *out)
+static void put_front_page(const struct report *report, FILE *out)
 {
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     fputs("<header class=\"cover\"><h1>", out);
@@ -545,10 +546,10 @@ static void put_front(const struct report *report, FILE *out)
     else
         fputs("Campaign report", out);
     fputs("</h1>\n<p>", out);
-    html_write_text(out, report_name(report));
+    html_write_text(out, report_database_name(report));
     fputs(", on the model landing-mat runway</p>\n", out);
     put_emulated_banner(report, out);
-    put_facts(report, of, out);
+    put_fact_list(report, of, out);
     fputs("</header>\n", out);
     free(of);
 }
@@ -556,7 +557,7 @@ static void put_front(const struct report *report, FILE *out)
 /* ---- provenance: tool, database, boards, configurations, calibrations, links, records ---- */
 
 /* SOURCE_DATE_EPOCH if it is set, so that the same page can be generated again. */
-static int64_t now_us(void)
+static int64_t get_time_us(void)
 {
     const char *fixed = getenv("SOURCE_DATE_EPOCH");
     return 1000000 * (fixed ? strtoll(fixed, NULL, 10) : (int64_t)time(NULL));
@@ -567,10 +568,11 @@ static void add_general_facts(const struct report *report, struct answer *answer
     char when[40];
     struct stat file;
     char hash[SHA256_DIGEST_STRING_LENGTH], log[PATH_MAX];
-    survey_time_text(now_us(), when, sizeof when);
+    survey_format_time(get_time_us(), when, sizeof when);
     answer_words(answer, NULL, "made by", "matrig " VERSION_TEXT);
     answer_words(answer, NULL, "made", "%s", when);
-    answer_words(answer, NULL, "database", "%s, version %d", report_name(report), STORE_VERSION);
+    answer_words(answer, NULL, "database", "%s, version %d", report_database_name(report),
+                 STORE_VERSION);
     if (stat(report->path, &file) == 0)
         answer_words(answer, NULL, "size", "%lld bytes", (long long)file.st_size);
     snprintf(log, sizeof log, "%s-wal", report->path); /* with the newest writes, not in the file */
@@ -587,7 +589,7 @@ static void add_landing_row(const struct report_facts *facts, struct answer *ans
 {
     const struct store_landing *row = &facts->landing;
     char when[40];
-    survey_time_text(row->armed_us, when, sizeof when);
+    survey_format_time(row->armed_us, when, sizeof when);
     answer_open_row(answer);
     answer_count(answer, NULL, "RUN", row->id);
     answer_words(answer, NULL, "armed", "%s", when);
@@ -600,18 +602,19 @@ static void add_landing_row(const struct report_facts *facts, struct answer *ans
         answer_words(answer, NULL, "configuration, CRC-32", "unknown");
     else
         answer_words(answer, NULL, "configuration, CRC-32", "%08llx%s",
-                     (unsigned long long)row->config_crc, facts->config_read ? "" : ", not read");
+                     (unsigned long long)row->config_crc, facts->has_config ? "" : ", not read");
     answer_words(answer, NULL, "links", "CAN %s; serial %s",
                  facts->can_link[0] ? facts->can_link : "not used",
                  facts->serial_link[0] ? facts->serial_link : "not used");
     answer_words(answer, NULL, "orders", "%s",
                  facts->command_rights ? facts->command_rights : "not known");
-    answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed, MR_SEGMENTS);
+    answer_words(answer, NULL, "survey", "%zu of %u segments", facts->surveyed_segments,
+                 MR_SEGMENTS);
 }
 
-static void day_text_of(uint32_t day, char out[20])
+static void format_day_number(uint32_t day, char out[20])
 {
-    day_text((int64_t)day * DAY_S * 1000000, out);
+    format_day((int64_t)day * SECONDS_PER_DAY * 1000000, out);
 }
 
 /* Sensor and dates of a channel, from the configuration that was read from the board. */
@@ -621,11 +624,11 @@ static void add_sensor_facts(const struct mr_channel_config *read, int64_t used_
     char day[20];
     answer_words(answer, NULL, "sensor", "%.*s", (int)sizeof read->serial,
                  read->serial[0] ? read->serial : "not entered");
-    day_text_of(read->calibrated_day, day);
+    format_day_number(read->calibrated_day, day);
     answer_words(answer, NULL, "calibrated", "%s", read->calibrated_day ? day : "UNCALIBRATED")
         ->is_warning = !read->calibrated_day;
     bool expired = read->expires_day && (int64_t)read->expires_day <= used_day;
-    day_text_of(read->expires_day, day);
+    format_day_number(read->expires_day, day);
     answer_words(answer, NULL, "expires", "%s%s", read->expires_day ? day : "not stated",
                  expired ? ", before the landing" : "")
         ->is_warning = expired;
@@ -646,7 +649,7 @@ static void add_calibrations(const struct report_landing *landing, struct answer
                      channel->number);
         if (landing->config)
             add_sensor_facts(&landing->config->channel[i],
-                             measured->landing.armed_us / 1000000 / DAY_S, answer);
+                             measured->landing.armed_us / 1000000 / SECONDS_PER_DAY, answer);
         answer_words(answer, NULL, "in or lb per code", "%.9g", (double)channel->unit_per_code);
         answer_value(answer, NULL, "gain error, %", UNIT_NUMBER,
                      100.0 * (double)channel->gain_error, 3);
@@ -656,7 +659,7 @@ static void add_calibrations(const struct report_landing *landing, struct answer
     answer_close_group(answer);
 }
 
-void provenance_calibration(const struct report_landing *landing, struct answer *answer)
+void report_add_calibration(const struct report_landing *landing, struct answer *answer)
 {
     char heading[60];
     snprintf(heading, sizeof heading, "Calibration from RUN %lld on",
@@ -683,24 +686,24 @@ static void write_provenance(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++)
         add_landing_row(&report->facts[i], answer);
     answer_close_group(answer);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
     answer_html(report->calibrations, out);
     answer = answer_new(report->si);
     for (size_t i = 0; i < report->landings; i++) {
-        if (report->facts[i].recalibrated)
+        if (report->facts[i].recalibrated_channels)
             answer_sentence(answer, NULL,
                             "RUN %lld uses a corrected calibration; the calibration of the "
                             "recording is kept in the campaign.",
                             (long long)report->facts[i].landing.id);
     }
-    report_answer(answer, out);
+    report_write_answer(answer, out);
     fputs("</section>\n", out);
 }
 
 /* ---- a report ---- */
 
 /* Close a memory stream and return its text; NULL: empty. The caller frees the text. */
-static char *close_stream(FILE *into, char **text, const size_t *size)
+static char *close_memory_stream(FILE *into, char **text, const size_t *size)
 {
     fclose(into);
     if (*size)
@@ -722,7 +725,7 @@ static void write_landing(const struct report *report, struct report_facts *fact
         size_t size = 0;
         FILE *into = xopen_memstream(&text, &size);
         part->write(report, landing, into);
-        text = close_stream(into, &text, &size);
+        text = close_memory_stream(into, &text, &size);
         if (text)
             fprintf(out, "<h3>%s</h3>\n", part->title);
         fputs(text ? text : "", out);
@@ -749,11 +752,11 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
     for (const struct report_section *s = report_sections; s->write; s++) {
         char *text = NULL;
         size_t size = 0;
-        if (report->landings < s->landings_min)
+        if (report->landings < s->min_landings)
             continue;
         FILE *into = xopen_memstream(&text, &size);
         s->write(report, into);
-        text = close_stream(into, &text, &size);
+        text = close_memory_stream(into, &text, &size);
         if (text) {
             fprintf(contents, "<li><a href=\"#%s\">%s</a></li>\n", s->id, s->title);
             fprintf(body, "<section id=\"%s\"><h2>%s</h2>\n%s</section>\n", s->id, s->title, text);
@@ -767,14 +770,14 @@ static void write_sections(const struct report *report, FILE *contents, FILE *bo
 }
 
 /* Write the front: all of <main> ahead of the landings. The caller frees it. */
-static void write_front(const struct report *report, char **text, size_t *length)
+static void write_front_page(const struct report *report, char **text, size_t *length)
 {
     char *contents = NULL, *body = NULL;
     size_t contents_size = 0, body_size = 0;
     FILE *out = xopen_memstream(text, length), *list = xopen_memstream(&contents, &contents_size),
          *sections = xopen_memstream(&body, &body_size);
     fputs("<main>", out);
-    put_front(report, out);
+    put_front_page(report, out);
     write_sections(report, list, sections);
     fclose(list);
     fclose(sections);
@@ -803,7 +806,7 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
     if (error->status == MR_OK && !report->run)
         record_end(report->store, &report->record, error);
     if (error->status == MR_OK)
-        write_front(report, &front, &length);
+        write_front_page(report, &front, &length);
     if (error->status == MR_OK) {
         put_page_head(out, report);
         fwrite(front, 1, length, out);

@@ -33,7 +33,7 @@ static void draw_record(struct figure *figure, const struct inspection *entry, u
     if (!shape || isnan(from_ft))
         return;
     const double tall = strcmp(shape, "passed") == 0 ? 0.2 : 0.4;
-    figure_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
+    figure_add_shape(figure, shape, from_ft, to_ft, y - tall, y + tall, NULL);
 }
 
 static void draw_map(const struct report *report, FILE *out)
@@ -51,15 +51,15 @@ static void draw_map(const struct report *report, FILE *out)
             continue;
         if (!has_begun) {
             figure = figure_begin(out, report->si, "damage and acceptance against station", 1,
-                                  FIGURE_EACH);
-            figure_plot(&figure, &(struct chart_axes){.x = "station",
-                                                      .x_unit = UNIT_STATION,
-                                                      .y_unit = UNIT_NUMBER,
-                                                      .x_high = CHART_RUNWAY_FT,
-                                                      .y_high = ROWS,
-                                                      .height_px = 130,
-                                                      .tick = row_name,
-                                                      .ticks = ROWS});
+                                  FIGURE_RANGE_PER_PLOT);
+            figure_begin_plot(&figure, &(struct chart_axes){.x = "station",
+                                                            .x_unit = UNIT_STATION,
+                                                            .y_unit = UNIT_NUMBER,
+                                                            .x_high = CHART_RUNWAY_FT,
+                                                            .y_high = ROWS,
+                                                            .height_px = 130,
+                                                            .tick_name = row_name,
+                                                            .tick_count = ROWS});
         }
         has_begun = true;
         draw_record(&figure, entry, (unsigned)(i % ROWS));
@@ -78,7 +78,7 @@ static void write_tables(const struct report *report, int64_t run, FILE *out)
             inspection_add_table(all, kind, run, answer);
     if (all->count && run > 1)
         inspection_add_differences(report->store, all, run - 1, run, answer, report->error);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 void report_records(const struct report *report, FILE *out)

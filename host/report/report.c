@@ -12,7 +12,7 @@
 
 const char *report_problem_text(unsigned i)
 {
-    static const char *const text[REPORT_PROBLEMS] = {
+    static const char *const text[REPORT_PROBLEM_COUNT] = {
         "a wave was seen",
         "a break was seen",
         "missed or late warning",
@@ -24,7 +24,7 @@ const char *report_problem_text(unsigned i)
         "frames were lost, or a link was silent",
         "NO-GO in the check before the landing",
     };
-    return i < REPORT_PROBLEMS ? text[i] : "";
+    return i < REPORT_PROBLEM_COUNT ? text[i] : "";
 }
 
 /* ---- movement and tension ---- */
@@ -39,17 +39,17 @@ static void set_movement(const struct measured *measured, struct report_facts *f
             continue;
         const struct measured_channel *channel = &measured->channel[c];
         facts->movement[i] = (struct report_movement){(double)channel->config.station_ft,
-                                                      channel->peak, channel->error, channel->end,
-                                                      channel->end_error};
+                                                      channel->peak, channel->peak_error,
+                                                      channel->end, channel->end_error};
     }
 }
 
-static void set_bands(const struct measured *measured, struct report_facts *facts)
+static void set_band_tensions(const struct measured *measured, struct report_facts *facts)
 {
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &measured->channel[c];
         unsigned band = channel->config.band;
-        if (channel->config.kind != MR_KIND_TENSION || band == 0 || band > REPORT_BANDS ||
+        if (channel->config.kind != MR_KIND_TENSION || band == 0 || band > REPORT_BANDS_MAX ||
             isnan(channel->baseline) || isnan(channel->low))
             continue;
         struct report_band *change = &facts->band[band - 1];
@@ -57,10 +57,10 @@ static void set_bands(const struct measured *measured, struct report_facts *fact
         change->rise_lb += channel->high - channel->baseline;
         change->fall_error_lb = hypot(change->fall_error_lb, channel->low_error);
         change->rise_error_lb = hypot(change->rise_error_lb, channel->high_error);
-        change->gages++;
+        change->gage_count++;
     }
-    for (unsigned b = 0; b < REPORT_BANDS; b++) {
-        double gages = facts->band[b].gages ? (double)facts->band[b].gages : (double)NAN;
+    for (unsigned b = 0; b < REPORT_BANDS_MAX; b++) {
+        double gages = facts->band[b].gage_count ? (double)facts->band[b].gage_count : (double)NAN;
         facts->band[b].fall_lb /= gages;
         facts->band[b].rise_lb /= gages;
         facts->band[b].fall_error_lb /= gages;
@@ -82,25 +82,27 @@ static void set_zones(const struct report_landing *landing, struct report_facts 
     const struct zones *zones = &landing->summary.zones;
     const struct store_zone *longest = NULL;
     char why[ZONES_DOUBT_SIZE];
-    facts->statements = zones->count;
+    facts->zone_report_count = zones->count;
     facts->warning = zones->warning;
-    facts->warning_maybe_lost = zones_format_doubt(&zones->received, (double)INFINITY, why);
+    facts->may_lack_warning = zones_format_missed_warning_doubt(&zones->received, (double)INFINITY,
+                                                                why);
     for (size_t i = 0; i < zones->count; i++) {
         if (zones->row[i].mats > 0 && (!longest || zones->row[i].mats > longest->mats))
             longest = &zones->row[i];
     }
     facts->longest_zone = convert_zone(longest);
     facts->last_zone = convert_zone(zones->count ? &zones->row[zones->count - 1] : NULL);
-    facts->worst_verdict = STORE_NONE;
-    for (size_t i = 0; i < landing->predictions; i++) {
-        if (landing->prediction[i].verdict > facts->worst_verdict)
-            facts->worst_verdict = landing->prediction[i].verdict;
+    facts->worst_predictor_verdict = STORE_NONE;
+    for (size_t i = 0; i < landing->prediction_count; i++) {
+        if (landing->prediction[i].verdict > facts->worst_predictor_verdict)
+            facts->worst_predictor_verdict = landing->prediction[i].verdict;
     }
     if (measured->samples == 0)
         return;
     float remaining_in[MR_SEGMENTS];
     struct mr_closure_zone zone;
-    zones_find_closed(measured, &landing->survey, measured->samples - 1, remaining_in, &zone);
+    zones_find_closed_segments(measured, &landing->survey, measured->samples - 1, remaining_in,
+                               &zone);
     for (unsigned s = 0; s < MR_SEGMENTS && s < 64; s++)
         facts->closed_segments |= remaining_in[s] < MR_CLOSURE_OPEN_IN ? 1ull << s : 0ull;
 }
@@ -111,45 +113,48 @@ static struct compare_overlap find_overlap(const struct compare_zones *zones, bo
 {
     const struct compare_zone_moment *moment = compare_find_moment(zones, rest);
     return !moment ? (struct compare_overlap){.is_known = false}
-         : board   ? moment->board
-                   : moment->simulated;
+         : board   ? moment->board_overlap
+                   : moment->simulated_overlap;
 }
 
 static void set_comparison(const struct report_landing *landing, struct report_facts *facts)
 {
-    const struct compare_figures *figures = landing->compared;
+    const struct compare_figures *figures = landing->comparison;
     if (!figures)
         return;
-    snprintf(facts->compared.compared_with, sizeof facts->compared.compared_with, "%s",
+    snprintf(facts->comparison.compared_with, sizeof facts->comparison.compared_with, "%s",
              figures->model_file);
-    facts->compared.channels = figures->channel_count;
-    facts->compared.mean = compare_average(figures);
-    facts->compared.longest = find_overlap(&figures->zones, false, false);
-    facts->compared.longest_board = find_overlap(&figures->zones, false, true);
-    facts->compared.rest = find_overlap(&figures->zones, true, false);
-    facts->compared.error_in = figures->error_in;
+    facts->comparison.channel_count = figures->channel_count;
+    facts->comparison.mean = compare_compute_means(figures);
+    facts->comparison.at_longest_zone = find_overlap(&figures->zones, false, false);
+    facts->comparison.board_at_longest_zone = find_overlap(&figures->zones, false, true);
+    facts->comparison.at_rest = find_overlap(&figures->zones, true, false);
+    facts->comparison.solver_error_in = figures->solver_error_in;
 }
 
 /* ---- problems ---- */
 
 static unsigned find_problems(const struct summary *summary, const struct report_facts *facts)
 {
-    unsigned wrong = (facts->incomplete ? REPORT_INCOMPLETE : 0u) |
-                     (facts->has_motion_fit ? 0u : REPORT_NO_STOP) |
-                     (summary->fault_count ? REPORT_FAULT : 0u) |
-                     (facts->lost_frames ? REPORT_LOST : 0u);
+    unsigned wrong = (facts->is_incomplete ? REPORT_MISSING_EDGES : 0u) |
+                     (facts->has_motion_fit ? 0u : REPORT_UNKNOWN_STOP) |
+                     (summary->fault_count ? REPORT_BOARD_FAULT : 0u) |
+                     (facts->lost_frames ? REPORT_LOST_FRAMES : 0u);
     for (int kind = 0; kind < LINK_KINDS; kind++)
-        wrong |= summary->link[kind].is_used && summary->link[kind].was_silent ? REPORT_LOST : 0u;
+        wrong |= summary->link[kind].is_used && summary->link[kind].was_silent ? REPORT_LOST_FRAMES
+                                                                               : 0u;
     for (size_t i = 0; i < summary->channel_event_count; i++)
-        wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_CHANNEL : 0u;
+        wrong |= summary->channel_event[i].code != MR_VALID ? REPORT_INVALID_CHANNEL : 0u;
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         const struct measured_channel *channel = &summary->measured.channel[c];
         if (summary->measured.samples && mr_channel_is_sensor(&channel->config) &&
-            channel->valid == 0)
-            wrong |= REPORT_CHANNEL;
+            channel->valid_samples == 0)
+            wrong |= REPORT_INVALID_CHANNEL;
     }
-    for (int kind = 0; kind < (int)SUMMARY_READY_KINDS; kind++)
-        wrong |= summary->ready[kind].is_known && !summary->ready[kind].is_go ? REPORT_NO_GO : 0u;
+    for (int kind = 0; kind < (int)SUMMARY_READY_CHECK_COUNT; kind++)
+        wrong |= summary->ready_check[kind].is_known && !summary->ready_check[kind].is_go
+                   ? REPORT_CHECK_NO_GO
+                   : 0u;
     return wrong;
 }
 
@@ -166,7 +171,7 @@ static void set_calibration(const struct report_landing *landing, struct report_
     for (unsigned i = 0; i < MR_CHANNELS; i++)
         SHA256Update(&hash, (const uint8_t *)&measured->channel[i].config.unit_per_code,
                      sizeof measured->channel[i].config.unit_per_code);
-    SHA256End(&hash, facts->calibration);
+    SHA256End(&hash, facts->calibration_hash);
 }
 
 static void set_site(const struct report_landing *landing, struct report_facts *facts)
@@ -174,11 +179,11 @@ static void set_site(const struct report_landing *landing, struct report_facts *
     const struct summary *summary = &landing->summary;
     snprintf(facts->can_link, sizeof facts->can_link, "%s", summary->session.can_link);
     snprintf(facts->serial_link, sizeof facts->serial_link, "%s", summary->session.serial_link);
-    facts->config_read = landing->config != NULL;
+    facts->has_config = landing->config != NULL;
     for (unsigned i = 0; landing->config && i < MR_CHANNELS; i++) {
         const struct mr_channel_config *channel = &landing->config->channel[i];
-        facts->sensors += mr_channel_is_sensor(channel);
-        facts->serials += mr_channel_is_sensor(channel) && channel->serial[0];
+        facts->sensor_count += mr_channel_is_sensor(channel);
+        facts->serial_number_count += mr_channel_is_sensor(channel) && channel->serial[0];
     }
     if (landing->config)
         snprintf(facts->site, sizeof facts->site, "%.*s", (int)sizeof landing->config->site[0].name,
@@ -193,23 +198,25 @@ static void set_facts(const struct report_landing *landing, struct report_facts 
     facts->landing = measured->landing;
     facts->series = landing->series;
     facts->source = measured->source;
-    facts->incomplete = measured->torn;
-    facts->emulated = measured_is_emulated(&measured->landing);
+    facts->is_incomplete = measured->is_start_missing;
+    facts->is_emulated = measured_is_emulated(&measured->landing);
     facts->marks = measured_marks_text(measured);
-    facts->recalibrated = measured->recalibrated_channels;
+    facts->recalibrated_channels = measured->recalibrated_channels;
     facts->has_motion_fit = measured->fit_status == MR_OK;
-    facts->gates = measured->gate_count;
-    facts->switches = measured->switches;
-    facts->command_rights = summary->key_count ? mr_key_state_text((unsigned)summary->key->code)
-                                               : NULL;
-    facts->surveyed = landing->survey.surveyed_segments;
+    facts->gate_count = measured->gate_count;
+    facts->switch_count = measured->switch_count;
+    facts->command_rights = summary->key_state_count
+                              ? mr_key_state_text((unsigned)summary->key_state->code)
+                              : NULL;
+    facts->surveyed_segments = landing->survey.surveyed_segments;
     facts->speed_ft_s = facts->has_motion_fit ? measured->summary.touchdown_speed_ft_s : none;
     facts->deceleration_ft_s2 = facts->has_motion_fit ? measured->summary.mean_deceleration_ft_s2
                                                       : none;
     facts->stop_ft = facts->has_motion_fit ? measured->summary.stop_station_ft : none;
-    facts->lost_frames = summary->link[LINK_CAN].lost + summary->link[LINK_SERIAL].lost;
+    facts->lost_frames = summary->link[LINK_CAN].lost_frames +
+                         summary->link[LINK_SERIAL].lost_frames;
     set_movement(measured, facts);
-    set_bands(measured, facts);
+    set_band_tensions(measured, facts);
     set_zones(landing, facts);
     set_comparison(landing, facts);
     set_calibration(landing, facts);
@@ -247,17 +254,19 @@ static enum mr_status load_landing(struct store *store, const struct store_landi
     return summary_load(store, row->id, &landing->summary, error) ?:
            zones_load_survey(store, row->id, &landing->survey, error) ?:
            store_landing_series_get(store, row, &landing->series, error) ?:
-           store_motions(store, row->id, &landing->motion, &landing->motions, error) ?:
-           store_predictions(store, row->id, &landing->prediction, &landing->predictions, error) ?:
-           store_simulations(store, row->id, &landing->simulation, &landing->simulations, error) ?:
-           store_simulation_head_get(store, row->id, &landing->head, error) ?:
+           store_motions(store, row->id, &landing->motion, &landing->motion_count, error) ?:
+           store_predictions(store, row->id, &landing->prediction, &landing->prediction_count,
+                             error) ?:
+           store_simulations(store, row->id, &landing->simulation, &landing->simulation_count,
+                             error) ?:
+           store_simulation_head_get(store, row->id, &landing->simulation_head, error) ?:
            load_config(store, landing, error);
 }
 
 /* Compute the wheel's position at each sample, and the figures of the newest comparison. These are
  * computed from the present measurement, because a calibration may have changed since the
  * comparison. */
-static void compute_derived(struct report_landing *landing)
+static void compute_derived_data(struct report_landing *landing)
 {
     const struct measured *measured = &landing->summary.measured;
     const struct compare_board_reports reported = {.zone = landing->summary.zones.row,
@@ -267,11 +276,11 @@ static void compute_derived(struct report_landing *landing)
     landing->station_ft = xmalloc(measured->samples * sizeof *landing->station_ft);
     for (size_t i = 0; i < measured->samples; i++)
         landing->station_ft[i] = measured_station_ft(measured, measured_time_s(measured, i));
-    if (landing->simulations == 0)
+    if (landing->simulation_count == 0)
         return;
-    landing->compared = xmalloc(sizeof *landing->compared);
-    compare_find_figures(measured, &landing->survey, &reported, &landing->head, landing->simulation,
-                         landing->simulations, landing->compared);
+    landing->comparison = xmalloc(sizeof *landing->comparison);
+    compare_compute_figures(measured, &landing->survey, &reported, &landing->simulation_head,
+                            landing->simulation, landing->simulation_count, landing->comparison);
 }
 
 /* The weight that the user entered. */
@@ -300,17 +309,17 @@ static enum mr_status load_facts(struct report *report, const struct report_land
 /* Set the outcome of the landing's warnings. */
 static void set_outcome(struct report *report, struct report_facts *facts)
 {
-    const struct record_row *row = record_find(&report->record, facts->landing.id);
+    const struct record_row *row = record_find_row(&report->record, facts->landing.id);
     if (!row)
         return;
-    facts->record = *row;
+    facts->warning_record = *row;
     snprintf(facts->outcome_reason, sizeof facts->outcome_reason, "%s",
              row->unknown_reason ? row->unknown_reason : "");
-    facts->problems |= (row->outcome.wave_count ? REPORT_WAVE : 0u) |
-                       (row->outcome.break_count ? REPORT_BREAK : 0u) |
-                       (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED
-                                                                                   : 0u) |
-                       (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE : 0u);
+    facts->problems |=
+        (row->outcome.wave_count ? REPORT_OBSERVED_WAVE : 0u) |
+        (row->outcome.break_count ? REPORT_OBSERVED_BREAK : 0u) |
+        (row->verdict == RECORD_MISS || row->verdict == RECORD_LATE ? REPORT_MISSED_WARNING : 0u) |
+        (row->verdict == RECORD_FALSE_ALARM ? REPORT_FALSE_WARNING : 0u);
 }
 
 enum mr_status report_landing_load(struct report *report, size_t at, struct report_landing *landing,
@@ -320,7 +329,7 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     memset(landing, 0, sizeof *landing);
     enum mr_status status = load_landing(report->store, &report->row[at], landing, error);
     if (status == MR_OK) {
-        compute_derived(landing);
+        compute_derived_data(landing);
         status = load_facts(report, landing, facts, error);
     }
     if (status != MR_OK)
@@ -328,13 +337,13 @@ enum mr_status report_landing_load(struct report *report, size_t at, struct repo
     set_outcome(report, facts);
     bool listed = false;
     for (size_t i = 0; i < at && !listed; i++)
-        listed = strcmp(report->facts[i].calibration, facts->calibration) == 0;
+        listed = strcmp(report->facts[i].calibration_hash, facts->calibration_hash) == 0;
     if (!listed)
-        provenance_calibration(landing, report->calibrations);
+        report_add_calibration(landing, report->calibrations);
     return MR_OK;
 }
 
-const struct report_movement *report_largest_movement(const struct report_facts *facts)
+const struct report_movement *report_find_largest_movement(const struct report_facts *facts)
 {
     const struct report_movement *largest = NULL;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
@@ -362,13 +371,14 @@ enum mr_status report_begin(struct report *report, bool voided, struct error *er
             continue;
         status = store_is_void(report->store, report->row[i].id, &is_void, NULL, error);
         if (is_void && !voided)
-            report->voided++;
+            report->voided_landings++;
         else
             report->row[report->landings++] = report->row[i];
     }
     report->facts = xcalloc(report->landings + 1, sizeof *report->facts);
     return status ?: inspection_load(report->store, &report->records, error)
-                  ?: store_slow_rows(report->store, NULL, &report->slow, &report->slow_rows, error);
+                  ?: store_slow_rows(report->store, NULL, &report->slow_reading,
+                                     &report->slow_count, error);
 }
 
 void report_landing_free(struct report_landing *landing)
@@ -378,9 +388,9 @@ void report_landing_free(struct report_landing *landing)
     free(landing->prediction);
     free(landing->config);
     free(landing->station_ft);
-    free(landing->compared);
-    store_simulations_free(landing->simulation, landing->simulations);
-    free(landing->head.segments_in);
+    free(landing->comparison);
+    store_simulations_free(landing->simulation, landing->simulation_count);
+    free(landing->simulation_head.segments_in);
     memset(landing, 0, sizeof *landing);
 }
 
@@ -390,8 +400,8 @@ void report_free(struct report *report)
     inspection_free(&report->records);
     free(report->row);
     free(report->facts);
-    free(report->slow);
+    free(report->slow_reading);
     report->row = NULL;
     report->facts = NULL;
-    report->slow = NULL;
+    report->slow_reading = NULL;
 }

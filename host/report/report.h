@@ -13,41 +13,41 @@
 #include "host/store/store_journal.h"
 #include "host/store/store.h"
 
-#define REPORT_BANDS     4u
+#define REPORT_BANDS_MAX 4u
 #define REPORT_HASH_SIZE 65u /* SHA-256 in hexadecimal digits, and NUL */
 
 /* A landing with its samples. Only one landing at a time is in memory. */
 struct report_landing {
     struct summary summary;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct store_series series; /* series of the landing; id 0: none */
     struct store_motion *motion;
-    size_t motions;
+    size_t motion_count;
     struct store_prediction *prediction;
-    size_t predictions;
+    size_t prediction_count;
     struct store_simulation *simulation; /* channels of the newest comparison */
-    size_t simulations;
-    struct store_simulation_head head; /* head of the newest comparison */
+    size_t simulation_count;
+    struct store_simulation_head simulation_head; /* head of the newest comparison */
     struct mr_config *config; /* the board's whole configuration; NULL: it was never read */
     double *station_ft;       /* station of the lead wheel at each sample; NULL: not known */
     /* newest comparison, recomputed with the current measured data; NULL: none */
-    struct compare_figures *compared;
+    struct compare_figures *comparison;
 };
 
 /* Problems of a landing: bits of report_facts.problems, in the order of report_problem_text. */
 enum report_problem {
-    REPORT_WAVE = 1,        /* wave observed by a person */
-    REPORT_BREAK = 2,       /* break observed by a person */
-    REPORT_MISSED = 4,      /* zone without a warning, or with a late warning */
-    REPORT_FALSE = 8,       /* warning without a zone */
-    REPORT_INCOMPLETE = 16, /* first edges missing */
-    REPORT_NO_STOP = 32,    /* speed or stop not known */
-    REPORT_CHANNEL = 64,    /* transducer or gage not valid to the end */
-    REPORT_FAULT = 128,     /* fault of the board */
-    REPORT_LOST = 256,      /* lost frames, or a silent link */
-    REPORT_NO_GO = 512      /* no-go in the check before the landing */
+    REPORT_OBSERVED_WAVE = 1,    /* wave observed by a person */
+    REPORT_OBSERVED_BREAK = 2,   /* break observed by a person */
+    REPORT_MISSED_WARNING = 4,   /* zone without a warning, or with a late warning */
+    REPORT_FALSE_WARNING = 8,    /* warning without a zone */
+    REPORT_MISSING_EDGES = 16,   /* first edges missing */
+    REPORT_UNKNOWN_STOP = 32,    /* speed or stop not known */
+    REPORT_INVALID_CHANNEL = 64, /* transducer or gage not valid to the end */
+    REPORT_BOARD_FAULT = 128,    /* fault of the board */
+    REPORT_LOST_FRAMES = 256,    /* lost frames, or a silent link */
+    REPORT_CHECK_NO_GO = 512     /* no-go in the check before the landing */
 };
-#define REPORT_PROBLEMS 10u
+#define REPORT_PROBLEM_COUNT 10u
 
 /* Facts of a landing at the front of a report. Units are feet, pounds, inches and seconds; NaN: not
  * known. */
@@ -56,12 +56,13 @@ struct report_facts {
     struct store_series series; /* series of the landing; id 0: none */
     char can_link[200], serial_link[200], site[40];
     enum measured_source source;
-    bool incomplete, has_motion_fit, config_read, emulated;
+    bool is_incomplete, has_motion_fit, has_config, is_emulated;
     const char *command_rights; /* who may send commands: mr_key_state_text; NULL: not reported */
     const char *marks;          /* marks of the landing, from measured_marks_text */
-    int64_t recalibrated;
-    size_t gates, switches, surveyed, statements;
-    size_t sensors, serials; /* channels that measure, and those with a serial number */
+    int64_t recalibrated_channels;
+    size_t gate_count, switch_count, surveyed_segments, zone_report_count;
+    size_t sensor_count,
+        serial_number_count; /* channels that measure, and those with a serial number */
     struct mr_estimate speed_ft_s, deceleration_ft_s2, stop_ft;
     struct report_movement {
         double station_ft, peak_in, peak_error_in, end_in, end_error_in;
@@ -70,28 +71,29 @@ struct report_facts {
      * landing. */
     struct report_band {
         double fall_lb, rise_lb, fall_error_lb, rise_error_lb;
-        size_t gages;
-    } band[REPORT_BANDS];
+        size_t gage_count;
+    } band[REPORT_BANDS_MAX];
     struct zone_warning warning;
-    bool warning_maybe_lost; /* a warning may have been sent that was not received */
+    bool may_lack_warning; /* a warning may have been sent that was not received */
     struct report_zone {
         int64_t mats; /* 0: no zone */
         double start_ft, end_ft;
-    } longest_zone, last_zone; /* zones that the board reported */
-    int64_t worst_verdict;     /* STORE_NONE: none */
+    } longest_zone, last_zone;       /* zones that the board reported */
+    int64_t worst_predictor_verdict; /* STORE_NONE: none */
     uint64_t closed_segments; /* bit s: segment s is closed at the end, by survey and transducers */
     int64_t lost_frames;
     struct report_compared {
         char compared_with[120];
-        size_t channels;
-        struct compare_mean mean; /* means over the transducers; channels 0: not compared */
-        struct compare_overlap longest, longest_board, rest;
-        double error_in;
-    } compared;
-    char calibration[REPORT_HASH_SIZE]; /* hash; equal hashes mean equal calibrations */
-    struct mr_estimate weight_lb;       /* weight as corrected (matrig landing) */
+        size_t channel_count;
+        /* means over the transducers; channels 0: not compared */
+        struct compare_channel_means mean;
+        struct compare_overlap at_longest_zone, board_at_longest_zone, at_rest;
+        double solver_error_in;
+    } comparison;
+    char calibration_hash[REPORT_HASH_SIZE]; /* hash; equal hashes mean equal calibrations */
+    struct mr_estimate weight_lb;            /* weight as corrected (matrig landing) */
     unsigned problems;
-    struct record_row record;
+    struct record_row warning_record;
     char outcome_reason[120]; /* text to which record.why points */
 };
 
@@ -100,11 +102,11 @@ struct report {
     struct store *store;
     struct store_landing *row; /* landings in the report */
     struct report_facts *facts;
-    size_t landings, voided; /* voided: number of landings left out */
+    size_t landings, voided_landings; /* voided: number of landings left out */
     struct record record;
     struct inspections records;
-    struct store_slow *slow;
-    size_t slow_rows;
+    struct store_slow *slow_reading;
+    size_t slow_count;
     int64_t run; /* RUN of a report on one landing; 0: all */
     bool si;
     struct answer *calibrations; /* receives one table for each different calibration */
@@ -125,14 +127,14 @@ void report_landing_free(struct report_landing *landing);
 /* Text of the problem bit `1 << i`: "a wave was seen". Static storage. */
 const char *report_problem_text(unsigned i);
 /* The transducer with the largest movement in either direction; NULL: none has a peak. */
-const struct report_movement *report_largest_movement(const struct report_facts *facts);
+const struct report_movement *report_find_largest_movement(const struct report_facts *facts);
 
 /* Content of the page by heading. A heading without content is omitted. The last entry of each list
  * has no `write`. */
 extern const struct report_section { /* sections of the campaign, in the order of the page */
     const char *id, *title;
     void (*write)(const struct report *report, FILE *out);
-    size_t landings_min; /* minimum number of landings for the section */
+    size_t min_landings; /* minimum number of landings for the section */
 } report_sections[];
 extern const struct report_part { /* parts of each landing */
     const char *title;
@@ -140,20 +142,20 @@ extern const struct report_part { /* parts of each landing */
 } report_parts[];
 
 /* Surveys of the mat. */
-void report_surveys(const struct report *report, FILE *out);
+void report_write_surveys(const struct report *report, FILE *out);
 /* The crew's records: of the runway with a map, and of a landing. */
 void report_records(const struct report *report, FILE *out);
 void report_landing_records(const struct report *report, const struct report_landing *landing,
                             FILE *out);
 
 /* Name of the database without folder. */
-const char *report_name(const struct report *report);
+const char *report_database_name(const struct report *report);
 
 /* Writes an answer to the page, and frees it. */
-void report_answer(struct answer *answer, FILE *out);
+void report_write_answer(struct answer *answer, FILE *out);
 
 /* Adds the calibrations of a landing as a table under a heading. */
-void provenance_calibration(const struct report_landing *landing, struct answer *answer);
+void report_add_calibration(const struct report_landing *landing, struct answer *answer);
 
 /* ---- the page ---- */
 

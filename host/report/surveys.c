@@ -10,12 +10,12 @@
 
 #define SURVEYS_DRAWN_MAX 6u /* number of newest surveys that are drawn */
 
-static const double none = (double)NAN;
+static const double not_known = (double)NAN;
 
-static struct chart_axes survey_axes(double x[SURVEY_POINTS])
+static struct chart_axes make_survey_axes(double x[SURVEY_POINTS])
 {
     for (unsigned k = 0; k < SURVEY_POINTS; k++)
-        x[k] = SURVEY_SPAN_FT * k;
+        x[k] = SURVEY_SPAN_LENGTH_FT * k;
     return (struct chart_axes){.x_unit = UNIT_STATION,
                                .y_unit = UNIT_DISPLACEMENT,
                                .x_high = CHART_RUNWAY_FT,
@@ -23,25 +23,25 @@ static struct chart_axes survey_axes(double x[SURVEY_POINTS])
 }
 
 /* Draws the opening of the joints, or the movement of the mats, along each gage line. */
-static void draw_lines(struct figure *figure, const struct survey_results *found, bool moved)
+static void draw_gage_lines(struct figure *figure, const struct survey_results *found, bool moved)
 {
     double x[SURVEY_POINTS], y[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x);
+    struct chart_axes axes = make_survey_axes(x);
     size_t count = moved ? SURVEY_POINTS : SURVEY_SPANS;
     axes.y = moved ? "moved" : "opened";
-    figure_plot(figure, &axes);
+    figure_begin_plot(figure, &axes);
     for (unsigned k = 0; k < SURVEY_SPANS && !moved; k++)
         x[k] = 0.5 * (x[k] + x[k + 1]);
     for (unsigned line = 0; line < SURVEY_LINES; line++) {
         for (size_t k = 0; k < count; k++)
             y[k] = moved ? found->since_previous.movement[line][k].value_in
                          : found->since_previous.change.gap_in[line][k];
-        figure_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks", x,
-                                                     y, NULL, count});
+        figure_add_series(figure, &(struct chart_series){survey_line_text(line + 1), line, "marks",
+                                                         x, y, NULL, count});
     }
 }
 
-static double mean_moved_in(const struct survey_change *change, unsigned point)
+static double compute_mean_moved_in(const struct survey_change *change, unsigned point)
 {
     double sum_in = 0.0;
     for (unsigned line = 0; line < SURVEY_LINES; line++)
@@ -51,7 +51,7 @@ static double mean_moved_in(const struct survey_change *change, unsigned point)
 
 /* Change of the mat since the first survey. */
 struct since_first {
-    int64_t survey;
+    int64_t survey_id;
     double moved_in[SURVEY_POINTS]; /* mean of the lines */
     double bow_in[SURVEY_POINTS];
 };
@@ -67,11 +67,11 @@ static unsigned load_since_first(const struct report *report, const struct store
         if (survey_load(report->store, rows[i].id, survey, report->error) != MR_OK ||
             survey_evaluate(report->store, survey, found, report->error) != MR_OK)
             break;
-        if (!found->first)
+        if (!found->first_survey)
             continue;
-        since[loaded].survey = rows[i].id;
+        since[loaded].survey_id = rows[i].id;
         for (unsigned k = 0; k < SURVEY_POINTS; k++) {
-            since[loaded].moved_in[k] = mean_moved_in(&found->since_first, k);
+            since[loaded].moved_in[k] = compute_mean_moved_in(&found->since_first, k);
             since[loaded].bow_in[k] = found->since_first.bow[k].value_in;
         }
         loaded++;
@@ -87,20 +87,20 @@ static void draw_since_first(struct figure *figure, const struct since_first *si
 {
     const double limit = SURVEY_BOW_LIMIT_IN;
     double x[SURVEY_POINTS];
-    struct chart_axes axes = survey_axes(x);
+    struct chart_axes axes = make_survey_axes(x);
     axes.x = bow ? "station" : NULL;
     axes.y = bow ? "bow" : "total movement";
-    figure_plot(figure, &axes);
+    figure_begin_plot(figure, &axes);
     if (bow) {
-        figure_shape(figure, "mark", none, none, limit, limit, NULL);
-        figure_shape(figure, "mark", none, none, -limit, -limit, NULL);
+        figure_add_shape(figure, "mark", not_known, not_known, limit, limit, NULL);
+        figure_add_shape(figure, "mark", not_known, not_known, -limit, -limit, NULL);
     }
     for (unsigned i = 0; i < count; i++) {
         char name[40];
-        snprintf(name, sizeof name, "survey %lld", (long long)since[i].survey);
-        figure_series(figure, &(struct chart_series){name, i, "marks", x,
-                                                     bow ? since[i].bow_in : since[i].moved_in,
-                                                     NULL, SURVEY_POINTS});
+        snprintf(name, sizeof name, "survey %lld", (long long)since[i].survey_id);
+        figure_add_series(figure, &(struct chart_series){name, i, "marks", x,
+                                                         bow ? since[i].bow_in : since[i].moved_in,
+                                                         NULL, SURVEY_POINTS});
     }
 }
 
@@ -110,7 +110,7 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
     answer_open_table(answer, NULL, "");
     for (size_t i = 0; i < count; i++) {
         char when[40];
-        survey_time_text(rows[i].made_us, when, sizeof when);
+        survey_format_time(rows[i].made_us, when, sizeof when);
         answer_open_row(answer);
         answer_words(answer, NULL, "survey", "%lld%s", (long long)rows[i].id,
                      rows[i].ended_us == STORE_NONE ? ", in progress" : "");
@@ -120,7 +120,7 @@ static void write_surveys_table(FILE *out, const struct store_gage_survey *rows,
         answer_words(answer, NULL, "note", "%s", rows[i].note);
     }
     answer_close_group(answer);
-    report_answer(answer, out);
+    report_write_answer(answer, out);
 }
 
 static void write_survey_text(FILE *out, const struct survey *survey,
@@ -132,20 +132,21 @@ static void write_survey_text(FILE *out, const struct survey *survey,
             "<p class=\"say\">Survey %lld: %zu of %zu gage points read, %zu confirmed; opening "
             "known for %zu of %u segments.",
             (long long)survey->row.id, survey_progress_count_read(&survey->progress),
-            survey->progress.plan.count, survey->confirmed, found->slack.surveyed, SURVEY_SPANS);
+            survey->progress.plan.count, survey->confirmed_readings, found->slack.surveyed_segments,
+            SURVEY_SPANS);
     if (!isnan(found->worst_bow_in))
         fprintf(out,
                 " Largest in-plane bow since survey %lld: <span class=\"%s\">%.3f &plusmn; %.3f "
                 "%s</span> at %.1f %s, %s the limit of %.3f %s.",
-                (long long)found->first,
+                (long long)found->first_survey,
                 fabs(found->worst_bow_in) > SURVEY_BOW_LIMIT_IN ? "warn" : "say",
                 found->worst_bow_in * length->factor, found->worst_bow_error_in * length->factor,
-                length->text, found->worst_bow_ft * station->factor, station->text,
+                length->text, found->worst_bow_station_ft * station->factor, station->text,
                 survey_bow_verdict(found), SURVEY_BOW_LIMIT_IN * length->factor, length->text);
     fputs("</p>\n", out);
 }
 
-void report_surveys(const struct report *report, FILE *out)
+void report_write_surveys(const struct report *report, FILE *out)
 {
     struct store_gage_survey *rows = NULL;
     struct survey *survey = xmalloc(sizeof *survey);
@@ -158,12 +159,12 @@ void report_surveys(const struct report *report, FILE *out)
         write_surveys_table(out, rows, count);
         write_survey_text(out, survey, found, report->si);
     }
-    if (any && found->previous) {
+    if (any && found->previous_survey) {
         struct figure figure = figure_begin(
             out, report->si, "opening of joints, movement and in-plane bow against station", 1,
-            FIGURE_EACH);
-        draw_lines(&figure, found, false);
-        draw_lines(&figure, found, true);
+            FIGURE_RANGE_PER_PLOT);
+        draw_gage_lines(&figure, found, false);
+        draw_gage_lines(&figure, found, true);
         struct since_first since[SURVEYS_DRAWN_MAX];
         unsigned loaded = load_since_first(report, rows, count, since);
         draw_since_first(&figure, since, loaded, false);
@@ -173,7 +174,8 @@ void report_surveys(const struct report *report, FILE *out)
                    "as the length of ten mats and as movement downfield. Last two plots: change "
                    "from survey %lld to the newest surveys, as total movement (mean of the lines) "
                    "and as in-plane bow (dotted: its limits).",
-                   (long long)found->previous, (long long)survey->row.id, (long long)found->first);
+                   (long long)found->previous_survey, (long long)survey->row.id,
+                   (long long)found->first_survey);
     }
     free(rows);
     free(survey);

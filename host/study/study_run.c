@@ -23,7 +23,7 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
 {
     double middle[SERIES_STATIONS_MAX];
     size_t played = 0;
-    while (played < c->landing_count && s->landing[played].runways > 0)
+    while (played < c->landing_count && s->landing[played].runway_count > 0)
         played++;
     size_t every = (played + PLOT_LINES_MAX - 1) / PLOT_LINES_MAX;
     for (size_t i = 0; i < played; i++) {
@@ -31,7 +31,7 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
         if (i + 1 != played && (i + 1) % every != 0)
             continue;
         for (size_t k = 0; k < c->station_count; k++)
-            middle[k] = s->landing[i].total_in[k].median;
+            middle[k] = s->landing[i].total_movement_in[k].median;
         snprintf(key, sizeof key, "landing %zu", i + 1);
         plot_add_series(plot, &(struct plot_series){.kind = PLOT_LINE,
                                                     .key = key,
@@ -47,13 +47,13 @@ static void plot_movement(struct plot *plot, const struct landing_series *c,
 static void plot_buckles(struct plot *plot, const struct landing_series *c,
                          const struct series_run *runs)
 {
-    double *station_ft = xcalloc(2 * c->seeds, sizeof *station_ft),
-           *landing = station_ft + c->seeds;
+    double *station_ft = xcalloc(2 * c->seed_count, sizeof *station_ft),
+           *landing = station_ft + c->seed_count;
     size_t count = 0;
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         if (runs[i].buckled_landing == 0)
             continue;
-        station_ft[count] = runs[i].buckle_ft;
+        station_ft[count] = runs[i].buckle_station_ft;
         landing[count++] = runs[i].buckled_landing + 0.6 * ((double)(i % 9) / 8.0 - 0.5);
     }
     plot_add_series(
@@ -87,10 +87,10 @@ static int write_outputs(const struct landing_series *c, const struct study_requ
     series_summarise(&summary, c, runs);
     if (request->plot)
         write_plot(request->plot, c, runs, &summary, error);
-    if (error->status == MR_OK && summary.failed > 0)
+    if (error->status == MR_OK && summary.failed_count > 0)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu runways could not be simulated to their end: %s; see FAILED above",
-                  summary.failed, c->seeds, request->path);
+                  summary.failed_count, c->seed_count, request->path);
     if (error->status != MR_OK)
         code = cli_fail(error);
     code = answer_show(cli, series_to_answer(c, runs, &summary, cli->si), code);
@@ -108,15 +108,15 @@ int study_command(int argc, char **argv, const struct cli *cli)
     plot_check(request.plot, request.path, fatal);
     series_load_on_ground(&series, request.path, request.ground, fatal);
     if (request.seeds)
-        series.seeds = (size_t)request.seeds;
-    struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
+        series.seed_count = (size_t)request.seeds;
+    struct series_run *runs = xcalloc(series.seed_count, sizeof *runs);
     progress_begin(&progress, "study", "fewer --seeds", cli->quiet);
-    progress_set(&progress, "0 of %zu runways done", series.seeds);
+    progress_set(&progress, "0 of %zu runways done", series.seed_count);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     series_simulate_all(&series, cores > 1 ? (unsigned)cores : 1u, show_progress, &progress, runs);
     progress_end(&progress);
     int code = write_outputs(&series, &request, runs, cli, &error);
-    for (size_t i = 0; i < series.seeds; i++)
+    for (size_t i = 0; i < series.seed_count; i++)
         series_run_free(&runs[i]);
     free(runs);
     series_free(&series);

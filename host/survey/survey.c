@@ -17,29 +17,32 @@
 
 /* ---- plan ---- */
 
-const char *const survey_kind_text[SURVEY_KINDS] = {"gap", "station", "across", "diagonal"};
+const char *const survey_item_kind_text[SURVEY_ITEM_KINDS] = {"gap", "station", "across",
+                                                              "diagonal"};
 const char *const survey_edges_text[SURVEY_EDGES] = {"left", "both", "none", "diagonal"};
 
-static void add_item(struct survey_plan *plan, enum survey_kind kind, unsigned line, unsigned place)
+static void add_item(struct survey_plan *plan, enum survey_item_kind kind, unsigned line,
+                     unsigned place)
 {
     plan->item[plan->count++] = (struct survey_item){kind, line, place};
 }
 
-static void add_station(struct survey_plan *plan, enum survey_edges edges, unsigned line,
-                        unsigned station)
+static void add_station_items(struct survey_plan *plan, enum survey_edges edges, unsigned line,
+                              unsigned station)
 {
     bool diagonal = edges == SURVEY_EDGE_DIAGONAL;
     if (diagonal || (line == 1 && edges != SURVEY_EDGE_NONE) ||
         (line == SURVEY_LINES && edges == SURVEY_EDGE_BOTH))
-        add_item(plan, SURVEY_STATION, line, station);
+        add_item(plan, SURVEY_ITEM_STATION, line, station);
     if (diagonal)
-        add_item(plan, SURVEY_ACROSS, line, station);
+        add_item(plan, SURVEY_ITEM_ACROSS, line, station);
 }
 
 /* Returns the station of an item's beginning; a diagonal has no station. */
-static double get_item_ft(const struct survey_item *item)
+static double get_item_station_ft(const struct survey_item *item)
 {
-    return (item->kind == SURVEY_GAP ? SURVEY_SPAN_FT : SURVEY_STATION_FT) * item->place;
+    return (item->kind == SURVEY_ITEM_GAP ? SURVEY_SPAN_LENGTH_FT : SURVEY_STATION_SPACING_FT) *
+           item->index;
 }
 
 /* Adds the items of a line in the downfield direction. Each station precedes the first span that
@@ -48,13 +51,13 @@ static void add_line_items(struct survey_plan *plan, enum survey_edges edges, un
 {
     unsigned station = 0;
     for (unsigned span = 0; span < SURVEY_SPANS; span++) {
-        double begins_ft = get_item_ft(&(struct survey_item){SURVEY_GAP, line, span});
-        while (station < SURVEY_STATIONS && SURVEY_STATION_FT * station <= begins_ft + 1e-6)
-            add_station(plan, edges, line, station++);
-        add_item(plan, SURVEY_GAP, line, span);
+        double begins_ft = get_item_station_ft(&(struct survey_item){SURVEY_ITEM_GAP, line, span});
+        while (station < SURVEY_STATIONS && SURVEY_STATION_SPACING_FT * station <= begins_ft + 1e-6)
+            add_station_items(plan, edges, line, station++);
+        add_item(plan, SURVEY_ITEM_GAP, line, span);
     }
     while (station < SURVEY_STATIONS)
-        add_station(plan, edges, line, station++);
+        add_station_items(plan, edges, line, station++);
 }
 
 void survey_plan_init(struct survey_plan *plan, enum survey_edges edges)
@@ -72,7 +75,8 @@ void survey_plan_init(struct survey_plan *plan, enum survey_edges edges)
     }
     for (unsigned line = 1; edges == SURVEY_EDGE_DIAGONAL && line <= SURVEY_DIAGONALS; line++) {
         for (unsigned i = 0; i < SURVEY_DIAGONAL_SPANS; i++)
-            add_item(plan, SURVEY_DIAGONAL, line, line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
+            add_item(plan, SURVEY_ITEM_DIAGONAL, line,
+                     line % 2 ? i : SURVEY_DIAGONAL_SPANS - 1u - i);
     }
 }
 
@@ -80,37 +84,38 @@ int survey_plan_find(const struct survey_plan *plan, const struct survey_item *i
 {
     for (size_t i = 0; i < plan->count; i++) {
         const struct survey_item *p = &plan->item[i];
-        if (p->kind == item->kind && p->line == item->line && p->place == item->place)
+        if (p->kind == item->kind && p->line == item->line && p->index == item->index)
             return (int)i;
     }
     return -1;
 }
 
-static int find_word(const char *const *words, int count, const char *text)
+static int find_word_index(const char *const *words, int count, const char *text)
 {
     while (count-- > 0 && strcmp(words[count], text) != 0)
         ;
     return count;
 }
 
-static bool survey_kind_parse(const char *text, enum survey_kind *kind)
+static bool survey_item_kind_parse(const char *text, enum survey_item_kind *kind)
 {
-    int found = find_word(survey_kind_text, SURVEY_KINDS, text);
-    *kind = found < 0 ? SURVEY_KINDS : (enum survey_kind)found;
+    int found = find_word_index(survey_item_kind_text, SURVEY_ITEM_KINDS, text);
+    *kind = found < 0 ? SURVEY_ITEM_KINDS : (enum survey_item_kind)found;
     return found >= 0;
 }
 
 bool survey_edges_parse(const char *text, enum survey_edges *edges)
 {
-    int found = find_word(survey_edges_text, SURVEY_EDGES, text);
+    int found = find_word_index(survey_edges_text, SURVEY_EDGES, text);
     *edges = found < 0 ? SURVEY_EDGE_LEFT : (enum survey_edges)found;
     return found >= 0;
 }
 
 double survey_line_in(unsigned line)
 {
-    static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_WIDTH_IN / 2 - 36.0,
-                                                      SURVEY_WIDTH_IN / 2, SURVEY_WIDTH_IN - 12.0};
+    static const double from_left_in[SURVEY_LINES] = {12.0, SURVEY_RUNWAY_WIDTH_IN / 2 - 36.0,
+                                                      SURVEY_RUNWAY_WIDTH_IN / 2,
+                                                      SURVEY_RUNWAY_WIDTH_IN - 12.0};
     return from_left_in[line - 1];
 }
 
@@ -122,26 +127,26 @@ const char *survey_line_text(unsigned line)
     return line >= 1 && line <= SURVEY_LINES ? text[line - 1] : "unknown";
 }
 
-void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size)
+void survey_item_format(const struct survey_item *item, bool si, char *out, size_t size)
 {
     const struct unit *station = unit_of(UNIT_STATION, si);
-    double at = get_item_ft(item) * station->factor;
-    if (item->kind == SURVEY_GAP)
+    double at = get_item_station_ft(item) * station->factor;
+    if (item->kind == SURVEY_ITEM_GAP)
         snprintf(out, size, "line %u (%s), mats %u to %u, station %.1f %s", item->line,
-                 survey_line_text(item->line), item->place * MR_MATS_PER_SEGMENT + 1,
-                 (item->place + 1) * MR_MATS_PER_SEGMENT, at, station->text);
-    else if (item->kind == SURVEY_DIAGONAL)
+                 survey_line_text(item->line), item->index * MR_MATS_PER_SEGMENT + 1,
+                 (item->index + 1) * MR_MATS_PER_SEGMENT, at, station->text);
+    else if (item->kind == SURVEY_ITEM_DIAGONAL)
         snprintf(out, size, "45 degree line %u, span %u of %u from the left", item->line,
-                 item->place + 1, SURVEY_DIAGONAL_SPANS);
+                 item->index + 1, SURVEY_DIAGONAL_SPANS);
     else
         snprintf(out, size, "%s %.1f %s, line %u (%s)",
-                 item->kind == SURVEY_STATION ? "station" : "across at station", at, station->text,
-                 item->line, survey_line_text(item->line));
+                 item->kind == SURVEY_ITEM_STATION ? "station" : "across at station", at,
+                 station->text, item->line, survey_line_text(item->line));
 }
 
 static bool is_span(const struct survey_item *item)
 {
-    return item->kind == SURVEY_GAP || item->kind == SURVEY_DIAGONAL;
+    return item->kind == SURVEY_ITEM_GAP || item->kind == SURVEY_ITEM_DIAGONAL;
 }
 
 /* Returns the expected value of a first reading; NaN: no expectation. */
@@ -168,7 +173,7 @@ static const char *skip_space(const char *text)
     return text;
 }
 
-static bool is_line_end(const char *text)
+static bool is_blank(const char *text)
 {
     return *skip_space(text) == '\0';
 }
@@ -188,23 +193,23 @@ void survey_entry_parse(const char *line, bool si, struct survey_entry *entry)
     static const struct {
         char letter;
         enum survey_entry_kind kind;
-    } letters[] = {{'s', SURVEY_SKIP},
-                   {'u', SURVEY_UNDO},
-                   {'b', SURVEY_BACK},
-                   {'q', SURVEY_QUIT},
-                   {'?', SURVEY_HELP}};
+    } letters[] = {{'s', SURVEY_ENTRY_SKIP},
+                   {'u', SURVEY_ENTRY_UNDO},
+                   {'b', SURVEY_ENTRY_BACK},
+                   {'q', SURVEY_ENTRY_QUIT},
+                   {'?', SURVEY_ENTRY_HELP}};
     const char *text = skip_space(line);
-    *entry = (struct survey_entry){.kind = SURVEY_INVALID, .value_in = (double)NAN};
+    *entry = (struct survey_entry){.kind = SURVEY_ENTRY_INVALID, .value_in = (double)NAN};
     if (*text == '\0')
-        entry->kind = SURVEY_EMPTY;
+        entry->kind = SURVEY_ENTRY_EMPTY;
     else if (parse_number(text, si, &entry->value_in, &entry->error))
-        entry->kind = SURVEY_NUMBER;
-    else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_line_end(text + 1)) {
-        entry->kind = SURVEY_NOTE;
+        entry->kind = SURVEY_ENTRY_NUMBER;
+    else if (*text == 'n' && isspace((unsigned char)text[1]) && !is_blank(text + 1)) {
+        entry->kind = SURVEY_ENTRY_NOTE;
         entry->note = skip_space(text + 1);
     }
     for (size_t i = 0; i < sizeof letters / sizeof letters[0]; i++) {
-        if (*text == letters[i].letter && is_line_end(text + 1))
+        if (*text == letters[i].letter && is_blank(text + 1))
             entry->kind = letters[i].kind;
     }
 }
@@ -242,15 +247,15 @@ static void survey_progress_restore(struct survey_progress *progress, size_t ite
 void survey_progress_move_to_next(struct survey_progress *progress, size_t from)
 {
     size_t count = progress->plan.count;
-    progress->has_doubtful = false;
+    progress->has_doubtful_value = false;
     for (size_t step = 0; step < count; step++) {
         size_t item = (from + step) % count;
         if (isnan(progress->value_in[item]) && !progress->is_skipped[item]) {
-            progress->current = item;
+            progress->current_item = item;
             return;
         }
     }
-    progress->current = count;
+    progress->current_item = count;
 }
 
 double survey_progress_expected_in(const struct survey_progress *progress, size_t item)
@@ -259,68 +264,69 @@ double survey_progress_expected_in(const struct survey_progress *progress, size_
                                               : progress->previous_in[item];
 }
 
-static enum survey_outcome handle_number(struct survey_progress *progress, double value_in,
-                                         size_t *item)
+static enum survey_entry_outcome apply_number(struct survey_progress *progress, double value_in,
+                                              size_t *item)
 {
-    size_t at = progress->current;
+    size_t at = progress->current_item;
     if (at == progress->plan.count)
-        return SURVEY_REFUSED;
+        return SURVEY_OUTCOME_REFUSED;
     double expected_in = survey_progress_expected_in(progress, at);
     /* false if no value is expected (NaN) */
     bool beyond = fabs(value_in - expected_in) >
                   survey_item_limit_in(&progress->plan.item[at]) + 1e-9;
-    bool again = progress->has_doubtful &&
-                 fabs(value_in - progress->doubtful_in) <= CONFIRM_TOLERANCE_IN;
+    bool again = progress->has_doubtful_value &&
+                 fabs(value_in - progress->doubtful_value_in) <= CONFIRM_TOLERANCE_IN;
     *item = at;
     if (beyond && !again) {
-        progress->has_doubtful = true;
-        progress->doubtful_in = value_in;
-        return SURVEY_DOUBTFUL;
+        progress->has_doubtful_value = true;
+        progress->doubtful_value_in = value_in;
+        return SURVEY_OUTCOME_DOUBTFUL;
     }
     survey_progress_restore(progress, at, value_in, false);
     survey_progress_move_to_next(progress, at);
-    return beyond ? SURVEY_CONFIRMED : SURVEY_STORED;
+    return beyond ? SURVEY_OUTCOME_CONFIRMED : SURVEY_OUTCOME_STORED;
 }
 
-static enum survey_outcome undo_reading(struct survey_progress *progress, size_t *item)
+static enum survey_entry_outcome undo_last_reading(struct survey_progress *progress, size_t *item)
 {
-    if (progress->has_doubtful) { /* the doubtful reading is not stored yet, so it is discarded */
-        progress->has_doubtful = false;
-        return SURVEY_MOVED;
+    if (progress
+            ->has_doubtful_value) { /* the doubtful reading is not stored yet, so it is discarded */
+        progress->has_doubtful_value = false;
+        return SURVEY_OUTCOME_ITEM_CHANGED;
     }
     if (progress->history_count == 0)
-        return SURVEY_REFUSED;
+        return SURVEY_OUTCOME_REFUSED;
     *item = progress->history[progress->history_count - 1];
     survey_progress_restore(progress, *item, (double)NAN, false);
-    progress->current = *item;
-    return SURVEY_UNDONE;
+    progress->current_item = *item;
+    return SURVEY_OUTCOME_UNDONE;
 }
 
-enum survey_outcome survey_progress_apply(struct survey_progress *progress,
-                                          const struct survey_entry *entry, size_t *item)
+enum survey_entry_outcome survey_progress_apply(struct survey_progress *progress,
+                                                const struct survey_entry *entry, size_t *item)
 {
-    *item = progress->current;
+    *item = progress->current_item;
     switch (entry->kind) {
-    case SURVEY_NUMBER: return handle_number(progress, entry->value_in, item);
-    case SURVEY_SKIP:
-        if (progress->current == progress->plan.count)
-            return SURVEY_REFUSED;
-        survey_progress_restore(progress, progress->current, (double)NAN, true);
-        survey_progress_move_to_next(progress, progress->current);
-        return SURVEY_SKIPPED;
-    case SURVEY_UNDO: return undo_reading(progress, item);
-    case SURVEY_BACK:
-        if (progress->current == 0)
-            return SURVEY_REFUSED;
-        progress->current--;
-        progress->has_doubtful = false;
-        return SURVEY_MOVED;
-    case SURVEY_NOTE:
+    case SURVEY_ENTRY_NUMBER: return apply_number(progress, entry->value_in, item);
+    case SURVEY_ENTRY_SKIP:
+        if (progress->current_item == progress->plan.count)
+            return SURVEY_OUTCOME_REFUSED;
+        survey_progress_restore(progress, progress->current_item, (double)NAN, true);
+        survey_progress_move_to_next(progress, progress->current_item);
+        return SURVEY_OUTCOME_SKIPPED;
+    case SURVEY_ENTRY_UNDO: return undo_last_reading(progress, item);
+    case SURVEY_ENTRY_BACK:
+        if (progress->current_item == 0)
+            return SURVEY_OUTCOME_REFUSED;
+        progress->current_item--;
+        progress->has_doubtful_value = false;
+        return SURVEY_OUTCOME_ITEM_CHANGED;
+    case SURVEY_ENTRY_NOTE:
         if (progress->history_count == 0)
-            return SURVEY_REFUSED;
+            return SURVEY_OUTCOME_REFUSED;
         *item = progress->history[progress->history_count - 1];
-        return SURVEY_NOTED;
-    default: return SURVEY_REFUSED;
+        return SURVEY_OUTCOME_NOTED;
+    default: return SURVEY_OUTCOME_REFUSED;
     }
 }
 
@@ -334,8 +340,8 @@ size_t survey_progress_count_read(const struct survey_progress *progress)
 
 /* ---- sheet ---- */
 
-#define LINE_MAX_BYTES 2000
-#define COLUMNS_MAX    32
+#define SHEET_LINE_BYTES_MAX 2000
+#define SHEET_COLUMNS_MAX    32
 
 enum column { COLUMN_KIND, COLUMN_LINE, COLUMN_PLACE, COLUMN_READING, COLUMN_NOTE, COLUMNS };
 
@@ -346,8 +352,8 @@ void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool 
     for (size_t i = 0; i < progress->plan.count; i++) {
         const struct survey_item *item = &progress->plan.item[i];
         char text[120];
-        survey_item_text(item, si, text, sizeof text);
-        fprintf(out, "%s,%u,%u,", survey_kind_text[item->kind], item->line, item->place);
+        survey_item_format(item, si, text, sizeof text);
+        fprintf(out, "%s,%u,%u,", survey_item_kind_text[item->kind], item->line, item->index);
         if (!isnan(progress->value_in[i]))
             fprintf(out, "%.4f", progress->value_in[i] * unit->factor);
         fputc(',', out);
@@ -414,9 +420,9 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                          path, line);
     if (text[COLUMN_READING][0] == '\0')
         return MR_OK;
-    int at = survey_kind_parse(text[COLUMN_KIND], &item.kind) &&
+    int at = survey_item_kind_parse(text[COLUMN_KIND], &item.kind) &&
                      read_whole_number(text[COLUMN_LINE], &item.line) &&
-                     read_whole_number(text[COLUMN_PLACE], &item.place)
+                     read_whole_number(text[COLUMN_PLACE], &item.index)
                ? survey_plan_find(plan, &item)
                : -1;
     if (at < 0)
@@ -435,7 +441,7 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                          "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
                          text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "",
                          wrong.what);
-    bool distance = item.kind == SURVEY_GAP || item.kind == SURVEY_DIAGONAL;
+    bool distance = item.kind == SURVEY_ITEM_GAP || item.kind == SURVEY_ITEM_DIAGONAL;
     if (distance &&
         /* the logarithm is 3.2 for a value in mm */
         fabs(log(fabs(value) / SURVEY_POINT_SPACING_IN)) > 2.0)
@@ -444,15 +450,16 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
                          "if the unit is different, name the column reading_%s",
                          text[COLUMN_READING], path, line, mm ? "in" : "mm");
     sheet->value_in[at] = value;
-    snprintf(sheet->note[at], SURVEY_NOTE_MAX, "%.*s", (int)SURVEY_NOTE_MAX - 1, text[COLUMN_NOTE]);
-    sheet->count++;
+    snprintf(sheet->note[at], SURVEY_NOTE_SIZE, "%.*s", (int)SURVEY_NOTE_SIZE - 1,
+             text[COLUMN_NOTE]);
+    sheet->reading_count++;
     return MR_OK;
 }
 
 enum mr_status survey_sheet_read(const char *path, const struct survey_plan *plan,
                                  struct survey_sheet *sheet, struct error *error)
 {
-    char line[LINE_MAX_BYTES], *cell[COLUMNS_MAX];
+    char line[SHEET_LINE_BYTES_MAX], *cell[SHEET_COLUMNS_MAX];
     int column[COLUMNS] = {0};
     bool mm = false;
     size_t names = 0;
@@ -471,18 +478,18 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
             status = error_set(error, MR_MALFORMED,
                                "line too long: %s, line %zu; give a survey sheet", path, number);
         else if (number == 1)
-            status = find_columns(
-                path, cell,
-                names = csv_split(line + utf8_mark_length(line, strlen(line)), cell, COLUMNS_MAX),
-                column, &mm, error);
+            status = find_columns(path, cell,
+                                  names = csv_split(line + utf8_mark_length(line, strlen(line)),
+                                                    cell, SHEET_COLUMNS_MAX),
+                                  column, &mm, error);
         else if (line[strspn(line, " \t\r\n")] != '\0')
-            status = parse_row(path, number, cell, csv_split(line, cell, COLUMNS_MAX), names,
+            status = parse_row(path, number, cell, csv_split(line, cell, SHEET_COLUMNS_MAX), names,
                                column, mm, plan, sheet, error);
     }
     if (status == MR_OK && ferror(file))
         status = error_set(error, MR_IO, "cannot read: %s; give a file", path);
     fclose(file);
-    if (status == MR_OK && sheet->count == 0)
+    if (status == MR_OK && sheet->reading_count == 0)
         status = error_set(error, MR_TOO_FEW, "no readings: %s; fill in the column reading_in",
                            path);
     return status;
@@ -495,16 +502,16 @@ void survey_readings_init(struct survey_readings *readings)
     double *value = (double *)(void *)readings;
     for (size_t i = 0; i < offsetof(struct survey_readings, error_in) / sizeof *value; i++)
         value[i] = (double)NAN;
-    readings->error_in = SURVEY_ERROR_IN;
+    readings->error_in = SURVEY_READING_ERROR_IN;
 }
 
-static double *survey_reading_at(struct survey_readings *r, const struct survey_item *item)
+static double *survey_reading_of_item(struct survey_readings *r, const struct survey_item *item)
 {
-    unsigned l = item->line - 1, p = item->place;
+    unsigned l = item->line - 1, p = item->index;
     switch (item->kind) {
-    case SURVEY_GAP: return &r->gap_in[l][p];
-    case SURVEY_STATION: return &r->station_in[l][p];
-    case SURVEY_ACROSS: return &r->across_in[l][p];
+    case SURVEY_ITEM_GAP: return &r->gap_in[l][p];
+    case SURVEY_ITEM_STATION: return &r->station_in[l][p];
+    case SURVEY_ITEM_ACROSS: return &r->across_in[l][p];
     default: return &r->diagonal_in[l][p];
     }
 }
@@ -512,7 +519,7 @@ static double *survey_reading_at(struct survey_readings *r, const struct survey_
 /* The normal equations of a line are tridiagonal: a span connects two neighbouring points, a
  * station the two points around it. */
 struct normal_equations {
-    double diagonal[SURVEY_POINTS], off_diagonal[SURVEY_POINTS - 1], right[SURVEY_POINTS];
+    double diagonal[SURVEY_POINTS], off_diagonal[SURVEY_POINTS - 1], right_side[SURVEY_POINTS];
 };
 
 /* Adds the observation a u(k) + b u(k+1) = value. */
@@ -521,39 +528,39 @@ static void add_observation(struct normal_equations *n, unsigned k, double a, do
 {
     double w = 1.0 / (error * error);
     n->diagonal[k] += w * a * a;
-    n->right[k] += w * a * value;
+    n->right_side[k] += w * a * value;
     if (k + 1 < SURVEY_POINTS) {
         n->diagonal[k + 1] += w * b * b;
         n->off_diagonal[k] += w * a * b;
-        n->right[k + 1] += w * b * value;
+        n->right_side[k + 1] += w * b * value;
     }
 }
 
 /* Solves by elimination from both ends. Where the two meet, at k, the rest of the diagonal is the
  * reciprocal variance of point k. */
-static void solve_normal(const struct normal_equations *n,
-                         struct survey_estimate out[SURVEY_POINTS])
+static void solve_normal_equations(const struct normal_equations *n,
+                                   struct survey_estimate out[SURVEY_POINTS])
 {
     double down[SURVEY_POINTS], up[SURVEY_POINTS], down_right[SURVEY_POINTS],
         up_right[SURVEY_POINTS];
     unsigned last = SURVEY_POINTS - 1;
     down[0] = n->diagonal[0];
-    down_right[0] = n->right[0];
+    down_right[0] = n->right_side[0];
     for (unsigned k = 1; k <= last; k++) {
         double factor = n->off_diagonal[k - 1] / down[k - 1];
         down[k] = n->diagonal[k] - factor * n->off_diagonal[k - 1];
-        down_right[k] = n->right[k] - factor * down_right[k - 1];
+        down_right[k] = n->right_side[k] - factor * down_right[k - 1];
     }
     up[last] = n->diagonal[last];
-    up_right[last] = n->right[last];
+    up_right[last] = n->right_side[last];
     for (unsigned k = last; k-- > 0;) {
         double factor = n->off_diagonal[k] / up[k + 1];
         up[k] = n->diagonal[k] - factor * n->off_diagonal[k];
-        up_right[k] = n->right[k] - factor * up_right[k + 1];
+        up_right[k] = n->right_side[k] - factor * up_right[k + 1];
     }
     for (unsigned k = 0; k <= last; k++) {
         double pivot = down[k] + up[k] - n->diagonal[k];
-        out[k].value_in = (down_right[k] + up_right[k] - n->right[k]) / pivot;
+        out[k].value_in = (down_right[k] + up_right[k] - n->right_side[k]) / pivot;
         out[k].error_in = sqrt(1.0 / pivot);
     }
 }
@@ -576,7 +583,7 @@ static bool compute_line_movement(const struct survey_change *c, unsigned line,
     }
     for (unsigned s = 0; s < SURVEY_STATIONS; s++) {
         double change_in = c->change.station_in[line][s];
-        double at = SURVEY_STATION_FT * s / SURVEY_SPAN_FT;
+        double at = SURVEY_STATION_SPACING_FT * s / SURVEY_SPAN_LENGTH_FT;
         unsigned k = (unsigned)fmin(floor(at + 1e-6), SURVEY_POINTS - 1.0);
         if (isnan(change_in))
             continue;
@@ -585,7 +592,7 @@ static bool compute_line_movement(const struct survey_change *c, unsigned line,
     }
     if (stations == 0)
         add_observation(&n, 0, 1.0, 0.0, anchor->value_in, fmax(anchor->error_in, 1e-6));
-    solve_normal(&n, moved);
+    solve_normal_equations(&n, moved);
     return gaps + stations > 0;
 }
 
@@ -661,8 +668,8 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
         double scatter = lines > 1
                            ? fmax(squares - lines * mean * mean, 0.0) / (lines - 1.0) / lines
                            : 0.0;
-        slack->lines[k] = lines;
-        slack->surveyed += lines > 0;
+        slack->line_count[k] = lines;
+        slack->surveyed_segments += lines > 0;
         slack->segment[k].value_in = mean;
         slack->segment[k].error_in = lines ? fmax(sqrt(scatter), now->error_in / sqrt(lines))
                                            : (double)NAN;
@@ -683,8 +690,10 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
     for (size_t i = 0; i < SURVEY_ITEMS_MAX; i++)
         value_in[i] = (double)NAN;
     for (size_t i = 0; i < count; i++) {
-        struct survey_item item = {SURVEY_KINDS, (unsigned)rows[i].line, (unsigned)rows[i].place};
-        int at = survey_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item) : -1;
+        struct survey_item item = {SURVEY_ITEM_KINDS, (unsigned)rows[i].line,
+                                   (unsigned)rows[i].place};
+        int at = survey_item_kind_parse(rows[i].kind, &item.kind) ? survey_plan_find(plan, &item)
+                                                                  : -1;
         if (at < 0)
             continue; /* the reading's place is not in this plan */
         value_in[at] = rows[i].value_in;
@@ -692,16 +701,16 @@ static enum mr_status load_readings(struct store *store, int64_t id, const struc
             continue;
         survey_progress_restore(&survey->progress, (size_t)at, rows[i].value_in,
                                 rows[i].skipped != 0);
-        *survey_reading_at(&survey->readings, &item) = rows[i].value_in;
-        survey->confirmed += rows[i].confirmed != 0;
+        *survey_reading_of_item(&survey->readings, &item) = rows[i].value_in;
+        survey->confirmed_readings += rows[i].confirmed != 0;
     }
     free(rows);
     return status;
 }
 
 /* Loads survey `i`, and the previous reading of each place. */
-static enum mr_status load_survey(struct store *store, const struct store_gage_survey *rows,
-                                  size_t i, struct survey *survey, struct error *error)
+static enum mr_status load_survey_row(struct store *store, const struct store_gage_survey *rows,
+                                      size_t i, struct survey *survey, struct error *error)
 {
     const struct store_gage_survey *row = &rows[i];
     double value_in[SURVEY_ITEMS_MAX];
@@ -733,9 +742,9 @@ static enum mr_status load_survey(struct store *store, const struct store_gage_s
 
 /* Sets the error for a missing survey: no valid survey has this number. id 0: there is no survey at
  * all. */
-static enum mr_status refuse_missing(struct store *store, int64_t id,
-                                     const struct store_gage_survey *rows, size_t count,
-                                     struct error *error)
+static enum mr_status refuse_missing_survey(struct store *store, int64_t id,
+                                            const struct store_gage_survey *rows, size_t count,
+                                            struct error *error)
 {
     struct store_withdrawal *withdrawn = NULL;
     size_t of = 0;
@@ -769,9 +778,9 @@ enum mr_status survey_load(struct store *store, int64_t id, struct survey *surve
     while (i < count && rows[i].id != id)
         i++;
     if (status == MR_OK && i == count)
-        status = refuse_missing(store, id, rows, count, error);
+        status = refuse_missing_survey(store, id, rows, count, error);
     if (status == MR_OK)
-        status = load_survey(store, rows, i, survey, error);
+        status = load_survey_row(store, rows, i, survey, error);
     free(rows);
     return status;
 }
@@ -786,7 +795,7 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
     for (size_t i = count; i-- > 0 && status == MR_OK && !*found;) {
         if (rows[i].ended_us != STORE_NONE)
             continue;
-        status = load_survey(store, rows, i, survey, error);
+        status = load_survey_row(store, rows, i, survey, error);
         *found = status == MR_OK;
     }
     free(rows);
@@ -795,14 +804,14 @@ enum mr_status survey_load_open(struct store *store, struct survey *survey, bool
 
 static void find_worst_bow(struct survey_results *found)
 {
-    found->worst_bow_in = found->worst_bow_error_in = found->worst_bow_ft = (double)NAN;
-    for (unsigned k = 0; found->first && k < SURVEY_POINTS; k++) {
+    found->worst_bow_in = found->worst_bow_error_in = found->worst_bow_station_ft = (double)NAN;
+    for (unsigned k = 0; found->first_survey && k < SURVEY_POINTS; k++) {
         const struct survey_estimate *bow = &found->since_first.bow[k];
         if (isnan(bow->value_in) || fabs(bow->value_in) <= fabs(found->worst_bow_in))
             continue;
         found->worst_bow_in = bow->value_in;
         found->worst_bow_error_in = bow->error_in;
-        found->worst_bow_ft = SURVEY_SPAN_FT * k;
+        found->worst_bow_station_ft = SURVEY_SPAN_LENGTH_FT * k;
     }
 }
 
@@ -816,12 +825,12 @@ enum mr_status survey_evaluate(struct store *store, const struct survey *survey,
     while (i < count && rows[i].id != survey->row.id)
         i++;
     if (status == MR_OK && i > 0 && i < count) {
-        found->previous = rows[i - 1].id;
-        found->first = rows[0].id;
+        found->previous_survey = rows[i - 1].id;
+        found->first_survey = rows[0].id;
     }
     free(rows);
     struct survey *other = xmalloc(sizeof *other);
-    const int64_t against[2] = {found->previous, found->first};
+    const int64_t against[2] = {found->previous_survey, found->first_survey};
     struct survey_change *const change[2] = {&found->since_previous, &found->since_first};
     for (int k = 0; k < 2 && status == MR_OK; k++) {
         if (against[k])
@@ -849,7 +858,7 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
             continue;
         status = survey_load(store, rows[i].id, &survey, error)
                    ?: survey_evaluate(store, &survey, found, error);
-        *exists = status == MR_OK && found->slack.surveyed > 0;
+        *exists = status == MR_OK && found->slack.surveyed_segments > 0;
     }
     free(rows);
     return status;
@@ -857,14 +866,14 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
 
 /* ---- text output ---- */
 
-#define Z_95 1.96
+#define HALF_WIDTH_95_SIGMAS 1.96
 
-void survey_time_text(int64_t host_us, char *out, size_t size)
+void survey_format_time(int64_t host_us, char *out, size_t size)
 {
     time_t seconds = (time_t)(host_us / 1000000);
     struct tm when;
     gmtime_r(&seconds, &when);
-    if (host_us < SURVEY_EARLIEST_US)
+    if (host_us < SURVEY_EARLIEST_DATE_US)
         snprintf(out, size, "no date");
     else
         strftime(out, size, "%Y-%m-%d %H:%M UTC", &when);
@@ -877,6 +886,7 @@ const char *survey_bow_verdict(const struct survey_results *found)
         return "not known";
     if (bow_in > SURVEY_BOW_LIMIT_IN)
         return "beyond";
-    return bow_in + Z_95 * found->worst_bow_error_in > SURVEY_BOW_LIMIT_IN ? "perhaps beyond"
-                                                                           : "within";
+    return bow_in + HALF_WIDTH_95_SIGMAS * found->worst_bow_error_in > SURVEY_BOW_LIMIT_IN
+             ? "perhaps beyond"
+             : "within";
 }

@@ -24,27 +24,33 @@
  *
  * A plan goes down one line and back up the next, with each station read when it is passed. Pure
  * functions, no I/O. Units are inches and feet. */
-#define SURVEY_LINES          4u
-#define SURVEY_SPANS          MR_SEGMENTS
-#define SURVEY_POINTS         (SURVEY_SPANS + 1u)
-#define SURVEY_STATIONS       13u /* one every 10 ft from 0 to 120 ft */
-#define SURVEY_STATION_FT     10.0
-#define SURVEY_DIAGONALS      7u
-#define SURVEY_DIAGONAL_SPANS 7u /* 14 ft of width at 45 degrees are 7 spans of 33.5 in */
+#define SURVEY_LINES              4u
+#define SURVEY_SPANS              MR_SEGMENTS
+#define SURVEY_POINTS             (SURVEY_SPANS + 1u)
+#define SURVEY_STATIONS           13u /* one every 10 ft from 0 to 120 ft */
+#define SURVEY_STATION_SPACING_FT 10.0
+#define SURVEY_DIAGONALS          7u
+#define SURVEY_DIAGONAL_SPANS     7u /* 14 ft of width at 45 degrees are 7 spans of 33.5 in */
 #define SURVEY_ITEMS_MAX                                    \
     (SURVEY_LINES * (SURVEY_SPANS + 2u * SURVEY_STATIONS) + \
      SURVEY_DIAGONALS * SURVEY_DIAGONAL_SPANS)
 
-#define SURVEY_SPAN_FT               (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
-#define SURVEY_WIDTH_IN              168.0 /* about 14 ft (report 2.6) */
+#define SURVEY_SPAN_LENGTH_FT        (MR_MATS_PER_SEGMENT * 2.0 / 7.0) /* ten mats */
+#define SURVEY_RUNWAY_WIDTH_IN       168.0 /* about 14 ft (report 2.6) */
 #define SURVEY_POINT_SPACING_IN      33.5  /* distance between gage points */
-#define SURVEY_JOINT_IN              0.036 /* designed movement of a joint (report 2.7.2) */
+#define SURVEY_JOINT_MOVEMENT_IN     0.036 /* designed movement of a joint (report 2.7.2) */
 /* limit of a span's change: the sum of ten joints */
-#define SURVEY_SPAN_CHANGE_MAX_IN    (SURVEY_JOINT_IN * MR_MATS_PER_SEGMENT)
+#define SURVEY_SPAN_CHANGE_MAX_IN    (SURVEY_JOINT_MOVEMENT_IN * MR_MATS_PER_SEGMENT)
 /* movement of a station between two surveys above which the reading is asked for again */
 #define SURVEY_STATION_CHANGE_MAX_IN 1.0
 
-enum survey_kind { SURVEY_GAP, SURVEY_STATION, SURVEY_ACROSS, SURVEY_DIAGONAL, SURVEY_KINDS };
+enum survey_item_kind {
+    SURVEY_ITEM_GAP,
+    SURVEY_ITEM_STATION,
+    SURVEY_ITEM_ACROSS,
+    SURVEY_ITEM_DIAGONAL,
+    SURVEY_ITEM_KINDS
+};
 /* Lines at which stations are read. SURVEY_EDGE_DIAGONAL: all lines, with distances across and the
  * 45-degree lines. */
 enum survey_edges {
@@ -56,11 +62,11 @@ enum survey_edges {
 };
 
 struct survey_item {
-    enum survey_kind kind;
+    enum survey_item_kind kind;
     /* number of the line, from 1: left edge, 36 in left of the centreline, near the centreline,
      * right edge; 45-degree lines are counted from upfield */
     unsigned line;
-    unsigned place; /* index of the span or station, from 0 */
+    unsigned index; /* index of the span or station, from 0 */
 };
 
 struct survey_plan {
@@ -73,13 +79,14 @@ void survey_plan_init(struct survey_plan *plan, enum survey_edges edges);
 int survey_plan_find(const struct survey_plan *plan, const struct survey_item *item);
 
 /* Names of kinds and edges: "gap", "station"; "left", "both", "none". */
-extern const char *const survey_kind_text[SURVEY_KINDS], *const survey_edges_text[SURVEY_EDGES];
+extern const char *const survey_item_kind_text[SURVEY_ITEM_KINDS],
+    *const survey_edges_text[SURVEY_EDGES];
 bool survey_edges_parse(const char *text, enum survey_edges *edges);
 
 double survey_line_in(unsigned line);        /* distance from the left edge, in */
 const char *survey_line_text(unsigned line); /* "36 in left of the centreline" */
 /* Describes an item: "line 2 (36 in left of the centreline), mats 121 to 130, station 34.3 ft". */
-void survey_item_text(const struct survey_item *item, bool si, char *out, size_t size);
+void survey_item_format(const struct survey_item *item, bool si, char *out, size_t size);
 double survey_item_limit_in(const struct survey_item *item);
 
 /* A survey in progress: the current item, the typed entry, and doubtful readings. Pure functions:
@@ -95,22 +102,23 @@ double survey_item_limit_in(const struct survey_item *item);
  *     q        quit; the survey can be resumed
  *     ?        these words */
 enum survey_entry_kind {
-    SURVEY_NUMBER,
-    SURVEY_SKIP,
-    SURVEY_UNDO,
-    SURVEY_BACK,
-    SURVEY_NOTE,
-    SURVEY_QUIT,
-    SURVEY_HELP,
-    SURVEY_EMPTY, /* the line was empty */
-    SURVEY_INVALID,
+    SURVEY_ENTRY_NUMBER,
+    SURVEY_ENTRY_SKIP,
+    SURVEY_ENTRY_UNDO,
+    SURVEY_ENTRY_BACK,
+    SURVEY_ENTRY_NOTE,
+    SURVEY_ENTRY_QUIT,
+    SURVEY_ENTRY_HELP,
+    SURVEY_ENTRY_EMPTY, /* the line was empty */
+    SURVEY_ENTRY_INVALID,
 };
 
 struct survey_entry {
     enum survey_entry_kind kind;
-    double value_in;             /* SURVEY_NUMBER */
-    const char *note;            /* SURVEY_NOTE: points into the parsed line */
-    struct quantity_error error; /* SURVEY_INVALID: why a number is invalid; empty: not a number */
+    double value_in;  /* SURVEY_ENTRY_NUMBER */
+    const char *note; /* SURVEY_ENTRY_NOTE: points into the parsed line */
+    /* SURVEY_ENTRY_INVALID: why a number is invalid; empty: not a number */
+    struct quantity_error error;
 };
 
 /* Parses an entry. A number without a unit is in inches, or in millimetres with `si`. */
@@ -121,22 +129,23 @@ struct survey_progress {
     double value_in[SURVEY_ITEMS_MAX]; /* reading of each item; NaN: not read */
     bool is_skipped[SURVEY_ITEMS_MAX];
     double previous_in[SURVEY_ITEMS_MAX]; /* readings of the previous survey; NaN: none */
-    size_t current;                   /* current item; plan.count: all items are read or skipped */
+    size_t current_item;              /* current item; plan.count: all items are read or skipped */
     size_t history[SURVEY_ITEMS_MAX]; /* items in the order of reading, for undo */
     size_t history_count;
-    bool has_doubtful; /* the last value was doubtful; entering the same value again confirms it */
-    double doubtful_in;
+    /* the last value was doubtful; entering the same value again confirms it */
+    bool has_doubtful_value;
+    double doubtful_value_in;
 };
 
-enum survey_outcome {
-    SURVEY_STORED,    /* `item` has a new value */
-    SURVEY_CONFIRMED, /* the doubtful value was entered again */
-    SURVEY_DOUBTFUL,  /* the value is doubtful and must be entered again */
-    SURVEY_SKIPPED,   /* `item` was skipped */
-    SURVEY_UNDONE,    /* the value of `item` was removed */
-    SURVEY_MOVED,     /* the current item changed */
-    SURVEY_NOTED,     /* the note belongs to `item` */
-    SURVEY_REFUSED,   /* nothing to undo, back from the first item, or an invalid entry */
+enum survey_entry_outcome {
+    SURVEY_OUTCOME_STORED,       /* `item` has a new value */
+    SURVEY_OUTCOME_CONFIRMED,    /* the doubtful value was entered again */
+    SURVEY_OUTCOME_DOUBTFUL,     /* the value is doubtful and must be entered again */
+    SURVEY_OUTCOME_SKIPPED,      /* `item` was skipped */
+    SURVEY_OUTCOME_UNDONE,       /* the value of `item` was removed */
+    SURVEY_OUTCOME_ITEM_CHANGED, /* the current item changed */
+    SURVEY_OUTCOME_NOTED,        /* the note belongs to `item` */
+    SURVEY_OUTCOME_REFUSED, /* nothing to undo, back from the first item, or an invalid entry */
 };
 
 /* Starts a survey without readings; previous_in is NaN. */
@@ -145,8 +154,8 @@ void survey_progress_init(struct survey_progress *progress, enum survey_edges ed
  * beginning. */
 void survey_progress_move_to_next(struct survey_progress *progress, size_t from);
 /* Applies an entry except quit, help and an empty line. `item`: the item that the entry changed. */
-enum survey_outcome survey_progress_apply(struct survey_progress *progress,
-                                          const struct survey_entry *entry, size_t *item);
+enum survey_entry_outcome survey_progress_apply(struct survey_progress *progress,
+                                                const struct survey_entry *entry, size_t *item);
 /* Returns the value with which a reading is compared: that of the previous survey, otherwise the
  * design value; NaN: none. */
 double survey_progress_expected_in(const struct survey_progress *progress, size_t item);
@@ -161,12 +170,12 @@ size_t survey_progress_count_read(
  *
  * Columns are recognised by their names: kind, line, place and reading_in or reading_mm are
  * required, note is optional, others are ignored. A row without a reading is skipped. */
-#define SURVEY_NOTE_MAX 200u
+#define SURVEY_NOTE_SIZE 200u
 
 struct survey_sheet {
     double value_in[SURVEY_ITEMS_MAX]; /* readings by index in the plan; NaN: none */
-    char note[SURVEY_ITEMS_MAX][SURVEY_NOTE_MAX];
-    size_t count;
+    char note[SURVEY_ITEMS_MAX][SURVEY_NOTE_SIZE];
+    size_t reading_count;
 };
 
 void survey_sheet_write(FILE *out, const struct survey_progress *progress, bool si);
@@ -192,7 +201,7 @@ enum mr_status survey_sheet_read(const char *path, const struct survey_plan *pla
  * segment: mean over the lines that were read. Units are inches; NaN: not known. Pure functions. */
 #define SURVEY_BOW_LIMIT_IN     (11.0 / 7.0)
 /* standard error of a caliper's reading, if no better value is known */
-#define SURVEY_ERROR_IN         0.005
+#define SURVEY_READING_ERROR_IN 0.005
 /* standard error of a mark's distance from a station, read by a scale */
 #define SURVEY_STATION_ERROR_IN 0.02
 
@@ -220,8 +229,8 @@ struct survey_change {
 
 struct survey_slack {
     struct survey_estimate segment[SURVEY_SPANS];
-    unsigned lines[SURVEY_SPANS]; /* number of lines averaged for each segment */
-    size_t surveyed;
+    unsigned line_count[SURVEY_SPANS]; /* number of lines averaged for each segment */
+    size_t surveyed_segments;
 };
 
 void survey_readings_init(struct survey_readings *readings);
@@ -234,18 +243,18 @@ void survey_compute_slack(const struct survey_readings *now, double closed_in,
 struct survey {
     struct store_gage_survey row;
     struct survey_progress progress; /* values, skipped items, and values of the previous survey */
-    size_t confirmed;                /* number of readings that were confirmed after a doubt */
+    size_t confirmed_readings;       /* number of readings that were confirmed after a doubt */
     struct survey_readings readings;
 };
 
 /* Results of a survey. `previous` and `first` are ids; 0: there is no earlier survey. */
 struct survey_results {
-    int64_t previous, first;
+    int64_t previous_survey, first_survey;
     struct survey_change since_previous, since_first;
     struct survey_slack slack;
     /* largest bow since the first survey, and its station; NaN: not known */
     double worst_bow_in, worst_bow_error_in;
-    double worst_bow_ft;
+    double worst_bow_station_ft;
 };
 
 /* Loads survey `id`; 0: the newest. MR_UNKNOWN: there is no such survey. */
@@ -265,9 +274,9 @@ enum mr_status survey_evaluate_between(struct store *store, int64_t from_us, int
 /* Returns the verdict on the bow: "within", "perhaps beyond" (the limit lies in the bow's 95 %
  * interval), "beyond", "not known". */
 const char *survey_bow_verdict(const struct survey_results *found);
-/* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_US, which are
- * the board's times in a recording without times of day. */
-#define SURVEY_EARLIEST_US INT64_C(946684800000000) /* 2000-01-01 */
-void survey_time_text(int64_t host_us, char *out, size_t size);
+/* Writes a time: "2026-11-22 01:48 UTC"; "no date" for times before SURVEY_EARLIEST_DATE_US,
+ * which are the board's times in a recording without times of day. */
+#define SURVEY_EARLIEST_DATE_US INT64_C(946684800000000) /* 2000-01-01 */
+void survey_format_time(int64_t host_us, char *out, size_t size);
 
 #endif

@@ -280,7 +280,7 @@ static enum mr_status complete_study(struct sweep *sweep, const char *file, stru
         json_t *part = json_object_get(sweep->base, named[i]);
         if (!json_is_string(part))
             continue;
-        part = series_json(file, json_string_value(part), named[i], error);
+        part = series_read_json(file, json_string_value(part), named[i], error);
         if (!part)
             return error->status;
         json_object_set_new(sweep->base, named[i], part);
@@ -300,8 +300,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
     snprintf(file, sizeof file, "%s", path);
     if (json_is_string(base)) {
         json_object_set_new(sweep->root, "_base_file", json_copy(base));
-        series_path_beside(path, json_string_value(base), file);
-        base = series_json(path, json_string_value(base), "base", error);
+        series_make_path_beside(path, json_string_value(base), file);
+        base = series_read_json(path, json_string_value(base), "base", error);
         if (!base)
             return error->status;
         json_object_set_new(sweep->root, "base", base);
@@ -727,7 +727,7 @@ static enum mr_status read_file(struct sweep *sweep, const char *path, struct er
 enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error)
 {
     *sweep = (struct sweep){0};
-    sweep->root = series_json(NULL, path, "sweep", error);
+    sweep->root = series_read_json(NULL, path, "sweep", error);
     if (!sweep->root || read_file(sweep, path, error) != MR_OK)
         sweep_free(sweep);
     return error->status;

@@ -59,14 +59,15 @@ static json_t *simulate_series(const struct landing_series *series, struct serie
     series_simulate_all(series, 1, NULL, NULL, runs);
     series_summarise(&summary, series, runs);
     json_t *object = answer_into_json(series_to_answer(series, runs, &summary, false));
-    json_object_set_new(object, "status", json_string(summary.failed > 0 ? "incomplete" : "ok"));
-    for (size_t i = 0; i < series->seeds && summary.failed > 0; i++) {
+    json_object_set_new(object, "status",
+                        json_string(summary.failed_count > 0 ? "incomplete" : "ok"));
+    for (size_t i = 0; i < series->seed_count && summary.failed_count > 0; i++) {
         if (runs[i].error.status != MR_OK) {
             json_object_set_new(
                 object, "reason",
                 json_sprintf("%zu of %zu runways could not be simulated; seed %llu: %s",
-                             summary.failed, series->seeds, (unsigned long long)runs[i].seed,
-                             runs[i].error.text));
+                             summary.failed_count, series->seed_count,
+                             (unsigned long long)runs[i].seed, runs[i].error.text));
             break;
         }
     }
@@ -80,9 +81,9 @@ static json_t *simulate_study(const json_t *input)
     struct landing_series series;
     if (series_from_json(&series, "study", input, &error) != MR_OK)
         return make_refused_json(&error);
-    struct series_run *runs = xcalloc(series.seeds, sizeof *runs);
+    struct series_run *runs = xcalloc(series.seed_count, sizeof *runs);
     json_t *object = simulate_series(&series, runs);
-    for (size_t i = 0; i < series.seeds; i++)
+    for (size_t i = 0; i < series.seed_count; i++)
         series_run_free(&runs[i]);
     free(runs);
     series_free(&series);

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#define SEGMENTS        42
-#define SURVEY_ERROR_IN 0.005
+#define SEGMENTS                42
+#define SURVEY_READING_ERROR_IN 0.005
 
 void truth_run_switches(struct syn_run *run, const struct score_landing *landing)
 {
@@ -24,7 +24,7 @@ void truth_run_switches(struct syn_run *run, const struct score_landing *landing
 void truth_run_survey(struct syn_run *run, const struct score_landing *landing, uint64_t *state)
 {
     for (unsigned s = 0; s < SEGMENTS; s++) {
-        double sum_in = SURVEY_ERROR_IN * score_normal(state);
+        double sum_in = SURVEY_READING_ERROR_IN * score_normal(state);
         for (unsigned j = 0; j < 10; j++)
             sum_in += (double)landing->gap_in[10 * s + j];
         syn_run_add(run, "command %.3f serial survey %u %.3f\n", 0.300 + 0.002 * s, s,

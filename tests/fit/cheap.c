@@ -5,21 +5,21 @@
 
 #include "common/splitmix.h"
 
-#define MATS            30
-#define LENGTH_FT       (2.0 / 7.0)
-#define WEIGHT_LB       0.466
-#define SLACK_FT        0.0025
-#define AIRCRAFT_LB     520.0
-#define GRAVITY_FT_S2   32.174
-#define SPEED_FT_S      8.0
-#define BRAKE_FT_S2     10.0
-#define TOUCHDOWN_FT    1.5
-#define DWELL_S         0.25
-#define SAMPLE_S        0.002
-#define TRANSDUCERS     4
-#define PATH_ROWS       42
-#define SAMPLES         700
-#define SURVEY_ERROR_IN 0.005
+#define MATS                    30
+#define LENGTH_FT               (2.0 / 7.0)
+#define WEIGHT_LB               0.466
+#define SLACK_FT                0.0025
+#define AIRCRAFT_LB             520.0
+#define GRAVITY_FT_S2           32.174
+#define SPEED_FT_S              8.0
+#define BRAKE_FT_S2             10.0
+#define TOUCHDOWN_FT            1.5
+#define DWELL_S                 0.25
+#define SAMPLE_S                0.002
+#define TRANSDUCERS             4
+#define PATH_ROWS               42
+#define SAMPLES                 700
+#define SURVEY_READING_ERROR_IN 0.005
 
 double cheap_uniform(struct cheap_random *random)
 {
@@ -119,7 +119,7 @@ static double survey(const double *gap_ft, double factor, double slack_in[MR_SEG
         double sum_in = 0.0;
         for (size_t j = 0; j < 10; j++)
             sum_in += 12.0 * gap_ft[10 * s + j];
-        slack_in[s] = sum_in / factor + SURVEY_ERROR_IN * cheap_normal(random);
+        slack_in[s] = sum_in / factor + SURVEY_READING_ERROR_IN * cheap_normal(random);
         all_in += slack_in[s];
     }
     return all_in / MATS;

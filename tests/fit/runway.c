@@ -6,24 +6,24 @@
 
 #include "tests/fit/cheap.h"
 
-#define JOINTS_MAX      421
-#define WHOLE_MATS      420 /* that the plan of landings is for */
-#define LENGTH_FT       (2.0 / 7.0)
-#define SLACK_FT        0.0025
-#define MOST_GAP_IN     0.036
-#define SURVEY_ERROR_IN 0.005
-#define SURVEY_SPREAD   0.03
-#define NOISE_IN        0.003
-#define BASELINE_IN     0.0002
-#define GAIN            0.0065
-#define THRUST_ERROR    0.005
-#define AIRCRAFT_LB     1300.0
-#define GRAVITY_FT_S2   32.174
-#define TOUCHDOWN_FT    3.0
-#define DWELL_S         0.3
-#define SAMPLE_S        0.002
-#define PATH_ROWS       122
-#define HEAVY_SHAPE     2.0
+#define JOINTS_MAX              421
+#define WHOLE_MATS              420 /* that the plan of landings is for */
+#define LENGTH_FT               (2.0 / 7.0)
+#define SLACK_FT                0.0025
+#define MOST_GAP_IN             0.036
+#define SURVEY_READING_ERROR_IN 0.005
+#define SURVEY_SPREAD           0.03
+#define NOISE_IN                0.003
+#define BASELINE_IN             0.0002
+#define GAIN                    0.0065
+#define THRUST_ERROR            0.005
+#define AIRCRAFT_LB             1300.0
+#define GRAVITY_FT_S2           32.174
+#define TOUCHDOWN_FT            3.0
+#define DWELL_S                 0.3
+#define SAMPLE_S                0.002
+#define PATH_ROWS               122
+#define HEAVY_SHAPE             2.0
 
 const char *const runway_names[RUNWAY_KINDS] = {"model", "heavy", "half", "patchy", "braking"};
 
@@ -92,7 +92,7 @@ static void read_survey(struct truth *truth, double sum_in[MR_SEGMENTS])
         double sum = 0.0;
         for (size_t j = 0; j < MR_MATS_PER_SEGMENT; j++)
             sum += 12.0 * fmax(truth->gap_ft[MR_MATS_PER_SEGMENT * s + j], 0.0);
-        sum_in[s] = sum / truth->factor + SURVEY_ERROR_IN * cheap_normal(&truth->random);
+        sum_in[s] = sum / truth->factor + SURVEY_READING_ERROR_IN * cheap_normal(&truth->random);
     }
 }
 
@@ -188,8 +188,8 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     struct fit_landing landing = {.run = (int64_t)number + 1,
                                   .thrust_error = THRUST_ERROR,
                                   .is_consecutive = number > 0,
-                                  .survey_error_in = SURVEY_ERROR_IN,
-                                  .after_error_in = SURVEY_ERROR_IN};
+                                  .survey_error_in = SURVEY_READING_ERROR_IN,
+                                  .after_error_in = SURVEY_READING_ERROR_IN};
     size_t samples = 0;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         landing.survey_in[s] = landing.after_in[s] = (double)NAN;

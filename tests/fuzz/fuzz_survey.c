@@ -17,10 +17,11 @@ static void type_lines(struct survey_progress *progress, const char *text, size_
         memcpy(line, text, kept);
         line[kept] = '\0';
         survey_entry_parse(line, false, &entry);
-        FUZZ_REQUIRE(entry.kind != SURVEY_NUMBER || isfinite(entry.value_in));
-        if (entry.kind != SURVEY_QUIT && entry.kind != SURVEY_HELP && entry.kind != SURVEY_EMPTY)
+        FUZZ_REQUIRE(entry.kind != SURVEY_ENTRY_NUMBER || isfinite(entry.value_in));
+        if (entry.kind != SURVEY_ENTRY_QUIT && entry.kind != SURVEY_ENTRY_HELP &&
+            entry.kind != SURVEY_ENTRY_EMPTY)
             survey_progress_apply(progress, &entry, &item);
-        FUZZ_REQUIRE(progress->current <= progress->plan.count &&
+        FUZZ_REQUIRE(progress->current_item <= progress->plan.count &&
                      survey_progress_count_read(progress) <= progress->plan.count);
         text += length + 1;
     }

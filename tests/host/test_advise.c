@@ -58,14 +58,14 @@ static void take_linear(struct linear *linear, const double read[2], unsigned pa
     struct rng chance = rng_init(7, 0);
     for (unsigned pass = 0; pass < passes; pass++) {
         predict_linear(linear);
-        const struct smoother smoother = {.members = MANY,
-                                          .states = 2,
-                                          .readings = 2,
+        const struct smoother smoother = {.member_count = MANY,
+                                          .state_count = 2,
+                                          .reading_count = 2,
                                           .state = &linear->state[0][0],
                                           .predicted = &linear->predicted[0][0],
                                           .reading = read,
                                           .reading_error = error,
-                                          .error_factor = passes,
+                                          .reading_error_factor = passes,
                                           .taper_weight = nearness};
         smoother_update(&smoother, &chance);
     }
@@ -136,11 +136,11 @@ TEST(the_taper_is_gaspari_and_cohns)
 TEST(spread_is_given_back)
 {
     double x[6] = {9.0, 1.0, 9.0, 2.0, 9.0, 3.0}, mean, deviation;
-    smoother_restore_spread(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
+    smoother_widen_spread(x, 3, 2, 1, 5.0, 0.5, 0.0); /* half of what 5 lost to 1 */
     smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(mean, 2.0, 1e-14);
     assert_near(deviation, 3.0, 1e-14);
-    smoother_restore_spread(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
+    smoother_widen_spread(x, 3, 2, 1, 3.0, 0.5, 4.0); /* and no less than this */
     smoother_moments(x, 3, 2, 1, &mean, &deviation);
     assert_near(deviation, 4.0, 1e-14);
     assert_near(x[0], 9.0, 1e-15);
@@ -160,7 +160,7 @@ static struct advise_runway rig(void)
                                    .grit_lb = 6.0,
                                    .thrust_lb_per_g = 1300.0 / 12.0};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        runway.station_ft[i] = i < 4 ? 8.0f + 7.0f * (float)i : NAN;
+        runway.transducer_station_ft[i] = i < 4 ? 8.0f + 7.0f * (float)i : NAN;
     return runway;
 }
 
@@ -194,8 +194,8 @@ TEST(the_longest_zone_is_found)
         for (unsigned j = 0; j < 90; j++)
             opening_ft[j] = rng_uniform(&chance) < closed ? 0.00005f : 0.001f;
         struct advise_zone zone = advise_find_longest_zone(opening_ft, 90, trial % 40);
-        assert_int_equal(zone.mats, longest_by_trying(opening_ft, 90, trial % 40));
-        longest = zone.mats > longest ? zone.mats : longest;
+        assert_int_equal(zone.mat_count, longest_by_trying(opening_ft, 90, trial % 40));
+        longest = zone.mat_count > longest ? zone.mat_count : longest;
     }
     assert_true(longest > 60);
 }
@@ -209,20 +209,22 @@ static double play_alone(const struct advise_members *members, size_t m,
     const struct advise_member *member = &members->member[m];
     struct mr_chain_params params = members->runway.chain;
     double at_ft = braking->touchdown_ft, v = braking->speed_ft_s, zone_ft = (double)NAN;
-    params.friction_lb = (float)exp(member->unknown[ADVISE_FRICTION]);
-    params.kl_lb_ft = (float)exp(member->unknown[ADVISE_STIFFNESS]);
-    params.cl_lb_s_ft = (float)exp(member->unknown[ADVISE_DAMPING]);
+    params.friction_lb = (float)exp(member->unknown[ADVISE_UNKNOWN_FRICTION]);
+    params.kl_lb_ft = (float)exp(member->unknown[ADVISE_UNKNOWN_STIFFNESS]);
+    params.cl_lb_s_ft = (float)exp(member->unknown[ADVISE_UNKNOWN_DAMPING]);
     params.step_s = (float)step_s;
     for (unsigned j = 0; j <= MATS; j++)
-        grit_lb[j] = (float)(exp(member->unknown[ADVISE_RESISTANCE]) * (double)member->grit[j]);
+        grit_lb[j] = (float)(exp(member->unknown[ADVISE_UNKNOWN_RESISTANCE]) *
+                             (double)member->grit_ratio[j]);
     assert_int_equal(mr_chain_start(&chain, &params, 1, member->gap_ft, grit_lb), MR_OK);
     unsigned block = (unsigned)lround(1e-3 / step_s);
     for (unsigned step = 0; step < 8000 * block; step++) {
         double t_s = step * step_s, part = fmin(t_s / 0.06, 1.0);
-        double a = part * part * (3.0 - 2.0 * part) * braking->mean_ft_s2;
+        double a = part * part * (3.0 - 2.0 * part) * braking->mean_braking_ft_s2;
         bool on = v > 0.0 && at_ft < (double)MAT_FT * MATS;
         mr_chain_step(&chain, on ? (unsigned)(at_ft / (double)MAT_FT) + 1u : 1u,
-                      on ? (float)(exp(member->unknown[ADVISE_SHARE]) * 1300.0 / 12.0 * a / 32.174)
+                      on ? (float)(exp(member->unknown[ADVISE_UNKNOWN_THRUST_SHARE]) * 1300.0 /
+                                   12.0 * a / 32.174)
                          : 0.0f);
         at_ft += fmax(v, 0.0) * step_s;
         v -= a * step_s;
@@ -234,7 +236,7 @@ static double play_alone(const struct advise_members *members, size_t m,
             opening_ft[j] = mr_chain_opening_ft(&chain, j + 1);
         struct advise_zone zone = advise_find_longest_zone(opening_ft, MATS + 1,
                                                            (unsigned)ceil(at_ft / (double)MAT_FT));
-        if (isnan(zone_ft) && zone.mats >= 50 && zone.first * (double)MAT_FT - at_ft < 2.0)
+        if (isnan(zone_ft) && zone.mat_count >= 50 && zone.first_mat * (double)MAT_FT - at_ft < 2.0)
             zone_ft = at_ft;
     }
     *moved_in = 12.0 * (double)mr_chain_displacement_ft(&chain, (unsigned)(15.0f / MAT_FT) + 1u);
@@ -248,8 +250,8 @@ static double step_of(const struct advise_members *members, size_t batch)
     double limit_s = 1.0;
     for (size_t m = 8 * batch; m < 8 * batch + 8; m++) {
         struct mr_chain_params params = members->runway.chain;
-        params.kl_lb_ft = (float)exp(members->member[m].unknown[ADVISE_STIFFNESS]);
-        params.cl_lb_s_ft = (float)exp(members->member[m].unknown[ADVISE_DAMPING]);
+        params.kl_lb_ft = (float)exp(members->member[m].unknown[ADVISE_UNKNOWN_STIFFNESS]);
+        params.cl_lb_s_ft = (float)exp(members->member[m].unknown[ADVISE_UNKNOWN_DAMPING]);
         limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params));
     }
     return 1e-3 / ceil(1e-3 / (0.98 * 0.9 * limit_s));
@@ -262,8 +264,8 @@ TEST(a_share_is_what_chains_alone_count)
     struct advise_members members;
     struct advise_plan plan = {.speed_ft_s = 18.0,
                                .speed_spread = 0.01,
-                               .mean_spread = 0.1,
-                               .mean_ft_s2 = 6.0,
+                               .braking_spread = 0.1,
+                               .mean_braking_ft_s2 = 6.0,
                                .touchdown_ft = 3.0,
                                .touchdown_spread_ft = 0.5,
                                .seed = 9};
@@ -289,8 +291,8 @@ TEST(a_share_is_what_chains_alone_count)
     print_message("%u of %u members come to a zone\n", events, COUNT);
     assert_true(events > 5 && events < COUNT - 5);
     assert_near(row.zone_share, (double)events / COUNT, 1e-12);
-    assert_near(row.zone_by_part[2].p,
-                advise_calibrate((double)by_half / COUNT, members.is_surveyed), 1e-12);
+    assert_near(row.zone_by_part[2].probability,
+                advise_calibrate_share((double)by_half / COUNT, members.is_surveyed), 1e-12);
     advise_members_free(&members);
 }
 
@@ -299,13 +301,13 @@ TEST(a_seed_says_the_same_whatever_the_threads)
     static struct advise_braking braking[COUNT];
     static struct advise_outcome met[3][COUNT];
     struct advise_plan plan = {
-        .speed_ft_s = 15.0, .mean_spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
+        .speed_ft_s = 15.0, .braking_spread = 0.1, .touchdown_ft = 3.0, .seed = 2};
     struct advise_runway runway = rig();
     struct advise_row row;
     for (unsigned i = 0; i < 3; i++) {
         struct advise_members members;
         assert_int_equal(advise_members_draw(&members, &runway, COUNT, i < 2 ? 4 : 5), MR_OK);
-        members.threads = i ? 3 : 1;
+        members.thread_count = i ? 3 : 1;
         assert_true(advise_compute_row(&members, &plan, 5.0, braking, met[i], &row));
         advise_members_free(&members);
     }
@@ -351,12 +353,13 @@ TEST(a_repair_resets_its_joints)
     for (size_t m = 0; m < COUNT; m++)
         for (unsigned j = 0; j <= MATS; j++) {
             members.member[m].gap_ft[j] = -1.0f;
-            members.member[m].grit[j] = 9.0f;
+            members.member[m].grit_ratio[j] = 9.0f;
         }
     advise_resample_joints(&members, 10, 19);
     for (size_t m = 0; m < COUNT; m++)
         for (unsigned j = 0; j <= MATS; j++) {
-            double is = (double)members.member[m].gap_ft[j], g = (double)members.member[m].grit[j];
+            double is = (double)members.member[m].gap_ft[j],
+                   g = (double)members.member[m].grit_ratio[j];
             bool repaired = j >= 10 && j <= 19;
             assert_int_equal(repaired, is >= 0.0 && is <= slack * 1.000001);
             assert_int_equal(repaired, g >= 0.0 && g <= 2.0);
@@ -378,7 +381,7 @@ TEST(a_landing_teaches)
     struct advise_members truth, members;
     struct advise_runway runway = rig();
     struct advise_observation seen = {
-        .braking = {.speed_ft_s = 18.0, .touchdown_ft = 3.0, .mean_ft_s2 = 6.0},
+        .braking = {.speed_ft_s = 18.0, .touchdown_ft = 3.0, .mean_braking_ft_s2 = 6.0},
         .movement_error_in = 0.003,
         .survey_error_in = 0.003};
     struct advise_braking braking[8];
@@ -387,9 +390,9 @@ TEST(a_landing_teaches)
     assert_int_equal(advise_members_draw(&members, &runway, 128, 5), MR_OK);
     for (unsigned k = 0; k < 8; k++) {
         braking[k] = seen.braking;
-        truth.member[k].unknown[ADVISE_SHARE] = log(1.3);
-        truth.member[k].unknown[ADVISE_FRICTION] = log(0.6 * 0.466);
-        truth.member[k].unknown[ADVISE_RESISTANCE] = log(4.0);
+        truth.member[k].unknown[ADVISE_UNKNOWN_THRUST_SHARE] = log(1.3);
+        truth.member[k].unknown[ADVISE_UNKNOWN_FRICTION] = log(0.6 * 0.466);
+        truth.member[k].unknown[ADVISE_UNKNOWN_RESISTANCE] = log(4.0);
     }
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         seen.survey_before_in[s] = 0.0;
@@ -401,9 +404,9 @@ TEST(a_landing_teaches)
         seen.movement_in[i] = (double)met[0].movement_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         seen.survey_after_in[s] = (double)met[0].segment_sum_in[s];
-    advise_parameter_moments(&members, ADVISE_RESISTANCE, &before, &spread_before);
+    advise_parameter_moments(&members, ADVISE_UNKNOWN_RESISTANCE, &before, &spread_before);
     assert_true(advise_update(&members, &seen));
-    advise_parameter_moments(&members, ADVISE_RESISTANCE, &after, &spread_after);
+    advise_parameter_moments(&members, ADVISE_UNKNOWN_RESISTANCE, &after, &spread_after);
     print_message("resistance %.2f +- %.0f %%, then %.2f +- %.0f %%; true 4\n", before,
                   100.0 * spread_before, after, 100.0 * spread_after);
     assert_true(fabs(log(after / 4.0)) < fabs(log(before / 4.0)));
@@ -443,7 +446,8 @@ TEST(probabilities_rise_with_shares)
 {
     double last = 0.0;
     for (unsigned i = 0; i <= 64; i++) {
-        double p = advise_calibrate(i / 64.0, true), unsurveyed = advise_calibrate(i / 64.0, false);
+        double p = advise_calibrate_share(i / 64.0, true),
+               unsurveyed = advise_calibrate_share(i / 64.0, false);
         assert_true(p > last && p < 1.0);
         assert_true(i < 33 || unsurveyed < p); /* less sure */
         last = p;
@@ -465,10 +469,11 @@ TEST(how_plans_are_met)
 
 TEST(harder_braking_stops_before_closed_mats)
 {
-    struct advise_row row[4] = {{.mean_ft_s2 = 4.0, .zone_probability = {.p = 0.1}},
-                                {.mean_ft_s2 = 5.0, .zone_probability = {.p = 0.3}},
-                                {.mean_ft_s2 = 6.0, .zone_probability = {.p = 0.6}},
-                                {.mean_ft_s2 = 7.0, .zone_probability = {.p = 0.1}}};
+    struct advise_row row[4] = {
+        {.mean_braking_ft_s2 = 4.0, .zone_probability = {.probability = 0.1}},
+        {.mean_braking_ft_s2 = 5.0, .zone_probability = {.probability = 0.3}},
+        {.mean_braking_ft_s2 = 6.0, .zone_probability = {.probability = 0.6}},
+        {.mean_braking_ft_s2 = 7.0, .zone_probability = {.probability = 0.1}}};
     assert_near(advise_find_stop_short_ft_s2(row, 4, 0.2), 7.0, 1e-12);
     assert_true(isnan(advise_find_stop_short_ft_s2(row, 4, 0.7)));
     assert_true(isnan(advise_find_stop_short_ft_s2(row, 3, 0.05)));
@@ -478,43 +483,45 @@ TEST(harder_braking_stops_before_closed_mats)
 TEST(the_hardest_braking)
 {
     static const double mean_ft_s2[] = {4.0, 5.0, 6.0, 7.0};
-    const struct advise_row row[4] = {{.zone_probability = {.p = 0.1}},
-                                      {.zone_probability = {.p = 0.3}},
-                                      {.zone_probability = {.p = 0.6}},
-                                      {.zone_probability = {.p = 0.1}}};
-    struct advise_bound hardest = advise_find_bound(mean_ft_s2, row, 4, 0.2);
+    const struct advise_row row[4] = {{.zone_probability = {.probability = 0.1}},
+                                      {.zone_probability = {.probability = 0.3}},
+                                      {.zone_probability = {.probability = 0.6}},
+                                      {.zone_probability = {.probability = 0.1}}};
+    struct advise_limit_crossing hardest = advise_find_limit_crossing(mean_ft_s2, row, 4, 0.2);
     assert_near(hardest.value, 4.5, 1e-12);
     assert_false(hardest.is_unbounded);
-    hardest = advise_find_bound(mean_ft_s2, row, 4, 0.7);
+    hardest = advise_find_limit_crossing(mean_ft_s2, row, 4, 0.7);
     assert_near(hardest.value, 7.0, 1e-12);
     assert_true(hardest.is_unbounded);
-    assert_true(isnan(advise_find_bound(mean_ft_s2, row, 3, 0.05).value));
+    assert_true(isnan(advise_find_limit_crossing(mean_ft_s2, row, 3, 0.05).value));
 }
 
 /* By hand, in proportion between rows. */
 TEST(the_reach_and_its_interval)
 {
     static const double x[] = {10.0, 20.0, 30.0};
-    struct advise_row row[] = {{.zone_probability = {.p = 0.1, .low = 0.05, .high = 0.15}},
-                               {.zone_probability = {.p = 0.3, .low = 0.25, .high = 0.35}},
-                               {.zone_probability = {.p = 0.6, .low = 0.55, .high = 0.65}}};
-    struct advise_bound reach = advise_find_bound(x, row, 3, 0.2);
+    struct advise_row row[] = {
+        {.zone_probability = {.probability = 0.1, .low = 0.05, .high = 0.15}},
+        {.zone_probability = {.probability = 0.3, .low = 0.25, .high = 0.35}},
+        {.zone_probability = {.probability = 0.6, .low = 0.55, .high = 0.65}}};
+    struct advise_limit_crossing reach = advise_find_limit_crossing(x, row, 3, 0.2);
     assert_near(reach.value, 15.0, 1e-12);
     assert_near(reach.low, 12.5, 1e-12);
     assert_near(reach.high, 17.5, 1e-12);
     assert_false(reach.is_unbounded);
-    assert_int_equal(advise_find_gap(x, row, 3, 0.2, 5.0), 0);
-    assert_int_equal(advise_find_gap(x, row, 3, 0.32, 5.0), 1);
-    assert_int_equal(advise_find_gap(x, row, 3, 0.2, 10.0), 3);
-    reach = advise_find_bound(x, row, 3, 0.62); /* the upper end alone is beyond */
+    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.2, 5.0), 0);
+    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.32, 5.0), 1);
+    assert_int_equal(advise_find_coarse_gap(x, row, 3, 0.2, 10.0), 3);
+    reach = advise_find_limit_crossing(x, row, 3, 0.62); /* the upper end alone is beyond */
     assert_true(reach.is_unbounded && isnan(reach.high));
     assert_near(reach.value, 30.0, 1e-12);
     assert_near(reach.low, 29.0, 1e-12);
-    reach = advise_find_bound(x, row, 3, 0.12); /* the first row's upper end is not below */
+    reach = advise_find_limit_crossing(x, row, 3,
+                                       0.12); /* the first row's upper end is not below */
     assert_near(reach.value, 11.0, 1e-12);
     assert_true(isnan(reach.low));
-    reach = advise_find_bound(x, row, 3, 0.1);
+    reach = advise_find_limit_crossing(x, row, 3, 0.1);
     assert_true(isnan(reach.value) && !reach.is_unbounded);
     row[1].off_runway_share = 0.5; /* who rolls off is not below either */
-    assert_near(advise_find_bound(x, row, 3, 0.2).value, 12.5, 1e-12);
+    assert_near(advise_find_limit_crossing(x, row, 3, 0.2).value, 12.5, 1e-12);
 }

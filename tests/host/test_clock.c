@@ -66,21 +66,21 @@ TEST(times_of_day_are_right_within_their_intervals)
     assert_int_equal(summary_load(session.store, 1, &summary, &session.error), MR_OK);
 
     const struct store_time_map *clock = &summary.clock;
-    assert_true(summary.clock_known);
+    assert_true(summary.is_clock_known);
     assert_int_equal(clock->refusal, TIMEMAP_OK);
     assert_int_equal(clock->link, LINK_CAN);
     assert_int_equal(clock->pairs, 60);
     assert_near(clock->fast_ppm, FAST_PPM, clock->fast_half_ppm);
     assert_true(clock->fast_half_ppm < 5.0);
     double board_us = 1e6 * truth.touchdown_s;
-    struct summary_moment touchdown = summary_time_of_day(&summary, board_us);
+    struct summary_moment touchdown = summary_convert_to_time_of_day(&summary, board_us);
     assert_near(touchdown.host_us, (double)true_host_us(board_us), touchdown.half_width_us);
     assert_true(touchdown.half_width_us < 300.0);
 
     char line[4000] = "";
     FILE *out = fmemopen(line, sizeof line - 1, "w");
     struct answer *answer = answer_new(false);
-    summary_add_time(&summary, answer);
+    summary_add_times(&summary, answer);
     assert_true(answer_text(answer, out));
     answer_free(answer);
     fclose(out);

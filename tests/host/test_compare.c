@@ -12,7 +12,7 @@
 
 static const struct stream_truth brisk = {.v0_ft_s = 35.0, .a_ft_s2 = 8.0, .peak_in = 0.8};
 
-static void load_one(struct session *s, struct measured *m, struct zones_closure *survey)
+static void load_one(struct session *s, struct measured *m, struct zones_slack *survey)
 {
     struct stream_truth truth = brisk;
     session_begin(s, false, true);
@@ -35,7 +35,7 @@ TEST(path_and_thrust)
 {
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct sim_scene scene;
     load_one(&s, &m, &survey);
     runway(&scene);
@@ -63,7 +63,7 @@ TEST(gaps_from_the_survey)
 {
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct sim_scene scene;
     load_one(&s, &m, &survey);
     runway(&scene);
@@ -117,7 +117,7 @@ TEST(differences_of_a_known_series)
 {
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct compare_model model;
     struct compare_landing landing;
     struct compare_figures f;
@@ -135,22 +135,23 @@ TEST(differences_of_a_known_series)
         m.channel[5].raw[i] = NAN;
         m.channel[5].validity[i] = MR_INVALID_OPEN;
     }
-    compare_find_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.row_count, &f);
+    compare_compute_figures(&m, &survey, &nothing, &landing.head, landing.row, landing.row_count,
+                            &f);
     assert_int_equal(f.channel_count, 8);
     assert_near(f.channel[2].figures.rms, 0.0, 1e-5);
     assert_near(f.channel[2].figures.bias, 0.0, 1e-5);
-    assert_near(f.channel[2].end_en, 0.0, 1e-3);
+    assert_near(f.channel[2].end_en_score, 0.0, 1e-3);
     assert_near(f.channel[3].figures.rms, 0.1, 1e-5);
     assert_near(f.channel[3].figures.bias, 0.1, 1e-5);
     assert_near(f.channel[3].end_measured.value - f.channel[3].end_simulated.value, 0.1, 1e-5);
     /* En is the difference over twice the error of both */
     double u = hypot(f.channel[3].end_measured.error, f.channel[3].end_simulated.error);
-    assert_near(f.channel[3].end_en, 0.1 / (2.0 * u), 0.01);
+    assert_near(f.channel[3].end_en_score, 0.1 / (2.0 * u), 0.01);
     assert_near(f.channel[4].figures.arrival_measured.t_s -
                     f.channel[4].figures.arrival_simulated.t_s,
                 0.04, 2e-3);
     assert_false(f.channel[5].is_compared);
-    assert_non_null(strstr(f.channel[5].reason, "0 % of its readings are valid"));
+    assert_non_null(strstr(f.channel[5].reason_or_remark, "0 % of its readings are valid"));
     /* untouched: as the landing had it */
     assert_true(f.channel[1].figures.rms == landing.figures.channel[1].figures.rms &&
                 f.channel[1].figures.rms > 0.01);
@@ -180,7 +181,7 @@ TEST(kept_and_made_again)
 {
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct compare_model model;
     struct compare_landing landing;
     struct compare_figures again;
@@ -193,13 +194,13 @@ TEST(kept_and_made_again)
     compare_run_landing(s.store, 1, &model, 0, &landing, &s.error);
     store_simulations(s.store, 1, &rows, &count, &s.error);
     store_simulation_head_get(s.store, 1, &head, &s.error);
-    compare_find_figures(&m, &survey, &nothing, &head, rows, count, &again);
+    compare_compute_figures(&m, &survey, &nothing, &head, rows, count, &again);
     assert_no_error(&s.error);
     assert_string_equal(again.model_file, "model_runway.json");
-    assert_int_equal(again.seeds, 1);
+    assert_int_equal(again.seed_count, 1);
     for (size_t c = 0; c < 8; c++) {
         assert_true(again.channel[c].figures.rms == landing.figures.channel[c].figures.rms);
-        assert_true(again.channel[c].peak_en == landing.figures.channel[c].peak_en);
+        assert_true(again.channel[c].peak_en_score == landing.figures.channel[c].peak_en_score);
         assert_true(again.channel[c].figures.bias_error ==
                     landing.figures.channel[c].figures.bias_error);
     }
@@ -220,7 +221,7 @@ TEST(errors_of_a_sample)
 {
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct compare_timing clock;
     struct compare_curves series;
     load_one(&s, &m, &survey);
@@ -234,9 +235,10 @@ TEST(errors_of_a_sample)
     compare_timing_init(&m, &clock);
     /* before the stop at 4.375 s the wheel's time is known to a fraction of a millisecond, at rest
      * to no more than the stop's */
-    assert_true(compare_time_error(&clock, 1.0) > 1e-6 && compare_time_error(&clock, 1.0) < 2e-3);
-    assert_near(compare_time_error(&clock, 100.0), clock.stop_error_s, 0.0);
-    assert_near(compare_time_error(&clock, -1.0), clock.error_s[0], 0.0);
+    assert_true(compare_compute_time_error_s(&clock, 1.0) > 1e-6 &&
+                compare_compute_time_error_s(&clock, 1.0) < 2e-3);
+    assert_near(compare_compute_time_error_s(&clock, 100.0), clock.stop_error_s, 0.0);
+    assert_near(compare_compute_time_error_s(&clock, -1.0), clock.error_s[0], 0.0);
     for (size_t i = 0; i <= COMPARE_TIMING_POINTS; i++)
         clock.error_s[i] = 0.02;
     compare_fill_curves(&m, &clock, &m.channel[2], &row, 0.03, &series);
@@ -247,7 +249,7 @@ TEST(errors_of_a_sample)
         double reading_in = measured_error(&m, &m.channel[2], measured_value(&m.channel[2], i),
                                            1.0);
         assert_near(series.simulated_in[i], 0.25 * series.t_s[i], 1e-6);
-        assert_near(series.alignment_in[i], 0.25 * 0.02, 1e-6);
+        assert_near(series.alignment_error_in[i], 0.25 * 0.02, 1e-6);
         assert_near(series.measured_error_in[i], hypot(reading_in, 0.005), 1e-6);
         assert_near(series.simulated_error_in[i], 0.05, 1e-8); /* 3, 4, 5 */
         assert_true(reading_in > 1e-4);
@@ -265,33 +267,34 @@ TEST(zones_by_segments)
     float left_in[MR_SEGMENTS];
     for (unsigned k = 0; k < MR_SEGMENTS; k++)
         left_in[k] = 0.2f;
-    struct compare_zone none = compare_find_closed(left_in, 50.0);
+    struct compare_zone none = compare_find_closed_zone(left_in, 50.0);
     assert_true(none.is_known && none.mats == 0.0);
     for (unsigned k = 20; k < 25; k++)
         left_in[k] = 0.01f;
     left_in[30] = 0.01f;
-    struct compare_zone ahead = compare_find_closed(left_in, 50.0);
+    struct compare_zone ahead = compare_find_closed_zone(left_in, 50.0);
     assert_near(ahead.mats, 50.0, 1e-3);
     assert_near(ahead.start_ft, 20.0 * segment_ft, 1e-4);
     assert_near(ahead.end_ft, 25.0 * segment_ft, 1e-4);
-    struct compare_zone in = compare_find_closed(left_in, 60.0); /* the wheel is in it */
+    struct compare_zone in = compare_find_closed_zone(left_in, 60.0); /* the wheel is in it */
     assert_near(in.start_ft, 60.0, 1e-9);
     assert_near(in.mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
-    struct compare_zone beyond = compare_find_closed(left_in, 75.0);
+    struct compare_zone beyond = compare_find_closed_zone(left_in, 75.0);
     assert_near(beyond.start_ft, 30.0 * segment_ft, 1e-4);
     /* 57.14 to 71.43 against 60 to 80: 11.43 ft of 22.86 */
     struct compare_overlap o =
-        compare_find_overlap(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
+        compare_compute_overlap(&ahead, &(struct compare_zone){true, 70.0, 60.0, 80.0, 0.0, 0.0});
     assert_near(o.common_mats, (25.0 * segment_ft - 60.0) * 3.5, 1e-3);
     assert_near(o.all_mats, (80.0 - 20.0 * segment_ft) * 3.5, 1e-3);
     assert_near(o.share, o.common_mats / o.all_mats, 1e-9);
-    assert_near(o.start_ft, 20.0 * segment_ft - 60.0, 1e-3);
-    assert_near(o.end_ft, 25.0 * segment_ft - 80.0, 1e-3);
-    o = compare_find_overlap(&none, &none);
-    assert_true(o.is_known && o.share == 1.0 && isnan(o.start_ft));
-    o = compare_find_overlap(&ahead, &none);
-    assert_true(o.share == 0.0 && isnan(o.end_ft));
-    assert_false(compare_find_overlap(&ahead, &(struct compare_zone){.is_known = false}).is_known);
+    assert_near(o.start_difference_ft, 20.0 * segment_ft - 60.0, 1e-3);
+    assert_near(o.end_difference_ft, 25.0 * segment_ft - 80.0, 1e-3);
+    o = compare_compute_overlap(&none, &none);
+    assert_true(o.is_known && o.share == 1.0 && isnan(o.start_difference_ft));
+    o = compare_compute_overlap(&ahead, &none);
+    assert_true(o.share == 0.0 && isnan(o.end_difference_ft));
+    assert_false(
+        compare_compute_overlap(&ahead, &(struct compare_zone){.is_known = false}).is_known);
 }
 
 static const char campaign_text[] =
@@ -307,7 +310,7 @@ TEST(an_ensemble_of_two)
     static const char *const seeds[] = {"[1, 1]", "[2, 2]", "[1, 2]"};
     struct session s;
     struct measured m;
-    struct zones_closure survey;
+    struct zones_slack survey;
     struct compare_model model;
     struct compare_simulated sim[3];
     const double station_ft[2] = {50.0, 70.0};
@@ -324,7 +327,7 @@ TEST(an_ensemble_of_two)
         assert_near((double)sim[i].remaining_in[20], 0.27, 1e-5);
         assert_true(sim[i].remaining_in[21] > 0.05f && sim[i].remaining_in[21] < 0.3f);
         /* and are what they were when the next landing begins */
-        float end_in = sim[i].remaining_in[(sim[i].segment_rows - 1) * MR_SEGMENTS + 20];
+        float end_in = sim[i].remaining_in[(sim[i].segment_row_count - 1) * MR_SEGMENTS + 20];
         struct compare_simulated next;
         compare_simulate(&model, 1, &m, &survey, station_ft, 2, &next, &s.error);
         assert_no_error(&s.error);
@@ -333,14 +336,14 @@ TEST(an_ensemble_of_two)
         compare_model_free(&model);
     }
     bool differ = false;
-    for (size_t k = 0; k < 2 * sim[2].rows; k += 37) {
-        double a = sim[0].mean_in[k], b = sim[1].mean_in[k];
+    for (size_t k = 0; k < 2 * sim[2].row_count; k += 37) {
+        double a = sim[0].mean_movement_in[k], b = sim[1].mean_movement_in[k];
         /* single passes beyond the first have another step */
-        assert_near(sim[2].mean_in[k], 0.5 * (a + b), 1e-2);
-        assert_near(sim[2].spread_in[k], fabs(a - b) / sqrt(2.0), 1.5e-2);
+        assert_near(sim[2].mean_movement_in[k], 0.5 * (a + b), 1e-2);
+        assert_near(sim[2].movement_spread_in[k], fabs(a - b) / sqrt(2.0), 1.5e-2);
         differ = differ || fabs(a - b) > 0.05;
     }
-    assert_true(differ && sim[0].spread_in[100] == 0.0 && sim[2].seeds == 2);
+    assert_true(differ && sim[0].movement_spread_in[100] == 0.0 && sim[2].seed_count == 2);
     for (int i = 0; i < 3; i++)
         compare_simulated_free(&sim[i]);
     measured_free(&m);
@@ -352,7 +355,7 @@ TEST(a_series_of_one)
 {
     struct session s;
     struct measured m;
-    struct zones_closure zones;
+    struct zones_slack zones;
     struct compare_model model;
     struct compare_series set;
     double n = 0.0, rms = 0.0;
@@ -392,12 +395,12 @@ static struct compare_figures two_channels(void)
         f.channel[c] = (struct compare_channel){
             .number = c + 1,
             .is_compared = true,
-            .figures = {.rms = 0.02 * (c + 1), .bias = -0.03, .chi = (double)NAN}};
+            .figures = {.rms = 0.02 * (c + 1), .bias = -0.03, .rms_per_error = (double)NAN}};
     f.zones.count = 1;
-    f.zones.moment[0] =
-        (struct compare_zone_moment){.description = "at rest",
-                                     .simulated = {true, 20.0, 50.0, 0.4, (double)NAN, (double)NAN},
-                                     .board = {.is_known = false}};
+    f.zones.moment[0] = (struct compare_zone_moment){
+        .description = "at rest",
+        .simulated_overlap = {true, 20.0, 50.0, 0.4, (double)NAN, (double)NAN},
+        .board_overlap = {.is_known = false}};
     return f;
 }
 
@@ -417,42 +420,48 @@ TEST(limits_decide)
     struct compare_figures f = two_channels();
     struct compare_verdict v;
     v = verdict_of("{\"channels.*.rms_in\": 0.05, \"channels.*.bias_in\": 0.04}", &f);
-    assert_true(v.failed == 0 && v.checked == 5); /* two of each, and that none is missing */
+    assert_true(v.failed_limits == 0 &&
+                v.checked_limits == 5); /* two of each, and that none is missing */
     v = verdict_of("{\"channels.*.rms_in\": 0.03}", &f);
-    assert_true(v.failed == 1);
+    assert_true(v.failed_limits == 1);
     assert_string_equal(
-        v.text, "channels.2.rms_in of RUN 7 is 0.0400; its limit is 0.0300, exceeded by 0.0100");
+        v.worst_text,
+        "channels.2.rms_in of RUN 7 is 0.0400; its limit is 0.0300, exceeded by 0.0100");
     /* 0.05 in */
     v = verdict_of("{\"channels.*.rms_in\": 0.03, \"channels.2.rms_in\": \"1.27 mm\"}", &f);
-    assert_true(v.failed == 0 && v.checked == 3);
+    assert_true(v.failed_limits == 0 && v.checked_limits == 3);
     v = verdict_of("{\"channels.*.rms_mm\": 1}", &f);
-    assert_true(v.failed == 1 && v.checked == 3);
+    assert_true(v.failed_limits == 1 && v.checked_limits == 3);
     v = verdict_of("{\"channels.*.bias_in\": 0.02}", &f); /* its size counts */
-    assert_true(v.failed == 2);
+    assert_true(v.failed_limits == 2);
     /* what is not known does not pass */
     v = verdict_of("{\"channels.*.chi\": 0.1}", &f);
-    assert_true(v.failed == 2 && strstr(v.text, "chi of RUN 7 is not known"));
+    assert_true(v.failed_limits == 2 && strstr(v.worst_text, "chi of RUN 7 is not known"));
     v = verdict_of("{\"channels.5.rms_in\": 1}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "channels.5.rms_in is not in the result of RUN 7"));
+    assert_true(v.failed_limits == 1 &&
+                strstr(v.worst_text, "channels.5.rms_in is not in the result of RUN 7"));
     v = verdict_of("{\"channels.*.rsm_in\": 1}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "channels.*.rsm_in is not in the result"));
+    assert_true(v.failed_limits == 1 &&
+                strstr(v.worst_text, "channels.*.rsm_in is not in the result"));
     /* ends that are not there are the overlap's */
     v = verdict_of("{\"zones.*.overlap_simulated.share\": 0.5, "
                    "\"zones.*.overlap_simulated.start_difference_ft\": 3}",
                    &f);
-    assert_true(v.failed == 1 && v.checked == 1);
-    assert_string_equal(v.text, "zones.1.overlap_simulated.share of RUN 7 is 0.4000; its limit is "
-                                "0.5000, missed by 0.1000");
+    assert_true(v.failed_limits == 1 && v.checked_limits == 1);
+    assert_string_equal(v.worst_text,
+                        "zones.1.overlap_simulated.share of RUN 7 is 0.4000; its limit is "
+                        "0.5000, missed by 0.1000");
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
-    assert_true(v.failed == 1 && strstr(v.text, "not known"));
+    assert_true(v.failed_limits == 1 && strstr(v.worst_text, "not known"));
     f.channel[0].is_compared = false;
-    snprintf(f.channel[0].reason, sizeof f.channel[0].reason, "open");
+    snprintf(f.channel[0].reason_or_remark, sizeof f.channel[0].reason_or_remark, "open");
     v = verdict_of("{\"channels.*.rms_in\": 1}", &f);
-    assert_true(v.failed == 1);
+    assert_true(v.failed_limits == 1);
     assert_string_equal(
-        v.text, "missing_channels of RUN 7 is 1.0000; its limit is 0.0000, exceeded by 1.0000");
+        v.worst_text,
+        "missing_channels of RUN 7 is 1.0000; its limit is 0.0000, exceeded by 1.0000");
     v = verdict_of("{\"channels.*.rms_in\": 1, \"missing_channels\": 1}", &f);
-    assert_true(v.failed == 0);
+    assert_true(v.failed_limits == 0);
 }
 
 TEST(limits_that_are_wrong)
@@ -489,8 +498,8 @@ static struct compare_figures agreeing(void)
         c->figures.peak_simulated.value = 0.804;
         c->figures.arrival_measured.t_s = 1.5;
         c->figures.arrival_simulated.t_s = 1.509;
-        c->peak_en = 0.4;
-        c->arrival_en = 0.9;
+        c->peak_en_score = 0.4;
+        c->arrival_en_score = 0.9;
     }
     return figures;
 }
@@ -498,9 +507,9 @@ static struct compare_figures agreeing(void)
 static void assert_sentence(const struct compare_figures *figures, bool si, const char *expected)
 {
     struct compare_agreement agreement;
-    char sentence[COMPARE_SENTENCE_SIZE];
-    compare_find_agreement(figures, &agreement);
-    compare_write_sentence(&agreement, si, sentence);
+    char sentence[COMPARE_AGREEMENT_SIZE];
+    compare_compute_agreement(figures, &agreement);
+    compare_write_agreement(&agreement, si, sentence);
     assert_string_equal(sentence, expected);
 }
 
@@ -512,9 +521,9 @@ TEST(a_sentence_has_the_largest_difference)
                     "than twice their errors; largest: the arrival at transducer 3, 60.0 ft, "
                     "measured 1.5000 s, simulated 1.5090 s, En 0.9");
     figures.channel[1].figures.peak_simulated.value = 0.85;
-    figures.channel[1].peak_en = 5.0;
-    figures.channel[0].end_en = 1.01;
-    figures.channel[0].arrival_en = (double)NAN;
+    figures.channel[1].peak_en_score = 5.0;
+    figures.channel[0].end_en_score = 1.01;
+    figures.channel[0].arrival_en_score = (double)NAN;
     assert_sentence(&figures, true,
                     "RUN 7 differs from x.json: 2 of 5 peaks, ends and arrivals differ by more "
                     "than twice their errors; largest: the peak at transducer 4, 21.3 m, measured "

@@ -32,9 +32,9 @@ static double moved_in(unsigned index)
 static void check_gear(const struct measured *m)
 {
     assert_int_equal(m->fit_status, MR_OK);
-    assert_true(m->t0_is_touchdown);
+    assert_true(m->is_t0_touchdown);
     assert_int_equal(m->gate_count, 16); /* 2.5 to 77.5 ft */
-    assert_int_equal(m->switches, 24);
+    assert_int_equal(m->switch_count, 24);
     /* Within the 0.2 % that is promised: this brake comes at once, two standard errors before the
      * usual 25 ms. */
     assert_near(m->summary.touchdown_speed_ft_s.value, 35.0, 0.07);
@@ -60,7 +60,7 @@ static void check_channels(const struct measured *m, double digit_in, double dig
         assert_near(c->peak, moved_in(i), digit_in);
         assert_near(c->end, moved_in(i), digit_in);
         assert_near(c->baseline, 0.01, digit_in);
-        assert_int_equal(c->valid, m->samples);
+        assert_int_equal(c->valid_samples, m->samples);
     }
     for (unsigned i = 0; i < MR_GAGES; i++) {
         const struct measured_channel *c = &m->channel[MR_TRANSDUCERS + i];
@@ -123,7 +123,7 @@ TEST(lost_blocks_stay_missing)
     size_t at = 2500 - (size_t)m.first_block;
     assert_int_equal(m.channel[0].validity[at], MEASURED_LOST);
     assert_true(isnan(measured_value(&m.channel[0], at)));
-    assert_int_equal(m.channel[0].valid, m.samples - 1000);
+    assert_int_equal(m.channel[0].valid_samples, m.samples - 1000);
     assert_true(isnan(measured_moving_mean(&m, &m.channel[0], at, 5)));
     measured_free(&m);
     session_end(&s);
@@ -164,19 +164,19 @@ TEST(torn_has_no_movements)
 {
     struct session s;
     struct measured m;
-    char text[MEASURED_TORN_SIZE];
+    char text[MEASURED_MISSING_START_SIZE];
     lost_from = 290;
     log_lossy(&s, lose_the_beginning, &m);
-    assert_true(m.torn && m.has_no_baseline);
+    assert_true(m.is_start_missing && m.has_no_baseline);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         assert_true(isnan(m.channel[i].baseline) && isnan(m.channel[i].peak));
     for (unsigned i = 0; i < MR_GAGES; i++) {
         const struct measured_channel *c = &m.channel[MR_TRANSDUCERS + i];
         assert_true(isnan(c->baseline));
         assert_near(c->high, 101.0 + i, 0.02);
-        assert_true(c->error > 0.0);
+        assert_true(c->peak_error > 0.0);
     }
-    measured_format_torn(&m, text);
+    measured_format_missing_start(&m, text);
     assert_string_equal(text,
                         "incomplete: the switch edges before number 9 were not received; speeds "
                         "and movements are not known");
@@ -192,7 +192,7 @@ TEST(torn_with_its_rest)
     for (int n = 0; n < 2; n++) {
         lost_from = 310;
         log_lossy(&s, n ? lose_edges : lose_the_beginning, &m);
-        assert_true(m.torn && !m.has_no_baseline);
+        assert_true(m.is_start_missing && !m.has_no_baseline);
         assert_int_equal(m.gate_count > 0, !n);
         for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
             assert_near(m.channel[i].peak, moved_in(i), 0.001);
@@ -239,7 +239,7 @@ TEST(warning_and_wheel)
     assert_true(w->was_warned);
     assert_int_equal(w->mats, 35);
     assert_near(w->start_ft, 60.0, 1e-6);
-    assert_near(w->lead_s, 0.75, 1e-6);
+    assert_near(w->predicted_lead_s, 0.75, 1e-6);
     assert_int_equal(w->inferred_percent, 20);
     /* said from 1 s after touchdown on, every 50 ms; the wheel is at 60 ft when 57 = 35 t - 4
      * t^2 */
@@ -247,13 +247,13 @@ TEST(warning_and_wheel)
     assert_true(w->was_reached);
     assert_near(w->reached_t_s, (35.0 - sqrt(35.0 * 35.0 - 16.0 * 57.0)) / 8.0, 0.002);
     assert_near(w->true_lead_s, w->reached_t_s - w->t_s, 1e-12);
-    assert_near(w->lead_t_s, w->t_s, 0.0);
-    assert_near(w->lead_actual_s, w->true_lead_s, 1e-12);
+    assert_near(w->predicted_lead_t_s, w->t_s, 0.0);
+    assert_near(w->actual_lead_s, w->true_lead_s, 1e-12);
     /* between the last switch, at 77.5 ft, and the stop; and beyond it: x = 3 + 35 t - 4 t^2 */
     assert_near(measured_arrival_s(&summary.measured, 79.0),
                 (35.0 - sqrt(35.0 * 35.0 - 16.0 * 76.0)) / 8.0, 0.01);
     assert_true(isnan(measured_arrival_s(&summary.measured, 79.7)));
-    assert_int_equal(summary.link[LINK_CAN].lost, 0);
+    assert_int_equal(summary.link[LINK_CAN].lost_frames, 0);
     assert_int_equal(summary.fault_count, 0);
     summary_free(&summary);
     session_end(&s);
@@ -265,8 +265,8 @@ TEST(units_of_json)
     struct summary summary;
     log_one(&s, true, true);
     assert_int_equal(summary_load(s.store, 1, &summary, &s.error), MR_OK);
-    json_t *report = summary_json(&summary, false);
-    json_t *si = summary_json(&summary, true);
+    json_t *report = summary_to_json(&summary, false);
+    json_t *si = summary_to_json(&summary, true);
     double ft_s = json_real_value(json_object_get(report, "touchdown_speed_ft_s"));
     double m_s = json_real_value(json_object_get(si, "touchdown_speed_m_s"));
     assert_near(ft_s, 35.0, 0.07);

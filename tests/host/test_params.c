@@ -38,7 +38,8 @@ TEST(friction_and_soil)
     assert_near(f.value, 0.5, 1e-15);
     assert_near(f.error, 0.5 * sqrt(0.05 * 0.05 + 0.01 * 0.01), 1e-12);
     /* 2.6: 1440 lb, all on 12 wheels: 120 lb sink 0.050 in on one mat */
-    struct estimate kv = params_soil(exact(120), (struct estimate){0.050 / 12, 0.005 / 12}, 1);
+    struct estimate kv = params_soil_stiffness(exact(120),
+                                               (struct estimate){0.050 / 12, 0.005 / 12}, 1);
     assert_near(kv.value, 120 * 12 / (2 * 0.050), 1e-9);
     assert_near(kv.error / kv.value, 0.1, 1e-12);
 }
@@ -57,11 +58,11 @@ static double scatter(unsigned *seed)
     return sum;
 }
 
-static struct params_spring hinge(double from_deg, double step_deg, size_t count,
-                                  double noise_ft_lb, unsigned *seed)
+static struct params_spring_fit hinge(double from_deg, double step_deg, size_t count,
+                                      double noise_ft_lb, unsigned *seed)
 {
     double angle[32], moment[32];
-    struct params_spring spring;
+    struct params_spring_fit spring;
     struct error error = {0};
     for (size_t i = 0; i < count; i++) {
         angle[i] = (from_deg + step_deg * (double)i) * DEG;
@@ -74,7 +75,7 @@ static struct params_spring hinge(double from_deg, double step_deg, size_t count
 TEST(hinge_of_the_report)
 {
     unsigned seed = 1;
-    struct params_spring spring = hinge(11, 1, 5, 0, &seed);
+    struct params_spring_fit spring = hinge(11, 1, 5, 0, &seed);
     assert_true(spring.is_known);
     assert_int_equal(spring.below_free, 0);
     assert_near(spring.k.value, 1e5, 1e-6);
@@ -97,7 +98,7 @@ TEST(readings_inside_the_free_travel)
     unsigned seed = 5;
     int taken = 0;
     for (int test = 0; test < 2000; test++) {
-        struct params_spring spring = hinge(1, 1, 8, 5, &seed);
+        struct params_spring_fit spring = hinge(1, 1, 8, 5, &seed);
         taken += spring.is_known && !spring.below_free;
     }
     if (taken > 20)
@@ -114,7 +115,7 @@ TEST(errors_are_the_spread)
     unsigned seed = 3;
     double sum_k = 0, sum_k2 = 0, sum_t = 0, sum_t2 = 0, said_k = 0, said_t = 0;
     for (int test = 0; test < TESTS; test++) {
-        struct params_spring t = hinge(10.6, 0.6, 8, 200, &seed);
+        struct params_spring_fit t = hinge(10.6, 0.6, 8, 200, &seed);
         assert_true(t.is_known && t.below_free == 0);
         sum_k += t.k.value, sum_k2 += t.k.value * t.k.value, said_k += t.k.error * t.k.error;
         sum_t += t.free.value, sum_t2 += t.free.value * t.free.value,

@@ -232,7 +232,7 @@ static void measure(const struct world *w, const struct spread *stated)
             validity[c][i] = reading.validity;
         }
     }
-    measured_find_results(&m);
+    measured_compute_results(&m);
     for (unsigned c = 0; c < MR_WATCH_CHANNELS && noise_forgotten; c++)
         m.channel[c].noise = 0.0;
 }
@@ -271,10 +271,10 @@ static void compare(const struct world *w, struct tally *t)
             most = kind ? fmin(most, there) : fmax(most, there);
         }
         count(t, kind, INSTANTS, kind ? channel->low : channel->peak, most - rest,
-              kind ? channel->low_error : channel->error);
+              kind ? channel->low_error : channel->peak_error);
         double end = 0.0;
-        for (unsigned i = BLOCKS - 1 - MEASURED_END_BLOCKS; i < BLOCKS; i++)
-            end += (truth_at(s, i) - rest) / (double)(MEASURED_END_BLOCKS + 1);
+        for (unsigned i = BLOCKS - 1 - MEASURED_FINAL_MEAN_BLOCKS; i < BLOCKS; i++)
+            end += (truth_at(s, i) - rest) / (double)(MEASURED_FINAL_MEAN_BLOCKS + 1);
         count(t, kind, INSTANTS + 1, channel->end, end, channel->end_error);
         t->cases[kind]++;
     }

@@ -175,10 +175,10 @@ TEST(each_kind)
     /* looks are 20 ms apart; the board looks every 50 ms */
     assert_near(record.row[0].outcome.reached_t_s, FAR_AT_S, 0.021);
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
-    assert_near(record.row[0].lead_s, FAR_AT_S - WARNED_AT_S, 0.06);
+    assert_near(record.row[0].lead_time_s, FAR_AT_S - WARNED_AT_S, 0.06);
     assert_near(record.row[8].outcome.reached_t_s, NEAR_AT_S, 0.021);
-    assert_int_equal(record.row[0].outcome.mats, 60);
-    assert_near(record.row[0].outcome.start_ft, 57.14, 0.1);
+    assert_int_equal(record.row[0].outcome.longest_mats, 60);
+    assert_near(record.row[0].outcome.longest_start_ft, 57.14, 0.1);
     assert_int_equal(record.row[11].outcome.closed_after_mats, 52); /* 79.56 to 94.29 ft */
     record_free(&record);
     session_end(&session);

@@ -46,10 +46,12 @@ TEST(a_track_that_takes_a_share_of_the_energy)
     double speed[4];
     for (unsigned i = 0; i < 4; i++)
         speed[i] = sqrt(2 * G * height[i] * share);
-    assert_int_equal(rig_predict(height, speed, 4, 20, true, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict_next_landing(height, speed, 4, 20, true, &predicted, &error),
+                     MR_OK);
     assert_near(predicted.value, 28, 1e-9);
     assert_near(predicted.error, 0, 1e-5);
-    assert_int_equal(rig_predict(height, speed, 4, 5, true, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict_next_landing(height, speed, 4, 5, true, &predicted, &error),
+                     MR_OK);
     assert_near(predicted.value, 14, 1e-9);
 }
 
@@ -58,9 +60,11 @@ TEST(a_height_from_which_the_gear_does_not_arrive)
     const double height[] = {10, 14, 20}, speed[] = {10, 20, 28};
     struct estimate predicted;
     struct error error = {0};
-    assert_int_equal(rig_predict(height, speed, 3, 1, true, &predicted, &error), MR_NUMERICS);
+    assert_int_equal(rig_predict_next_landing(height, speed, 3, 1, true, &predicted, &error),
+                     MR_NUMERICS);
     error = (struct error){0};
-    assert_int_equal(rig_predict(height, speed, 2, 12, true, &predicted, &error), MR_TOO_FEW);
+    assert_int_equal(rig_predict_next_landing(height, speed, 2, 12, true, &predicted, &error),
+                     MR_TOO_FEW);
 }
 
 /* 2.7.1: 4 to 6 ft/s2 from 50 to 90 F. */
@@ -69,7 +73,7 @@ TEST(the_drag_of_the_report)
     const double f[] = {50, 60, 80, 90}, a[] = {4, 4.5, 5.5, 6};
     struct estimate predicted;
     struct error error = {0};
-    assert_int_equal(rig_predict(f, a, 4, 72, false, &predicted, &error), MR_OK);
+    assert_int_equal(rig_predict_next_landing(f, a, 4, 72, false, &predicted, &error), MR_OK);
     assert_near(predicted.value, 5.1, 1e-12);
     assert_near(predicted.error, 0, 1e-6);
 }
@@ -87,7 +91,7 @@ TEST(touchdown_speeds_hold)
             height[k] = uniform(8, 20);
             speed[k] = sqrt(2 * G * share * height[k] - lost) + normal(error_ft_s);
         }
-        rig_predict(height, speed, count, next, true, &predicted, &error);
+        rig_predict_next_landing(height, speed, count, next, true, &predicted, &error);
         held += has(predicted, sqrt(2 * G * share * next - lost) + normal(error_ft_s));
     }
     assert_holds(held);
@@ -106,7 +110,7 @@ TEST(drags_hold)
             f[k] = uniform(50, 90);
             a[k] = middle + slope * (f[k] - 70) + normal(error_ft_s2);
         }
-        rig_predict(f, a, count, next, false, &predicted, &error);
+        rig_predict_next_landing(f, a, count, next, false, &predicted, &error);
         held += has(predicted, middle + slope * (next - 70) + normal(error_ft_s2));
     }
     assert_holds(held);
@@ -120,7 +124,7 @@ TEST(a_plate_in_closed_form)
     const struct estimate plate = {sqrt(4 / M_PI) / 12, 0}, mat = {24, 0};
     struct estimate kv;
     struct error error = {0};
-    assert_int_equal(params_plate(load, settled, 3, plate, mat, &kv, &error), MR_OK);
+    assert_int_equal(params_plate_soil_stiffness(load, settled, 3, plate, mat, &kv, &error), MR_OK);
     assert_near(kv.value, 200.0 * 12 * 3456 / 2, 1e-3);
 }
 
@@ -140,7 +144,7 @@ TEST(plates_hold)
             settled[k] = (settled_in + seat_in) / 12;
             load[k] = k_lb_in3 * area_in2 * settled_in + normal(error_lb);
         }
-        params_plate(load, settled, count, plate, mat, &kv, &error);
+        params_plate_soil_stiffness(load, settled, count, plate, mat, &kv, &error);
         held += has(kv, k_lb_in3 * mat_in2 / 2 * 12);
     }
     assert_holds(held);
@@ -156,20 +160,20 @@ TEST(a_height_in_closed_form)
     struct rig_marks marks = {{100, 500, 200}, {300, 300, 240}, 1};
     struct estimate height;
     struct error error = {0};
-    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_OK);
+    assert_int_equal(rig_measure_height(&marks, distance, &height, &error), MR_OK);
     assert_near(height.value, 0.3, 1e-12);
     assert_near(height.error, 0.3 * hypot(off, scale), 1e-12);
     marks = (struct rig_marks){{500, 100, 400}, {300, 300, 330}, 0}; /* the other way, and below */
-    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_OK);
+    assert_int_equal(rig_measure_height(&marks, distance, &height, &error), MR_OK);
     assert_near(height.value, -0.15, 1e-12);
     assert_near(height.error, 0.0015, 1e-12);
     /* a line that falls by 3 in 4: (40, -30) beside it is 50 pixels above */
     marks = (struct rig_marks){{0, 400, 200 + 30}, {0, 300, 150 - 40}, 1};
-    assert_int_equal(rig_height(&marks, (struct estimate){5, 0}, &height, &error), MR_OK);
+    assert_int_equal(rig_measure_height(&marks, (struct estimate){5, 0}, &height, &error), MR_OK);
     assert_near(height.value, 0.5, 1e-12);
     marks.x[1] = 12;
     marks.y[1] = 16;
-    assert_int_equal(rig_height(&marks, distance, &height, &error), MR_USAGE);
+    assert_int_equal(rig_measure_height(&marks, distance, &height, &error), MR_USAGE);
 }
 
 TEST(heights_hold)
@@ -188,8 +192,9 @@ TEST(heights_hold)
             marks.y[k] = 700 - s * at[k][0] - c * at[k][1] + normal(mark);
         }
         assert_int_equal(
-            rig_height(&marks, (struct estimate){length_ft + normal(length_error), length_error},
-                       &height, &error),
+            rig_measure_height(&marks,
+                               (struct estimate){length_ft + normal(length_error), length_error},
+                               &height, &error),
             MR_OK);
         held += has(height, truth_ft);
     }

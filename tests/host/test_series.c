@@ -110,14 +110,14 @@ TEST(test_the_path_is_uniform_braking)
                                         "{\"speed_ft_s\":30,\"profile\":[[3,5],[53,5.001]]},"
                                         "{\"touchdown_ft\":2,\"speed_ft_s\":4,\"tow_lb\":26}]");
     struct draw_path path = {0};
-    assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
+    assert_int_equal(draw_landing_path(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
     assert_near(path.stop_ft, 3.0 + 28.0 * 0.025 + 28.0 * 28.0 / 9.2, 0.02);
     assert_near(path.rows[100].force_lb, 1300.0 / 12.0 * 4.6 / 32.174, 1e-9);
     assert_near(path.rows[path.count - 1].t_s, 0.025 + 28.0 / 4.6, 2e-3);
     assert_true(path.rows[path.count - 1].force_lb == 0.0);
-    assert_int_equal(draw_landing(&series, &series.landings[2], 1, 2, &path, &error), MR_OK);
+    assert_int_equal(draw_landing_path(&series, &series.landings[2], 1, 2, &path, &error), MR_OK);
     assert_near(path.stop_ft, 3.0 + 30.0 * 0.025 + 30.0 * 30.0 / 10.0, 0.05);
-    assert_int_equal(draw_landing(&series, &series.landings[3], 1, 3, &path, &error), MR_OK);
+    assert_int_equal(draw_landing_path(&series, &series.landings[3], 1, 3, &path, &error), MR_OK);
     assert_near(path.stop_ft, 120.0, 0.01); /* towed at 4 ft/s: 29.5 s to the end */
     assert_near(path.rows[path.count - 1].t_s, 29.5, 2e-3);
     assert_near(path.rows[1000].x_ft, 2.0 + 4.0 * path.rows[1000].t_s, 1e-9);
@@ -139,8 +139,8 @@ TEST(test_gaps_carry_over)
     double gap[121], closing = 2.0;
     series_simulate(&series, 1, &run);
     assert_int_equal(run.error.status, MR_OK);
-    assert_int_equal(run.landings, 2);
-    assert_int_equal(draw_landing(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
+    assert_int_equal(run.simulated_landings, 2);
+    assert_int_equal(draw_landing_path(&series, &series.landings[0], 1, 0, &path, &error), MR_OK);
     for (int j = 0; j <= 120; j++)
         gap[j] = 0.02 / 12.0;
     for (int landing = 0; landing < 2; landing++) {
@@ -157,7 +157,7 @@ TEST(test_gaps_carry_over)
             assert_near(run.outcomes[landing].movement_in[s],
                         12.0 * result.u_ft[(int)(series.stations_ft[s] / scene.length_ft) + 1],
                         1e-9);
-        assert_true(landing > 0 || run.outcomes[landing].peak_in > 0.05);
+        assert_true(landing > 0 || run.outcomes[landing].peak_movement_in > 0.05);
         for (int j = 0; j <= 120; j++)
             gap[j] += (j < 120 ? result.u_ft[j + 1] : 0.0) - (j > 0 ? result.u_ft[j] : 0.0);
         sim_result_free(&result);
@@ -176,7 +176,7 @@ static void play_all(struct landing_series *series, unsigned jobs, struct series
 {
     error = (struct error){0};
     series_simulate_all(series, jobs, NULL, NULL, runs);
-    for (size_t i = 0; i < series->seeds; i++) {
+    for (size_t i = 0; i < series->seed_count; i++) {
         if (runs[i].error.status != MR_OK)
             fail_msg("%s", runs[i].error.text);
     }
@@ -185,9 +185,9 @@ static void play_all(struct landing_series *series, unsigned jobs, struct series
 /* To the last bit before a wave. */
 static void compare(const struct landing_series *series, struct series_run *a, struct series_run *b)
 {
-    for (size_t i = 0; i < series->seeds; i++) {
+    for (size_t i = 0; i < series->seed_count; i++) {
         assert_int_equal(a[i].buckled_landing, b[i].buckled_landing);
-        for (size_t k = 0; k < a[i].landings && a[i].outcomes[k].wave_count == 0; k++) {
+        for (size_t k = 0; k < a[i].simulated_landings && a[i].outcomes[k].wave_count == 0; k++) {
             if (a[i].buckled_landing == (int)k + 1 || b[i].outcomes[k].wave_count > 0)
                 break;
             assert_memory_equal(a[i].outcomes[k].movement_in, b[i].outcomes[k].movement_in,
@@ -209,16 +209,16 @@ TEST(test_neither_jobs_nor_skipping_change_an_answer)
         assert_int_equal(one[i].seed, 5 + i);
         assert_int_equal(one[i].buckled_landing, three[i].buckled_landing);
         assert_memory_equal(one[i].outcomes, three[i].outcomes, 2 * sizeof *one[i].outcomes);
-        skipped += !one[i].outcomes[0].planar_was_run;
+        skipped += !one[i].outcomes[0].has_planar_run;
         buckled += one[i].buckled_landing > 0;
     }
-    series.skip_share = -1.0;
+    series.planar_min_lift_share = -1.0;
     play_all(&series, 2, whole);
     compare(&series, one, whole);
     for (size_t i = 0; i < 3; i++) {
-        if (!one[i].outcomes[0].planar_was_run)
-            assert_true(whole[i].outcomes[0].planar_was_run &&
-                        whole[i].outcomes[0].rise_in < 0.001);
+        if (!one[i].outcomes[0].has_planar_run)
+            assert_true(whole[i].outcomes[0].has_planar_run &&
+                        whole[i].outcomes[0].wave_rise_in < 0.001);
         series_run_free(&one[i]);
         series_run_free(&three[i]);
         series_run_free(&whole[i]);
@@ -250,28 +250,29 @@ TEST(test_errors_of_peaks)
     struct series_summary summary;
     const double again_lb[6] = {0.0, 15.0, 0.0, 0.0, 14.0, 0.0};
     for (int i = 0; i < 6; i++) {
-        outcomes[i].push_lb = 10.0 + 2.0 * i;
-        other[i].push_lb = again_lb[i];
-        runs[i] = (struct series_run){.landings = 1, .outcomes = &outcomes[i], .check = &other[i]};
-        runs[i].check_landings = again_lb[i] > 0.0;
+        outcomes[i].compression_lb = 10.0 + 2.0 * i;
+        other[i].compression_lb = again_lb[i];
+        runs[i] = (struct series_run){
+            .simulated_landings = 1, .outcomes = &outcomes[i], .check_outcomes = &other[i]};
+        runs[i].check_landing_count = again_lb[i] > 0.0;
     }
     series_compute_errors(&series, runs);
     for (int i = 0; i < 6; i++)
-        assert_near(outcomes[i].push_error_lb, 9.44871, 1e-3);
+        assert_near(outcomes[i].compression_error_lb, 9.44871, 1e-3);
     series_summarise(&summary, &series, runs);
-    assert_near(summary.landing[0].push_lb.mean, 15.0, 1e-12);
-    assert_near(summary.landing[0].push_lb.error, 9.44871, 1e-3);
-    assert_near(summary.landing[0].push_lb.mean_error, 4.08730, 1e-3);
+    assert_near(summary.landing[0].compression_lb.mean, 15.0, 1e-12);
+    assert_near(summary.landing[0].compression_lb.run_error, 9.44871, 1e-3);
+    assert_near(summary.landing[0].compression_lb.mean_error, 4.08730, 1e-3);
     series_summary_free(&summary);
     /* the other engine's runways, the pair of 3 lb among them, are no pairs, but borrow: a pair of
      * 4 lb at a mean of 16 lb is a quarter of it */
     outcomes[1].is_from_planar = outcomes[2].is_from_planar = true;
     series_compute_errors(&series, runs);
-    assert_near(outcomes[1].push_error_lb, 21.765, 1e-2);
-    assert_near(outcomes[4].push_error_lb, 28.009, 1e-2);
-    runs[4].check_landings = 0;
+    assert_near(outcomes[1].compression_error_lb, 21.765, 1e-2);
+    assert_near(outcomes[4].compression_error_lb, 28.009, 1e-2);
+    runs[4].check_landing_count = 0;
     series_compute_errors(&series, runs);
-    assert_true(isnan(outcomes[1].push_error_lb) && isnan(outcomes[4].push_error_lb));
+    assert_true(isnan(outcomes[1].compression_error_lb) && isnan(outcomes[4].compression_error_lb));
     series_free(&series);
 }
 
@@ -287,13 +288,13 @@ TEST(test_peaks_are_as_wrong_as_they_say)
     series.chain_dt_s = 1e-5;
     play_all(&series, 2, fine);
     for (int i = 0; i < 30; i++) {
-        assert_int_equal(stated[i].check_landings, i % 6 == 5 ? 3 : 0);
+        assert_int_equal(stated[i].check_landing_count, i % 6 == 5 ? 3 : 0);
         for (int k = 0; k < 3; k++, all += 2) {
             const struct series_outcome *a = &stated[i].outcomes[k], *b = &fine[i].outcomes[k];
-            double push = fabs(a->push_lb - b->push_lb) / a->push_error_lb,
-                   pull = fabs(a->pull_lb - b->pull_lb) / a->pull_error_lb;
+            double push = fabs(a->compression_lb - b->compression_lb) / a->compression_error_lb,
+                   pull = fabs(a->tension_lb - b->tension_lb) / a->tension_error_lb;
             assert_true(push < 4.0 && pull < 4.0);
-            assert_true(a->push_error_lb < 0.5 * a->push_lb);
+            assert_true(a->compression_error_lb < 0.5 * a->compression_lb);
             twice += (push > 2.0) + (pull > 2.0);
         }
     }
@@ -318,7 +319,7 @@ TEST(test_modifications_are_laid_over_the_scene)
     for (int i = 0; i < 4; i++) {
         assert_near(series.landings[i].scene.friction, f[i], 0.0);
         assert_near(series.landings[i].scene.tad_deg, tad[i], 0.0);
-        assert_int_equal(series.landings[i].modified, modified[i]);
+        assert_int_equal(series.landings[i].is_modified, modified[i]);
     }
     series_free(&series);
 }
@@ -344,7 +345,7 @@ TEST(test_tied_mats_under_weight_are_asked_for)
         struct landing_series series = load(60, rest);
         series_simulate(&series, 1, &run);
         assert_int_equal(run.error.status, MR_OK);
-        assert_int_equal(run.outcomes[0].planar_was_run, cases[i].asked);
+        assert_int_equal(run.outcomes[0].has_planar_run, cases[i].asked);
         series_run_free(&run);
         series_free(&series);
     }
@@ -415,12 +416,14 @@ TEST(test_the_standard_series_moves_as_observed)
     error = (struct error){0};
     assert_int_equal(series_load(&series, "host/landing_series/series/standard.json", &error),
                      MR_OK);
-    series.engine = SERIES_CHAIN;
+    series.engine = SERIES_ENGINE_CHAIN;
     series_simulate(&series, 1, &run);
-    assert_int_equal(run.landings, 5);
+    assert_int_equal(run.simulated_landings, 5);
     for (int i = 0; i < 4; i++)
-        assert_true(run.outcomes[i].peak_in > 0.25 && run.outcomes[i].peak_in < 0.6 &&
-                    run.outcomes[i].reach_ft > 9.0 && run.outcomes[i].reach_ft < 18.0);
+        assert_true(run.outcomes[i].peak_movement_in > 0.25 &&
+                    run.outcomes[i].peak_movement_in < 0.6 &&
+                    run.outcomes[i].reach_beyond_stop_ft > 9.0 &&
+                    run.outcomes[i].reach_beyond_stop_ft < 18.0);
     assert_true(run.outcomes[4].zone_mats > 50);
     series_run_free(&run);
     series_free(&series);
@@ -439,8 +442,9 @@ TEST(test_a_wave_that_is_ridden_is_met_once)
     const struct series_outcome *o = &run.outcomes[4];
     assert_int_equal(o->overrun_count, 1);
     assert_int_equal(o->failure_count, 1);
-    assert_true(o->failure_ft[0] == o->overrun_ft[0] && run.buckle_ft == o->overrun_ft[0]);
-    assert_true(o->stop_ft - o->overrun_ft[0] > 5.0); /* that it is carried for */
+    assert_true(o->failure_station_ft[0] == o->overrun_station_ft[0] &&
+                run.buckle_station_ft == o->overrun_station_ft[0]);
+    assert_true(o->stop_ft - o->overrun_station_ft[0] > 5.0); /* that it is carried for */
     series_run_free(&run);
     series_free(&series);
 }
@@ -516,7 +520,7 @@ TEST(test_log_score)
 {
     struct series_run runs[3] = {
         {.buckled_landing = 2}, {.buckled_landing = 2}, {.buckled_landing = 0}};
-    struct landing_series series = {.seeds = 3, .landing_count = 4};
+    struct landing_series series = {.seed_count = 3, .landing_count = 4};
     static const struct {
         int seen;
         double share;
@@ -548,7 +552,7 @@ TEST(test_every_series_can_be_read)
                 fail_msg("%s", error.text);
             series_ground_text(&series, ground, sizeof ground);
             assert_non_null(strstr(ground, elastic ? "elastic under a gear" : "weightless gear"));
-            assert_true(series.seeds >= 16 && series.observed[0] != 0);
+            assert_true(series.seed_count >= 16 && series.observed[0] != 0);
             assert_true(series.basis[0] != 0);
             json_t *root = json_load_file(files.gl_pathv[i], 0, NULL);
             assert_int_equal(facts_read(files.gl_pathv[i], root, &series, &facts, &error), MR_OK);
@@ -646,23 +650,23 @@ static void write_down(struct case_ *c)
     static const double movement_in[4] = {0.25, -0.125, 0.5, 0.375};
     memset(c, 0, sizeof *c);
     for (int i = 0; i < 4; i++) {
-        c->lasting[i].peak_in = 1.0 + i;
+        c->lasting[i].peak_movement_in = 1.0 + i;
         c->lasting[i].movement_in[0] = movement_in[i];
         c->lasting[i].movement_in[1] = -2.0 * movement_in[i];
         c->lasting[i].zone_mats = 10 * (i + 1);
         c->lasting[i].wave_count = i == 1 ? 3 : 0;
-        c->lasting[i].band_slack = i > 1;
+        c->lasting[i].slack_band_segments = i > 1;
         c->lasting[i].torn_joints = i == 3 ? 7 : 0;
         c->buckling[i] = c->lasting[i];
     }
     c->buckling[2].is_buckled = true;
     c->buckling[2].wave_count = 1;
     c->buckling[2].failure_count = 2;
-    c->buckling[2].failure_ft[0] = 85.0;
-    c->buckling[2].failure_ft[1] = 91.0;
-    c->runs[0] = (struct series_run){.seed = 1, .landings = 4, .outcomes = c->lasting};
+    c->buckling[2].failure_station_ft[0] = 85.0;
+    c->buckling[2].failure_station_ft[1] = 91.0;
+    c->runs[0] = (struct series_run){.seed = 1, .simulated_landings = 4, .outcomes = c->lasting};
     c->runs[1] = (struct series_run){
-        .seed = 2, .landings = 3, .buckled_landing = 3, .outcomes = c->buckling};
+        .seed = 2, .simulated_landings = 3, .buckled_landing = 3, .outcomes = c->buckling};
 }
 
 /* The value of a fact on both runways. */
@@ -750,7 +754,7 @@ TEST(test_agreement)
     struct case_ c;
     write_down(&c);
     assert_int_equal(read_facts(two, &series), MR_OK);
-    series.seeds = 2;
+    series.seed_count = 2;
     struct series_fact_summary fact = facts_summarise(&series, &facts.fact[0], c.runs);
     assert_int_equal(fact.agree, 1);
     assert_true(fact.enough);
@@ -799,7 +803,7 @@ static void press(const double *gaps)
     struct flat_runway runway = {JOINTS, gap_ft, u_ft, closing_lb, RUB, KL};
     memcpy(gap_ft, gaps, sizeof gap_ft);
     memset(u_ft, 0, sizeof u_ft);
-    flat_runway_settle(&runway);
+    flat_runway_press_waves(&runway);
 }
 
 static void near(double value, double expected)

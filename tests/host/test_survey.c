@@ -19,9 +19,10 @@ TEST(the_walk_is_whole_and_never_jumps)
     for (size_t i = 0; i < plan.count; i++) {
         const struct survey_item *item = &plan.item[i];
         assert_int_equal(survey_plan_find(&plan, item), i); /* no place twice */
-        gaps[item->line - 1] += item->kind == SURVEY_GAP;
-        stations += item->kind == SURVEY_STATION;
-        double next_ft = item->kind == SURVEY_GAP ? MAT_SPAN_FT * item->place : 10.0 * item->place;
+        gaps[item->line - 1] += item->kind == SURVEY_ITEM_GAP;
+        stations += item->kind == SURVEY_ITEM_STATION;
+        double next_ft = item->kind == SURVEY_ITEM_GAP ? MAT_SPAN_FT * item->index
+                                                       : 10.0 * item->index;
         assert_true(fabs(next_ft - at_ft) < 2 * MAT_SPAN_FT);
         at_ft = next_ft;
     }
@@ -46,35 +47,36 @@ static void entry(const char *line, bool si, enum survey_entry_kind word, double
 {
     struct survey_entry e;
     survey_entry_parse(line, si, &e);
-    if (e.kind != word || (word == SURVEY_NUMBER && fabs(e.value_in - value_in) > 1e-9))
+    if (e.kind != word || (word == SURVEY_ENTRY_NUMBER && fabs(e.value_in - value_in) > 1e-9))
         fail_msg("'%s': word %d, %g in", line, e.kind, e.value_in);
 }
 
 TEST(lines_are_read_as_calipers_type_them)
 {
-    entry("33.512", false, SURVEY_NUMBER, 33.512);
-    entry("  +33.512\r", false, SURVEY_NUMBER, 33.512);
-    entry("851.2048 mm", false, SURVEY_NUMBER, 33.512);
-    entry("2.5 ft", true, SURVEY_NUMBER, 30.0);
-    entry("33.512in", true, SURVEY_NUMBER, 33.512);
-    entry("851.2048", true, SURVEY_NUMBER, 33.512);
-    entry("-0.25", false, SURVEY_NUMBER, -0.25);
-    entry("", false, SURVEY_EMPTY, 0);
-    entry(" \r", false, SURVEY_EMPTY, 0);
-    entry("s", false, SURVEY_SKIP, 0);
-    entry("u ", false, SURVEY_UNDO, 0);
-    entry("b", false, SURVEY_BACK, 0);
-    entry("q", false, SURVEY_QUIT, 0);
-    entry("?", false, SURVEY_HELP, 0);
-    entry("n dirt in the joint", false, SURVEY_NOTE, 0);
+    entry("33.512", false, SURVEY_ENTRY_NUMBER, 33.512);
+    entry("  +33.512\r", false, SURVEY_ENTRY_NUMBER, 33.512);
+    entry("851.2048 mm", false, SURVEY_ENTRY_NUMBER, 33.512);
+    entry("2.5 ft", true, SURVEY_ENTRY_NUMBER, 30.0);
+    entry("33.512in", true, SURVEY_ENTRY_NUMBER, 33.512);
+    entry("851.2048", true, SURVEY_ENTRY_NUMBER, 33.512);
+    entry("-0.25", false, SURVEY_ENTRY_NUMBER, -0.25);
+    entry("", false, SURVEY_ENTRY_EMPTY, 0);
+    entry(" \r", false, SURVEY_ENTRY_EMPTY, 0);
+    entry("s", false, SURVEY_ENTRY_SKIP, 0);
+    entry("u ", false, SURVEY_ENTRY_UNDO, 0);
+    entry("b", false, SURVEY_ENTRY_BACK, 0);
+    entry("q", false, SURVEY_ENTRY_QUIT, 0);
+    entry("?", false, SURVEY_ENTRY_HELP, 0);
+    entry("n dirt in the joint", false, SURVEY_ENTRY_NOTE, 0);
     const char *const nonsense[] = {"n",   "n ",        "su",   "33.5.1", "33.5 lb", "33.5 34.1",
                                     "1e3", "nan",       "inf",  "0x10",   "-",       "99999",
                                     ".",   "33.5mm in", "33,8", "33,512"};
     for (size_t i = 0; i < sizeof nonsense / sizeof nonsense[0]; i++)
-        entry(nonsense[i], false, SURVEY_INVALID, 0);
+        entry(nonsense[i], false, SURVEY_ENTRY_INVALID, 0);
 }
 
-static enum survey_outcome typed(struct survey_progress *progress, const char *line, size_t *item)
+static enum survey_entry_outcome typed(struct survey_progress *progress, const char *line,
+                                       size_t *item)
 {
     struct survey_entry e;
     survey_entry_parse(line, false, &e);
@@ -89,27 +91,27 @@ TEST(a_reading_beyond_the_joints_is_asked_again)
     for (size_t i = 0; i < progress.plan.count; i++)
         progress.previous_in[i] = 33.60;
     /* 0.36: ten joints of 0.036 can do that */
-    assert_int_equal(typed(&progress, "33.24", &item), SURVEY_STORED);
-    assert_int_equal(typed(&progress, "33.96", &item), SURVEY_STORED);
-    assert_int_equal(typed(&progress, "33.239", &item), SURVEY_DOUBTFUL);
-    assert_int_equal(progress.current, 2);
+    assert_int_equal(typed(&progress, "33.24", &item), SURVEY_OUTCOME_STORED);
+    assert_int_equal(typed(&progress, "33.96", &item), SURVEY_OUTCOME_STORED);
+    assert_int_equal(typed(&progress, "33.239", &item), SURVEY_OUTCOME_DOUBTFUL);
+    assert_int_equal(progress.current_item, 2);
     assert_true(isnan(progress.value_in[2]));
     /* read again, and right this time */
-    assert_int_equal(typed(&progress, "33.241", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "33.241", &item), SURVEY_OUTCOME_STORED);
     assert_int_equal(item, 2);
-    assert_int_equal(typed(&progress, "36.60", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&progress, "36.60", &item), SURVEY_OUTCOME_DOUBTFUL);
     assert_int_equal(typed(&progress, "36.65", &item),
-                     SURVEY_DOUBTFUL); /* another one: doubted anew */
-    assert_int_equal(typed(&progress, "36.66", &item), SURVEY_CONFIRMED);
+                     SURVEY_OUTCOME_DOUBTFUL); /* another one: doubted anew */
+    assert_int_equal(typed(&progress, "36.66", &item), SURVEY_OUTCOME_CONFIRMED);
     assert_int_equal(item, 3);
     assert_true(progress.value_in[3] == 36.66);
-    assert_int_equal(typed(&progress, "30", &item), SURVEY_DOUBTFUL);
+    assert_int_equal(typed(&progress, "30", &item), SURVEY_OUTCOME_DOUBTFUL);
     /* forget the doubtful one, not the one before */
-    assert_int_equal(typed(&progress, "u", &item), SURVEY_MOVED);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_OUTCOME_ITEM_CHANGED);
     assert_true(progress.value_in[3] == 36.66);
     progress.previous_in[4] = (double)NAN; /* nothing before: against the designed distance */
-    assert_int_equal(typed(&progress, "33.861", &item), SURVEY_DOUBTFUL);
-    assert_int_equal(typed(&progress, "33.859", &item), SURVEY_STORED);
+    assert_int_equal(typed(&progress, "33.861", &item), SURVEY_OUTCOME_DOUBTFUL);
+    assert_int_equal(typed(&progress, "33.859", &item), SURVEY_OUTCOME_STORED);
 }
 
 TEST(undo_skip_back)
@@ -117,30 +119,30 @@ TEST(undo_skip_back)
     struct survey_progress progress;
     size_t item;
     survey_progress_init(&progress, SURVEY_EDGE_NONE);
-    assert_int_equal(typed(&progress, "u", &item), SURVEY_REFUSED);
-    assert_int_equal(typed(&progress, "b", &item), SURVEY_REFUSED);
-    assert_int_equal(typed(&progress, "n lost", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_OUTCOME_REFUSED);
+    assert_int_equal(typed(&progress, "b", &item), SURVEY_OUTCOME_REFUSED);
+    assert_int_equal(typed(&progress, "n lost", &item), SURVEY_OUTCOME_REFUSED);
     typed(&progress, "33.51", &item);
     typed(&progress, "33.52", &item);
-    assert_int_equal(typed(&progress, "s", &item), SURVEY_SKIPPED);
+    assert_int_equal(typed(&progress, "s", &item), SURVEY_OUTCOME_SKIPPED);
     typed(&progress, "33.54", &item);
-    assert_int_equal(typed(&progress, "n dirt", &item), SURVEY_NOTED);
+    assert_int_equal(typed(&progress, "n dirt", &item), SURVEY_OUTCOME_NOTED);
     assert_int_equal(item, 3);
-    assert_int_equal(typed(&progress, "u", &item), SURVEY_UNDONE);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_OUTCOME_UNDONE);
     assert_int_equal(item, 3);
-    assert_true(isnan(progress.value_in[3]) && progress.current == 3);
-    assert_int_equal(typed(&progress, "u", &item), SURVEY_UNDONE); /* the skipped one */
-    assert_true(item == 2 && !progress.is_skipped[2] && progress.current == 2);
-    assert_int_equal(typed(&progress, "b", &item), SURVEY_MOVED);
-    assert_int_equal(progress.current, 1);
+    assert_true(isnan(progress.value_in[3]) && progress.current_item == 3);
+    assert_int_equal(typed(&progress, "u", &item), SURVEY_OUTCOME_UNDONE); /* the skipped one */
+    assert_true(item == 2 && !progress.is_skipped[2] && progress.current_item == 2);
+    assert_int_equal(typed(&progress, "b", &item), SURVEY_OUTCOME_ITEM_CHANGED);
+    assert_int_equal(progress.current_item, 1);
     typed(&progress, "33.53", &item); /* in its place */
-    assert_true(progress.value_in[1] == 33.53 && progress.current == 2);
+    assert_true(progress.value_in[1] == 33.53 && progress.current_item == 2);
     assert_int_equal(survey_progress_count_read(&progress), 2);
     typed(&progress, "s", &item);
-    while (progress.current < progress.plan.count)
-        assert_int_equal(typed(&progress, "33.5", &item), SURVEY_STORED);
+    while (progress.current_item < progress.plan.count)
+        assert_int_equal(typed(&progress, "33.5", &item), SURVEY_OUTCOME_STORED);
     assert_int_equal(survey_progress_count_read(&progress), 167);
-    assert_int_equal(typed(&progress, "33.5", &item), SURVEY_REFUSED);
+    assert_int_equal(typed(&progress, "33.5", &item), SURVEY_OUTCOME_REFUSED);
 }
 
 /* ---- what it comes to ---- */
@@ -258,8 +260,8 @@ TEST(slack_is_the_mean_of_the_lines)
     now.gap_in[3][4] = 33.45; /* shorter than closed: none */
     now.gap_in[2][5] = 33.62;
     survey_compute_slack(&now, 33.5, &slack);
-    assert_int_equal(slack.surveyed, 2);
-    assert_int_equal(slack.lines[4], 4);
+    assert_int_equal(slack.surveyed_segments, 2);
+    assert_int_equal(slack.line_count[4], 4);
     assert_true(fabs(slack.segment[4].value_in - 0.15) < 1e-9);
     /* of 0.1, 0.2, 0.3, 0: standard deviation 0.1291, of the mean half of it */
     assert_true(fabs(slack.segment[4].error_in - 0.06455) < 1e-5);

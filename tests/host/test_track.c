@@ -72,7 +72,7 @@ static bool measure(const struct case_ *c, struct measured *m)
             m->gate[i].t_s -= shift_s;
         m->t0_us += (int64_t)llround(shift_s * 1e9); /* nanoseconds here */
     }
-    m->t0_is_touchdown = true;
+    m->is_t0_touchdown = true;
     return true;
 }
 
@@ -98,7 +98,7 @@ static void check(const char *name, double most_ripple, double least, double mos
         for (unsigned i = 0; i < MOMENTS; i++) {
             double t_s = SEEDED_TOUCHDOWN_S + 0.05 +
                          (last_s - SEEDED_TOUCHDOWN_S - 0.05) * seeded_uniform(&state);
-            struct mr_estimate at = track_at(&track, t_s - first_s);
+            struct mr_estimate at = track_compute_station(&track, t_s - first_s);
             seen++;
             inside += fabs(at.value - truth_ft(&c, t_s)) <= 1.959964 * at.error;
             sum_ft += at.error;
@@ -135,11 +135,11 @@ TEST(frames_are_numbered_by_the_gaps_in_time)
             truth[count] = frame;
             t_us[count++] = now_us + 600.0 * (seeded_uniform(&random) - 0.5);
         }
-        film_number_frames(t_us, count, number);
+        film_compute_frame_numbers(t_us, count, number);
         for (size_t i = 0; i < count; i++)
             assert_int_equal(number[i], truth[i] - truth[0] + 1);
     }
-    film_number_frames(t_us, 0, number);
-    film_number_frames(t_us, 1, number);
+    film_compute_frame_numbers(t_us, 0, number);
+    film_compute_frame_numbers(t_us, 1, number);
     assert_int_equal(number[0], 1);
 }

@@ -36,7 +36,7 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
     snprintf(path, sizeof path, "host/landing_series/pilot/%s.json", name);
     if (series_load(&c, path, error) != MR_OK)
         return error->status;
-    c.seeds = seeds;
+    c.seed_count = seeds;
     for (size_t i = 0; speed_ft_s > 0.0 && i < c.landing_count; i++) {
         double stopping_distance_ft = speed_ft_s * speed_ft_s /
                                       (2.0 * c.landings[i].deceleration_ft_s2.low);
@@ -55,15 +55,15 @@ static enum mr_status play(struct tally *t, const char *name, size_t seeds, doub
             *error = runs[i].error;
         t->runways++;
         t->buckled += runs[i].buckled_landing > 0;
-        for (size_t k = 0; k < runs[i].landings; k++) {
+        for (size_t k = 0; k < runs[i].simulated_landings; k++) {
             const struct series_outcome *o = &runs[i].outcomes[k];
             t->landings++;
             t->low_waves += o->wave_count > 0 && !o->is_buckled;
             t->ahead += o->is_buckled && o->overrun_count == 0;
-            t->most_rise_in = fmax(t->most_rise_in, o->rise_in);
-            if (o->crest_ft > 0.0 && t->crests < CRESTS_MAX) {
-                t->crest_ft[t->crests] = o->crest_ft;
-                t->ahead_mats[t->crests++] = o->crest_ahead_mats;
+            t->most_rise_in = fmax(t->most_rise_in, o->wave_rise_in);
+            if (o->first_buckle_station_ft > 0.0 && t->crests < CRESTS_MAX) {
+                t->crest_ft[t->crests] = o->first_buckle_station_ft;
+                t->ahead_mats[t->crests++] = o->first_buckle_ahead_mats;
             }
         }
         series_run_free(&runs[i]);

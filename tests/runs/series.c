@@ -22,11 +22,11 @@
 #define REACH_IN        0.005
 
 /* Rig. */
-#define SWITCH_ERROR_FT (0.02 / 12.0)
-#define SURVEY_ERROR_IN 0.005
-#define WITNESS_ARM_FT  5.0
-#define WITNESS_LB_IN   60.0
-#define WITNESS_LAG_S   0.010
+#define SWITCH_ERROR_FT         (0.02 / 12.0)
+#define SURVEY_READING_ERROR_IN 0.005
+#define WITNESS_ARM_FT          5.0
+#define WITNESS_LB_IN           60.0
+#define WITNESS_LAG_S           0.010
 
 static const double brake_speed_ft_s[SYN_LANDINGS] = {28.0, 28.0, 28.0, 28.0, 35.5, 35.5, 35.5};
 static const double brake_first_ft_s2[SYN_LANDINGS] = {4.0, 4.0, 4.3, 4.6, 6.6, 6.5, 8.5};
@@ -148,7 +148,7 @@ static void read_survey(struct syn_landing *landing, uint64_t seed)
     struct draw draw = draw_from(seed, STREAM_SURVEY + landing->number);
 
     for (int s = 0; s < SYN_SEGMENTS; s++) {
-        double sum = SURVEY_ERROR_IN * draw_normal(&draw);
+        double sum = SURVEY_READING_ERROR_IN * draw_normal(&draw);
 
         for (int j = 0; j < SYN_JOINTS_PER_SEGMENT; j++)
             sum += landing->gap_in[SYN_JOINTS_PER_SEGMENT * s + j];

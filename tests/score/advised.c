@@ -41,12 +41,12 @@ bool advised_begin(struct advise_members *members, const struct score_series *se
                   .slack_ft = 0.0025f},
         .grit_lb = 10.0,
         .thrust_lb_per_g = 1300.0 / 12.0,
-        .bump_ft = BUMP_FT,
+        .ground_irregularity_ft = BUMP_FT,
         .thrust_share = share ? series->thrust_share * (1.0 + SHARE_ERROR * score_normal(&off))
                               : 0.0,
     };
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        runway.station_ft[i] = i < ADVISED_STATIONS ? 40.0f + 10.0f * (float)i : NAN;
+        runway.transducer_station_ft[i] = i < ADVISED_STATIONS ? 40.0f + 10.0f * (float)i : NAN;
     return advise_members_draw(members, &runway, ADVISED_MEMBERS, 0xd2a30000u + series->number) ==
            MR_OK;
 }
@@ -56,12 +56,13 @@ void advised_plan(struct advise_plan *plan, const struct score_landing *landing,
 {
     *plan = (struct advise_plan){.speed_ft_s = landing->speed_ft_s,
                                  .speed_spread = SPEED_ERROR,
-                                 .mean_ft_s2 = known->plan_ft_s2,
+                                 .mean_braking_ft_s2 = known->plan_ft_s2,
                                  .touchdown_ft = TOUCHDOWN,
                                  .touchdown_spread_ft = TOUCHDOWN_ERROR,
                                  .profile = known->profile,
                                  .seed = landing->number};
-    advise_predict_plan_deviation(log_ratio, landings, &plan->log_bias, &plan->mean_spread);
+    advise_predict_plan_deviation(log_ratio, landings, &plan->braking_log_bias,
+                                  &plan->braking_spread);
 }
 
 bool advised_say(struct advise_members *members, const struct advise_plan *plan,
@@ -79,8 +80,8 @@ bool advised_teach(struct advise_members *members, const struct score_landing *l
     struct advise_observation seen = {
         .braking = {.speed_ft_s = landing->speed_ft_s,
                     .touchdown_ft = TOUCHDOWN,
-                    .mean_ft_s2 = known->true_ft_s2,
-                    .profile = known->profile.count ? &known->profile : NULL},
+                    .mean_braking_ft_s2 = known->true_ft_s2,
+                    .profile = known->profile.point_count ? &known->profile : NULL},
         .movement_error_in = READING_IN,
         .survey_error_in = SURVEY_IN};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -166,7 +167,7 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
         advised_draw_plan(&truth->landing[i], series.number, told, &plan);
         known[i].plan_ft_s2 = advised_plan_mean_ft_s2(&plan);
         known[i].true_ft_s2 = advised_mean_ft_s2(&truth->landing[i], series.touchdown_ft);
-        known[i].profile.count = SCORE_KNOTS;
+        known[i].profile.point_count = SCORE_KNOTS;
         for (unsigned k = 0; k < SCORE_KNOTS; k++) {
             known[i].profile.t_s[k] = (double)plan.knot_s[k];
             known[i].profile.factor[k] = (double)plan.knot_ft_s2[k] / known[i].plan_ft_s2;
@@ -184,7 +185,7 @@ bool advised_charts(const struct score_truth *truth, const struct advised_told *
             double mean_ft_s2 = factors[r] * known[i].plan_ft_s2;
             good = advised_say(&members, &plan, &known[i], mean_ft_s2, &row);
             chart[i].mean_ft_s2[r] = mean_ft_s2;
-            chart[i].p[r] = row.zone_probability.p;
+            chart[i].p[r] = row.zone_probability.probability;
             chart[i].share[r] = row.zone_share;
             chart[i].half_ft[r] = row.median_zone_station_ft;
         }

@@ -611,7 +611,8 @@ static bool take_shares(const char *folder, const struct foresight_row *row, uin
         if (list.said[i].when != BEFORE)
             continue;
         shares->input[2 * shares->count] = 1.0f;
-        shares->input[2 * shares->count + 1] = (float)advise_log_odds((double)list.said[i].share);
+        shares->input[2 * shares->count + 1] =
+            (float)advise_convert_to_log_odds((double)list.said[i].share);
         shares->event[shares->count++] = !isnan(list.said[i].until_s);
     }
     free(list.said);
@@ -647,8 +648,9 @@ static int print_odds(const char *folder, const struct foresight_row *row, const
                       const uint32_t series[2])
 {
     struct shares shares[2];
-    double weight[2], today[2] = {logit(advise_calibrate(0.5, true)), 0.0};
-    today[1] = (logit(advise_calibrate(0.9, true)) - today[0]) / advise_log_odds(0.9);
+    double weight[2], today[2] = {logit(advise_calibrate_share(0.5, true)), 0.0};
+    today[1] = (logit(advise_calibrate_share(0.9, true)) - today[0]) /
+               advise_convert_to_log_odds(0.9);
     bool good = take_shares(folder, row, from[0], series[0], &shares[0]);
     good = take_shares(folder, row, from[1], series[1], &shares[1]) && good;
     if (good) {

@@ -7,15 +7,16 @@
 #include "tests/host/predictor_case.h"
 #include "tests/score/score.h"
 
-#define NOISE_IN          0.0015
-#define GAIN_ERROR        0.001
-#define SURVEY_ERROR_IN   0.005
-#define SWITCH_ERROR_FT   (0.02 / 12.0)
-#define TOLD_TOUCHDOWN_FT 3.0
-#define CLOSED_HMIL       100
-#define LOOK_AHEAD_FT     40.0f
-#define LAID_SUM_IN       0.175f /* ten gaps evenly up to 0.036 in, none beyond 0.030 */
-#define GEAR_EDGE_NAMED_S 0.005  /* so long after it, an edge has its name (common/switches.h) */
+#define NOISE_IN                0.0015
+#define GAIN_ERROR              0.001
+#define SURVEY_READING_ERROR_IN 0.005
+#define SWITCH_ERROR_FT         (0.02 / 12.0)
+#define TOLD_TOUCHDOWN_FT       3.0
+#define CLOSED_HMIL             100
+#define LOOK_AHEAD_FT           40.0f
+#define LAID_SUM_IN             0.175f /* ten gaps evenly up to 0.036 in, none beyond 0.030 */
+/* so long after it, an edge has its name (common/switches.h) */
+#define GEAR_EDGE_NAMED_S       0.005
 
 /* The gear as a board knows it in the course of a landing: from the switch edges that it has named
  * so far (common/onboard/landing.c does the same, from blocks). Feet and seconds. */
@@ -109,7 +110,7 @@ static void draw_rig(struct rig *rig, unsigned view, uint64_t *state)
 static void read_survey(const struct score_landing *landing, float *sum_in, uint64_t *state)
 {
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
-        double sum = SURVEY_ERROR_IN * score_normal(state);
+        double sum = SURVEY_READING_ERROR_IN * score_normal(state);
         for (unsigned j = 0; j < MR_MATS_PER_SEGMENT; j++)
             sum += (double)landing->gap_in[s * MR_MATS_PER_SEGMENT + j];
         sum_in[s] = sum > 0.0 ? (float)sum : 0.0f;

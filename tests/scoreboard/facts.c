@@ -93,7 +93,7 @@ static size_t station_of(const struct landing_series *c, double station_ft)
 static double moved_in(const struct landing_series *c, const struct series_fact *fact,
                        const struct series_outcome *o)
 {
-    return isnan(fact->station_ft) ? o->peak_in
+    return isnan(fact->station_ft) ? o->peak_movement_in
                                    : fabs(o->movement_in[station_of(c, fact->station_ft)]);
 }
 
@@ -130,11 +130,12 @@ static double of_landing(const struct landing_series *c, const struct series_fac
     case SERIES_MEAN_IN: return mean_in(c, o);
     case SERIES_ZONE_MATS: return o->zone_mats;
     case SERIES_WAVES: return o->wave_count > 0;
-    case SERIES_SLACK: return o->band_slack > 0;
+    case SERIES_SLACK: return o->slack_band_segments > 0;
     case SERIES_TORN: return o->torn_joints > 0;
     case SERIES_FAILURES: return o->failure_count;
     case SERIES_APART_FT:
-        return o->failure_count > 1 ? o->failure_ft[1] - o->failure_ft[0] : (double)NAN;
+        return o->failure_count > 1 ? o->failure_station_ft[1] - o->failure_station_ft[0]
+                                    : (double)NAN;
     default: return moved_in(c, fact, o);
     }
 }
@@ -147,7 +148,7 @@ static double over(const struct landing_series *c, const struct series_fact *fac
     bool buckling = fact->when == SERIES_AT_BUCKLING;
     double sum = 0.0, most = (double)NAN; /* of what there is */
     size_t count = 0;
-    for (size_t i = first - 1; i < last && i < run->landings; i++) {
+    for (size_t i = first - 1; i < last && i < run->simulated_landings; i++) {
         if ((int)i + 1 == run->buckled_landing && !buckling)
             break;
         double value = of_landing(c, fact, &outcomes[i]);
@@ -192,10 +193,10 @@ struct series_fact_summary facts_summarise(const struct landing_series *c,
                                            const struct series_fact *fact,
                                            const struct series_run *runs)
 {
-    double *values = xcalloc(c->seeds, sizeof *values);
+    double *values = xcalloc(c->seed_count, sizeof *values);
     struct series_fact_summary s = {0};
     size_t count = 0, runways = 0;
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         double value = facts_value(c, fact, &runs[i]);
         runways += runs[i].error.status == MR_OK;
         s.agree += value >= fact->low && value <= fact->high;
@@ -231,7 +232,7 @@ size_t series_agree(const struct landing_series *c, const struct facts *facts,
                     const struct series_run *runs)
 {
     size_t agree = 0;
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         int n = runs[i].buckled_landing;
         if (runs[i].error.status == MR_OK)
             agree += facts->observed_landing < 0
@@ -248,7 +249,7 @@ double series_log_score_bits(const struct landing_series *c, const struct facts 
     int seen = facts->observed_landing < 0 ? 0 : facts->observed_landing;
     if (facts->observed_landing == 0)
         return (double)NAN;
-    for (size_t i = 0; i < c->seeds; i++) {
+    for (size_t i = 0; i < c->seed_count; i++) {
         runways += runs[i].error.status == MR_OK;
         same += runs[i].error.status == MR_OK && runs[i].buckled_landing == seen;
     }

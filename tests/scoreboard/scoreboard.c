@@ -29,10 +29,11 @@ static void print_movements(const struct landing_series *c, const struct series_
     double sum = 0.0, most = 0.0;
     size_t waved = 0, played = 0;
     for (size_t i = 0; i < c->landing_count; i++) {
-        sum += s->landing[i].peak_in.median / (double)c->landing_count;
-        most = s->landing[i].peak_in.high > most ? s->landing[i].peak_in.high : most;
-        waved += s->landing[i].with_wave;
-        played += s->landing[i].runways;
+        sum += s->landing[i].peak_movement_in.median / (double)c->landing_count;
+        most = s->landing[i].peak_movement_in.high > most ? s->landing[i].peak_movement_in.high
+                                                          : most;
+        waved += s->landing[i].wave_count;
+        played += s->landing[i].runway_count;
     }
     printf("; %.2f in per landing, up to %.2f; low waves in %zu of %zu landings", sum, most, waved,
            played);
@@ -42,9 +43,9 @@ static void print_torn(const struct landing_series *c, const struct series_summa
 {
     const char *between = "; joints torn in landing ";
     for (size_t i = 0; i < c->landing_count; i++) {
-        if (s->landing[i].with_tears == 0)
+        if (s->landing[i].torn_count == 0)
             continue;
-        printf("%s%zu (%zux)", between, i + 1, s->landing[i].with_tears);
+        printf("%s%zu (%zux)", between, i + 1, s->landing[i].torn_count);
         between = ", ";
     }
 }
@@ -55,21 +56,23 @@ static void print_predicted(const struct landing_series *c, const struct series_
 {
     const char *between = "landing ";
     for (size_t i = 0; i < c->landing_count; i++) {
-        if (s->landing[i].buckled == 0)
+        if (s->landing[i].buckled_count == 0)
             continue;
-        printf("%s%zu (%zux)", between, i + 1, s->landing[i].buckled);
+        printf("%s%zu (%zux)", between, i + 1, s->landing[i].buckled_count);
         between = ", ";
     }
-    if (s->survived > 0)
-        printf("%s (%zux)", s->survived == s->runways ? "never" : ", none", s->survived);
-    if (s->station_ft.count > 0)
-        printf("; station %.0f (%.0f to %.0f)", s->station_ft.median, s->station_ft.low,
-               s->station_ft.high);
-    if (s->zone_before.count > 0)
+    if (s->survived_count > 0)
+        printf("%s (%zux)", s->survived_count == s->runway_count ? "never" : ", none",
+               s->survived_count);
+    if (s->buckle_station_ft.count > 0)
+        printf("; station %.0f (%.0f to %.0f)", s->buckle_station_ft.median,
+               s->buckle_station_ft.low, s->buckle_station_ft.high);
+    if (s->zone_mats_before_buckle.count > 0)
         printf("; the landing before: %.2f in (%.2f to %.2f), zone %.0f mats (%.0f to %.0f)",
-               s->peak_before_in.median, s->peak_before_in.low, s->peak_before_in.high,
-               s->zone_before.median, s->zone_before.low, s->zone_before.high);
-    else if (s->survived == s->runways)
+               s->peak_before_buckle_in.median, s->peak_before_buckle_in.low,
+               s->peak_before_buckle_in.high, s->zone_mats_before_buckle.median,
+               s->zone_mats_before_buckle.low, s->zone_mats_before_buckle.high);
+    else if (s->survived_count == s->runway_count)
         print_movements(c, s);
     print_torn(c, s);
 }
@@ -104,7 +107,7 @@ static void print_outcome(const struct played *p)
         return;
     }
     printf("; ");
-    print_share(series_agree(c, &p->facts, p->runs), p->summary.runways, p->facts.needed);
+    print_share(series_agree(c, &p->facts, p->runs), p->summary.runway_count, p->facts.needed);
     printf(", %.2g bits", bits);
 }
 
@@ -116,9 +119,9 @@ static void print_fact(const struct played *p, size_t i)
         printf("none has it");
     else
         printf("%.3g (%.3g to %.3g)%s", fact.value.median, fact.value.low, fact.value.high,
-               fact.value.count < p->summary.runways ? " of those that have it" : "");
+               fact.value.count < p->summary.runway_count ? " of those that have it" : "");
     printf("; ");
-    print_share(fact.agree, p->summary.runways, facts->fact[i].needed);
+    print_share(fact.agree, p->summary.runway_count, facts->fact[i].needed);
 }
 
 static void print_rows(const struct played *weightless, const struct played *elastic)
@@ -161,34 +164,34 @@ static int play(struct played *p, const char *path, const char *ground)
         return 3;
     }
     struct landing_series *c = &p->series;
-    c->seeds = number_of("SEEDS", c->seeds, SERIES_SEEDS_MAX);
+    c->seed_count = number_of("SEEDS", c->seed_count, SERIES_SEEDS_MAX);
     c->first_seed = number_of("FIRST", (size_t)c->first_seed, 1000000000);
-    p->runs = calloc(c->seeds, sizeof *p->runs);
+    p->runs = calloc(c->seed_count, sizeof *p->runs);
     double begin_s = clock_s(CLOCK_MONOTONIC), begin_cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     if (!p->runs)
-        error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seeds);
+        error_set(&error, MR_FULL, "out of memory: %zu seeds", c->seed_count);
     else {
         series_simulate_all(c, cores > 0 ? (unsigned)cores : 1, NULL, NULL, p->runs);
         series_summarise(&p->summary, c, p->runs);
     }
     p->cpu_s = clock_s(CLOCK_PROCESS_CPUTIME_ID) - begin_cpu_s;
     fprintf(stderr, "%s, %s: %zu runways from seed %llu, %.1f s, %.1f s of processor time\n",
-            c->name, ground, c->seeds, (unsigned long long)c->first_seed,
+            c->name, ground, c->seed_count, (unsigned long long)c->first_seed,
             clock_s(CLOCK_MONOTONIC) - begin_s, p->cpu_s);
-    for (size_t i = 0; p->runs && i < c->seeds; i++) {
+    for (size_t i = 0; p->runs && i < c->seed_count; i++) {
         if (p->runs[i].error.status != MR_OK)
             fprintf(stderr, "scoreboard: %s: seed %llu: %s\n", path,
                     (unsigned long long)p->runs[i].seed, p->runs[i].error.text);
     }
     if (error.status != MR_OK)
         fprintf(stderr, "scoreboard: %s\n", error.text);
-    return error.status != MR_OK ? 3 : p->summary.failed > 0 ? 5 : 0;
+    return error.status != MR_OK ? 3 : p->summary.failed_count > 0 ? 5 : 0;
 }
 
 static void drop(struct played *p)
 {
-    for (size_t i = 0; p->runs && i < p->series.seeds; i++)
+    for (size_t i = 0; p->runs && i < p->series.seed_count; i++)
         series_run_free(&p->runs[i]);
     free(p->runs);
     series_summary_free(&p->summary);
@@ -200,8 +203,8 @@ static void note_basis(FILE *notes, const struct played *weightless, const struc
 {
     const struct landing_series *c = &weightless->series;
     fprintf(notes, "| %s | %s%s%s | %zu from %llu | %.0f, %.0f |\n", c->name, c->basis,
-            c->afterwards[0] ? "; AFTERWARDS: " : "", c->afterwards, c->seeds,
-            (unsigned long long)c->first_seed, weightless->cpu_s, elastic->cpu_s);
+            c->changes_after_outcome[0] ? "; AFTERWARDS: " : "", c->changes_after_outcome,
+            c->seed_count, (unsigned long long)c->first_seed, weightless->cpu_s, elastic->cpu_s);
 }
 
 static int score(const char *path, FILE *notes)

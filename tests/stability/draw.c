@@ -134,8 +134,8 @@ static void draw_path(struct sim_scene *scene, uint64_t *state)
     sim_scene_set_path(scene, rows, 4);
 }
 
-enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
-                            size_t index, uint64_t seed, struct error *error)
+enum mr_status draw_landing_path(struct sim_scene *scene, const double exponents[DRAW_KEYS],
+                                 size_t index, uint64_t seed, struct error *error)
 {
     uint64_t state = ~seed ^ (0xd1342543de82ef95u * (index + 1));
     next(&state);

@@ -30,8 +30,8 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
 
 /* The same for the landing engine: model consistent with exact sticking or without friction, every
  * wheel load, and in half of them a path. */
-enum mr_status draw_landing(struct sim_scene *scene, const double exponents[DRAW_KEYS],
-                            size_t index, uint64_t seed, struct error *error);
+enum mr_status draw_landing_path(struct sim_scene *scene, const double exponents[DRAW_KEYS],
+                                 size_t index, uint64_t seed, struct error *error);
 
 /* A scene's columns of a table: its number, its exponents, what else was drawn. */
 void draw_head(FILE *table);

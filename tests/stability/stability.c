@@ -49,8 +49,8 @@ static enum mr_status draw(const struct plan *plan, size_t index, struct sim_sce
 {
     struct error error = {0};
     bool landing = plan->fixed || (plan->bars && index % 2 == 1);
-    return (landing ? draw_landing : draw_scene)(scene, plan->exponents[index], index, plan->seed,
-                                                 &error);
+    return (landing ? draw_landing_path : draw_scene)(scene, plan->exponents[index], index,
+                                                      plan->seed, &error);
 }
 
 static void work(const void *of, void *with)

@@ -800,7 +800,7 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
                                struct fit_survey *surveyed, struct error *error)
 {
     static struct survey_results found;
-    struct zones_closure told = {.surveyed_segments = 0};
+    struct zones_slack told = {.surveyed_segments = 0};
     struct store_landing *rows = NULL;
     size_t count = 0;
     bool there = false;
@@ -931,7 +931,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     landing->survey_error_in = before.error_in;
     landing->gage_segments = before.gage_segments;
     landing->has_earlier_landings = measured->landing.board_landing > 1;
-    struct zones_closure survey = {.surveyed_segments = (unsigned)before.segments};
+    struct zones_slack survey = {.surveyed_segments = (unsigned)before.segments};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
     if (load_after(store, &measured->landing, landing, error) != MR_OK ||
@@ -947,7 +947,7 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
         return status;
     }
     for (size_t i = 0; i < landing->scene.path_count; i++)
-        landing->scene.path[i].force_lb *= COMPARE_STRIPS; /* now of the whole aircraft */
+        landing->scene.path[i].force_lb *= COMPARE_RIG_STRIPS; /* now of the whole aircraft */
     double roll_ft = summary->stop_station_ft.value - measured->landing.touchdown_ft;
     /* an error of the energy v0^2/2 is spread over the stopping distance */
     landing->thrust_error = roll_ft > 0.0 ? summary->stop_station_ft.error / roll_ft : 0.0;
@@ -962,9 +962,9 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
     struct measured measured;
     struct fit_landing landing = {0};
     struct fit_series series[MR_TRANSDUCERS];
-    char torn[MEASURED_TORN_SIZE];
+    char torn[MEASURED_MISSING_START_SIZE];
     enum mr_status status = measured_load(store, run, &measured, error);
-    measured_format_torn(&measured, torn);
+    measured_format_missing_start(&measured, torn);
     if (status == MR_OK && torn[0])
         status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out",
                            (long long)run, torn);
