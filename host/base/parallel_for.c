@@ -19,9 +19,11 @@ static void *run_worker(void *context)
 
 void parallel_for(unsigned threads, parallel_work *work, void *context)
 {
-    struct worker worker[PARALLEL_MAX];
-    bool started[PARALLEL_MAX] = {false};
-    unsigned count = threads < 1u ? 1u : threads < PARALLEL_MAX ? threads : PARALLEL_MAX;
+    struct worker worker[PARALLEL_THREADS_MAX];
+    bool started[PARALLEL_THREADS_MAX] = {false};
+    unsigned count = threads < 1u                   ? 1u
+                   : threads < PARALLEL_THREADS_MAX ? threads
+                                                    : PARALLEL_THREADS_MAX;
     for (unsigned t = 0; t < count; t++) {
         worker[t] = (struct worker){.work = work, .context = context, .from = t, .stride = count};
         started[t] = t > 0 && pthread_create(&worker[t].thread, NULL, run_worker, &worker[t]) == 0;

@@ -5,14 +5,14 @@
 
 #include <stddef.h>
 
-#define PARALLEL_MAX 256u
+#define PARALLEL_THREADS_MAX 256u
 
 /* Does the pieces `from`, `from + every`, `from + 2 every`, ... of the work that `context`
  * describes. */
 typedef void parallel_work(void *context, size_t from, size_t every);
 
-/* Runs `threads` threads, 1 to PARALLEL_MAX, and returns when all pieces are done. If a thread
- * cannot be started, the calling thread does its pieces. */
+/* Runs `threads` threads, 1 to PARALLEL_THREADS_MAX, and returns when all pieces are done. If a
+ * thread cannot be started, the calling thread does its pieces. */
 void parallel_for(unsigned threads, parallel_work *work, void *context);
 
 #endif

@@ -10,10 +10,10 @@
 #include "host/base/process.h"
 #include "host/base/xmalloc.h"
 
-#define GNUPLOT_LIMIT_S  120.0
-#define TEMPORARY_NAME   "the plot" /* purpose of a temporary file, in error messages */
+#define GNUPLOT_LIMIT_S        120.0
+#define TEMPORARY_FILE_PURPOSE "the plot" /* purpose of a temporary file, in error messages */
 /* Samples; a longer line is thinned to the smallest and largest value per pixel column. */
-#define THINNING_COLUMNS 1000
+#define THINNING_COLUMNS       1000
 
 struct plot {
     char *title, *text;
@@ -243,7 +243,7 @@ static void print_script(FILE *out, const struct plot *plot, const char *termina
 static enum mr_status run_gnuplot(FILE *script, FILE *picture, struct error *error)
 {
     static const char *const words[] = {"/usr/bin/env", "gnuplot", "--default-settings", NULL};
-    FILE *errors = output_open_temporary(TEMPORARY_NAME, error);
+    FILE *errors = output_open_temporary(TEMPORARY_FILE_PURPOSE, error);
     char line[200] = "", next[200];
     pid_t child;
     int status = 0;
@@ -292,8 +292,8 @@ static enum mr_status check_extension(const char *path, struct error *error)
 enum mr_status plot_write(struct plot *plot, const char *path, struct error *error)
 {
     struct output output;
-    FILE *script = output_open_temporary(TEMPORARY_NAME, error),
-         *picture = script ? output_open_temporary(TEMPORARY_NAME, error) : NULL;
+    FILE *script = output_open_temporary(TEMPORARY_FILE_PURPOSE, error),
+         *picture = script ? output_open_temporary(TEMPORARY_FILE_PURPOSE, error) : NULL;
     end_panel(plot);
     fclose(plot->script);
     if (picture && check_extension(path, error) == MR_OK) {
@@ -318,8 +318,8 @@ enum mr_status plot_check(const char *path, const char *input, struct error *err
     if (!path)
         return MR_OK;
     if (check_extension(path, error) == MR_OK && output_check(path, input, error) == MR_OK) {
-        FILE *nothing = output_open_temporary(TEMPORARY_NAME, error),
-             *picture = nothing ? output_open_temporary(TEMPORARY_NAME, error) : NULL;
+        FILE *nothing = output_open_temporary(TEMPORARY_FILE_PURPOSE, error),
+             *picture = nothing ? output_open_temporary(TEMPORARY_FILE_PURPOSE, error) : NULL;
         if (picture)
             run_gnuplot(nothing, picture, error);
         if (nothing)

@@ -4,8 +4,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#define WORD_MAX       32u /* longest word that is compared */
-#define PREFIX_LETTERS 5u  /* words with this many equal first letters are forms of the same word */
+#define WORD_LETTERS_MAX 32u /* longest word that is compared */
+#define COMMON_PREFIX_LETTERS_MIN \
+    5u /* words with this many equal first letters are forms of the same word */
 
 static const char *skip_dashes(const char *word)
 {
@@ -26,7 +27,7 @@ static size_t smaller_of(size_t a, size_t b)
  * adjacent letters. */
 static size_t edit_distance(const char *a, size_t a_length, const char *b, size_t b_length)
 {
-    size_t row[WORD_MAX + 1][WORD_MAX + 1];
+    size_t row[WORD_LETTERS_MAX + 1][WORD_LETTERS_MAX + 1];
     for (size_t i = 0; i <= a_length; i++)
         row[i][0] = i;
     for (size_t k = 0; k <= b_length; k++)
@@ -62,13 +63,13 @@ bool spell_suggest_add(struct spell_suggest *suggest, const char *candidate)
     const char *a = skip_dashes(suggest->word), *b = skip_dashes(candidate);
     size_t a_length = strlen(a), b_length = strlen(b), shorter = smaller_of(a_length, b_length);
     bool is_word = strcmp(suggest->word, candidate) == 0;
-    if (a_length > WORD_MAX || b_length > WORD_MAX || shorter == 0)
+    if (a_length > WORD_LETTERS_MAX || b_length > WORD_LETTERS_MAX || shorter == 0)
         return is_word;
     size_t allowed = shorter < 3 ? 0 : shorter < 5 ? 1 : 2;
     size_t distance = edit_distance(a, a_length, b, b_length),
            beginning = common_prefix_length(a, b);
     if (distance > allowed) {
-        if (beginning < PREFIX_LETTERS && !(beginning == shorter && shorter >= 3))
+        if (beginning < COMMON_PREFIX_LETTERS_MIN && !(beginning == shorter && shorter >= 3))
             return is_word;
         distance = 3; /* an equal beginning ranks below a misspelling */
     }

@@ -11,7 +11,7 @@
 #include "host/base/xmalloc.h"
 
 #define FORMAT_VERSION    1
-#define TEXT_MAX          65536u
+#define TEXT_BYTES_MAX    65536u
 /* time limit for the first line: a reset takes 1 s, or 10 s on a busy emulator */
 #define ANSWER_TIMEOUT_S  15.0
 /* time limit between two lines: watchdog test, memory erasure and flash are slow */
@@ -144,7 +144,7 @@ const struct bringup_line *bringup_find(const struct bringup *b, const char *nam
 /* ---- from a link ---- */
 
 struct receiver {
-    char text[TEXT_MAX + 1];
+    char text[TEXT_BYTES_MAX + 1];
     size_t length;
     double received_s, started_s, sent_s;
     size_t ready_position; /* position of the "ready:" line after which the word was last sent */
@@ -216,7 +216,7 @@ static enum mr_status receive_text(struct receiver *l, struct link *link, struct
     uint64_t host_us;
     struct pollfd poll_at = {.fd = link_fd(link), .events = POLLIN};
     enum mr_status status = link_receive_bytes(link, (uint8_t *)l->text + l->length,
-                                               TEXT_MAX - l->length, &count, &host_us, error);
+                                               TEXT_BYTES_MAX - l->length, &count, &host_us, error);
     if (status == MR_TOO_FEW) {
         (void)poll(&poll_at, 1, 100);
         status = link_service(link, error);
@@ -238,7 +238,7 @@ static enum mr_status receive_text(struct receiver *l, struct link *link, struct
 /* Removes bytes before a "begin" line, which are not part of a report, to make room. */
 static void discard_noise(struct receiver *l)
 {
-    if (l->length > TEXT_MAX / 2u && !find_line(l->text, "begin ")) {
+    if (l->length > TEXT_BYTES_MAX / 2u && !find_line(l->text, "begin ")) {
         l->length = l->ready_position = 0;
         l->text[0] = 0;
     }
@@ -277,7 +277,7 @@ static bool has_timed_out(const struct receiver *l)
     bool is_alive = begun || has_received_text(l); /* the board is slow but alive */
     return now_s - (is_alive ? l->received_s : l->started_s) >
                (begun ? SILENCE_TIMEOUT_S : ANSWER_TIMEOUT_S) ||
-           now_s - l->started_s > TOTAL_TIMEOUT_S || l->length == TEXT_MAX;
+           now_s - l->started_s > TOTAL_TIMEOUT_S || l->length == TEXT_BYTES_MAX;
 }
 
 /* Waits for the whole of `section`; if it is NULL, for the line `answer`. */

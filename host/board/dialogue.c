@@ -19,7 +19,7 @@
 #define CAN_FRAMES_PER_RECEIVE      64
 /* the board sends the key state within this time after a hello */
 #define KEY_STATE_AFTER_HELLO_S     0.2
-#define KEY_PERIOD_S                1.5 /* longer than the 1 s between two hellos or two nonces */
+#define KEY_STATE_TIMEOUT_S         1.5 /* longer than the 1 s between two hellos or two nonces */
 /* number of tries per command, because another program may use the nonce first */
 #define PROOF_TRIES_MAX             3u
 /* additional receptions after a deadline, as long as received data is still unread */
@@ -440,7 +440,7 @@ static enum mr_status send_proof(struct dialogue *dialogue, const uint8_t *comma
     if (status != MR_OK || identity->key.state != MR_KEY_SET || !identity->image_known)
         return status == MR_TIMEOUT ? MR_OK : status; /* the board's answer shows what is missing */
     status = dialogue_wait_until(dialogue, dialogue_is_flag_set, &identity->nonce_known,
-                                 KEY_PERIOD_S, error);
+                                 KEY_STATE_TIMEOUT_S, error);
     identity_uid_text(identity, uid);
     if (status == MR_OK)
         status = keyfile_compute_proof(uid, identity->uid, identity->nonce, command, proof, error);
@@ -458,7 +458,7 @@ static enum mr_status send_with_proof(struct dialogue *dialogue, const uint8_t *
     bool proven = false, again = true;
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < PROOF_TRIES_MAX && status == MR_OK && again; i++) {
-        double within_s = i                              ? KEY_PERIOD_S
+        double within_s = i                              ? KEY_STATE_TIMEOUT_S
                         : dialogue->identity.hello_known ? KEY_STATE_AFTER_HELLO_S
                                                          : 0.0;
         dialogue->is_answered = false;

@@ -12,13 +12,13 @@
 
 #define FILE_BYTES_MAX (64u << 20) /* large enough for an ELF file with debug information */
 
-struct source {
+struct image_source {
     const char *path;
     uint8_t *bytes;
     size_t length;
 };
 
-static enum mr_status read_source(struct source *source, struct error *error)
+static enum mr_status read_source(struct image_source *source, struct error *error)
 {
     FILE *file = fopen(source->path, "rb");
     if (!file)
@@ -71,7 +71,7 @@ static enum mr_status add_byte(struct imagefile *image, uint64_t address, uint8_
 
 /* ---- ELF ---- */
 
-static enum mr_status add_segment(struct imagefile *image, const struct source *source,
+static enum mr_status add_segment(struct imagefile *image, const struct image_source *source,
                                   const Elf32_Phdr *part, unsigned number, struct error *error)
 {
     char place[40];
@@ -86,7 +86,7 @@ static enum mr_status add_segment(struct imagefile *image, const struct source *
     return status;
 }
 
-static enum mr_status read_elf(struct imagefile *image, const struct source *source,
+static enum mr_status read_elf(struct imagefile *image, const struct image_source *source,
                                struct error *error)
 {
     Elf32_Ehdr head;
@@ -122,7 +122,7 @@ static enum mr_status read_elf(struct imagefile *image, const struct source *sou
 
 /* ---- raw ---- */
 
-static enum mr_status read_bin(struct imagefile *image, const struct source *source,
+static enum mr_status read_bin(struct imagefile *image, const struct image_source *source,
                                struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -194,7 +194,7 @@ static bool has_bin_extension(const char *path)
 
 enum mr_status imagefile_read(const char *path, struct imagefile *image, struct error *error)
 {
-    struct source source = {.path = path};
+    struct image_source source = {.path = path};
     *image = (struct imagefile){
         .path = path, .bytes = xmalloc(IMAGEFILE_BYTES), .is_given = xcalloc(IMAGEFILE_BYTES, 1)};
     memset(image->bytes, 0xff, IMAGEFILE_BYTES);

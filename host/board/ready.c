@@ -789,7 +789,7 @@ struct counter_rise {
     uint16_t first;
 };
 
-struct query {
+struct facts_query {
     struct dialogue *dialogue;
     struct ready_facts *facts; /* facts that the queries fill in */
     struct error *error;
@@ -813,7 +813,7 @@ static uint16_t update_rise(struct counter_rise *rise, uint16_t now)
     return (uint16_t)(now - rise->first);
 }
 
-static void handle_fault(struct query *a, const struct mr_fault *fault)
+static void handle_fault(struct facts_query *a, const struct mr_fault *fault)
 {
     struct counter_rise *count = &a->fault_rise[fault->code];
     bool early = !a->clock_known || a->newest_clock - a->first_clock < PAST_FAULTS_MS;
@@ -823,7 +823,7 @@ static void handle_fault(struct query *a, const struct mr_fault *fault)
     a->facts->fault_rise[fault->code] = update_rise(count, fault->count);
 }
 
-static void handle_clock(struct query *a, const struct mr_clock *clock, uint64_t host_us)
+static void handle_clock(struct facts_query *a, const struct mr_clock *clock, uint64_t host_us)
 {
     if (!a->clock_known)
         a->first_clock = clock->block;
@@ -832,9 +832,9 @@ static void handle_clock(struct query *a, const struct mr_clock *clock, uint64_t
     timemap_add(&a->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
 }
 
-#define DECODE(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
+#define DECODE_MESSAGE(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)
 
-static void handle_serial_message(struct query *a, const struct dialogue_message *message)
+static void handle_serial_message(struct facts_query *a, const struct dialogue_message *message)
 {
     struct ready_facts *f = a->facts;
     const uint8_t *bytes = message->payload;
@@ -855,13 +855,13 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
     a->seq_known = true;
     switch (message->id) {
     case MR_ID_CHANNEL_ZERO:
-        if (DECODE(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
+        if (DECODE_MESSAGE(channel_zero, m.zero) && m.zero.index < MR_CHANNELS) {
             f->zero_received_bits |= 1u << m.zero.index;
             f->zero_measured_bits |= (m.zero.measured ? 1u : 0u) << m.zero.index;
         }
         break;
     case MR_ID_CLOCK:
-        if (DECODE(clock, m.clock))
+        if (DECODE_MESSAGE(clock, m.clock))
             handle_clock(a, &m.clock, message->host_us);
         break;
     case MR_ID_BLOCK:
@@ -870,38 +870,40 @@ static void handle_serial_message(struct query *a, const struct dialogue_message
             f->block_count++;
         break;
     case MR_ID_HEALTH:
-        if (DECODE(health, m.health))
+        if (DECODE_MESSAGE(health, m.health))
             f->blocks_lost = update_rise(&a->lost_rise, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
-        if (DECODE(can_health, m.can))
+        if (DECODE_MESSAGE(can_health, m.can))
             f->can_dropped = update_rise(&a->can_dropped_rise, m.can.dropped);
         break;
     case MR_ID_SERIAL_HEALTH:
-        if (DECODE(serial_health, m.serial))
+        if (DECODE_MESSAGE(serial_health, m.serial))
             f->serial_dropped = update_rise(&a->serial_dropped_rise, m.serial.dropped);
         break;
     case MR_ID_FAULT:
-        if (DECODE(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
+        if (DECODE_MESSAGE(fault, m.fault) && m.fault.code < MR_FAULT_COUNT)
             handle_fault(a, &m.fault);
         break;
     case MR_ID_SELF_TEST:
-        if (DECODE(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
+        if (DECODE_MESSAGE(self_test, m.test) && m.test.tag == dialogue_tag(a->dialogue)) {
             f->self_test = m.test;
             f->self_test_done = true;
         }
         break;
-    case MR_ID_BOX_STATE: f->box_known |= DECODE(box_state, f->box_state); break;
-    case MR_ID_BOX_SPACE: (void)DECODE(box_space, f->box_space); break;
-    case MR_ID_TEMPERATURE: f->temperature_known |= DECODE(temperature, f->temperature); break;
-    case MR_ID_CAN_ALARM: f->alarm_known |= DECODE(can_alarm, f->alarm); break;
-    case MR_ID_RESTARTS: f->restarts_known |= DECODE(restarts, f->restarts); break;
+    case MR_ID_BOX_STATE: f->box_known |= DECODE_MESSAGE(box_state, f->box_state); break;
+    case MR_ID_BOX_SPACE: (void)DECODE_MESSAGE(box_space, f->box_space); break;
+    case MR_ID_TEMPERATURE:
+        f->temperature_known |= DECODE_MESSAGE(temperature, f->temperature);
+        break;
+    case MR_ID_CAN_ALARM: f->alarm_known |= DECODE_MESSAGE(can_alarm, f->alarm); break;
+    case MR_ID_RESTARTS: f->restarts_known |= DECODE_MESSAGE(restarts, f->restarts); break;
     default: shunts_receive(&f->shunts, message->id, bytes, length); break;
     }
 }
 
 /* Compares the frames received on CAN with the board's count. Ignores frames of other nodes. */
-static void handle_can_message(struct query *a, const struct dialogue_message *message)
+static void handle_can_message(struct facts_query *a, const struct dialogue_message *message)
 {
     struct mr_can_health health;
     struct ready_facts *f = a->facts;
@@ -932,7 +934,8 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
 }
 
 /* Waits, but not beyond the deadline of the whole check. Facts that did not arrive stay unknown. */
-static void wait_for(struct query *a, dialogue_condition *done, const void *context, double most_s)
+static void wait_for(struct facts_query *a, dialogue_condition *done, const void *context,
+                     double most_s)
 {
     if (a->error->status == MR_OK)
         (void)dialogue_wait_until(a->dialogue, done, context,
@@ -941,7 +944,8 @@ static void wait_for(struct query *a, dialogue_condition *done, const void *cont
 }
 
 /* Sends a command and returns the status of the board's answer; MR_TIMEOUT: no answer. */
-static enum mr_status send_command(struct query *a, uint8_t code, int32_t argument, double most_s)
+static enum mr_status send_command(struct facts_query *a, uint8_t code, int32_t argument,
+                                   double most_s)
 {
     struct mr_ack ack;
     const struct dialogue_command query = {
@@ -967,11 +971,11 @@ static bool is_box_searched(const void *facts)
  * clock. */
 static bool has_settle_time_passed(const void *context)
 {
-    const struct query *a = context;
+    const struct facts_query *a = context;
     return a->newest_clock - a->first_clock >= (uint32_t)(1000.0 * SETTLE_TIME_S);
 }
 
-static void request_facts(struct query *a)
+static void request_facts(struct facts_query *a)
 {
     struct ready_facts *f = a->facts;
     double begun_s = dialogue_now_s(a->dialogue);
@@ -1002,12 +1006,12 @@ static void request_facts(struct query *a)
 enum mr_status ready_request_facts(struct dialogue *dialogue, double limit_s,
                                    struct ready_facts *facts, struct error *error)
 {
-    static struct query asking;
-    struct query *a = &asking;
-    *a = (struct query){.dialogue = dialogue,
-                        .facts = facts,
-                        .error = error,
-                        .deadline_s = dialogue_now_s(dialogue) + limit_s};
+    static struct facts_query asking;
+    struct facts_query *a = &asking;
+    *a = (struct facts_query){.dialogue = dialogue,
+                              .facts = facts,
+                              .error = error,
+                              .deadline_s = dialogue_now_s(dialogue) + limit_s};
     if (dialogue->link[LINK_CAN])
         facts->can_base = link_base(dialogue->link[LINK_CAN]);
     dialogue_subscribe(dialogue, handle_message, a);

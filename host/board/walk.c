@@ -15,13 +15,13 @@ static const char *const kind_verbs[WALK_KIND_COUNT] = {"tripped", "pushed", "pu
 void walk_motion_start(struct walk_motion *motion, unsigned channels, float limit)
 {
     memset(motion, 0, sizeof *motion);
-    motion->channel_count = channels < WALK_CHANNELS ? channels : WALK_CHANNELS;
+    motion->channel_count = channels < WALK_CHANNELS_MAX ? channels : WALK_CHANNELS_MAX;
     motion->movement_min = limit;
 }
 
 /* Returns true if no channel moved by half the limit for half a second. `mean`: means over that
  * time. */
-static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS])
+static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS_MAX])
 {
     if (motion->reading_count < WALK_REST_READINGS)
         return false;
@@ -46,7 +46,7 @@ static bool is_still(const struct walk_motion *motion, float mean[WALK_CHANNELS]
 
 unsigned walk_motion_add(struct walk_motion *motion, const float *value)
 {
-    float mean[WALK_CHANNELS];
+    float mean[WALK_CHANNELS_MAX];
     unsigned most = 0;
     memcpy(motion->reading[motion->reading_count++ % WALK_REST_READINGS], value,
            motion->channel_count * sizeof *value);

@@ -17,7 +17,7 @@
 
 #define WALK_RESPONSES_MAX 64u /* maximum number of stored responses of each kind */
 #define WALK_ITEMS_MAX     32u
-#define WALK_CHANNELS      16u
+#define WALK_CHANNELS_MAX  16u
 /* Readings in half a second: after a movement, all channels must be at rest for this time. */
 #define WALK_REST_READINGS 25u
 #define WALK_PUSH_MIN_IN   0.05f /* movement by hand; a mat at rest stays within 0.01 in */
@@ -30,9 +30,9 @@ extern const char *const walk_kind_names[WALK_KIND_COUNT];
 struct walk_motion {
     unsigned channel_count;
     float movement_min; /* smallest movement that counts, in or lb */
-    float reading[WALK_REST_READINGS][WALK_CHANNELS];
+    float reading[WALK_REST_READINGS][WALK_CHANNELS_MAX];
     unsigned reading_count;
-    float rest_mean[WALK_CHANNELS], peak[WALK_CHANNELS];
+    float rest_mean[WALK_CHANNELS_MAX], peak[WALK_CHANNELS_MAX];
     bool is_at_rest, is_moving;
 };
 void walk_motion_start(struct walk_motion *motion, unsigned channels, float limit);

@@ -17,7 +17,7 @@ static const struct circuit_values {
 #include "hil/circuits/figures.def"
 };
 
-static const struct source {
+static const struct uncertainty_source {
     const char *name, *text, *distribution, *unit_in, *unit_lb;
 } sources[BUDGET_SOURCE_COUNT] = {
     [BUDGET_NOISE] = {"noise", "converter and amplifier: noise", "normal (type A)", "codes",
@@ -168,8 +168,9 @@ static double find_coverage_factor(const struct budget *budget, bool rectangular
     double wide = sqrt(3.0) * share, narrow = sqrt(fmax(1.0 - share * share, 1e-4));
     for (int i = 0; i < 40; i++) {
         double middle = 0.5 * (low + high);
-        *(compute_coverage_probability(middle, wide, narrow) < BUDGET_COVERAGE ? &low
-                                                                               : &high) = middle;
+        *(compute_coverage_probability(middle, wide, narrow) < BUDGET_COVERAGE_PROBABILITY
+              ? &low
+              : &high) = middle;
     }
     return 0.5 * (low + high);
 }

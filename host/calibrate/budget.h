@@ -40,7 +40,7 @@ enum budget_source {
     BUDGET_SOURCE_COUNT
 };
 
-#define BUDGET_COVERAGE 0.95
+#define BUDGET_COVERAGE_PROBABILITY 0.95
 
 struct budget_case {
     const struct mr_channel_config *channel;

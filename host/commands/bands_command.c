@@ -128,7 +128,7 @@ struct request {
     bool has_area;
 };
 
-struct input {
+struct design_input {
     const char *name;
     const char *field_unit, *bare_unit; /* unit of the field, and unit of an input without a unit */
     double low, high;                   /* smallest and largest value, in `bare_unit` */
@@ -137,7 +137,7 @@ struct input {
 
 #define DESIGN_OFFSET(field) \
     (offsetof(struct request, design) + offsetof(struct band_design, field))
-static const struct input inputs[] = {
+static const struct design_input inputs[] = {
     {"weight", "lb", "lb", 1e-3, 1e9, DESIGN_OFFSET(weight_lb)},
     {"deceleration", "ft/s2", "ft/s2", 1e-3, 1e3, DESIGN_OFFSET(deceleration_ft_s2)},
     {"bands", "", "", 0.01, 1000, DESIGN_OFFSET(band_count)},
@@ -158,7 +158,7 @@ static const struct input inputs[] = {
     {"tension", "lb", "lb", 0, 1e9, DESIGN_OFFSET(given_t0_lb)},
 };
 
-static const struct input *find_input(const char *word, const char **value)
+static const struct design_input *find_input(const char *word, const char **value)
 {
     const char *equals = strchr(word, '=');
     size_t length = equals ? (size_t)(equals - word) : 0;
@@ -176,7 +176,7 @@ static const struct input *find_input(const char *word, const char **value)
 }
 
 /* Reads "480kip", "0.5 g", "6in" or "4". A number without a unit is in `input->bare_unit`. */
-static double read_value(const struct input *input, const char *text)
+static double read_value(const struct design_input *input, const char *text)
 {
     double value = 0.0;
     quantity_read(text, input->name, input->field_unit, input->bare_unit, &value, fatal);
@@ -192,7 +192,7 @@ static void read_words(const char **words, struct request *request)
     bool given[sizeof inputs / sizeof inputs[0]] = {false};
     for (size_t i = 0; i < WORDS_MAX && words[i]; i++) {
         const char *text;
-        const struct input *input = find_input(words[i], &text);
+        const struct design_input *input = find_input(words[i], &text);
         double value = read_value(input, text);
         if (given[input - inputs])
             error_set(fatal, MR_USAGE, "given twice: %s; leave one out", input->name);

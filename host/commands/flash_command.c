@@ -29,7 +29,7 @@
 #define RESTART_MS          200    /* the board resets after 50 ms; the rest is for the reset */
 #define ROM_BAUD            115200 /* baud; the highest rate that AN3155 guarantees */
 #define CHIP_READ_TRIES_MAX 3u
-#define OUTPUT_SIZE         2048u
+#define PROGRAM_OUTPUT_SIZE 2048u
 #define WORDS_MAX           16u
 #define PROGRAM_NOT_FOUND   127 /* exit code of a program that is not found */
 
@@ -86,16 +86,16 @@ static void show_output(const struct session *to, const char *part, const char *
 /* Reads the output of stm32flash until stm32flash ends. If there is too much output, keeps the
  * newest part. */
 static void read_output(const struct session *to, int fd, const char *part,
-                        char output[OUTPUT_SIZE])
+                        char output[PROGRAM_OUTPUT_SIZE])
 {
     size_t length = 0;
     ssize_t count;
     for (;;) {
-        if (length == OUTPUT_SIZE - 1) {
-            memmove(output, output + OUTPUT_SIZE / 2, length -= OUTPUT_SIZE / 2);
+        if (length == PROGRAM_OUTPUT_SIZE - 1) {
+            memmove(output, output + PROGRAM_OUTPUT_SIZE / 2, length -= PROGRAM_OUTPUT_SIZE / 2);
             output[length] = '\0';
         }
-        if ((count = read(fd, output + length, OUTPUT_SIZE - 1 - length)) <= 0)
+        if ((count = read(fd, output + length, PROGRAM_OUTPUT_SIZE - 1 - length)) <= 0)
             return;
         output[length += (size_t)count] = '\0';
         show_output(to, part, output);
@@ -116,7 +116,8 @@ static void copy_last_line(char *output, char line[120])
 /* Runs stm32flash with the arguments `words`. MR_LIMIT: stm32flash failed; `output` has its output
  * and `error` is not set. */
 static enum mr_status run_program(const struct session *to, const char *const words[],
-                                  const char *part, char output[OUTPUT_SIZE], struct error *error)
+                                  const char *part, char output[PROGRAM_OUTPUT_SIZE],
+                                  struct error *error)
 {
     char baud[12];
     const char *all[WORDS_MAX] = {"stm32flash", "-m", to->is_pts ? "8n1" : "8e1", "-b", baud};
@@ -152,7 +153,7 @@ static enum mr_status run_program(const struct session *to, const char *const wo
 static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *chip,
                                            struct error *error)
 {
-    char output[OUTPUT_SIZE], why[120];
+    char output[PROGRAM_OUTPUT_SIZE], why[120];
     /* The first try can fail, because the firmware may still send while it restarts. */
     for (unsigned try = 0; try < CHIP_READ_TRIES_MAX; try++) {
         enum mr_status status = run_program(to, (const char *const[]){NULL}, "boot ROM", output,
@@ -174,7 +175,7 @@ static enum mr_status stm32flash_read_chip(const struct session *to, unsigned *c
 static enum mr_status write_part(const struct session *to, const char *folder,
                                  const struct image_part *part, struct error *error)
 {
-    char path[TEMPORARY_FOLDER_SIZE + 40], at[12], output[OUTPUT_SIZE], why[120];
+    char path[TEMPORARY_FOLDER_SIZE + 40], at[12], output[PROGRAM_OUTPUT_SIZE], why[120];
     const char *words[] = {"-f", "-w", path, "-v", "-S", at, part->starts_program ? "-g" : NULL,
                            at,   NULL};
     snprintf(path, sizeof path, "%s/part.bin", folder);

@@ -21,7 +21,7 @@
 #define CLOCK_JUMP_MIN_US        50000
 #define CYCLE_MAX_US             250000u /* longest loop cycle */
 #define TRANSACTION_CYCLE_MAX_US 40000u  /* longest loop cycle while a commit is pending */
-#define LOCK_WAIT_MS             20      /* time between two attempts to begin the session */
+#define LOCK_RETRY_MS            20      /* time between two attempts to begin the session */
 /* Longest absence of a device, s. A cable that is unplugged between landings must not end the
  * log. */
 #define DEVICE_ABSENCE_MAX_S     3600.0
@@ -199,7 +199,7 @@ static enum mr_status begin_session(struct logger *logger, int signals, struct e
             return status;
         watch_note_refusal(&logger->watch, refused, error->text);
         struct pollfd asked = {.fd = signals, .events = POLLIN};
-        if (poll(&asked, 1, LOCK_WAIT_MS) > 0)
+        if (poll(&asked, 1, LOCK_RETRY_MS) > 0)
             return status;
         *error = (struct error){0};
     }

@@ -44,7 +44,7 @@ struct reader {
     size_t count;
 };
 
-struct push {
+struct push_tests {
     struct push_readings readings;
     struct push_setting setting;
     struct push_ground ground;
@@ -100,7 +100,8 @@ static void add_push_parameter(struct reader *r, const char *key, const char *un
     found->high = fmin(most, fmax(least, of->high));
 }
 
-static void read_push(const struct params_request *request, struct reader *r, struct push *push)
+static void read_push(const struct params_request *request, struct reader *r,
+                      struct push_tests *push)
 {
     const struct parameter *weight = find_parameter(r, "W");
     const struct push_ground *ground = &push->ground;
@@ -153,7 +154,7 @@ static void plot_rigid_law(struct plot *plot, const struct push_series *series,
                               .count = known ? 3 : 2});
 }
 
-static void plot_push(const struct params_request *request, const struct push *push)
+static void plot_push(const struct params_request *request, const struct push_tests *push)
 {
     const struct push_readings *readings = &push->readings;
     double law_in[PUSH_READINGS_MAX];
@@ -405,7 +406,7 @@ static void read_subgrade(struct reader *r)
         ->profile = along;
 }
 
-static const struct test {
+static const struct laboratory_test {
     const char *name;
     void (*read)(struct reader *r);
     const char *reading_names; /* names that the test may have */
@@ -423,7 +424,7 @@ static const struct test {
  * notice. */
 static void read_test(struct reader *r, const char *name, const json_t *readings)
 {
-    const struct test *test = NULL;
+    const struct laboratory_test *test = NULL;
     const char *key;
     json_t *value;
     for (size_t i = 0; i < sizeof tests / sizeof tests[0]; i++)
@@ -517,7 +518,8 @@ static void add_parameter_row(struct answer *answer, const struct parameter *p)
     answer_json_value(answer, p->key, json);
 }
 
-static struct answer *make_answer(const struct reader *r, json_t *scene, const struct push *push)
+static struct answer *make_answer(const struct reader *r, json_t *scene,
+                                  const struct push_tests *push)
 {
     struct answer *answer = answer_new(false);
     answer_open_group(answer, "parameters", "");
@@ -554,7 +556,7 @@ static int params_command(int argc, char **argv, const struct cli *cli)
 {
     const char *words[1];
     struct params_request r = {0};
-    struct push push = {0};
+    struct push_tests push = {0};
     command_parse(&command_params, argc, argv, cli, &r, words, fatal);
     check_outputs(&r, words[0]);
     struct reader reader = {.path = words[0]};

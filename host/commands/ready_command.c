@@ -20,13 +20,13 @@
 
 /* Seconds for campaign, links and dialogue. The command must end within 20 s; the rest is for the
  * last request to the board and for saving. */
-#define CHECKS_TIMEOUT_S     16.0
-#define DATABASE_CHECK_MAX_S 1.5 /* s, for reading the campaign */
-#define LOCK_WAIT_S          0.4 /* s, to wait for another program that writes to the campaign */
-#define S_PER_DAY            86400
-#define LIVE_DURATION_S      30 /* s, after which the board stops live readings by itself */
-#define LIVE_RENEW_S         5.0
-#define WALK_TIMEOUT_S       600.0
+#define CHECKS_TIMEOUT_S        16.0
+#define DATABASE_CHECK_MAX_S    1.5 /* s, for reading the campaign */
+#define LOCK_WAIT_S             0.4 /* s, to wait for another program that writes to the campaign */
+#define S_PER_DAY               86400
+#define LIVE_DURATION_S         30 /* s, after which the board stops live readings by itself */
+#define LIVE_RENEWAL_INTERVAL_S 5.0
+#define WALK_TIMEOUT_S          600.0
 
 struct request {
     const struct cli *cli;
@@ -234,8 +234,8 @@ static enum mr_status run_walk(struct dialogue *dialogue, struct walk_session *w
            monotonic_s() < until_s) {
         if (monotonic_s() >= renew_s || (int32_t)(w->newest_clock - renew_ms) >= 0) {
             status = config_client_set_live(dialogue, LIVE_DURATION_S, error);
-            renew_s = monotonic_s() + LIVE_RENEW_S;
-            renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEW_S);
+            renew_s = monotonic_s() + LIVE_RENEWAL_INTERVAL_S;
+            renew_ms = w->newest_clock + (uint32_t)(1000.0 * LIVE_RENEWAL_INTERVAL_S);
         }
         if (status == MR_OK)
             status = dialogue_receive(dialogue, DIALOGUE_RECEIVE_MAX_S, error);

@@ -144,12 +144,12 @@ static int show_ratios(const struct request *request, const struct cli *cli)
     return answer_show(cli, answer, 0);
 }
 
-struct value {
+struct quantity_value {
     const struct quantity *quantity;
     double from, to;
 };
 
-static void read_value(const char *word, struct value *value)
+static void read_value(const char *word, struct quantity_value *value)
 {
     const char *equals = strchr(word, '=');
     char name[40];
@@ -175,7 +175,7 @@ static void read_value(const char *word, struct value *value)
 
 static int scale_values(const struct request *request, const struct cli *cli)
 {
-    struct value values[WORDS_MAX];
+    struct quantity_value values[WORDS_MAX];
     for (size_t i = 0; i < request->count; i++) {
         read_value(request->words[i], &values[i]);
         for (size_t k = 0; k < i; k++) {

@@ -20,14 +20,14 @@
 #define CELL_SHOWN_MAX 40
 #define HEADER_EXAMPLE "`test,load (lb),force (lb),displacement (in)`"
 
-enum role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLES };
+enum role { ROLE_TEST, ROLE_LOAD, ROLE_FORCE, ROLE_DISPLACEMENT, ROLE_COUNT };
 
 static const struct {
     const char *name, *word, *alternative; /* words that identify the column */
     enum unit_kind kind;
     const char *units;
     double max; /* largest plausible value, in or lb */
-} roles[ROLES] = {
+} roles[ROLE_COUNT] = {
     [ROLE_TEST] = {"test", "test", "place", UNIT_NUMBER, "", 0.0},
     [ROLE_LOAD] = {"load", "load", "load", UNIT_TENSION, "lb, N, kN or kg", PUSH_FORCE_MAX_LB},
     [ROLE_FORCE] = {"force", "force", "force", UNIT_TENSION, "lb, N, kN or kg", PUSH_FORCE_MAX_LB},
@@ -38,8 +38,8 @@ static const struct {
 struct readings_file {
     const char *path;
     unsigned line;
-    int column[ROLES]; /* index of each column; -1: there is no such column */
-    const struct unit_word *unit[ROLES];
+    int column[ROLE_COUNT]; /* index of each column; -1: there is no such column */
+    const struct unit_word *unit[ROLE_COUNT];
     size_t cell_count;
     char test[PUSH_NAME_SIZE];
     double load_lb; /* load of the last row; NaN: not known yet */
@@ -96,7 +96,7 @@ static enum mr_status parse_header(struct readings_file *t, char *cell[CELLS_MAX
 {
     for (size_t i = 0; i < t->cell_count; i++) {
         int found = -1;
-        for (int role = 0; role < ROLES; role++) {
+        for (int role = 0; role < ROLE_COUNT; role++) {
             if (!has_word(cell[i], roles[role].word) && !has_word(cell[i], roles[role].alternative))
                 continue;
             if (found >= 0 || t->column[role] >= 0)
@@ -115,7 +115,7 @@ static enum mr_status parse_header(struct readings_file *t, char *cell[CELLS_MAX
         if (found != ROLE_TEST && parse_unit(t, (enum role)found, cell[i]) != MR_OK)
             return t->error->status;
     }
-    for (int role = ROLE_LOAD; role < ROLES; role++) {
+    for (int role = ROLE_LOAD; role < ROLE_COUNT; role++) {
         if (t->column[role] < 0)
             return error_set(
                 t->error, MR_MALFORMED,
@@ -701,7 +701,7 @@ static void fit_series(struct fit_work *w, double expected_lb_in, double stretch
              fabs(w->series->displacement_in[top] - w->series->displacement_in[0]) / most_lb);
     b = w->path.falling_count > 0 ? a : 0.0;
     prepare_fit(w);
-    w->slide_gain = PUSH_SLIDE_GAIN * stretch * stretch;
+    w->slide_gain = PUSH_SLIDE_GAIN_MIN * stretch * stretch;
     *fit = (struct push_fit){.slide_force_lb = (double)NAN, .max_force_lb = most_lb};
     fit->unloading_count = w->path.falling_count;
     fit->rigid_chi_square = find_slide(w, false, &none, &none, scale);

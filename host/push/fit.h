@@ -14,7 +14,7 @@
  *
  * Log det V is not added: it would treat the true forces as drawn from a distribution, and would
  * bias a toward 0. A sliding part has a free offset, and its force is the limit. Readings may slide
- * only at the end of the first loading, and only if chi2 falls by more than PUSH_SLIDE_GAIN
+ * only at the end of the first loading, and only if chi2 falls by more than PUSH_SLIDE_GAIN_MIN
  * stretch^2 (by chance once in 600).
  *
  * An interval contains the values at which chi2, minimised over the other parameter, has risen by
@@ -72,9 +72,9 @@ void push_readings_free(struct push_readings *readings);
 
 /* ---- a test ---- */
 
-#define PUSH_SLIDE_GAIN    10.0
-#define PUSH_READINGS_MIN  5u /* minimum number of readings of a test */
-#define PUSH_PRIOR_DECADES 1.0
+#define PUSH_SLIDE_GAIN_MIN 10.0
+#define PUSH_READINGS_MIN   5u /* minimum number of readings of a test */
+#define PUSH_PRIOR_DECADES  1.0
 
 /* Standard errors of a reading. */
 struct push_errors {

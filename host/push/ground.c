@@ -182,7 +182,7 @@ void push_add_tests(struct answer *answer, const struct push_readings *readings,
 #define CHI_SQUARE_95_ONE_DEGREE 3.84
 #define LOAD_RELATIVE_TOLERANCE  0.02 /* loads that differ by less are equal */
 #define BISECTION_COUNT          60
-#define SPREAD_MAX               10.0
+#define LN_K_SPREAD_MAX          10.0
 
 /* Fit of y = coefficient[0] + coefficient[1] x with weights 1/(error^2 + spread^2); `term_count`:
  * number of coefficients. */
@@ -221,7 +221,7 @@ static double fit_with_spread(struct weighted_fit *p, double spread)
 static void fit_with_best_spread(struct weighted_fit *p)
 {
     size_t more = p->count > p->term_count ? p->count - p->term_count : 0;
-    double left = fit_with_spread(p, 0.0), low = 0.0, high = SPREAD_MAX;
+    double left = fit_with_spread(p, 0.0), low = 0.0, high = LN_K_SPREAD_MAX;
     p->spread = 0.0;
     p->half_width_errors = Z_95;
     if (more == 0 || (more == 1 && left <= CHI_SQUARE_95_ONE_DEGREE))
