@@ -191,7 +191,7 @@ void reference_campaign(FILE *out)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
     add_column(#column);
 #define COMPUTED(row, declaration, field, read)
-#define END(row, key, put) write_table(out);
+#define TABLE_END(row, key, put) write_table(out);
 #define INDEX_OR_TRIGGER(sql)
 #include "host/store/tables.def"
 #undef TABLE
@@ -199,6 +199,6 @@ void reference_campaign(FILE *out)
 #undef OWNER
 #undef COLUMN
 #undef COMPUTED
-#undef END
+#undef TABLE_END
 #undef INDEX_OR_TRIGGER
 }

@@ -27,7 +27,7 @@ static enum mr_status load_link_errors(struct store *store, int64_t run, int kin
     size_t count = 0;
     enum mr_status status = store_link_errors(store, run, kind, &rows, &count, error);
     for (size_t i = 0; i < count && status == MR_OK; i++) {
-        if (rows[i].code >= 0 && rows[i].code < LINK_TROUBLES)
+        if (rows[i].code >= 0 && rows[i].code < LINK_FAULT_COUNT)
             link->error_count[rows[i].code] = rows[i].count;
     }
     free(rows);
@@ -75,7 +75,7 @@ void summary_format_link_errors(const int64_t *trouble, char *out, size_t size)
 {
     size_t used = 0;
     out[0] = '\0';
-    for (unsigned i = 0; i < LINK_TROUBLES && used < size; i++) {
+    for (unsigned i = 0; i < LINK_FAULT_COUNT && used < size; i++) {
         if (trouble[i] > 0)
             used += (size_t)snprintf(out + used, size - used, "%s%s %lld", used ? ", " : "",
                                      link_fault_text(i), (long long)trouble[i]);
@@ -85,7 +85,7 @@ void summary_format_link_errors(const int64_t *trouble, char *out, size_t size)
 json_t *summary_link_errors_to_json(const int64_t *trouble)
 {
     json_t *object = json_object();
-    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
+    for (unsigned i = 0; i < LINK_FAULT_COUNT; i++) {
         if (trouble[i] > 0)
             json_object_set_new(object, link_fault_text(i), json_integer((json_int_t)trouble[i]));
     }

@@ -37,7 +37,7 @@ struct summary_link {
     int64_t received_frames; /* frames received during the landing */
     int64_t lost_frames;     /* frames sent by the board and not received */
     int64_t dropped_frames;  /* frames that the board reports as dropped from its queue */
-    int64_t error_count[LINK_TROUBLES]; /* errors that the link itself counted */
+    int64_t error_count[LINK_FAULT_COUNT]; /* errors that the link itself counted */
     /* the link was silent from the start, or became silent during the landing: losses cannot be
      * counted */
     bool was_silent;
@@ -106,9 +106,9 @@ json_t *summary_to_json(const struct summary *summary, bool si);
 const char *summary_link_name(int link);
 /* Writes the state of the switches: "all 24 seen" or "22 of 24 seen, missing 3, 17". */
 void summary_format_switches(const struct measured *measured, char *out, size_t size);
-/* Writes LINK_TROUBLES counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
+/* Writes LINK_FAULT_COUNT counts: "bus off 1, no acknowledgement 12"; "" if all are 0. */
 void summary_format_link_errors(const int64_t *trouble, char *out, size_t size);
-/* Returns LINK_TROUBLES counts as a JSON object: {"bus off": 1, ...}. The caller owns the
+/* Returns LINK_FAULT_COUNT counts as a JSON object: {"bus off": 1, ...}. The caller owns the
  * object. */
 json_t *summary_link_errors_to_json(const int64_t *trouble);
 

@@ -341,7 +341,7 @@ static void judge_clock(const struct ready_facts *f, struct ready_report *report
                         "check programs that set this computer's clock, and the board's crystal",
                         "board %+.0f +- %.0f ppm, from %zu messages",
                         unit_round_to_zero(t->rate_ppm.value, 1.0), t->rate_ppm.half_width,
-                        t->pairs);
+                        t->pair_count);
     else
         ready_add_check(report, READY_NOT_DONE, "time of day", NULL, NULL, "%s",
                         timemap_refusal_text((unsigned)t->refusal));
@@ -829,7 +829,8 @@ static void handle_clock(struct facts_query *a, const struct mr_clock *clock, ui
         a->first_clock = clock->block;
     a->clock_known = true;
     a->newest_clock = clock->block;
-    timemap_add(&a->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US, (int64_t)host_us);
+    timemap_add(&a->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_DELAY_US,
+                (int64_t)host_us);
 }
 
 #define DECODE_MESSAGE(name, into) (mr_##name##_get(&(into), bytes, length) == MR_OK)

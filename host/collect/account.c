@@ -11,26 +11,26 @@
 
 /* Upper limit on CAN: at 1 Mbit/s an empty frame takes 47 bit times, so 21 frames fit into a
  * block. */
-#define FRAMES_PER_BLOCK   21
+#define CAN_FRAMES_PER_BLOCK_MAX    21
 /* blocks between two readings of an idle board (firmware/schedule.def) */
-#define IDLE_PERIOD_BLOCKS 100
+#define IDLE_READING_PERIOD_BLOCKS  100
 /* tolerance for lost clock messages, which are sent every 100 blocks */
-#define TOLERANCE_BLOCKS   1000
+#define CLOCK_LOSS_TOLERANCE_BLOCKS 1000
 
 void account_start(struct account *account, enum link_kind kind)
 {
     memset(account, 0, sizeof *account);
     account->kind = kind;
-    account->before_first = -1;
-    account->frame_block = -1;
-    account->sent_block = -1;
+    account->frames_before_log = -1;
+    account->last_frame_block = -1;
+    account->sent_count_block = -1;
     account->dropped_block = -1;
-    account_reset_steps(account);
+    account_reset_series_steps(account);
 }
 
 void account_expect_first_frame(struct account *account)
 {
-    account->complete_from_start = account->seq_known = true;
+    account->logged_since_start = account->seq_known = true;
     account->next_seq = 0;
 }
 
@@ -40,36 +40,37 @@ void account_add_message(struct account *account, unsigned place)
         account->received_count[place]++;
 }
 
-void account_confirm_time(struct account *account)
+void account_confirm_board_time(struct account *account)
 {
-    account->time_unconfirmed = false;
+    account->is_time_unconfirmed = false;
 }
 
 /* True if that many frames fit between the two blocks. An unknown block (-1) excludes nothing. */
-static bool can_frames_fit(int64_t frames, int64_t from_block, int64_t to_block)
+static bool is_can_frame_count_possible(int64_t frames, int64_t from_block, int64_t to_block)
 {
     return frames >= 0 && (from_block < 0 || to_block < 0 ||
-                           frames <= FRAMES_PER_BLOCK * (to_block - from_block + TOLERANCE_BLOCKS));
+                           frames <= CAN_FRAMES_PER_BLOCK_MAX *
+                                         (to_block - from_block + CLOCK_LOSS_TOLERANCE_BLOCKS));
 }
 
 static int64_t get_newest_block(const struct account *account)
 {
-    return account->kind == LINK_CAN ? account->sent_block : account->frame_block;
+    return account->kind == LINK_CAN ? account->sent_count_block : account->last_frame_block;
 }
 
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count)
 {
     unsigned place = mr_message_index(count->id);
-    if (place >= MR_MESSAGE_COUNT || account->time_unconfirmed ||
+    if (place >= MR_MESSAGE_COUNT || account->is_time_unconfirmed ||
         (account->board_count_known[place] && count->count < account->board_count[place]))
         return false;
     if (account->board_count_known[place] &&
-        !can_frames_fit((int64_t)(count->count - account->board_count[place]),
-                        account->board_count_block[place], get_newest_block(account)))
+        !is_can_frame_count_possible((int64_t)(count->count - account->board_count[place]),
+                                     account->board_count_block[place], get_newest_block(account)))
         return false;
     /* The board's count does not include the message_count that carries it. */
     int64_t received = account->received_count[place] - (place == MR_INDEX_MESSAGE_COUNT);
-    if (account->board_count_known[place] || account->complete_from_start) {
+    if (account->board_count_known[place] || account->logged_since_start) {
         bool known = account->board_count_known[place];
         uint32_t sent = count->count - (known ? account->board_count[place] : 0);
         int64_t missing = (int64_t)sent -
@@ -86,10 +87,10 @@ bool account_apply_message_count(struct account *account, const struct mr_messag
     return true;
 }
 
-void account_reset_steps(struct account *account)
+void account_reset_series_steps(struct account *account)
 {
     for (size_t i = 0; i < MR_SERIES_PACK_COUNT; i++)
-        account->step_block[i] = -1;
+        account->last_series_block[i] = -1;
     account->block_known = false;
 }
 
@@ -117,37 +118,37 @@ static void add_gap(struct account *account, struct store_gap gap)
 
 /* Estimates the frames in the bytes that this computer lost before a restart of the board, by
  * the mean frame size so far: no sequence number covers them. */
-static void add_bytes_lost(struct account *account)
+static void add_lost_bytes(struct account *account)
 {
-    int64_t lost = account->bytes > 0
-                     ? account->bytes_lost * account->counts.received / account->bytes
+    int64_t lost = account->received_bytes > 0
+                     ? account->lost_bytes * account->counts.received / account->received_bytes
                      : 0;
     lost = lost > 0 ? lost : 1;
     account->counts.lost += lost;
     add_gap(account,
-            make_gap(account, "frame", "all", account->link_cause ? account->link_cause : "link",
-                     lost, account->frame_block, -1));
-    account->link_cause = NULL;
-    account->bytes_lost = 0;
+            make_gap(account, "frame", "all", account->loss_cause ? account->loss_cause : "link",
+                     lost, account->last_frame_block, -1));
+    account->loss_cause = NULL;
+    account->lost_bytes = 0;
 }
 
 void account_restart(struct account *account, bool whole)
 {
-    if (account->bytes_lost > 0)
-        add_bytes_lost(account);
+    if (account->lost_bytes > 0)
+        add_lost_bytes(account);
     account->seq_known = false;
-    account->sent_known = false;
-    account->doubt_known = false;
-    account->dropped_known = false;
+    account->sent_count_known = false;
+    account->doubted_count_known = false;
+    account->dropped_count_known = false;
     account->suspected_gap_count = 0;
     account->suspected_frames = 0;
     account->received_since_health = 0;
-    account->frame_block = account->sent_block = -1;
-    account->complete_from_start = whole;
-    account->time_unconfirmed = false;
+    account->last_frame_block = account->sent_count_block = -1;
+    account->logged_since_start = whole;
+    account->is_time_unconfirmed = false;
     memset(account->received_count, 0, sizeof account->received_count);
     memset(account->board_count_known, 0, sizeof account->board_count_known);
-    account_reset_steps(account);
+    account_reset_series_steps(account);
 }
 
 /* Returns the number of lost frames for a jump of the sequence number; 0: none. If this computer
@@ -156,9 +157,9 @@ void account_restart(struct account *account, bool whole)
 static int64_t count_lost_frames(const struct account *account, uint16_t jump)
 {
     int64_t frames = account->counts.received - 1;
-    if (account->bytes_lost == 0 || frames <= 0 || account->bytes <= 0)
+    if (account->lost_bytes == 0 || frames <= 0 || account->received_bytes <= 0)
         return jump < SEQ_JUMP_MAX ? jump : 0;
-    int64_t about = account->bytes_lost * frames / account->bytes;
+    int64_t about = account->lost_bytes * frames / account->received_bytes;
     int64_t wraps = (about - jump + SEQ_RANGE / 2) / SEQ_RANGE;
     return jump + (wraps > 0 ? wraps * SEQ_RANGE : 0);
 }
@@ -168,19 +169,19 @@ void account_add_serial_frame(struct account *account, uint16_t seq, int64_t blo
     uint16_t jump = (uint16_t)(seq - account->next_seq);
     account->counts.received++;
     int64_t lost = account->seq_known ? count_lost_frames(account, jump) : 0;
-    account->time_unconfirmed |= account->seq_known && (jump > 0 || lost > 0);
+    account->is_time_unconfirmed |= account->seq_known && (jump > 0 || lost > 0);
     if (lost > 0) {
         account->counts.lost += lost;
-        account->lost_since_block = true;
+        account->lost_since_last_block = true;
         add_gap(account, make_gap(account, "frame", "all",
-                                  account->link_cause ? account->link_cause : "link", lost,
-                                  account->frame_block, block));
-        account->link_cause = NULL;
-        account->bytes_lost = 0;
+                                  account->loss_cause ? account->loss_cause : "link", lost,
+                                  account->last_frame_block, block));
+        account->loss_cause = NULL;
+        account->lost_bytes = 0;
     }
     if (!account->seq_known && seq == 0)
-        account->complete_from_start = true;
-    account->frame_block = block;
+        account->logged_since_start = true;
+    account->last_frame_block = block;
     account->seq_known = true;
     account->next_seq = (uint16_t)(seq + 1);
 }
@@ -194,7 +195,7 @@ void account_add_can_frame(struct account *account)
 
 /* Records the suspected gaps since the last can_health if they are `believed`; otherwise drops
  * them. */
-static void settle_suspects(struct account *account, bool believed)
+static void settle_suspected_gaps(struct account *account, bool believed)
 {
     for (size_t i = 0; believed && i < account->suspected_gap_count; i++)
         add_gap(account, account->suspected_gap[i]);
@@ -204,18 +205,18 @@ static void settle_suspects(struct account *account, bool believed)
 
 /* cause of a gap for each receive queue of this computer */
 static const struct {
-    enum link_trouble trouble;
+    enum link_fault fault;
     const char *cause;
-} queues[ACCOUNT_QUEUES] = {{LINK_QUEUE_LOST, "queue"},
-                            {LINK_LOST_LOCK, "lock"},
-                            {LINK_LOST_SLOW_DISK, "slow disk"},
-                            {LINK_LOST_FULL_DISK, "full disk"},
-                            {LINK_LOST_PROCESSOR, "processor"}};
+} loss_queues[ACCOUNT_QUEUE_COUNT] = {{LINK_QUEUE_LOST, "queue"},
+                                      {LINK_LOST_LOCK, "lock"},
+                                      {LINK_LOST_SLOW_DISK, "slow disk"},
+                                      {LINK_LOST_FULL_DISK, "full disk"},
+                                      {LINK_LOST_PROCESSOR, "processor"}};
 
 static int64_t sum_queue_losses(const struct account *account)
 {
     int64_t sum = 0;
-    for (size_t i = 0; i < ACCOUNT_QUEUES; i++)
+    for (size_t i = 0; i < ACCOUNT_QUEUE_COUNT; i++)
         sum += account->queue_lost_frames[i];
     return sum;
 }
@@ -223,69 +224,71 @@ static int64_t sum_queue_losses(const struct account *account)
 /* Records the lost CAN frames that the queues counted; returns the remaining number. */
 static int64_t add_queue_gaps(struct account *account, int64_t lost, int64_t block)
 {
-    for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
+    for (size_t i = 0; i < ACCOUNT_QUEUE_COUNT; i++) {
         int64_t in_queue = account->queue_lost_frames[i] < lost ? account->queue_lost_frames[i]
                                                                 : lost;
         if (in_queue > 0)
-            add_gap(account, make_gap(account, "frame", "all", queues[i].cause, in_queue,
-                                      account->sent_block, block));
+            add_gap(account, make_gap(account, "frame", "all", loss_queues[i].cause, in_queue,
+                                      account->sent_count_block, block));
         lost -= in_queue > 0 ? in_queue : 0;
         account->queue_lost_frames[i] = 0;
     }
     return lost;
 }
 
-void account_add_trouble(struct account *account, enum link_trouble trouble, int64_t count)
+void account_add_link_fault(struct account *account, enum link_fault fault, int64_t count)
 {
-    for (size_t i = 0; i < ACCOUNT_QUEUES; i++) {
-        if (queues[i].trouble == trouble && account->kind == LINK_CAN)
+    for (size_t i = 0; i < ACCOUNT_QUEUE_COUNT; i++) {
+        if (loss_queues[i].fault == fault && account->kind == LINK_CAN)
             account->queue_lost_frames[i] += count;
-        else if (queues[i].trouble == trouble) {
-            account->bytes_lost += count;
-            account->link_cause = queues[i].cause;
+        else if (loss_queues[i].fault == fault) {
+            account->lost_bytes += count;
+            account->loss_cause = loss_queues[i].cause;
         }
     }
-    if (trouble == LINK_BUS_OFF)
-        account->link_cause = "bus-off";
-    else if ((trouble == LINK_RX_OVERFLOW || trouble == LINK_UART_OVERRUN) && !account->link_cause)
-        account->link_cause = "adapter";
-    else if (trouble == LINK_AWAY)
-        account->link_cause = "away";
+    if (fault == LINK_BUS_OFF)
+        account->loss_cause = "bus-off";
+    else if ((fault == LINK_RX_OVERFLOW || fault == LINK_UART_OVERRUN) && !account->loss_cause)
+        account->loss_cause = "adapter";
+    else if (fault == LINK_AWAY)
+        account->loss_cause = "away";
 }
 
 /* Adds the frames lost between two can_health messages: those that the queues counted under the
  * queues' causes, the rest under the cause that the link reported, or "link". */
 static void add_lost_frames(struct account *account, int64_t lost, int64_t block)
 {
-    const char *cause = account->link_cause ? account->link_cause : "link";
+    const char *cause = account->loss_cause ? account->loss_cause : "link";
     account->counts.lost += lost;
     int64_t elsewhere = add_queue_gaps(account, lost, block);
     if (elsewhere > 0)
-        add_gap(account,
-                make_gap(account, "frame", "all", cause, elsewhere, account->sent_block, block));
+        add_gap(account, make_gap(account, "frame", "all", cause, elsewhere,
+                                  account->sent_count_block, block));
 }
 
 /* True if the message continues the last accepted one. Otherwise the message is doubtful until a
  * later one continues it. */
-static bool is_believable(struct account *account, const struct mr_can_health *health,
-                          int64_t block)
+static bool is_sent_count_plausible(struct account *account, const struct mr_can_health *health,
+                                    int64_t block)
 {
-    if (!account->sent_known ||
-        can_frames_fit((int32_t)(health->sent - account->sent), account->sent_block, block)) {
-        account->doubt_known = false;
+    if (!account->sent_count_known ||
+        is_can_frame_count_possible((int32_t)(health->sent - account->sent_count),
+                                    account->sent_count_block, block)) {
+        account->doubted_count_known = false;
         return true;
     }
-    if (account->doubt_known && can_frames_fit((int32_t)(health->sent - account->doubt_sent),
-                                               account->doubt_block, block)) {
-        account->sent = account->doubt_sent; /* the board restarted unnoticed */
-        account->sent_block = account->doubt_block;
+    if (account->doubted_count_known &&
+        is_can_frame_count_possible((int32_t)(health->sent - account->doubted_sent_count),
+                                    account->doubted_count_block, block)) {
+        account->sent_count = account->doubted_sent_count; /* the board restarted unnoticed */
+        account->sent_count_block = account->doubted_count_block;
         account->received_since_health = account->received_since_doubt;
-        account->doubt_known = false;
+        account->doubted_count_known = false;
         return true;
     }
-    account->doubt_known = true;
-    account->doubt_sent = health->sent;
-    account->doubt_block = block;
+    account->doubted_count_known = true;
+    account->doubted_sent_count = health->sent;
+    account->doubted_count_block = block;
     account->received_since_doubt = 1;
     return false;
 }
@@ -293,50 +296,50 @@ static bool is_believable(struct account *account, const struct mr_can_health *h
 void account_apply_can_health(struct account *account, const struct mr_can_health *health,
                               int64_t block)
 {
-    if (!is_believable(account, health, block))
+    if (!is_sent_count_plausible(account, health, block))
         return;
-    if (account->sent_known) {
+    if (account->sent_count_known) {
         /* This frame is counted as received, but its `sent` does not include it yet. */
-        int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent) -
+        int64_t lost = (int64_t)(uint32_t)(health->sent - account->sent_count) -
                        (account->received_since_health - 1);
-        settle_suspects(account, lost > 0);
+        settle_suspected_gaps(account, lost > 0);
         if (lost > 0)
             add_lost_frames(account, lost, block);
     } else {
         /* Frames that the queues have lost so far were sent before this message, but not before
          * logging began. */
-        if (account->before_first < 0) {
+        if (account->frames_before_log < 0) {
             int64_t before = (int64_t)health->sent - (account->received_since_health - 1);
             int64_t in_queue = sum_queue_losses(account);
             int64_t lost = in_queue < before ? in_queue : before;
-            account->before_first = before - lost;
-            account->complete_from_start = account->before_first == 0;
+            account->frames_before_log = before - lost;
+            account->logged_since_start = account->frames_before_log == 0;
             if (lost > 0)
                 add_lost_frames(account, lost, block);
         } else if (sum_queue_losses(account) > 0) { /* the board and its counter restarted */
             add_lost_frames(account, sum_queue_losses(account), block);
         }
-        settle_suspects(account, false);
+        settle_suspected_gaps(account, false);
     }
     memset(account->queue_lost_frames, 0, sizeof account->queue_lost_frames);
-    account->link_cause = NULL;
-    account->sent_known = true;
-    account->sent = health->sent;
-    account->sent_block = block;
+    account->loss_cause = NULL;
+    account->sent_count_known = true;
+    account->sent_count = health->sent;
+    account->sent_count_block = block;
     account->received_since_health = 1;
-    account_apply_dropped(account, health->dropped, block);
+    account_apply_dropped_count(account, health->dropped, block);
 }
 
-void account_apply_dropped(struct account *account, uint16_t dropped, int64_t block)
+void account_apply_dropped_count(struct account *account, uint16_t dropped, int64_t block)
 {
-    uint16_t more = (uint16_t)(dropped - account->dropped);
-    if (account->dropped_known && more > 0) {
+    uint16_t more = (uint16_t)(dropped - account->dropped_count);
+    if (account->dropped_count_known && more > 0) {
         account->counts.dropped += more;
         add_gap(account,
                 make_gap(account, "frame", "all", "board", more, account->dropped_block, block));
     }
-    account->dropped_known = true;
-    account->dropped = dropped;
+    account->dropped_count_known = true;
+    account->dropped_count = dropped;
     account->dropped_block = block;
 }
 
@@ -351,11 +354,12 @@ void account_add_series_message(struct account *account, unsigned number, int64_
 {
     const struct mr_series_pack *pack = mr_series_pack_at(number);
     const struct mr_series *series = mr_series_at(pack->series);
-    int64_t last = account->step_block[number];
+    int64_t last = account->last_series_block[number];
     int64_t missing = (block - last) / series->blocks - 1;
-    account->step_block[number] = block;
-    /* a step of IDLE_PERIOD_BLOCKS may come from an idle board that serial has not confirmed yet */
-    if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_PERIOD_BLOCKS)
+    account->last_series_block[number] = block;
+    /* a step of IDLE_READING_PERIOD_BLOCKS may come from an idle board that serial has not
+     * confirmed yet */
+    if (last < 0 || block < 0 || missing <= 0 || block - last == IDLE_READING_PERIOD_BLOCKS)
         return;
     char channels[16];
     write_channels(pack, series->letter, channels, sizeof channels);
@@ -370,10 +374,10 @@ void account_add_block(struct account *account, uint32_t index)
 {
     if (account->block_known && index > account->next_block)
         add_gap(account,
-                make_gap(account, "block", "all", account->lost_since_block ? "link" : "board",
+                make_gap(account, "block", "all", account->lost_since_last_block ? "link" : "board",
                          (int64_t)index - account->next_block, account->next_block,
                          (int64_t)index - 1));
-    account->lost_since_block = false;
+    account->lost_since_last_block = false;
     account->block_known = true;
     account->next_block = index + 1;
 }
@@ -385,12 +389,12 @@ void account_end(struct account *account)
     if (in_queue > 0) {
         account->counts.lost += in_queue;
         (void)add_queue_gaps(account, in_queue, STORE_NONE);
-    } else if (account->suspected_frames == 0 && account->link_cause && account->kind == LINK_CAN) {
-        add_gap(account, make_gap(account, "frame", "all", account->link_cause, STORE_NONE,
-                                  account->sent_block, STORE_NONE));
+    } else if (account->suspected_frames == 0 && account->loss_cause && account->kind == LINK_CAN) {
+        add_gap(account, make_gap(account, "frame", "all", account->loss_cause, STORE_NONE,
+                                  account->sent_count_block, STORE_NONE));
     }
     account->counts.lost += account->suspected_frames;
-    settle_suspects(account, true);
+    settle_suspected_gaps(account, true);
     memset(account->queue_lost_frames, 0, sizeof account->queue_lost_frames);
-    account->link_cause = NULL;
+    account->loss_cause = NULL;
 }

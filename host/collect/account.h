@@ -30,9 +30,9 @@
 #include "host/link/link.h"
 #include "host/store/store.h"
 
-#define ACCOUNT_GAPS_MAX 32u
+#define ACCOUNT_GAPS_MAX    32u
 /* number of causes: the kernel's queue, and the queue to the campaign (four causes) */
-#define ACCOUNT_QUEUES   5u
+#define ACCOUNT_QUEUE_COUNT 5u
 
 struct account {
     enum link_kind kind;
@@ -42,30 +42,30 @@ struct account {
 
     bool seq_known;
     uint16_t next_seq;
-    int64_t frame_block;   /* newest block known at the last serial frame */
-    bool lost_since_block; /* frames were lost since the last block record */
+    int64_t last_frame_block;   /* newest block known at the last serial frame */
+    bool lost_since_last_block; /* frames were lost since the last block record */
 
-    bool sent_known;
-    uint32_t sent; /* count of the last accepted can_health */
-    int64_t sent_block;
+    bool sent_count_known;
+    uint32_t sent_count; /* count of the last accepted can_health */
+    int64_t sent_count_block;
     /* number of frames received since that can_health, including it */
     int64_t received_since_health;
     /* An implausible can_health, stored until a second one continues from it, and the number of
      * frames received since, including that can_health. */
-    bool doubt_known;
-    uint32_t doubt_sent;
-    int64_t doubt_block, received_since_doubt;
+    bool doubted_count_known;
+    uint32_t doubted_sent_count;
+    int64_t doubted_count_block, received_since_doubt;
     /* CAN frames that the board sent before logging began; -1: not known yet */
-    int64_t before_first;
+    int64_t frames_before_log;
     struct store_gap suspected_gap[MR_SERIES_PACK_COUNT];
     size_t suspected_gap_count;
     /* number of frames missing since the last can_health, according to the steps of the series */
     int64_t suspected_frames;
     /* block of the last message of each series; -1: none */
-    int64_t step_block[MR_SERIES_PACK_COUNT];
+    int64_t last_series_block[MR_SERIES_PACK_COUNT];
 
     /* all frames that the board sent since its start were sent while logging */
-    bool complete_from_start;
+    bool logged_since_start;
     /* number of frames of each message received since the board started, or since logging began */
     int64_t received_count[MR_MESSAGE_COUNT];
     bool board_count_known[MR_MESSAGE_COUNT];
@@ -81,19 +81,19 @@ struct account {
     int64_t repeated_count[MR_MESSAGE_COUNT];
 
     /* number of frames that queues of this computer lost since the last can_health, by cause */
-    int64_t queue_lost_frames[ACCOUNT_QUEUES];
+    int64_t queue_lost_frames[ACCOUNT_QUEUE_COUNT];
     /* for serial: number of bytes received, and of bytes that the full queue lost since the last
      * frame */
-    int64_t bytes, bytes_lost;
+    int64_t received_bytes, lost_bytes;
     /* cause of losses since the last frame, as detected by the link; NULL: none */
-    const char *link_cause;
+    const char *loss_cause;
 
-    bool dropped_known;
-    uint16_t dropped;
+    bool dropped_count_known;
+    uint16_t dropped_count;
     int64_t dropped_block;
     bool block_known;
     uint32_t next_block;
-    bool time_unconfirmed; /* frames were lost, so the board may have restarted */
+    bool is_time_unconfirmed; /* frames were lost, so the board may have restarted */
 };
 
 void account_start(struct account *account, enum link_kind kind);
@@ -105,7 +105,7 @@ void account_restart(struct account *account, bool whole);
 void account_expect_first_frame(struct account *account);
 /* Call when a landing begins or ends on this link: steps and block numbers are not compared across
  * this moment. */
-void account_reset_steps(struct account *account);
+void account_reset_series_steps(struct account *account);
 
 /* account_add_message adds a received message, already counted as a frame;
  * account_apply_message_count applies the board's count of one message. Returns false if the count
@@ -116,7 +116,7 @@ void account_add_message(struct account *account, unsigned place); /* enum mr_me
 bool account_apply_message_count(struct account *account, const struct mr_message_count *count);
 /* Call when a board time has arrived that continues from the previous ones, so the board has not
  * restarted. */
-void account_confirm_time(struct account *account);
+void account_confirm_board_time(struct account *account);
 
 /* Adds a received frame. `block`: newest block known on the link, including that of this frame; -1:
  * none. Call it before the content of the frame is accounted. */
@@ -127,13 +127,13 @@ void account_add_can_frame(struct account *account);
  * or a block record (account_add_block). */
 void account_apply_can_health(struct account *account, const struct mr_can_health *health,
                               int64_t block);
-void account_apply_dropped(struct account *account, uint16_t dropped, int64_t block);
+void account_apply_dropped_count(struct account *account, uint16_t dropped, int64_t block);
 /* `pack`: an enum mr_series_pack_number. */
 void account_add_series_message(struct account *account, unsigned pack, int64_t block);
 void account_add_block(struct account *account, uint32_t index);
 
 /* Counts an error that the link reported `count` times. */
-void account_add_trouble(struct account *account, enum link_trouble trouble, int64_t count);
+void account_add_link_fault(struct account *account, enum link_fault fault, int64_t count);
 
 /* Counts suspected losses as losses, when the link has ended or become silent. */
 void account_end(struct account *account);

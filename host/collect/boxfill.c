@@ -13,7 +13,7 @@
 #include "host/base/xmalloc.h"
 
 /* the black box counts as a third kind of link, besides CAN and serial */
-#define BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
+#define BLACK_BOX_LINK ((enum link_kind)STORE_LINK_BLACK_BOX)
 _Static_assert(1 << STORE_LINK_BLACK_BOX == BOXFILL_LINK_BIT, "as its rows are marked");
 
 /* A collector for one landing, which receives the messages of the record. */
@@ -72,14 +72,14 @@ static void begin_box_collector(struct box_collector *m, struct store *store,
         .collector = {.store = store,
                       .session = landing->session,
                       .reported = {.hello_known = true, .identity = *landing}},
-        .side = {.kind = BOX_LINK, .boot = landing->boot},
+        .side = {.kind = BLACK_BOX_LINK, .boot = landing->boot},
         .slot = {.row = *landing}};
     m->side.current_landing = &m->slot;
 }
 
 /* Applies the newest state of the record. A landing whose end was logged stays ended. */
-static enum mr_status apply_state(struct box_collector *m, const struct mr_record *record,
-                                  bool made, struct error *error)
+static enum mr_status apply_newest_state(struct box_collector *m, const struct mr_record *record,
+                                         bool made, struct error *error)
 {
     struct store_landing *row = &m->slot.row;
     struct mr_landing landing;
@@ -99,7 +99,7 @@ static enum mr_status handle_message(struct box_collector *m, const struct mr_re
 {
     struct mr_message message;
     if (record->id == MR_ID_LANDING)
-        return apply_state(m, record, made, error);
+        return apply_newest_state(m, record, made, error);
     if (mr_message_decode(&message, record->id, record->payload, record->length) != MR_OK)
         return MR_OK;
     const struct collector_event event = {.link = m->side.kind,
@@ -114,7 +114,7 @@ static enum mr_status fill_block(struct store *store, int64_t session, const str
 {
     uint8_t bytes[MR_BLOCK_BYTES_MAX];
     int64_t known = -1;
-    result->blocks++;
+    result->block_count++;
     enum mr_status status = store_find_block_within(store, result->run, block->index, block->index,
                                                     &known, error);
     if (status != MR_OK || known >= 0)
@@ -153,7 +153,7 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
             continue;
         }
         newest = record.block.index;
-        first = result->blocks ? first : newest;
+        first = result->block_count ? first : newest;
         timebase_apply_clock(&messages->side.timebase, record.block.index, record.block.tick);
         status = fill_block(store, session, &record.block, result, error);
     }
@@ -161,8 +161,8 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
     if (status == MR_OK)
         status = count_edges(store, result->run, &more, error);
     result->filled_edges = more - edges;
-    if (result->blocks)
-        result->missing_blocks = newest - first + 1 - result->blocks;
+    if (result->block_count)
+        result->missing_blocks = newest - first + 1 - result->block_count;
     return status;
 }
 

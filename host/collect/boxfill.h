@@ -12,7 +12,7 @@
 struct boxfill {
     int64_t run;
     bool is_new_landing; /* no landing of the database matched, so a new one was made */
-    int64_t blocks;      /* number of blocks in the record */
+    int64_t block_count; /* number of blocks in the record */
     int64_t filled_blocks, filled_edges;
     /* number of blocks missing between the first and the last one: lost by the board, or on pages
      * that could not be read */

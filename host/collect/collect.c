@@ -47,11 +47,11 @@ enum mr_status collector_open(struct store *store, const char *can_spec, uint16_
 void collector_close(struct collector *collector)
 {
     if (collector)
-        free(collector->mark);
+        free(collector->saved_state);
     free(collector);
 }
 
-int64_t collector_session(const struct collector *collector)
+int64_t collector_get_session(const struct collector *collector)
 {
     return collector->session;
 }
@@ -77,7 +77,7 @@ const struct mr_can_alarm *collector_pop_alarm(struct collector *collector)
 
 void collector_add_own_command(struct collector_own_commands *own, const struct mr_command *command)
 {
-    unsigned i = own->next_index++ % COLLECTOR_OWN_COMMANDS;
+    unsigned i = own->next_index++ % COLLECTOR_OWN_COMMANDS_MAX;
     own->command[i].code = command->code;
     own->command[i].tag = command->tag;
     own->command[i].block = -1;
@@ -98,29 +98,29 @@ bool collector_pop_answer(struct collector *collector, struct collector_answer *
     return true;
 }
 
-/* Stores one event per trouble, with the number of occurrences since the last event. */
-static enum mr_status record_troubles(struct collector *collector, struct link_side *side,
-                                      struct error *error)
+/* Stores one event per fault, with the number of occurrences since the last event. */
+static enum mr_status record_link_faults(struct collector *collector, struct link_side *side,
+                                         struct error *error)
 {
     enum mr_status status = MR_OK;
-    if (!side->has_pending)
+    if (!side->has_pending_faults)
         return MR_OK;
-    for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
+    for (unsigned i = 0; i < LINK_FAULT_COUNT && status == MR_OK; i++) {
         struct store_event event = {.session = collector->session,
                                     .boot = side->boot,
-                                    .run = side->pending_run,
-                                    .board_us = side->pending_us,
+                                    .run = side->pending_faults_run,
+                                    .board_us = side->pending_faults_us,
                                     .host_us = (int64_t)link_now_us(),
                                     .kind = store_link_error_kind((int)side->kind),
                                     .code = i,
-                                    .detail = (int64_t)side->pending[i],
-                                    .value = (int64_t)side->counted_troubles[i],
+                                    .detail = (int64_t)side->pending_faults[i],
+                                    .value = (int64_t)side->counted_faults[i],
                                     .links = 1 << side->kind};
-        if (side->pending[i] > 0)
+        if (side->pending_faults[i] > 0)
             status = store_event_put(collector->store, &event, error);
-        side->pending[i] = 0;
+        side->pending_faults[i] = 0;
     }
-    side->has_pending = false;
+    side->has_pending_faults = false;
     return status;
 }
 
@@ -132,36 +132,39 @@ static void discard_partial_frame(struct link_side *side)
     mr_deframer_init(&side->deframer);
 }
 
-enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
-                                          const struct link_counters *counters, struct error *error)
+enum mr_status collector_account_link_faults(struct collector *collector, enum link_kind kind,
+                                             const struct link_counters *counters,
+                                             struct error *error)
 {
     struct link_side *side = &collector->side[kind];
     int64_t run = side->current_landing ? side->current_landing->row.id : STORE_NONE;
     enum mr_status status = MR_OK;
     if (kind == LINK_CAN)
         side->account.counts.bad = (int64_t)counters->bad_lines;
-    if (side->has_pending && side->pending_run != run)
-        status = record_troubles(collector, side, error);
-    for (unsigned i = 0; i < LINK_TROUBLES && status == MR_OK; i++) {
-        uint64_t more = counters->trouble[i] - side->counted_troubles[i];
+    if (side->has_pending_faults && side->pending_faults_run != run)
+        status = record_link_faults(collector, side, error);
+    for (unsigned i = 0; i < LINK_FAULT_COUNT && status == MR_OK; i++) {
+        uint64_t more = counters->fault_count[i] - side->counted_faults[i];
         if (more == 0)
             continue;
-        if (!side->has_pending) {
-            side->has_pending = true;
-            side->pending_run = run;
-            side->pending_us = side->timebase.known ? timebase_now_us(&side->timebase) : STORE_NONE;
+        if (!side->has_pending_faults) {
+            side->has_pending_faults = true;
+            side->pending_faults_run = run;
+            side->pending_faults_us = side->timebase.is_block_known
+                                        ? timebase_now_us(&side->timebase)
+                                        : STORE_NONE;
         }
-        side->counted_troubles[i] = counters->trouble[i];
-        side->pending[i] += more;
+        side->counted_faults[i] = counters->fault_count[i];
+        side->pending_faults[i] += more;
         if (i == LINK_BACK)
             discard_partial_frame(side);
-        account_add_trouble(&side->account, (enum link_trouble)i, (int64_t)more);
+        account_add_link_fault(&side->account, (enum link_fault)i, (int64_t)more);
     }
     return status;
 }
 
-enum mr_status collector_handle_clock_set(struct collector *collector, int64_t jump_us,
-                                          struct error *error)
+enum mr_status collector_handle_clock_jump(struct collector *collector, int64_t jump_us,
+                                           struct error *error)
 {
     struct store_event event = {.session = collector->session,
                                 .run = STORE_NONE,
@@ -173,7 +176,7 @@ enum mr_status collector_handle_clock_set(struct collector *collector, int64_t j
         struct link_side *side = &collector->side[kind];
         if (side->current_landing)
             event.run = side->current_landing->row.id;
-        collect_discard_time(side);
+        collect_discard_time_map(side);
     }
     return store_event_put(collector->store, &event, error);
 }
@@ -213,7 +216,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
                 status = collect_store_gaps(collector, side, error);
         }
     }
-    for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
+    for (size_t i = 0; i < LANDING_SLOT_COUNT && status == MR_OK; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id && !slot->is_finished)
             status = collect_finish_landing(collector, slot, error);
@@ -221,14 +224,14 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by, 
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++)
         status = collect_put_time_map(collector, &collector->side[kind], NULL, error);
     if (status == MR_OK)
-        status = collector_put_counts(collector, error);
+        status = collector_store_counts(collector, error);
     if (status == MR_OK)
         status = store_session_end(collector->store, collector->session, (int64_t)link_now_us(),
                                    ended_by, error);
     return status;
 }
 
-enum mr_status collector_put_counts(struct collector *collector, struct error *error)
+enum mr_status collector_store_counts(struct collector *collector, struct error *error)
 {
     enum mr_status status = MR_OK;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
@@ -243,12 +246,12 @@ enum mr_status collector_put_counts(struct collector *collector, struct error *e
                                            side->account.missing_count[place], error);
         }
         if (status == MR_OK)
-            status = record_troubles(collector, side, error);
+            status = record_link_faults(collector, side, error);
     }
     return status;
 }
 
-enum link_kind collector_lagging_link(const struct collector *collector)
+enum link_kind collector_get_lagging_link(const struct collector *collector)
 {
     const struct link_side *can = &collector->side[LINK_CAN],
                            *serial = &collector->side[LINK_SERIAL];
@@ -258,14 +261,14 @@ enum link_kind collector_lagging_link(const struct collector *collector)
     return can_behind ? LINK_CAN : LINK_SERIAL;
 }
 
-int64_t collector_pop_finished(struct collector *collector)
+int64_t collector_pop_finished_run(struct collector *collector)
 {
-    if (collector->finished_count == 0)
+    if (collector->finished_run_count == 0)
         return 0;
     int64_t run = collector->finished_runs[0];
-    collector->finished_count--;
+    collector->finished_run_count--;
     memmove(collector->finished_runs, collector->finished_runs + 1,
-            collector->finished_count * sizeof collector->finished_runs[0]);
+            collector->finished_run_count * sizeof collector->finished_runs[0]);
     return run;
 }
 
@@ -273,8 +276,9 @@ static void report_other_board_on_can(const struct collector *collector,
                                       struct collector_progress *progress)
 {
     const struct link_side *can = &collector->side[LINK_CAN];
-    progress->other_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
-                             can->other_board_messages >= COLLECT_OTHER_BOARD_MESSAGES;
+    progress->is_other_board_on_can = collector->reported.uid_from_serial && !can->own_board_seen &&
+                                      can->other_board_message_count >=
+                                          COLLECT_OTHER_BOARD_MESSAGES_MIN;
     snprintf(progress->can_uid, sizeof progress->can_uid, "%08X%08X", (unsigned)can->other_uid[0],
              (unsigned)can->other_uid[1]);
     snprintf(progress->serial_uid, sizeof progress->serial_uid, "%08X%08X",
@@ -284,58 +288,58 @@ static void report_other_board_on_can(const struct collector *collector,
 void collector_get_progress(const struct collector *collector, struct collector_progress *progress)
 {
     const struct board_report *reported = &collector->reported;
-    *progress =
-        (struct collector_progress){.hello_received = reported->hello_known,
-                                    .block = -1,
-                                    .board_uid = reported->identity.board_uid,
-                                    .firmware = reported->identity.firmware,
-                                    .landing = reported->landing_known ? &reported->landing : NULL,
-                                    .key = reported->key_known ? &reported->key : NULL,
-                                    .nonce = reported->nonce_known ? reported->nonce : NULL,
-                                    .uid = reported->uid,
-                                    .before_first = collector->side[LINK_CAN].account.before_first};
+    *progress = (struct collector_progress){
+        .hello_received = reported->hello_known,
+        .newest_block = -1,
+        .board_uid = reported->identity.board_uid,
+        .firmware = reported->identity.firmware,
+        .landing = reported->landing_known ? &reported->landing : NULL,
+        .key = reported->key_known ? &reported->key : NULL,
+        .nonce = reported->nonce_known ? reported->nonce : NULL,
+        .uid = reported->uid,
+        .frames_before_log = collector->side[LINK_CAN].account.frames_before_log};
     report_other_board_on_can(collector, progress);
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct link_side *side = &collector->side[kind];
         progress->counts[kind] = side->account.counts;
-        memcpy(progress->missing[kind], side->account.missing_count,
-               sizeof progress->missing[kind]);
-        if (collect_newest_block(side) > progress->block)
-            progress->block = collect_newest_block(side);
+        memcpy(progress->missing_count[kind], side->account.missing_count,
+               sizeof progress->missing_count[kind]);
+        if (collect_newest_block(side) > progress->newest_block)
+            progress->newest_block = collect_newest_block(side);
         if (side->current_landing && side->current_landing->row.id > progress->run) {
             progress->run = side->current_landing->row.id;
-            progress->state = (unsigned)side->current_landing->row.state;
-            progress->edges = side->current_landing->edge_count;
+            progress->landing_state = (unsigned)side->current_landing->row.state;
+            progress->edge_count = side->current_landing->edge_count;
         }
     }
 }
 
-/* ---- transactions: return to a mark when a transaction is rolled back ----
+/* ---- transactions: return to the saved state when a transaction is rolled back ----
  *
  * All state of the collector is one object. Its pointers refer to itself or to objects that
  * outlive it, so a copy of its bytes is valid. */
 
-enum mr_status collector_save_mark(struct collector *collector, struct error *error)
+enum mr_status collector_save_state(struct collector *collector, struct error *error)
 {
-    if (!collector->mark)
-        collector->mark = malloc(sizeof *collector->mark);
-    if (!collector->mark)
+    if (!collector->saved_state)
+        collector->saved_state = malloc(sizeof *collector->saved_state);
+    if (!collector->saved_state)
         return error_set(error, MR_FULL, "out of memory, logging to %s; close other programs",
                          store_path(collector->store));
-    *collector->mark = *collector;
+    *collector->saved_state = *collector;
     return MR_OK;
 }
 
-void collector_restore_mark(struct collector *collector)
+void collector_restore_state(struct collector *collector)
 {
-    struct collector *mark = collector->mark;
+    struct collector *mark = collector->saved_state;
     if (mark)
         *collector = *mark;
 }
 
 void collector_discard_clock_offset(struct collector *collector, enum link_kind kind)
 {
-    collect_discard_time(&collector->side[kind]);
+    collect_discard_time_map(&collector->side[kind]);
 }
 
 void collector_set_store(struct collector *collector, struct store *store)

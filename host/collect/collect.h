@@ -44,14 +44,14 @@ enum mr_status collector_receive_frame(struct collector *collector, const struct
 enum mr_status collector_receive_bytes(struct collector *collector, const uint8_t *bytes,
                                        size_t length, uint64_t host_us, struct error *error);
 /* Accounts the errors that a link has counted so far; new ones are recorded at the next
- * collector_put_counts. Call it before passing in data that was received after the errors. */
-enum mr_status collector_account_troubles(struct collector *collector, enum link_kind kind,
-                                          const struct link_counters *counters,
-                                          struct error *error);
+ * collector_store_counts. Call it before passing in data that was received after the errors. */
+enum mr_status collector_account_link_faults(struct collector *collector, enum link_kind kind,
+                                             const struct link_counters *counters,
+                                             struct error *error);
 /* Handles a change of this computer's clock by `jump_us`: records an event `clock-set` and starts a
  * new estimate of the offset between the board's clock and this computer's. */
-enum mr_status collector_handle_clock_set(struct collector *collector, int64_t jump_us,
-                                          struct error *error);
+enum mr_status collector_handle_clock_jump(struct collector *collector, int64_t jump_us,
+                                           struct error *error);
 /* Handles the end of a link. MR_TRUNCATED: the link ended inside a serial frame. */
 enum mr_status collector_end_link(struct collector *collector, enum link_kind kind,
                                   struct error *error);
@@ -59,11 +59,11 @@ enum mr_status collector_end_link(struct collector *collector, enum link_kind ki
  * from later data. */
 void collector_discard_clock_offset(struct collector *collector, enum link_kind kind);
 
-/* collector_save_mark saves the state at the start of a transaction. collector_restore_mark
+/* collector_save_state saves the state at the start of a transaction. collector_restore_state
  * restores it after the store has rolled the transaction back, so that the same data can be passed
  * in again. */
-enum mr_status collector_save_mark(struct collector *collector, struct error *error);
-void collector_restore_mark(struct collector *collector);
+enum mr_status collector_save_state(struct collector *collector, struct error *error);
+void collector_restore_state(struct collector *collector);
 /* Continues with another store, which contains everything that was committed to the previous one.
  * Call it between two transactions. */
 void collector_set_store(struct collector *collector, struct store *store);
@@ -79,7 +79,7 @@ enum mr_status collector_end(struct collector *collector, const char *ended_by,
                              struct error *error);
 
 /* Stores the session's counts and link errors up to now. */
-enum mr_status collector_put_counts(struct collector *collector, struct error *error);
+enum mr_status collector_store_counts(struct collector *collector, struct error *error);
 
 /* True if the configuration that the board reports is not in the database and may be requested
  * now. */
@@ -87,21 +87,21 @@ bool collector_needs_configuration(const struct collector *collector);
 
 /* Returns the RUN of a landing that has ended since the last call; 0: none. Call it until it
  * returns 0. */
-int64_t collector_pop_finished(struct collector *collector);
+int64_t collector_pop_finished_run(struct collector *collector);
 /* Returns the processor fault that the board reported since the last call; NULL: none. */
 const struct crash_report *collector_pop_crash(struct collector *collector);
 /* Returns the board's CAN state if it has changed since the last call; NULL: it has not. */
 const struct mr_can_alarm *collector_pop_alarm(struct collector *collector);
 /* Commands that this program sent. They distinguish answers to this program from answers to other
- * programs. The caller owns the list, so that collector_restore_mark does not change it. */
-#define COLLECTOR_OWN_COMMANDS 16u
+ * programs. The caller owns the list, so that collector_restore_state does not change it. */
+#define COLLECTOR_OWN_COMMANDS_MAX 16u
 struct collector_own_commands {
     struct {
         uint8_t code;
         uint16_t tag;
         /* block of the answer; -1: none yet. A later answer was caused by another program */
         int64_t block;
-    } command[COLLECTOR_OWN_COMMANDS];
+    } command[COLLECTOR_OWN_COMMANDS_MAX];
     unsigned next_index;
 };
 void collector_add_own_command(struct collector_own_commands *own,
@@ -116,18 +116,18 @@ void collector_set_own_commands(struct collector *collector, struct collector_ow
 struct collector_answer {
     struct mr_ack ack;
     bool is_own;
-    unsigned repeats; /* number of identical answers before it that were only counted */
+    unsigned repeat_count; /* number of identical answers before it that were only counted */
 };
 /* Removes and returns the oldest answer that was not read; at most eight are stored. Returns false
  * if there is none. */
 bool collector_pop_answer(struct collector *collector, struct collector_answer *answer);
 
 struct collector_progress {
-    bool hello_received; /* a board with the right layout has sent a hello */
-    int64_t run;         /* landing in progress; 0: none */
-    unsigned state;      /* last reported state of the landing */
-    int64_t block;       /* newest block on either link; -1: none */
-    unsigned edges;      /* number of edges of the landing in progress */
+    bool hello_received;    /* a board with the right layout has sent a hello */
+    int64_t run;            /* landing in progress; 0: none */
+    unsigned landing_state; /* last reported state of the landing */
+    int64_t newest_block;   /* newest block on either link; -1: none */
+    unsigned edge_count;    /* number of edges of the landing in progress */
     /* the next fields are what the board reported about itself; "" or NULL: not reported yet */
     const char *board_uid, *firmware;
     const struct mr_landing *landing;
@@ -136,10 +136,11 @@ struct collector_progress {
     const uint32_t *uid;
     struct store_link_counts counts[LINK_KINDS];
     /* number of missing frames of each message, by the board's counts */
-    int64_t missing[LINK_KINDS][MR_MESSAGE_COUNT];
-    int64_t before_first; /* number of CAN frames sent before logging began; -1: not known */
-    bool other_on_can;    /* only another board than that on serial was seen on CAN at this base */
-    /* words 0 and 1 of the two identities if other_on_can is true */
+    int64_t missing_count[LINK_KINDS][MR_MESSAGE_COUNT];
+    int64_t frames_before_log; /* number of CAN frames sent before logging began; -1: not known */
+    /* only another board than that on serial was seen on CAN at this base */
+    bool is_other_board_on_can;
+    /* words 0 and 1 of the two identities if is_other_board_on_can is true */
     char can_uid[17], serial_uid[17];
 };
 void collector_get_progress(const struct collector *collector, struct collector_progress *progress);
@@ -162,7 +163,7 @@ void collector_set_listener(struct collector *collector, const struct collector_
 
 /* Returns the link that is behind the other one in board time, with the board's starts taken into
  * account. */
-enum link_kind collector_lagging_link(const struct collector *collector);
-int64_t collector_session(const struct collector *collector);
+enum link_kind collector_get_lagging_link(const struct collector *collector);
+int64_t collector_get_session(const struct collector *collector);
 
 #endif

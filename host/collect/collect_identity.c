@@ -15,9 +15,9 @@ static enum mr_status reject_other_board(struct collector *collector, struct lin
                                          enum mr_status why, const char *now, struct error *error)
 {
     if (side->kind == LINK_CAN) {
-        side->other_board_messages++;
+        side->other_board_message_count++;
         if (!collector->side[LINK_SERIAL].has_ended ||
-            side->other_board_messages < COLLECT_OTHER_BOARD_MESSAGES)
+            side->other_board_message_count < COLLECT_OTHER_BOARD_MESSAGES_MIN)
             return MR_OK;
     }
     return error_set(error, why,
@@ -30,7 +30,7 @@ static enum mr_status handle_hello(struct collector *collector, struct link_side
                                    const struct mr_hello *message, struct error *error)
 {
     bool serial_will_say = side->kind == LINK_CAN && !collector->side[LINK_SERIAL].has_ended &&
-                           side->other_board_messages + 1 < COLLECT_OTHER_BOARD_MESSAGES;
+                           side->other_board_message_count + 1 < COLLECT_OTHER_BOARD_MESSAGES_MIN;
     if (message->layout != MR_LAYOUT && (collector->reported.hello_known || serial_will_say)) {
         char now[60];
         snprintf(now, sizeof now, "layout %u, not %u", message->layout, MR_LAYOUT);
@@ -62,7 +62,7 @@ static bool handle_uid(struct collector *collector, struct link_side *side, unsi
             collector->side[LINK_CAN].own_board_seen = false;
         memcpy(known, words, count * sizeof *words);
         collector->reported.uid_parts |= part;
-        side->other_board_messages = part == 1 ? 0 : side->other_board_messages;
+        side->other_board_message_count = part == 1 ? 0 : side->other_board_message_count;
         side->own_board_seen |= part == 1;
         return true;
     }

@@ -11,20 +11,20 @@
 
 /* A link is silent if its newest block is this far behind the other link's. Clocks are sent every
  * 100 blocks. */
-#define SILENT_BLOCKS        300
+#define LINK_SILENCE_MIN_BLOCKS 300
 /* Once one link has the end of the landing, a silent link is waited for only this long: its cable
  * was probably unplugged. Links are read in step, so no data of a silent link is waiting. */
-#define UNPLUGGED_BLOCKS     5000
+#define SILENT_LINK_WAIT_BLOCKS 5000
 /* CAN fills in this far around a loss on serial, because a message may describe an earlier
  * moment. */
-#define FILL_MARGIN_BLOCKS   1000
+#define FILL_MARGIN_BLOCKS      1000
 /* the newest known block may be this much older than the present */
-#define CLOCK_AGE_MAX_BLOCKS 1000
+#define CLOCK_AGE_MAX_BLOCKS    1000
 
 /* Records a gap for the part of a landing that a link did not deliver. */
-static enum mr_status add_silence(struct collector *collector, const struct landing_slot *slot,
-                                  const struct link_side *side, const struct link_side *other,
-                                  struct error *error)
+static enum mr_status add_silence_gap(struct collector *collector, const struct landing_slot *slot,
+                                      const struct link_side *side, const struct link_side *other,
+                                      struct error *error)
 {
     struct store_gap gap = {.link = (int)side->kind,
                             .message = "all",
@@ -33,12 +33,12 @@ static enum mr_status add_silence(struct collector *collector, const struct land
                             .count = STORE_NONE,
                             .from_block = slot->row.armed_block,
                             .to_block = slot->end_block < 0 ? STORE_NONE : slot->end_block};
-    if (slot->has_entered[side->kind]) {
-        if (slot->has_left[side->kind] ||
-            collect_newest_block(other) - collect_newest_block(side) <= SILENT_BLOCKS)
+    if (slot->link_entered[side->kind]) {
+        if (slot->link_left[side->kind] ||
+            collect_newest_block(other) - collect_newest_block(side) <= LINK_SILENCE_MIN_BLOCKS)
             return MR_OK;
         gap.from_block = collect_newest_block(side);
-    } else if (!slot->has_entered[other->kind]) {
+    } else if (!slot->link_entered[other->kind]) {
         return MR_OK;
     }
     return store_gap_put(collector->store, collector->session, slot->row.id, &gap, error);
@@ -97,7 +97,7 @@ static enum mr_status fill_gaps(struct collector *collector, struct landing_slot
                                        error);
     for (size_t i = 0; i < filler.count; i++)
         lost |= filler.gaps[i].link == LINK_SERIAL;
-    if (status == MR_OK && lost && slot->has_entered[LINK_CAN] && slot->has_entered[LINK_SERIAL])
+    if (status == MR_OK && lost && slot->link_entered[LINK_CAN] && slot->link_entered[LINK_SERIAL])
         status = store_frames_each(collector->store, slot->row.id, LINK_CAN, fill_frame, &filler,
                                    error);
     free(filler.gaps);
@@ -111,25 +111,25 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
     slot->is_finished = true;
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (collector->side[kind].link_spec)
-            status = add_silence(collector, slot, &collector->side[kind],
-                                 &collector->side[1 - kind], error);
+            status = add_silence_gap(collector, slot, &collector->side[kind],
+                                     &collector->side[1 - kind], error);
     }
     for (int kind = 0; kind < LINK_KINDS && status == MR_OK; kind++) {
         if (collector->side[kind].boot == slot->row.boot)
             status = collect_put_time_map(collector, &collector->side[kind], slot, error);
     }
-    bool ended = slot->has_left[LINK_SERIAL] && !slot->was_interrupted;
-    if (status == MR_OK && slot->has_entered[LINK_SERIAL])
+    bool ended = slot->link_left[LINK_SERIAL] && !slot->was_interrupted;
+    if (status == MR_OK && slot->link_entered[LINK_SERIAL])
         status = store_frames_assign(collector->store, collector->session, slot->row.id,
-                                     slot->begin_mark,
-                                     ended                    ? STORE_NONE
-                                     : slot->interrupted_mark ? slot->interrupted_mark
-                                                              : INT64_MAX,
+                                     slot->begin_frame_row,
+                                     ended                          ? STORE_NONE
+                                     : slot->interruption_frame_row ? slot->interruption_frame_row
+                                                                    : INT64_MAX,
                                      error);
     if (status == MR_OK)
         status = fill_gaps(collector, slot, error);
-    if (collector->finished_count < LANDING_SLOTS)
-        collector->finished_runs[collector->finished_count++] = slot->row.id;
+    if (collector->finished_run_count < LANDING_SLOT_COUNT)
+        collector->finished_runs[collector->finished_run_count++] = slot->row.id;
     return status;
 }
 
@@ -137,7 +137,7 @@ enum mr_status collect_finish_landing(struct collector *collector, struct landin
  * have missed. */
 enum mr_status collect_finish_ended_landings(struct collector *collector, struct error *error)
 {
-    for (size_t i = 0; i < LANDING_SLOTS; i++) {
+    for (size_t i = 0; i < LANDING_SLOT_COUNT; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->is_finished || slot->end_block < 0)
             continue;
@@ -145,13 +145,13 @@ enum mr_status collect_finish_ended_landings(struct collector *collector, struct
         for (int kind = 0; kind < LINK_KINDS; kind++) {
             const struct link_side *side = &collector->side[kind];
             const struct link_side *other = &collector->side[1 - kind];
-            bool passed = collect_newest_block(side) > slot->end_block + SILENT_BLOCKS ||
+            bool passed = collect_newest_block(side) > slot->end_block + LINK_SILENCE_MIN_BLOCKS ||
                           collect_newest_block(other) > slot->end_block + 1000;
-            bool gone = slot->has_left[1 - kind] &&
-                        collect_newest_block(other) > slot->end_block + UNPLUGGED_BLOCKS &&
+            bool gone = slot->link_left[1 - kind] &&
+                        collect_newest_block(other) > slot->end_block + SILENT_LINK_WAIT_BLOCKS &&
                         collect_newest_block(side) < slot->end_block;
-            over = over && (side->has_ended || slot->has_left[kind] ||
-                            (!slot->has_entered[kind] && passed) || gone);
+            over = over && (side->has_ended || slot->link_left[kind] ||
+                            (!slot->link_entered[kind] && passed) || gone);
         }
         if (!over)
             continue;
@@ -166,10 +166,10 @@ static struct landing_slot *find_slot(struct collector *collector, const struct 
                                       uint16_t number, int64_t armed_block)
 {
     struct landing_slot *found = NULL;
-    for (size_t i = 0; i < LANDING_SLOTS; i++) {
+    for (size_t i = 0; i < LANDING_SLOT_COUNT; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
-            slot->row.board_landing != number || slot->has_left[side->kind])
+            slot->row.board_landing != number || slot->link_left[side->kind])
             continue;
         if (armed_block != STORE_NONE && slot->row.armed_block != STORE_NONE &&
             slot->row.armed_block != armed_block)
@@ -185,7 +185,7 @@ static enum mr_status create_slot(struct collector *collector, const struct link
                                   uint64_t host_us, struct landing_slot **slot, struct error *error)
 {
     struct landing_slot *oldest = &collector->slot[0];
-    for (size_t i = 1; i < LANDING_SLOTS; i++) {
+    for (size_t i = 1; i < LANDING_SLOT_COUNT; i++) {
         if (collector->slot[i].row.id < oldest->row.id)
             oldest = &collector->slot[i];
     }
@@ -206,7 +206,7 @@ static enum mr_status create_slot(struct collector *collector, const struct link
     oldest->row.armed_block = armed_block;
     oldest->row.armed_us = (int64_t)host_us;
     oldest->row.state = landing->state;
-    oldest->begin_mark = collector->side[LINK_CAN].mark[0];
+    oldest->begin_frame_row = collector->side[LINK_CAN].marked_frame_row[0];
     *slot = oldest;
     enum mr_status status = store_landing_add(collector->store, &oldest->row, error);
     return status == MR_OK ? collect_write_configuration(collector, oldest, error) : status;
@@ -217,12 +217,12 @@ void collect_leave_landing(struct link_side *side)
     struct landing_slot *slot = side->current_landing;
     if (!slot)
         return;
-    slot->has_left[side->kind] = true;
+    slot->link_left[side->kind] = true;
     if (slot->end_block < 0)
         slot->end_block = collect_newest_block(side);
     side->last_landing = slot;
     side->current_landing = NULL;
-    account_reset_steps(&side->account);
+    account_reset_series_steps(&side->account);
 }
 
 static enum mr_status enter_landing(struct collector *collector, struct link_side *side,
@@ -241,12 +241,12 @@ static enum mr_status enter_landing(struct collector *collector, struct link_sid
         status = collect_write_configuration(collector, slot, error);
     if (status != MR_OK)
         return status;
-    if (side->kind == LINK_CAN && !slot->has_entered[LINK_CAN])
+    if (side->kind == LINK_CAN && !slot->link_entered[LINK_CAN])
         /* a CAN frame has the time of its arrival, serial bytes the time at which they were read */
         slot->row.armed_us = (int64_t)host_us;
-    slot->has_entered[side->kind] = true;
+    slot->link_entered[side->kind] = true;
     side->current_landing = slot;
-    account_reset_steps(&side->account);
+    account_reset_series_steps(&side->account);
     return MR_OK;
 }
 

@@ -17,9 +17,9 @@
 #define CLOCK_AGE_MAX_BLOCKS   1000
 
 /* serial is silent if CAN is this far ahead of it, or of CAN's first clock */
-#define SERIAL_SILENT_BLOCKS 1000
-#define MARK_PERIOD_BLOCKS   5000
-#define SAME_START_BLOCKS    10000
+#define SERIAL_SILENCE_MIN_BLOCKS 1000
+#define FRAME_MARK_PERIOD_BLOCKS  5000
+#define SAME_START_MAX_BLOCKS     10000
 
 /* Handles a restart of the board. `hello`: its first hello, in the next frame; NULL: not
  * received. */
@@ -29,14 +29,14 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
 {
     const struct landing_slot *broken_off = side->current_landing;
     enum mr_status status = collect_put_time_map(collector, side, NULL, error);
-    for (size_t i = 0; i < LANDING_SLOTS && status == MR_OK; i++) {
+    for (size_t i = 0; i < LANDING_SLOT_COUNT && status == MR_OK; i++) {
         struct landing_slot *slot = &collector->slot[i];
         if (slot->row.id == 0 || slot->row.boot != side->boot ||
             (slot->end_block >= 0 && !slot->was_interrupted))
             continue;
         slot->was_interrupted = true;
         if (side->kind == LINK_CAN)
-            status = store_newest_frame(collector->store, &slot->interrupted_mark, error);
+            status = store_newest_frame(collector->store, &slot->interruption_frame_row, error);
     }
     if (status != MR_OK)
         return status;
@@ -45,8 +45,8 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
     side->time_doubt = (struct timebase_doubt){0};
     side->boot++;
     side->timebase = (struct timebase){0};
-    side->clock_block = side->first_clock = 0;
-    collect_discard_time(side);
+    side->newest_clock_block = side->first_clock_block = 0;
+    collect_discard_time_map(side);
     account_restart(&side->account, hello != NULL);
     side->shunt.number = 0;
     memset(collector->fault_count, 0, sizeof collector->fault_count);
@@ -63,7 +63,7 @@ static enum mr_status handle_restart(struct collector *collector, struct link_si
 }
 
 /* Gets the full block index of a message and its tick. Returns false if the message has none. */
-static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_t *tick)
+static bool get_clock_fields(const struct mr_message *message, uint32_t *block, uint32_t *tick)
 {
     bool sync = message->index == MR_INDEX_SYNC;
     *block = sync ? message->as.sync.block : message->as.clock.block;
@@ -73,10 +73,11 @@ static bool get_clock(const struct mr_message *message, uint32_t *block, uint32_
 
 /* Updates the board time from a message. A clock with tick 0 means that scanning is stopped, so its
  * block is not a time. On CAN any node may have sent it. */
-static enum timebase_verdict update_time(struct link_side *side, const struct mr_message *message)
+static enum timebase_result update_board_time(struct link_side *side,
+                                              const struct mr_message *message)
 {
     uint32_t block, tick;
-    if (get_clock(message, &block, &tick)) {
+    if (get_clock_fields(message, &block, &tick)) {
         if (tick == 0)
             return TIMEBASE_CONTINUES;
         if (side->kind == LINK_CAN)
@@ -106,9 +107,9 @@ enum mr_status collect_store_gaps(struct collector *collector, struct link_side 
     return status;
 }
 
-static enum mr_status store_raw(struct collector *collector, const struct link_side *side,
-                                const struct landing_slot *slot, struct store_frame *frame,
-                                struct error *error)
+static enum mr_status store_raw_frame(struct collector *collector, const struct link_side *side,
+                                      const struct landing_slot *slot, struct store_frame *frame,
+                                      struct error *error)
 {
     frame->run = slot ? slot->row.id : STORE_NONE;
     frame->link = (int)side->kind;
@@ -138,11 +139,13 @@ static bool is_serial_record(const struct collector *collector)
 {
     const struct link_side *can = &collector->side[LINK_CAN],
                            *serial = &collector->side[LINK_SERIAL];
-    int64_t spoke = serial->timebase.known ? collect_newest_block(serial) : can->first_clock;
+    int64_t spoke = serial->timebase.is_block_known ? collect_newest_block(serial)
+                                                    : can->first_clock_block;
     /* CAN is behind: it delivers frames that serial delivered before the restart */
     bool behind = serial->boot > can->boot;
-    return !serial->has_ended && (behind || (serial->boot == can->boot &&
-                                             can->clock_block - spoke <= SERIAL_SILENT_BLOCKS));
+    return !serial->has_ended &&
+           (behind || (serial->boot == can->boot &&
+                       can->newest_clock_block - spoke <= SERIAL_SILENCE_MIN_BLOCKS));
 }
 
 /* Each link counts restarts on its own. CAN may miss a short restart, or mistake another node's
@@ -151,27 +154,28 @@ static bool is_serial_record(const struct collector *collector)
 static void adopt_serial_boot(const struct collector *collector, struct link_side *can)
 {
     const struct link_side *serial = &collector->side[LINK_SERIAL];
-    int64_t block = can->clock_block, apart = block - collect_newest_block(serial);
-    if (!serial->has_ended && !can->current_landing && apart <= SERIAL_SILENT_BLOCKS &&
-        apart >= -SERIAL_SILENT_BLOCKS && block > SAME_START_BLOCKS)
+    int64_t block = can->newest_clock_block, apart = block - collect_newest_block(serial);
+    if (!serial->has_ended && !can->current_landing && apart <= SERIAL_SILENCE_MIN_BLOCKS &&
+        apart >= -SERIAL_SILENCE_MIN_BLOCKS && block > SAME_START_MAX_BLOCKS)
         can->boot = serial->boot;
 }
 
 /* Sets the arming time from CAN, where a frame has the time of its arrival; serial bytes have the
  * time at which they were read. */
-static enum mr_status stamp_landing(struct collector *collector, struct link_side *can,
-                                    const struct collector_event *event, struct error *error)
+static enum mr_status set_arming_time_from_can(struct collector *collector, struct link_side *can,
+                                               const struct collector_event *event,
+                                               struct error *error)
 {
     struct landing_slot *slot = can->current_landing;
     if (event->message->index == MR_INDEX_LANDING &&
         event->message->as.landing.state == MR_LANDING_ARMED &&
-        event->message->as.landing.block != can->armed.block) {
-        can->armed = event->message->as.landing;
+        event->message->as.landing.block != can->armed_landing.block) {
+        can->armed_landing = event->message->as.landing;
         can->armed_us = event->host_us;
     }
     if (!slot || slot->row.armed_us == (int64_t)can->armed_us ||
-        slot->row.armed_block != (int64_t)can->armed.block ||
-        slot->row.board_landing != can->armed.landing)
+        slot->row.armed_block != (int64_t)can->armed_landing.block ||
+        slot->row.board_landing != can->armed_landing.landing)
         return MR_OK;
     slot->row.armed_us = (int64_t)can->armed_us;
     return store_landing_put(collector->store, &slot->row, error);
@@ -179,15 +183,15 @@ static enum mr_status stamp_landing(struct collector *collector, struct link_sid
 
 /* Stores the row of the newest frame from time to time. The next landing begins at a row some
  * seconds back. */
-static enum mr_status mark_frames(struct collector *collector, struct link_side *can,
-                                  struct error *error)
+static enum mr_status mark_newest_frame_row(struct collector *collector, struct link_side *can,
+                                            struct error *error)
 {
     int64_t block = collect_newest_block(can);
-    if (block >= can->mark_block && block < can->mark_block + MARK_PERIOD_BLOCKS)
+    if (block >= can->frame_mark_block && block < can->frame_mark_block + FRAME_MARK_PERIOD_BLOCKS)
         return MR_OK;
-    can->mark_block = block;
-    can->mark[0] = can->mark[1];
-    return store_newest_frame(collector->store, &can->mark[1], error);
+    can->frame_mark_block = block;
+    can->marked_frame_row[0] = can->marked_frame_row[1];
+    return store_newest_frame(collector->store, &can->marked_frame_row[1], error);
 }
 
 /* True if the board sends the same message on both links. */
@@ -208,17 +212,18 @@ static void adopt_serial_landing(struct collector *collector, struct link_side *
 {
     int64_t block = collect_newest_block(can);
     struct landing_slot *slot = can->current_landing;
-    if (slot && slot->has_left[LINK_SERIAL] && block > slot->end_block)
+    if (slot && slot->link_left[LINK_SERIAL] && block > slot->end_block)
         collect_leave_landing(can);
-    for (size_t i = 0; i < LANDING_SLOTS && !can->current_landing; i++) {
+    for (size_t i = 0; i < LANDING_SLOT_COUNT && !can->current_landing; i++) {
         slot = &collector->slot[i];
-        if (slot->row.id == 0 || slot->row.boot != can->boot || slot->has_left[LINK_CAN] ||
-            !slot->has_entered[LINK_SERIAL] || slot->is_finished || block < slot->row.armed_block ||
-            (slot->has_left[LINK_SERIAL] && block > slot->end_block))
+        if (slot->row.id == 0 || slot->row.boot != can->boot || slot->link_left[LINK_CAN] ||
+            !slot->link_entered[LINK_SERIAL] || slot->is_finished ||
+            block < slot->row.armed_block ||
+            (slot->link_left[LINK_SERIAL] && block > slot->end_block))
             continue;
-        slot->has_entered[LINK_CAN] = true;
+        slot->link_entered[LINK_CAN] = true;
         can->current_landing = slot;
-        account_reset_steps(&can->account);
+        account_reset_series_steps(&can->account);
     }
 }
 
@@ -232,7 +237,7 @@ static void compare_can_identity(struct collector *collector, struct link_side *
         return;
     bool own = memcmp(words, collector->reported.uid, sizeof words) == 0;
     can->own_board_seen |= own;
-    can->other_board_messages = own ? 0 : can->other_board_messages + 1;
+    can->other_board_message_count = own ? 0 : can->other_board_message_count + 1;
     if (!own)
         memcpy(can->other_uid, words, sizeof words);
 }
@@ -251,8 +256,8 @@ static enum mr_status deliver_message(struct collector *collector, struct link_s
     }
     if (side->kind == LINK_CAN && is_serial_record(collector)) {
         adopt_serial_landing(collector, side);
-        if (mark_frames(collector, side, error) != MR_OK ||
-            stamp_landing(collector, side, event, error) != MR_OK)
+        if (mark_newest_frame_row(collector, side, error) != MR_OK ||
+            set_arming_time_from_can(collector, side, event, error) != MR_OK)
             return error->status;
         if (collector->reported.hello_known && is_sent_on_both_links(event->message)) {
             compare_can_identity(collector, side, event->message);
@@ -270,25 +275,25 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
 {
     const struct mr_message_info *info = message->info;
     bool lost_in_time = is_impossible_time(side, message, host_us);
-    enum timebase_verdict time = lost_in_time ? TIMEBASE_DOUBTFUL : update_time(side, message);
+    enum timebase_result time = lost_in_time ? TIMEBASE_DOUBTFUL : update_board_time(side, message);
     enum mr_status status = MR_OK;
     side->received_us = host_us;
     if (time == TIMEBASE_RESTARTED) {
         status = handle_restart(collector, side, host_us, NULL, error);
-        update_time(side, message);
+        update_board_time(side, message);
     }
     if (side->kind == LINK_CAN)
         account_add_can_frame(&side->account);
     else
         account_add_serial_frame(&side->account, (uint16_t)seq, collect_newest_block(side));
-    if (message->index == MR_INDEX_CLOCK && side->timebase.tick_known &&
+    if (message->index == MR_INDEX_CLOCK && side->timebase.is_tick_known &&
         time != TIMEBASE_DOUBTFUL) {
-        side->clock_block = message->as.clock.block;
-        if (side->first_clock == 0)
-            side->first_clock = side->clock_block;
+        side->newest_clock_block = message->as.clock.block;
+        if (side->first_clock_block == 0)
+            side->first_clock_block = side->newest_clock_block;
         if (side->kind == LINK_CAN)
             adopt_serial_boot(collector, side);
-        account_confirm_time(&side->account);
+        account_confirm_board_time(&side->account);
     }
     account_add_message(&side->account, message->index);
 
@@ -307,11 +312,11 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
     if (status == MR_OK && time != TIMEBASE_DOUBTFUL)
         meaning = deliver_message(collector, side, &event, error);
     if (status == MR_OK)
-        status = store_raw(collector, side,
-                           lost_in_time            ? NULL
-                           : side->current_landing ? side->current_landing
-                                                   : before,
-                           &frame, error);
+        status = store_raw_frame(collector, side,
+                                 lost_in_time            ? NULL
+                                 : side->current_landing ? side->current_landing
+                                                         : before,
+                                 &frame, error);
     if (status == MR_OK)
         status = collect_store_gaps(collector, side, error);
     if (status == MR_OK)
@@ -321,8 +326,8 @@ static enum mr_status handle_message(struct collector *collector, struct link_si
 
 /* Decodes a frame. Returns true if it is a message of the board, or of another node with the same
  * identifiers. */
-static bool read_frame(const struct collector *collector, const struct link_frame *frame,
-                       struct mr_message *message)
+static bool decode_can_frame(const struct collector *collector, const struct link_frame *frame,
+                             struct mr_message *message)
 {
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
     return !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR)) &&
@@ -336,7 +341,7 @@ static enum mr_status handle_can_frame(struct collector *collector, struct link_
     struct mr_message message;
     bool standard = !(frame->id & (LINK_ID_EXTENDED | LINK_ID_REMOTE | LINK_ID_ERROR));
     uint32_t id = link_id_from_bus(frame->id, collector->can_base);
-    if (read_frame(collector, frame, &message))
+    if (decode_can_frame(collector, frame, &message))
         return handle_message(collector, side, &message, side->account.counts.received,
                               frame->host_us, error);
 
@@ -352,7 +357,7 @@ static enum mr_status handle_can_frame(struct collector *collector, struct link_
                               .id = id,
                               .length = frame->length,
                               .data = frame->data};
-    return store_raw(collector, side, side->current_landing, &raw, error);
+    return store_raw_frame(collector, side, side->current_landing, &raw, error);
 }
 
 static enum mr_status handle_block(struct collector *collector, struct link_side *side,
@@ -370,7 +375,7 @@ static enum mr_status handle_block(struct collector *collector, struct link_side
         timebase_apply_clock(&side->timebase, block.index, block.tick);
     }
     account_add_serial_frame(&side->account, frame->seq, collect_newest_block(side));
-    account_confirm_time(&side->account);
+    account_confirm_board_time(&side->account);
     account_add_message(&side->account, MR_INDEX_BLOCK);
     if (side->current_landing)
         account_add_block(&side->account, block.index);
@@ -405,7 +410,7 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
                               .id = frame->type,
                               .length = frame->length,
                               .data = frame->payload};
-    return store_raw(collector, side, side->current_landing, &raw, error);
+    return store_raw_frame(collector, side, side->current_landing, &raw, error);
 }
 
 /* ---- assignment of frames to starts of the board ----
@@ -415,31 +420,30 @@ static enum mr_status process_serial_frame(struct collector *collector, struct l
  * board restarted. Frames after a hello on CAN, or after a loss on serial, are therefore held
  * until the time is known: some milliseconds in a landing, 0.1 s otherwise. */
 
-#define HOLD_MAX_US 1000000u /* how long frames are held if the board sends no time */
-#define RESTART_SEQUENCE_LIMIT \
-    64u /* a smaller sequence number means that the board has just started */
+#define FRAME_HOLD_MAX_US 1000000u /* how long frames are held if the board sends no time */
+#define RESTART_SEQ_LIMIT 64u /* a smaller sequence number means that the board has just started */
 
-enum start { START_UNKNOWN, START_SAME, START_NEW };
+enum board_start { BOARD_START_UNKNOWN, BOARD_START_SAME, BOARD_START_NEW };
 
-static enum start classify_start(struct link_side *side, const struct mr_message *message)
+static enum board_start classify_start(struct link_side *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
     uint32_t block, tick;
-    if (get_clock(message, &block, &tick)) {
+    if (get_clock_fields(message, &block, &tick)) {
         if (tick != 0 && side->kind == LINK_SERIAL)
-            return timebase_is_restart(&copy, block) ? START_NEW : START_SAME;
-        enum timebase_verdict verdict = tick == 0 ? TIMEBASE_CONTINUES
-                                                  : timebase_check_clock(&copy, &side->time_doubt,
-                                                                         block, tick, true);
-        return verdict == TIMEBASE_DOUBTFUL  ? START_UNKNOWN
-             : verdict == TIMEBASE_RESTARTED ? START_NEW
-                                             : START_SAME;
+            return timebase_is_restart(&copy, block) ? BOARD_START_NEW : BOARD_START_SAME;
+        enum timebase_result verdict = tick == 0 ? TIMEBASE_CONTINUES
+                                                 : timebase_check_clock(&copy, &side->time_doubt,
+                                                                        block, tick, true);
+        return verdict == TIMEBASE_DOUBTFUL  ? BOARD_START_UNKNOWN
+             : verdict == TIMEBASE_RESTARTED ? BOARD_START_NEW
+                                             : BOARD_START_SAME;
     }
     if (message->block16 < 0 || message->info->direction != MR_DIRECTION_CAN)
-        return START_UNKNOWN;
+        return BOARD_START_UNKNOWN;
     int64_t ahead = timebase_unwrap(&copy, (uint16_t)message->block16) -
                     side->timebase.newest_block;
-    return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? START_SAME : START_UNKNOWN;
+    return ahead >= 0 && ahead <= READING_AGE_MAX_BLOCKS ? BOARD_START_SAME : BOARD_START_UNKNOWN;
 }
 
 static enum mr_status process_held_frame(struct collector *collector, struct link_side *side,
@@ -454,22 +458,23 @@ static enum mr_status process_held_frame(struct collector *collector, struct lin
              : process_serial_frame(collector, side, &frame, held->frame.host_us, error);
 }
 
-/* Handles the held frames. `start` is START_NEW if the first of them is the first known frame of a
- * new start. */
+/* Handles the held frames. `start` is BOARD_START_NEW if the first of them is the first known frame
+ * of a new start. */
 static enum mr_status release_held_frames(struct collector *collector, struct link_side *side,
-                                          enum start start, uint64_t host_us, struct error *error)
+                                          enum board_start start, uint64_t host_us,
+                                          struct error *error)
 {
     const struct held_frame *first = side->held_frames;
-    size_t count = side->held_count;
+    size_t count = side->held_frame_count;
     struct mr_message hello;
     enum mr_status status = MR_OK;
-    side->held_count = 0;
-    if (start == START_NEW) {
+    side->held_frame_count = 0;
+    if (start == BOARD_START_NEW) {
         bool has_hello = count && side->kind == LINK_CAN &&
-                         read_frame(collector, &first->frame, &hello);
+                         decode_can_frame(collector, &first->frame, &hello);
         status = handle_restart(collector, side, count ? first->frame.host_us : host_us,
                                 has_hello ? &hello.as.hello : NULL, error);
-        if (count && side->kind == LINK_SERIAL && first->seq < RESTART_SEQUENCE_LIMIT)
+        if (count && side->kind == LINK_SERIAL && first->seq < RESTART_SEQ_LIMIT)
             account_expect_first_frame(&side->account);
     }
     for (size_t i = 0; i < count && status == MR_OK; i++)
@@ -479,15 +484,15 @@ static enum mr_status release_held_frames(struct collector *collector, struct li
 
 /* Returns true if the frame is held; false if the held frames were handled, or if `error` is
  * set. */
-static bool hold_frame(struct collector *collector, struct link_side *side, enum start start,
+static bool hold_frame(struct collector *collector, struct link_side *side, enum board_start start,
                        const struct held_frame *held, struct error *error)
 {
     uint64_t host_us = held->frame.host_us;
-    bool room = side->held_count < COLLECT_HELD_MAX &&
-                (side->held_count == 0 ||
-                 host_us < side->held_frames[0].frame.host_us + HOLD_MAX_US);
-    if (start == START_UNKNOWN && room) {
-        side->held_frames[side->held_count++] = *held;
+    bool room = side->held_frame_count < COLLECT_HELD_FRAMES_MAX &&
+                (side->held_frame_count == 0 ||
+                 host_us < side->held_frames[0].frame.host_us + FRAME_HOLD_MAX_US);
+    if (start == BOARD_START_UNKNOWN && room) {
+        side->held_frames[side->held_frame_count++] = *held;
         return true;
     }
     release_held_frames(collector, side, start, host_us, error);
@@ -498,9 +503,10 @@ enum mr_status collect_release_held_frames(struct collector *collector, struct l
                                            struct error *error)
 {
     const struct timebase_doubt *doubt = &side->time_doubt;
-    bool back = side->held_count && doubt->pending &&
-                (int64_t)doubt->block < side->timebase.newest_clock;
-    return release_held_frames(collector, side, back ? START_NEW : START_SAME, 0, error);
+    bool back = side->held_frame_count && doubt->is_pending &&
+                (int64_t)doubt->block < side->timebase.newest_clock_block;
+    return release_held_frames(collector, side, back ? BOARD_START_NEW : BOARD_START_SAME, 0,
+                               error);
 }
 
 enum mr_status collector_receive_frame(struct collector *collector, const struct link_frame *frame,
@@ -509,11 +515,11 @@ enum mr_status collector_receive_frame(struct collector *collector, const struct
     struct link_side *side = &collector->side[LINK_CAN];
     const struct held_frame held = {.frame = *frame};
     struct mr_message message;
-    bool ours = read_frame(collector, frame, &message);
-    bool hello = ours && message.index == MR_INDEX_HELLO && side->timebase.known;
-    if ((hello || side->held_count) &&
-        hold_frame(collector, side, ours ? classify_start(side, &message) : START_UNKNOWN, &held,
-                   error))
+    bool ours = decode_can_frame(collector, frame, &message);
+    bool hello = ours && message.index == MR_INDEX_HELLO && side->timebase.is_block_known;
+    if ((hello || side->held_frame_count) &&
+        hold_frame(collector, side, ours ? classify_start(side, &message) : BOARD_START_UNKNOWN,
+                   &held, error))
         return MR_OK;
     return error->status == MR_OK ? handle_can_frame(collector, side, frame, error) : error->status;
 }
@@ -529,17 +535,18 @@ static enum mr_status handle_serial_frame(struct collector *collector, struct li
     bool ours = frame->type != MR_ID_BLOCK &&
                 mr_message_decode(&message, frame->type, frame->payload, frame->length) == MR_OK;
     if (ours && jump && frame->seq == 0 && message.index == MR_INDEX_HELLO) {
-        if (release_held_frames(collector, side, START_SAME, host_us, error) == MR_OK)
+        if (release_held_frames(collector, side, BOARD_START_SAME, host_us, error) == MR_OK)
             handle_restart(collector, side, host_us, &message.as.hello, error);
-    } else if (side->held_count || (jump && side->timebase.known)) {
-        enum start start = START_SAME;
+    } else if (side->held_frame_count || (jump && side->timebase.is_block_known)) {
+        enum board_start start = BOARD_START_SAME;
         if (ours) {
             start = classify_start(side, &message);
             held.frame.length = (uint8_t)frame->length;
             memcpy(held.frame.data, frame->payload, frame->length);
         } else if (frame->type == MR_ID_BLOCK &&
                    mr_block_get(&block, frame->payload, frame->length) == MR_OK) {
-            start = timebase_is_restart(&side->timebase, block.index) ? START_NEW : START_SAME;
+            start = timebase_is_restart(&side->timebase, block.index) ? BOARD_START_NEW
+                                                                      : BOARD_START_SAME;
         }
         if (hold_frame(collector, side, start, &held, error))
             return MR_OK;
@@ -552,7 +559,7 @@ enum mr_status collector_receive_bytes(struct collector *collector, const uint8_
                                        size_t length, uint64_t host_us, struct error *error)
 {
     struct link_side *side = &collector->side[LINK_SERIAL];
-    side->account.bytes += (int64_t)length;
+    side->account.received_bytes += (int64_t)length;
     for (size_t i = 0; i < length; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&side->deframer, bytes[i], &frame);
@@ -594,13 +601,13 @@ void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *syn
 void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us)
 {
     if (side->kind == LINK_SERIAL && clock->tick != 0)
-        timemap_add(&side->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_US,
+        timemap_add(&side->time_map, 1000.0 * (double)clock->block + TIMEMAP_SERIAL_DELAY_US,
                     (int64_t)host_us);
 }
 
-void collect_discard_time(struct link_side *side)
+void collect_discard_time_map(struct link_side *side)
 {
-    side->time_map.count = 0;
+    side->time_map.pair_count = 0;
     side->sync_host_us = 0;
 }
 
@@ -609,7 +616,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
 {
     struct timemap_fit fit;
     bool crystal = collector->reported.identity.clock_source == 0;
-    if (side->time_map.count == 0)
+    if (side->time_map.pair_count == 0)
         return MR_OK;
     timemap_fit(&side->time_map, crystal ? CRYSTAL_DRIFT_PPM : INTERNAL_DRIFT_PPM, &fit);
     struct store_time_map row = {.session = collector->session,
@@ -617,7 +624,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
                                  .link = side->kind,
                                  .run = slot ? slot->row.id : STORE_NONE,
                                  .refusal = fit.refusal,
-                                 .pairs = (int64_t)fit.pairs,
+                                 .pairs = (int64_t)fit.pair_count,
                                  .from_us = llround(fit.from_us),
                                  .to_us = llround(fit.to_us),
                                  .spread_us = (double)NAN,
@@ -633,7 +640,7 @@ enum mr_status collect_put_time_map(struct collector *collector, const struct li
     if (fit.refusal == TIMEMAP_OK) {
         row.spread_us = fit.spread_us;
         row.board_us = llround(slot && slot->first_edge_us > 0.0 ? slot->first_edge_us : fit.to_us);
-        struct timemap_value host = timemap_host_us(&fit, (double)row.board_us);
+        struct timemap_value host = timemap_to_host_us(&fit, (double)row.board_us);
         row.host_us = llround(host.value);
         row.host_half_us = host.half_width;
     }
@@ -646,13 +653,13 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct lin
     struct landing_slot *slot = side->current_landing;
     if (!slot)
         return MR_OK;
-    int64_t number = slot->film_frames +
-                     (int16_t)(uint16_t)(frame->number - (uint16_t)slot->film_frames);
-    if (number > slot->film_frames)
-        slot->film_frames = number;
+    int64_t number = slot->newest_film_frame +
+                     (int16_t)(uint16_t)(frame->number - (uint16_t)slot->newest_film_frame);
+    if (number > slot->newest_film_frame)
+        slot->newest_film_frame = number;
     struct store_film_frame row = {.number = number,
                                    .tick = frame->tick,
-                                   .board_us = timebase_tick_us(&side->timebase, frame->tick),
+                                   .board_us = timebase_tick_to_us(&side->timebase, frame->tick),
                                    .links = 1 << side->kind};
     return store_film_frame_put(collector->store, slot->row.id, &row, error);
 }
@@ -662,13 +669,13 @@ enum mr_status collect_handle_film_frame(struct collector *collector, struct lin
 
 int64_t collect_newest_block(const struct link_side *side)
 {
-    return side->timebase.known ? side->timebase.newest_block : -1;
+    return side->timebase.is_block_known ? side->timebase.newest_block : -1;
 }
 
 int64_t collect_board_time(const struct link_side *side, const struct mr_message *message)
 {
     struct timebase copy = side->timebase;
-    if (!copy.known)
+    if (!copy.is_block_known)
         return STORE_NONE;
     if (message && message->block16 >= 0) {
         int64_t block = timebase_unwrap(&copy, (uint16_t)message->block16);

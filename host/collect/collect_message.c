@@ -60,8 +60,8 @@ static enum mr_status count_message(struct collector *collector, struct link_sid
     } else if (m->index == MR_INDEX_CAN_HEALTH && side->kind == LINK_CAN) {
         account_apply_can_health(&side->account, &m->as.can_health, collect_newest_block(side));
     } else if (m->index == MR_INDEX_SERIAL_HEALTH && side->kind == LINK_SERIAL) {
-        account_apply_dropped(&side->account, m->as.serial_health.dropped,
-                              collect_newest_block(side));
+        account_apply_dropped_count(&side->account, m->as.serial_health.dropped,
+                                    collect_newest_block(side));
     }
     return MR_OK;
 }
@@ -96,11 +96,11 @@ static enum mr_status put_event(struct collector *collector, struct link_side *s
                              event.detail, event.value, event_message->host_us, error);
 }
 
-#define REPEATED_BLOCKS 1000u
+#define ANSWER_REPEAT_MAX_BLOCKS 1000u
 
 static bool is_own_answer(struct collector_own_commands *own, const struct mr_ack *ack)
 {
-    for (unsigned i = 0; own && i < COLLECTOR_OWN_COMMANDS && i < own->next_index; i++) {
+    for (unsigned i = 0; own && i < COLLECTOR_OWN_COMMANDS_MAX && i < own->next_index; i++) {
         bool answered = own->command[i].block >= 0 && own->command[i].block != (int64_t)ack->block;
         if (own->command[i].code == ack->code && own->command[i].tag == ack->tag && !answered) {
             own->command[i].block = ack->block;
@@ -115,19 +115,20 @@ static enum mr_status record_answer(struct collector *collector, struct link_sid
                                     const struct mr_ack *ack, uint64_t host_us, struct error *error)
 {
     struct landing_slot *current = side->current_landing;
-    struct repeated_answer *last = &collector->repeated[ack->code % REPEATED_ANSWERS_MAX];
+    struct repeated_answer *last = &collector->repeated_answers[ack->code % REPEATED_ANSWERS_MAX];
     if (mr_command_privilege(ack->code) == MR_PRIVILEGE_READ)
         return MR_OK;
     bool own = is_own_answer(collector->own_commands, ack);
-    if (last->known && !own && !last->is_own && last->code == ack->code &&
-        last->status == ack->status && ack->block - last->block < REPEATED_BLOCKS) {
-        last->count++;
+    if (last->has_answer && !own && !last->is_own && last->code == ack->code &&
+        last->status == ack->status && ack->block - last->block < ANSWER_REPEAT_MAX_BLOCKS) {
+        last->repeat_count++;
         return MR_OK;
     }
     if (collector->own_commands)
         collector->answer[collector->answer_count++ % COLLECT_ANSWERS_MAX] =
-            (struct collector_answer){.ack = *ack, .is_own = own, .repeats = last->count};
-    *last = (struct repeated_answer){.known = true,
+            (struct collector_answer){
+                .ack = *ack, .is_own = own, .repeat_count = last->repeat_count};
+    *last = (struct repeated_answer){.has_answer = true,
                                      .is_own = own,
                                      .status = ack->status,
                                      .code = ack->code,
@@ -160,36 +161,39 @@ static enum mr_status handle_state_message(struct collector *collector, struct l
     }
 }
 
-static collect_topic collect_gear_message, collect_predict_message, collect_band_message,
+static collect_message_handler collect_gear_message, collect_predict_message, collect_band_message,
     collect_health_message;
 
 /* Each topic handles its own messages, in addition to their events. A message of no topic is
  * stored only as a frame. */
-static collect_topic *const topics[] = {
+static collect_message_handler *const message_handlers[] = {
     count_message,        handle_state_message,    collect_identity_message, collect_health_message,
     collect_gear_message, collect_predict_message, collect_band_message};
-enum { TOPIC_COUNT = sizeof topics / sizeof topics[0], FIRST_OF_LANDING = 4 };
+enum {
+    MESSAGE_HANDLER_COUNT = sizeof message_handlers / sizeof message_handlers[0],
+    FIRST_LANDING_HANDLER = 4
+};
 
-static enum mr_status record_message(unsigned first, struct collector *collector,
-                                     struct link_side *side, const struct collector_event *event,
-                                     struct error *error)
+static enum mr_status run_message_handlers(unsigned first, struct collector *collector,
+                                           struct link_side *side,
+                                           const struct collector_event *event, struct error *error)
 {
     enum mr_status status = put_event(collector, side, event, error);
-    for (unsigned i = first; i < TOPIC_COUNT && status == MR_OK; i++)
-        status = topics[i](collector, side, event, error);
+    for (unsigned i = first; i < MESSAGE_HANDLER_COUNT && status == MR_OK; i++)
+        status = message_handlers[i](collector, side, event, error);
     return status;
 }
 
 enum mr_status collect_message(struct collector *collector, struct link_side *side,
                                const struct collector_event *event, struct error *error)
 {
-    return record_message(0, collector, side, event, error);
+    return run_message_handlers(0, collector, side, event, error);
 }
 
 enum mr_status collect_reprocess_message(struct collector *collector, struct link_side *side,
                                          const struct collector_event *event, struct error *error)
 {
-    return record_message(FIRST_OF_LANDING, collector, side, event, error);
+    return run_message_handlers(FIRST_LANDING_HANDLER, collector, side, event, error);
 }
 
 /* ---- gear: switches, motion, touchdown and stop, zones ahead of the wheel, mat temperature
@@ -203,9 +207,9 @@ static enum mr_status record_edge(struct collector *collector, struct link_side 
         return MR_OK;
     if (message->count > slot->edge_count)
         slot->edge_count = message->count;
-    if (slot->first_edge_us == 0.0 && side->timebase.tick_known)
-        slot->first_edge_us = timebase_tick_us(&side->timebase, message->tick);
-    struct store_edge row = {.board_us = timebase_tick_us(&side->timebase, message->tick),
+    if (slot->first_edge_us == 0.0 && side->timebase.is_tick_known)
+        slot->first_edge_us = timebase_tick_to_us(&side->timebase, message->tick);
+    struct store_edge row = {.board_us = timebase_tick_to_us(&side->timebase, message->tick),
                              .links = collect_link_bit(side)};
     collect_edge_row(&row, message);
     return store_edge_put(collector->store, slot->row.id, &row, error);
@@ -227,16 +231,16 @@ static enum mr_status record_switch_event(struct collector *collector, const str
 
 /* Motion and its errors are two messages with the same block: the first is stored at once, the
  * second completes the row. A zone and its lead time are stored in the same way. */
-#define RECORD_TWO_PARTS(name, NAME, second)                                                       \
+#define DEFINE_TWO_PART_RECORDER(name, NAME, second)                                               \
     static enum mr_status name(struct collector *collector, struct link_side *side,                \
                                const struct mr_message *m, struct error *error)                    \
     {                                                                                              \
-        struct store_##name *row = &side->name;                                                    \
+        struct store_##name *row = &side->half_##name;                                             \
         if (m->index == MR_INDEX_##NAME) {                                                         \
             *row = store_blank_##name;                                                             \
-            side->name##16 = m->block16;                                                           \
+            side->half_##name##_block16 = m->block16;                                              \
             collect_##name##_row(row, &m->as.name);                                                \
-        } else if (m->block16 == side->name##16) {                                                 \
+        } else if (m->block16 == side->half_##name##_block16) {                                    \
             collect_##second##_row(row, &m->as.second);                                            \
         } else {                                                                                   \
             return MR_OK;                                                                          \
@@ -247,8 +251,8 @@ static enum mr_status record_switch_event(struct collector *collector, const str
                  ? store_##name##_put(collector->store, side->current_landing->row.id, row, error) \
                  : MR_OK;                                                                          \
     }
-RECORD_TWO_PARTS(motion, MOTION, motion_error)
-RECORD_TWO_PARTS(zone, ZONE, zone_lead)
+DEFINE_TWO_PART_RECORDER(motion, MOTION, motion_error)
+DEFINE_TWO_PART_RECORDER(zone, ZONE, zone_lead)
 
 /* Touchdown and stop share a row and arrive in any order. */
 static enum mr_status record_result(struct collector *collector, const struct link_side *side,
@@ -312,12 +316,12 @@ static enum mr_status record_joints(struct collector *collector, struct link_sid
                                     const struct mr_runway_joints *m, struct error *error)
 {
     struct mr_predictor_state *state = &side->runway;
-    if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_parts ||
-        side->runway_parts >= mr_runway_messages(state))
+    if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_part_count ||
+        side->runway_part_count >= mr_runway_messages(state))
         return MR_OK;
     mr_runway_apply_message(state, m);
-    side->runway_parts++;
-    if (!side->current_landing || side->runway_parts < mr_runway_messages(state) ||
+    side->runway_part_count++;
+    if (!side->current_landing || side->runway_part_count < mr_runway_messages(state) ||
         mr_runway_crc(state) != side->runway_store.crc)
         return MR_OK;
     return store_runway_put(collector->store, side->current_landing->row.id, state,
@@ -329,7 +333,7 @@ static void record_runway(struct link_side *side, const struct mr_runway *m)
     side->runway = (struct mr_predictor_state){.mats = m->mats <= MR_CHAIN_MATS ? m->mats : 0,
                                                .landings = m->landings,
                                                .scale = m->resistance};
-    side->runway_parts = 0;
+    side->runway_part_count = 0;
 }
 
 static void record_runway_state(struct collector *collector, struct link_side *side,
@@ -562,11 +566,11 @@ static enum mr_status record_quality(struct collector *collector, const struct l
 static void record_slow_row(struct link_side *side, const struct mr_slow_row *message,
                             uint64_t host_us)
 {
-    side->slow = (struct store_slow){.time_us = (int64_t)host_us,
-                                     .block = message->block,
-                                     .temperature_c = (double)message->temperature_c};
-    side->slow_number = message->row;
-    side->slow_gages = 0;
+    side->slow_row = (struct store_slow){.time_us = (int64_t)host_us,
+                                         .block = message->block,
+                                         .temperature_c = (double)message->temperature_c};
+    side->slow_row_number = message->row;
+    side->slow_gage_count = 0;
 }
 
 /* Stores a row of the slow log when it is complete. */
@@ -575,16 +579,16 @@ static enum mr_status record_slow_tension(struct collector *collector, struct li
                                           struct error *error)
 {
     const float lb[] = {message->a_lb, message->b_lb, message->c_lb};
-    if (!side->slow.block || message->row != side->slow_number ||
-        message->first != side->slow_gages + 1u)
+    if (!side->slow_row.block || message->row != side->slow_row_number ||
+        message->first != side->slow_gage_count + 1u)
         return MR_OK;
-    for (unsigned k = 0; k < 3u && side->slow_gages < MR_GAGES; k++)
-        side->slow.tension_lb[side->slow_gages++] = (double)lb[k];
-    if (side->slow_gages < MR_GAGES || !collector->reported.identity.board_uid[0])
+    for (unsigned k = 0; k < 3u && side->slow_gage_count < MR_GAGES; k++)
+        side->slow_row.tension_lb[side->slow_gage_count++] = (double)lb[k];
+    if (side->slow_gage_count < MR_GAGES || !collector->reported.identity.board_uid[0])
         return MR_OK;
-    snprintf(side->slow.board_uid, sizeof side->slow.board_uid, "%s",
+    snprintf(side->slow_row.board_uid, sizeof side->slow_row.board_uid, "%s",
              collector->reported.identity.board_uid);
-    return store_slow_put(collector->store, &side->slow, error);
+    return store_slow_put(collector->store, &side->slow_row, error);
 }
 
 /* Stores one event per word of the report of a processor fault. Both links repeat the report; it is

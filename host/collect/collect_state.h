@@ -21,23 +21,24 @@ struct collector_event;
 /* A landing that is in progress or ended recently. */
 struct landing_slot {
     struct store_landing row; /* row.id 0: the slot is free */
-    bool has_entered[LINK_KINDS];
-    bool has_left[LINK_KINDS];
+    bool link_entered[LINK_KINDS];
+    bool link_left[LINK_KINDS];
     bool is_finished;
-    int64_t state_block;      /* block of the newest change of state */
-    int64_t end_block;        /* block at which the first link left the landing; -1: in progress */
-    int64_t begin_mark;       /* row of a frame some seconds before the landing began */
-    bool was_interrupted;     /* the board restarted during the landing, which ended it */
-    int64_t interrupted_mark; /* row of the newest CAN frame before the restart; 0: none yet */
+    int64_t state_block;     /* block of the newest change of state */
+    int64_t end_block;       /* block at which the first link left the landing; -1: in progress */
+    int64_t begin_frame_row; /* row of a frame some seconds before the landing began */
+    bool was_interrupted;    /* the board restarted during the landing, which ended it */
+    /* row of the newest CAN frame before the restart; 0: none yet */
+    int64_t interruption_frame_row;
     unsigned edge_count;
-    double first_edge_us; /* board time of the first edge, us; 0: no edge yet */
-    int64_t film_frames;  /* number of the newest frame, unwrapped */
+    double first_edge_us;      /* board time of the first edge, us; 0: no edge yet */
+    int64_t newest_film_frame; /* number of the newest frame, unwrapped */
 };
-#define LANDING_SLOTS 4u
+#define LANDING_SLOT_COUNT 4u
 
 /* Number of hellos and identities of another board, without one of this board, that show a change
  * of board. A board sends each about once a second. */
-#define COLLECT_OTHER_BOARD_MESSAGES 3u
+#define COLLECT_OTHER_BOARD_MESSAGES_MIN 3u
 
 /* A frame that waits until its boot is known: a CAN frame, or a serial frame with its type as
  * identifier. After a start the second clock arrives within 0.1 s, at 9 frames/ms. */
@@ -45,18 +46,18 @@ struct held_frame {
     struct link_frame frame;
     uint16_t seq;
 };
-#define COLLECT_HELD_MAX 2048u
+#define COLLECT_HELD_FRAMES_MAX 2048u
 
 /* State of the collector for one link. */
 struct link_side {
     enum link_kind kind;
     /* CAN: the newest landing message with state ARMED; armed_us: its time of reception */
-    struct mr_landing armed;
+    struct mr_landing armed_landing;
     uint64_t armed_us;
     /* blocks of the newest accepted clock message and of the first one */
-    int64_t clock_block, first_clock;
-    /* CAN: rows of frames; [1] is at most MARK_PERIOD_BLOCKS old, [0] is the previous mark */
-    int64_t mark[2], mark_block;
+    int64_t newest_clock_block, first_clock_block;
+    /* CAN: rows of frames; [1] is at most FRAME_MARK_PERIOD_BLOCKS old, [0] is the previous mark */
+    int64_t marked_frame_row[2], frame_mark_block;
     const char *link_spec; /* NULL: the link is not used */
     bool has_ended;
     struct account account;
@@ -68,35 +69,35 @@ struct link_side {
     uint64_t sync_host_us;
     int64_t boot;
     /* frames held since a hello on CAN, or since a loss on serial */
-    struct held_frame held_frames[COLLECT_HELD_MAX];
-    size_t held_count;
+    struct held_frame held_frames[COLLECT_HELD_FRAMES_MAX];
+    size_t held_frame_count;
     struct landing_slot *current_landing;
     struct landing_slot *last_landing; /* the landing left most recently */
     struct mr_deframer deframer;
-    /* First half of a zone or motion message that waits for its second half. zone16 and motion16
-     * have the low 16 bits of its block. */
-    struct store_zone zone;
-    struct store_motion motion;
-    int32_t zone16, motion16;
+    /* First half of a zone or motion message that waits for its second half. half_zone_block16 and
+     * half_motion_block16 have the low 16 bits of its block. */
+    struct store_zone half_zone;
+    struct store_motion half_motion;
+    int32_t half_zone_block16, half_motion_block16;
     struct store_shunt shunt; /* the shunt calibration in progress; number 0: none */
     struct store_shunt shunt_result;
     /* row of the slow log that is being assembled, its number, and the number of gages received */
-    struct store_slow slow;
-    unsigned slow_number, slow_gages;
-    struct mr_predictor_state runway;         /* runway state that is being assembled from parts */
-    unsigned runway_parts;                    /* number of the runway's parts received in order */
-    struct mr_runway_store runway_store;      /* newest report of the stored runway */
-    uint64_t counted_troubles[LINK_TROUBLES]; /* errors that the link has counted */
-    /* Errors that were counted but not recorded yet. They belong to landing pending_run and began
-     * at pending_us. */
-    uint64_t pending[LINK_TROUBLES];
-    int64_t pending_run;
-    int64_t pending_us; /* board time */
-    bool has_pending;
+    struct store_slow slow_row;
+    unsigned slow_row_number, slow_gage_count;
+    struct mr_predictor_state runway;          /* runway state that is being assembled from parts */
+    unsigned runway_part_count;                /* number of the runway's parts received in order */
+    struct mr_runway_store runway_store;       /* newest report of the stored runway */
+    uint64_t counted_faults[LINK_FAULT_COUNT]; /* errors that the link has counted */
+    /* Errors that were counted but not recorded yet. They belong to landing pending_faults_run and
+     * began at pending_faults_us. */
+    uint64_t pending_faults[LINK_FAULT_COUNT];
+    int64_t pending_faults_run;
+    int64_t pending_faults_us; /* board time */
+    bool has_pending_faults;
     uint64_t received_us; /* time of reception of the newest message */
     uint32_t state_block; /* block of the newest accepted landing state */
     /* hellos and identities of another board since the last one of this board */
-    unsigned other_board_messages;
+    unsigned other_board_message_count;
     bool own_board_seen;   /* an identity of this board was received */
     uint32_t other_uid[2]; /* words 0 and 1 of the other board's identity */
     struct config_words config;
@@ -106,11 +107,11 @@ struct link_side {
 #define COLLECT_ANSWERS_MAX  8u
 #define REPEATED_ANSWERS_MAX 32u
 struct repeated_answer {
-    bool known, is_own;
+    bool has_answer, is_own;
     int8_t status;
     uint8_t code;
     uint32_t block; /* block of the last answer reported */
-    unsigned count;
+    unsigned repeat_count;
 };
 
 /* Newest reports of the board about itself, sent by itself or on request. */
@@ -141,15 +142,15 @@ struct board_report {
 
 struct collector {
     struct store *store;
-    struct collector *mark; /* state saved by collector_save_mark; NULL: not saved */
+    struct collector *saved_state; /* state saved by collector_save_state; NULL: not saved */
     int64_t session;
     struct link_side side[LINK_KINDS];
     uint16_t can_base;
     const struct collector_listener *listener; /* NULL: no listener */
     struct board_report reported;
-    struct landing_slot slot[LANDING_SLOTS];
-    int64_t finished_runs[LANDING_SLOTS]; /* RUNs not read yet */
-    size_t finished_count;
+    struct landing_slot slot[LANDING_SLOT_COUNT];
+    int64_t finished_runs[LANDING_SLOT_COUNT]; /* RUNs not read yet */
+    size_t finished_run_count;
 
     uint16_t fault_count[MR_FAULT_COUNT];
     struct mr_runway_store stored_runway; /* newest report of the stored runway, from either link */
@@ -169,7 +170,7 @@ struct collector {
     unsigned answer_count, answers_read;
     struct repeated_answer
         /* indexed by the code of the command modulo REPEATED_ANSWERS_MAX */
-        repeated[REPEATED_ANSWERS_MAX];
+        repeated_answers[REPEATED_ANSWERS_MAX];
 };
 
 /* Adds a row to the landing that the side is in. */
@@ -201,12 +202,13 @@ enum mr_status collect_store_gaps(struct collector *collector, struct link_side 
                                   struct error *error);
 
 /* Processes an accepted message. Each topic is handled in the file of its name. */
-typedef enum mr_status collect_topic(struct collector *collector, struct link_side *side,
-                                     const struct collector_event *event, struct error *error);
-collect_topic collect_message;
+typedef enum mr_status collect_message_handler(struct collector *collector, struct link_side *side,
+                                               const struct collector_event *event,
+                                               struct error *error);
+collect_message_handler collect_message;
 /* collect_reprocess_message processes a message a second time, for the landing to which it turns
  * out to belong: events, gear, predictor and bands. */
-collect_topic collect_reprocess_message, collect_identity_message;
+collect_message_handler collect_reprocess_message, collect_identity_message;
 /* Adds a change of a landing's state as an event of the landing that the side is in. */
 enum mr_status collect_put_state_event(struct collector *collector, const struct link_side *side,
                                        const struct mr_landing *message, uint64_t host_us,
@@ -224,7 +226,7 @@ void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uin
 void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at);
 void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us);
 /* Discards the pairs, because this computer's clock was set. */
-void collect_discard_time(struct link_side *side);
+void collect_discard_time_map(struct link_side *side);
 enum mr_status collect_put_time_map(struct collector *collector, const struct link_side *side,
                                     const struct landing_slot *slot, struct error *error);
 enum mr_status collect_handle_film_frame(struct collector *collector, struct link_side *side,

@@ -4,21 +4,21 @@
 
 #include "common/block.h"
 
-#define RESTART_BLOCKS         1000
-/* Clocks are sent every 100 blocks. The limit must be below RESTART_BLOCKS: otherwise a block from
- * another node looks like a restart. */
-#define CONTINUE_BLOCKS        500
+#define RESTART_MIN_BLOCKS     1000
+/* Clocks are sent every 100 blocks. The limit must be below RESTART_MIN_BLOCKS: otherwise a block
+ * from another node looks like a restart. */
+#define CLOCK_STEP_MAX_BLOCKS  500
 /* Block records and messages can overtake each other in the board's serial queues by this much. */
-#define OVERTAKE_BLOCKS        100
+#define OVERTAKE_MAX_BLOCKS    100
 #define ORIGIN_TOLERANCE_TICKS 8400 /* 0.1 ms; the origin is constant while the board runs */
 
 bool timebase_apply_block(struct timebase *timebase, uint32_t block)
 {
-    if (timebase->known && (int64_t)block + RESTART_BLOCKS < timebase->newest_block)
+    if (timebase->is_block_known && (int64_t)block + RESTART_MIN_BLOCKS < timebase->newest_block)
         return true;
-    if (!timebase->known || block > timebase->newest_block)
+    if (!timebase->is_block_known || block > timebase->newest_block)
         timebase->newest_block = block;
-    timebase->known = true;
+    timebase->is_block_known = true;
     return false;
 }
 
@@ -26,15 +26,16 @@ bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t ti
 {
     if (timebase_apply_block(timebase, block))
         return true;
-    timebase->tick_known = true;
-    timebase->newest_clock = block;
+    timebase->is_tick_known = true;
+    timebase->newest_clock_block = block;
     timebase->origin = mr_boardtime_origin(block, tick);
     return false;
 }
 
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block)
 {
-    return timebase->known && (int64_t)block + OVERTAKE_BLOCKS < timebase->newest_block;
+    return timebase->is_block_known &&
+           (int64_t)block + OVERTAKE_MAX_BLOCKS < timebase->newest_block;
 }
 
 static bool has_same_origin(uint32_t a, uint32_t b)
@@ -43,24 +44,26 @@ static bool has_same_origin(uint32_t a, uint32_t b)
     return apart > -ORIGIN_TOLERANCE_TICKS && apart < ORIGIN_TOLERANCE_TICKS;
 }
 
-enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
-                                           uint32_t block, uint32_t tick, bool hello)
+enum timebase_result timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
+                                          uint32_t block, uint32_t tick, bool hello)
 {
     uint32_t origin = mr_boardtime_origin(block, tick);
-    bool first = !timebase->known || !timebase->tick_known;
-    int64_t least = hello ? timebase->newest_clock : timebase->newest_block - RESTART_BLOCKS;
+    bool first = !timebase->is_block_known || !timebase->is_tick_known;
+    int64_t least = hello ? timebase->newest_clock_block
+                          : timebase->newest_block - RESTART_MIN_BLOCKS;
     bool goes_on = has_same_origin(origin, timebase->origin) && (int64_t)block >= least;
-    bool confirms = doubt->pending && has_same_origin(origin, doubt->origin) &&
+    bool confirms = doubt->is_pending && has_same_origin(origin, doubt->origin) &&
                     block > doubt->block;
     if (first || goes_on || confirms) {
-        bool back = hello && !first && !goes_on && (int64_t)doubt->block < timebase->newest_clock;
-        doubt->pending = false;
+        bool back = hello && !first && !goes_on &&
+                    (int64_t)doubt->block < timebase->newest_clock_block;
+        doubt->is_pending = false;
         if (back)
             return TIMEBASE_RESTARTED;
         return timebase_apply_clock(timebase, block, tick) ? TIMEBASE_RESTARTED
                                                            : TIMEBASE_CONTINUES;
     }
-    doubt->pending = true;
+    doubt->is_pending = true;
     doubt->block = block;
     doubt->origin = origin;
     return TIMEBASE_DOUBTFUL;
@@ -68,24 +71,24 @@ enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct tim
 
 int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16)
 {
-    if (!timebase->known)
+    if (!timebase->is_block_known)
         return -1;
     int64_t block = timebase->newest_block +
                     (int16_t)(uint16_t)(block16 - (uint16_t)timebase->newest_block);
     if (block < 0)
         return -1;
-    if (block > timebase->newest_block && block - timebase->newest_block < CONTINUE_BLOCKS)
+    if (block > timebase->newest_block && block - timebase->newest_block < CLOCK_STEP_MAX_BLOCKS)
         timebase->newest_block = block;
     return block;
 }
 
 int64_t timebase_now_us(const struct timebase *timebase)
 {
-    return timebase->known ? 1000 * timebase->newest_block : -1;
+    return timebase->is_block_known ? 1000 * timebase->newest_block : -1;
 }
 
-double timebase_tick_us(const struct timebase *timebase, uint32_t tick)
+double timebase_tick_to_us(const struct timebase *timebase, uint32_t tick)
 {
     int64_t ticks = mr_boardtime_ticks(timebase->origin, (uint32_t)timebase->newest_block, tick);
-    return timebase->tick_known ? (double)ticks / MR_TICKS_PER_US : (double)NAN;
+    return timebase->is_tick_known ? (double)ticks / MR_TICKS_PER_US : (double)NAN;
 }

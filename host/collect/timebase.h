@@ -7,11 +7,11 @@
 #include <stdint.h>
 
 struct timebase {
-    bool known; /* a full block index was received */
-    bool tick_known;
-    int64_t newest_block; /* newest block */
-    int64_t newest_clock; /* block of the newest clock message */
-    uint32_t origin;      /* common/block.h */
+    bool is_block_known; /* a full block index was received */
+    bool is_tick_known;
+    int64_t newest_block;       /* newest block */
+    int64_t newest_clock_block; /* block of the newest clock message */
+    uint32_t origin;            /* common/block.h */
 };
 
 /* Applies a whole block index. Returns true if it is a second or more before the newest one: the
@@ -20,17 +20,17 @@ bool timebase_apply_block(struct timebase *timebase, uint32_t block);
 /* As timebase_apply_block, with the value of TIM2 at the first trigger of the block. */
 bool timebase_apply_clock(struct timebase *timebase, uint32_t block, uint32_t tick);
 
-enum timebase_verdict { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
+enum timebase_result { TIMEBASE_CONTINUES, TIMEBASE_RESTARTED, TIMEBASE_DOUBTFUL };
 /* A board time that does not continue from the known one; a second one must confirm it. */
 struct timebase_doubt {
-    bool pending;
+    bool is_pending;
     uint32_t block, origin;
 };
 /* As timebase_apply_clock, on a link on which other nodes may send. A time that does not continue
  * from the known one is doubted and changes nothing until the next one continues from it. `hello`:
  * a hello was received since the last clock, so a clock that goes back by any amount is doubted. */
-enum timebase_verdict timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
-                                           uint32_t block, uint32_t tick, bool hello);
+enum timebase_result timebase_check_clock(struct timebase *timebase, struct timebase_doubt *doubt,
+                                          uint32_t block, uint32_t tick, bool hello);
 /* For a link that keeps the order of frames. Returns true if the block is before the newest one, by
  * any amount: the board restarted. */
 bool timebase_is_restart(const struct timebase *timebase, uint32_t block);
@@ -42,6 +42,6 @@ int64_t timebase_unwrap(struct timebase *timebase, uint16_t block16);
 int64_t timebase_now_us(const struct timebase *timebase);
 /* Returns the time of a capture within 25 s of the newest block, in microseconds since the scans
  * began; NaN: not known. */
-double timebase_tick_us(const struct timebase *timebase, uint32_t tick);
+double timebase_tick_to_us(const struct timebase *timebase, uint32_t tick);
 
 #endif

@@ -18,10 +18,10 @@ static enum mr_status add_landings(struct store *store, const struct import_resu
         struct store_landing landing;
         int64_t frames = 0;
         char label[30], counted[40] = "";
-        if (store_landing_get(store, result->run[i], &landing, error) != MR_OK ||
-            store_frames_count(store, result->run[i], LINK_CAN, &frames, error) != MR_OK)
+        if (store_landing_get(store, result->runs[i], &landing, error) != MR_OK ||
+            store_frames_count(store, result->runs[i], LINK_CAN, &frames, error) != MR_OK)
             break;
-        snprintf(label, sizeof label, "RUN %lld", (long long)result->run[i]);
+        snprintf(label, sizeof label, "RUN %lld", (long long)result->runs[i]);
         if (frames)
             snprintf(counted, sizeof counted, ", %lld frames", (long long)frames);
         answer_words(answer, NULL, label, "landing %lld, %s, board %s%s",
@@ -42,15 +42,15 @@ static enum mr_status add_result(struct store *store, const struct import_reques
     answer_words(answer, "file", NULL, "%s", request->path);
     answer_words(answer, NULL, "file", "%s", row->file);
     answer_words(answer, "verdict", "verdict", "%s", row->verdict);
-    answer_count(answer, "rows", "imported", (int64_t)result->rows)->suffix =
+    answer_count(answer, "rows", "imported", (int64_t)result->row_count)->suffix =
         strcmp(row->format, "csv") == 0 ? " rows" : " frames";
     answer_words(answer, "sha256", "sha256", "%s", row->sha256);
     answer_words(answer, "format", NULL, "%s", row->format);
     answer_count(answer, "session", NULL, result->session);
     answer_words_or_none(answer, "bus", row->bus[0] ? "bus" : NULL, row->bus[0] ? row->bus : NULL,
                          NULL);
-    answer_count(answer, "other_interfaces", result->other_interface ? "other buses" : NULL,
-                 (int64_t)result->other_interface)
+    answer_count(answer, "other_interfaces", result->other_interface_frames ? "other buses" : NULL,
+                 (int64_t)result->other_interface_frames)
         ->suffix = " frames, left out";
     answer_count(answer, "foreign", result->counts.foreign ? "foreign" : NULL,
                  result->counts.foreign)
@@ -59,16 +59,16 @@ static enum mr_status add_result(struct store *store, const struct import_reques
         answer_sentence(
             answer, NULL,
             "no landing of a board at base 0x%03x found; to read a different board, use --base B",
-            request->base);
+            request->can_base);
     answer_count(answer, "lost", result->counts.lost ? "lost" : NULL, result->counts.lost)->suffix =
         " frames, according to the counts of the board";
-    summary_format_link_errors(result->trouble, troubles, sizeof troubles);
-    answer_json_value(answer, "troubles", summary_link_errors_to_json(result->trouble));
+    summary_format_link_errors(result->link_fault_count, troubles, sizeof troubles);
+    answer_json_value(answer, "troubles", summary_link_errors_to_json(result->link_fault_count));
     if (troubles[0])
         answer_words(answer, NULL, "CAN link", "%s", troubles);
     answer_open_list(answer, "runs", NULL);
     for (size_t i = 0; i < result->run_count; i++)
-        answer_count(answer, NULL, NULL, result->run[i]);
+        answer_count(answer, NULL, NULL, result->runs[i]);
     answer_close_group(answer);
     return add_landings(store, result, answer, error);
 }
@@ -78,7 +78,7 @@ static enum mr_status refuse_repeated_import(struct store *store, const struct s
                                              struct error *error)
 {
     int64_t session = 0;
-    enum mr_status status = store_import_find(store, row, request->base, &session, error);
+    enum mr_status status = store_import_find(store, row, request->can_base, &session, error);
     if (status == MR_OK && session && !again)
         status = error_set(
             error, MR_USAGE,
@@ -93,11 +93,11 @@ static enum mr_status import_readings(const struct textfile *file,
                                       const struct import_request *request, struct mapping *mapping,
                                       struct import_result *result, struct error *error)
 {
-    if (!mapping->text)
+    if (!mapping->json_text)
         return import_candump_check(file, request, result, error);
     return mapping->reads_signals ? import_read_signals(file, request, mapping, result, error)
                                   : csv_read(file->text, file->length, request->path, mapping,
-                                             &result->rows, &result->parsed, error);
+                                             &result->row_count, &result->parsed, error);
 }
 
 /* Imports the data and records the source. If a log has an invalid line, the data before it is
@@ -110,7 +110,7 @@ static enum mr_status import_file(struct store *store, const struct textfile *fi
     snprintf(row->bus, sizeof row->bus, "%s", result->bus);
     enum mr_status status = store_begin(store, error)
                               ?: refuse_repeated_import(store, row, request, again, error)
-                              ?: (mapping->text
+                              ?: (mapping->json_text
                                       ? import_landing(store, mapping, request, result, error)
                                       : import_candump(store, file, request, result, error));
     if (result->session == 0)
@@ -143,18 +143,18 @@ static enum mr_status describe_import(const struct textfile *file,
         if (error->status != MR_OK)
             return error->status;
     }
-    bool csv = mapping->text && !mapping->reads_signals;
-    row->mapping = mapping->text;
+    bool csv = mapping->json_text && !mapping->reads_signals;
+    row->mapping = mapping->json_text;
     snprintf(row->format, sizeof row->format, "%s",
-             csv             ? "csv"
-             : mapping->text ? "signals"
-                             : "candump");
-    if (request->template_run && !mapping->text)
+             csv                  ? "csv"
+             : mapping->json_text ? "signals"
+                                  : "candump");
+    if (request->template_run && !mapping->json_text)
         return error_set(error, MR_USAGE,
                          "--like is only for readings of other instruments: %s is a log of a "
                          "matrig board; leave --like out",
                          request->path);
-    if (request->base && (csv || map))
+    if (request->can_base && (csv || map))
         return error_set(error, MR_USAGE,
                          "--base is only for logs of a matrig board: %s is from another "
                          "instrument; leave --base out",
@@ -190,7 +190,7 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (error.status == MR_OK)
         output_check_kind(request->path, "log", &error);
     (void)(error.status == MR_OK &&
-           (!r.base || link_read_base(r.base, "--base", &request->base, &error) == MR_OK) &&
+           (!r.base || link_read_base(r.base, "--base", &request->can_base, &error) == MR_OK) &&
            textfile_open(request->path, &file, &error) == MR_OK &&
            describe_import(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
            import_readings(&file, request, &mapping, &result, &error) == MR_OK &&

@@ -106,7 +106,7 @@ static void open_watch(struct watch *watch, const char *db, const char *port)
     watch->store = program_open_campaign(db, STORE_READ);
     watch->source = (struct live_source){
         .db = db,
-        .si = watch->cli->si,
+        .uses_si = watch->cli->si,
         .no_commands_reason =
             "arm and disarm on the page of the matrig log that uses the links (--live)"};
     store_follow_begin(watch->store, FRAMES_AT_START_MAX, &watch->position, fatal);

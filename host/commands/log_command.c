@@ -31,9 +31,9 @@
  * during logging. Stored times are not changed. Deadlines use the monotonic clock. */
 static void check_clock(struct logger *logger)
 {
-    int64_t ahead_us = (int64_t)link_clock_ahead_us();
-    int64_t jump_us = logger->clock_ahead_us ? ahead_us - logger->clock_ahead_us : 0;
-    logger->clock_ahead_us = ahead_us;
+    int64_t ahead_us = (int64_t)link_wall_clock_offset_us();
+    int64_t jump_us = logger->wall_clock_offset_us ? ahead_us - logger->wall_clock_offset_us : 0;
+    logger->wall_clock_offset_us = ahead_us;
     if (jump_us > -CLOCK_JUMP_MIN_US && jump_us < CLOCK_JUMP_MIN_US)
         return;
     cli_note(logger->cli,
@@ -43,16 +43,16 @@ static void check_clock(struct logger *logger)
     /* The change is queued after data received earlier. Only one link carries the size of the
      * jump. */
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool told = link > 0 && logger->link_open[0];
-        if (logger->link_open[link])
-            link_queue_put_clock(link_reader_queue(logger->reader[link]), told ? 0 : jump_us);
+        bool told = link > 0 && logger->is_link_open[0];
+        if (logger->is_link_open[link])
+            link_queue_put_clock_jump(link_reader_queue(logger->reader[link]), told ? 0 : jump_us);
     }
 }
 
 /* True if the campaign is locked by another program. */
 static bool is_campaign_locked(const struct logger *logger)
 {
-    return monotonic_us() < logger->retry_us;
+    return monotonic_us() < logger->next_write_us;
 }
 
 /* Time until the next deadline, but at most one loop cycle. */
@@ -62,8 +62,8 @@ static int poll_timeout_ms(const struct logger *logger, uint64_t deadline_us)
     if (logger->in_transaction &&
         logger->transaction_begun_us + TRANSACTION_CYCLE_MAX_US < until_us)
         until_us = logger->transaction_begun_us + TRANSACTION_CYCLE_MAX_US;
-    if (is_campaign_locked(logger) && logger->retry_us < until_us)
-        until_us = logger->retry_us;
+    if (is_campaign_locked(logger) && logger->next_write_us < until_us)
+        until_us = logger->next_write_us;
     if (deadline_us < until_us)
         until_us = deadline_us;
     if (logger_silence_due_us(logger) < until_us)
@@ -81,16 +81,17 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
     int wait_ms = poll_timeout_ms(logger, deadline_us);
     uint64_t counted;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool takes = logger->link_open[link] && !held;
+        bool takes = logger->is_link_open[link] && !held;
         ready[link] = takes && (link_queue_request_event(link_reader_queue(logger->reader[link])) ||
-                                logger->more_buffered[link]);
+                                logger->has_buffered_data[link]);
         polled[link] = (struct pollfd){.fd = takes ? link_reader_fd(logger->reader[link]) : -1,
                                        .events = POLLIN};
         if (ready[link])
             wait_ms = 0;
     }
     polled[POLL_SIGNALS] = (struct pollfd){.fd = signals, .events = POLLIN};
-    polled[POLL_KEYBOARD] = (struct pollfd){.fd = typed_fd(&logger->typed), .events = POLLIN};
+    polled[POLL_KEYBOARD] = (struct pollfd){.fd = typed_commands_fd(&logger->typed),
+                                            .events = POLLIN};
     polled[POLL_QUEUE_EVENT] = (struct pollfd){.fd = held ? -1 : logger->event_fd,
                                                .events = POLLIN};
     if (poll(polled, POLL_COUNT, wait_ms) < 0 && errno != EINTR)
@@ -102,11 +103,11 @@ static enum mr_status wait_for_input(struct logger *logger, int signals, uint64_
                          strerror(errno));
     for (unsigned link = 0; link < LINK_KINDS; link++)
         ready[link] = ready[link] || (polled[link].fd >= 0 && polled[link].revents) ||
-                      (logger->link_open[link] && !held &&
+                      (logger->is_link_open[link] && !held &&
                        link_queue_has_unread(link_reader_queue(logger->reader[link])));
-    *signalled = polled[POLL_SIGNALS].revents & POLLIN && logger_is_signalled(logger, signals);
+    *signalled = polled[POLL_SIGNALS].revents & POLLIN && logger_has_end_signal(logger, signals);
     if (polled[POLL_KEYBOARD].fd >= 0 && polled[POLL_KEYBOARD].revents)
-        typed_read(&logger->typed);
+        typed_commands_read(&logger->typed);
     return MR_OK;
 }
 
@@ -123,7 +124,7 @@ static enum mr_status process_cycle(struct logger *logger, const bool ready[LINK
     if (status == MR_OK && logger_is_commit_due(logger))
         status = logger_commit(logger, error);
     if (status == MR_OK)
-        status = logger_show_finished(logger, error);
+        status = logger_show_finished_landings(logger, error);
     return status ?: logger_show_silent_landing(logger, error);
 }
 
@@ -131,7 +132,7 @@ static bool is_any_link_open(const struct logger *logger)
 {
     bool any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++)
-        any |= logger->link_open[link];
+        any |= logger->is_link_open[link];
     return any;
 }
 
@@ -156,9 +157,9 @@ static enum mr_status collect_data(struct logger *logger, int signals, double fo
         logger_ask_for_configuration(logger);
         logger_send_live_command(logger);
         logger_note_answers(logger);
-        typed_update(logger);
+        typed_commands_update(logger);
         logger_note_health(logger);
-        logger_note_exchanged_links(logger);
+        logger_note_different_boards(logger);
         logger_note_missing_board(logger);
         logger_note_presence(logger);
         logger_show_progress(logger, false);
@@ -245,15 +246,16 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
     logger_set_nonblocking(logger, false);
     logger_print_pending(logger);
     if (finished)
-        logger_show_finished(logger, &late);
+        logger_show_finished_landings(logger, &late);
     logger_show_progress(logger, true);
     if (late.status != MR_OK)
         status = error_set(error, late.status, "%s", late.text);
     if (status == MR_OK && logger->removal_text[0])
         status = logger->saved_path[0]
                    ? error_set(error, MR_IO, "%s; the data logged%s%s is in %s",
-                               logger->removal_text, logger->lost_before[0] ? " since " : "",
-                               logger->lost_before, logger->saved_path)
+                               logger->removal_text,
+                               logger->data_missing_before[0] ? " since " : "",
+                               logger->data_missing_before, logger->saved_path)
                    : error_set(error, MR_IO,
                                "%s; the data could not be saved in the same folder either",
                                logger->removal_text);
@@ -261,7 +263,7 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
         status = error_set(error, logger->link_error.status, "%s", logger->link_error.text);
     if (status == MR_OK)
         status = logger_check_received(logger, error);
-    if (status == MR_OK && logger->landings_shown == 0)
+    if (status == MR_OK && logger->shown_landing_count == 0)
         cli_note(logger->cli, "no landing was armed; the received data is in %s",
                  store_path(logger->store));
     return status;
@@ -270,13 +272,13 @@ static enum mr_status run_session(struct logger *logger, int signals, double for
 static enum mr_status open_live(struct logger *logger, const char *where, const char *can,
                                 const char *serial, const char *db, struct error *error)
 {
-    bool listens = logger->cannot_send[0] && logger->cannot_send[1];
+    bool listens = logger->rejects_data[0] && logger->rejects_data[1];
     const struct live_source source = {
         .db = db,
         .can = can,
         .serial = serial,
         .accepts_commands = !listens,
-        .si = logger->cli->si,
+        .uses_si = logger->cli->si,
         .no_commands_reason =
             listens ? "matrig log was started with --listen, so it sends no commands" : NULL};
     enum mr_status status = live_open(&logger->live, where, &source, error);
@@ -298,8 +300,7 @@ static enum mr_status open_store(struct logger *logger, const char *db, struct e
 static enum mr_status open_link(struct logger *logger, unsigned link, const char *spec, int signals,
                                 struct error *error)
 {
-    bool waits = !isnan(logger->absence_max_s) && link_device_can_return(spec), told = false,
-         ends = false;
+    bool waits = !isnan(logger->absence_max_s) && link_is_device(spec), told = false, ends = false;
     uint64_t until_us = monotonic_us() + (uint64_t)(waits ? logger->absence_max_s * 1e6 : 0.0);
     enum mr_status status;
     /* without --wait, a missing device is an error, because the name may be mistyped */
@@ -315,7 +316,7 @@ static enum mr_status open_link(struct logger *logger, unsigned link, const char
         link_set_absence_limit(logger->link[link], isnan(logger->absence_max_s)
                                                        ? DEVICE_ABSENCE_MAX_S
                                                        : logger->absence_max_s);
-    logger->link_open[link] = status == MR_OK;
+    logger->is_link_open[link] = status == MR_OK;
     return status;
 }
 
@@ -392,16 +393,16 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     int signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
 
     struct logger logger = {.cli = cli,
-                            .landings = json_array(),
+                            .landings_json = json_array(),
                             .absence_max_s = r.wait_s,
                             .db_path = r.db,
                             .page_path = r.page,
-                            .full_summaries = r.all};
+                            .prints_full_summaries = r.all};
     logger.event_fd = -1;
     for (unsigned link = 0; link < LINK_KINDS; link++)
-        logger.cannot_send[link] = r.listen;
+        logger.rejects_data[link] = r.listen;
     watch_open(&logger.watch, cli);
-    typed_begin(&logger.typed, r.commands, r.listen);
+    typed_commands_begin(&logger.typed, r.commands, r.listen);
     enum mr_status status = open_all(&logger, signals, r.can, r.serial, r.db, r.live, &error);
     if (status == MR_OK && logger.typed.is_enabled && logger.typed.is_terminal)
         cli_note(cli, "to arm, press Enter and type arm [N]; to disarm, type disarm");
@@ -411,7 +412,7 @@ static int log_command(int argc, char **argv, const struct cli *cli)
     if (logger.collector)
         exit_code = logger_show_session(&logger, r.db, &error, exit_code);
     logger_update_page(&logger, true);
-    json_decref(logger.landings);
+    json_decref(logger.landings_json);
     free(logger.pending_output);
     logger_end_live(&logger, &error);
     if (!close_all(&logger) && exit_code == 0)
@@ -445,7 +446,7 @@ static const struct command_part parts[] = {
                  "landing.html"),
     HELP_NOTE("\n"
               "LINK is one of:"),
-#define LINK_OF(name, form, text) HELP_ITEM(form, text),
+#define LINK_TRANSPORT(name, form, text) HELP_ITEM(form, text),
 #include "host/link/kinds.def"
     HELP_NOTE(
         "Exit 3: " LINK_NO_HELLO

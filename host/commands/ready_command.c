@@ -43,7 +43,7 @@ static struct store *open_campaign(const struct request *request, struct ready_f
     int64_t bytes = 0, landings = 0;
     struct store *store = program_open_or_create_campaign(request->cli, request->db);
     store_set_wait_s(store, LOCK_WAIT_S);
-    if (store_check(store, DATABASE_CHECK_MAX_S, &f->database_checked, &wrong) != MR_OK ||
+    if (store_check_integrity(store, DATABASE_CHECK_MAX_S, &f->database_checked, &wrong) != MR_OK ||
         store_begin(store, &wrong) != MR_OK || store_commit(store, &wrong) != MR_OK)
         snprintf(f->database_fault, sizeof f->database_fault, "%.180s", wrong.text);
     wrong = (struct error){0};

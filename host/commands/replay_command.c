@@ -163,10 +163,10 @@ static void add_replay(const struct replay *replay, struct answer *answer)
     answer_count(answer, NULL, "landing", replay->recorded.landing.board_landing);
     answer_count(answer, "first_block", "first block", input->first_block);
     answer_count(answer, "last_block", "last block", input->last_block);
-    answer_count(answer, "edges", "edges", (int64_t)input->edges);
-    answer_count(answer, "commands", "commands", (int64_t)input->commands);
-    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segments)->suffix =
-        " segments";
+    answer_count(answer, "edges", "edges", (int64_t)input->edge_count);
+    answer_count(answer, "commands", "commands", (int64_t)input->command_count);
+    answer_count(answer, "segments_surveyed", "surveyed", (int64_t)input->survey_segment_count)
+        ->suffix = " segments";
     answer_words(answer, "image", NULL, "%08x", replayed);
     answer_words(answer, "recorded_image", NULL, "%08x", recorded);
     if (replay->is_same_image)
@@ -181,8 +181,9 @@ static void add_replay(const struct replay *replay, struct answer *answer)
                      "configuration",
                      (unsigned)replay->recorded.landing.config_crc,
                      (unsigned)replay->replayed.landing.config_crc);
-    answer_count(answer, "zeros", input->zeros ? "zeros" : NULL, (int64_t)input->zeros)->suffix =
-        " measured before the landing and loaded for the replay";
+    answer_count(answer, "zeros", input->measured_zero_count ? "zeros" : NULL,
+                 (int64_t)input->measured_zero_count)
+        ->suffix = " measured before the landing and loaded for the replay";
     answer_flag(answer, "runway", NULL, input->has_runway);
     answer_words(answer, NULL, "runway", "%s",
                  input->has_runway

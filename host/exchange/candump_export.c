@@ -9,61 +9,62 @@
 
 /* Without a clock, time stamps start at this value: log2asc reads second 0 as "no time yet". The
  * stamps appear as dates in 2001 that count board time. */
-#define UNDATED_START_US 1000000000000000.0
-#define STAMP_MAX_US     9e15 /* largest number of microseconds that a double represents exactly */
+#define UNDATED_START_US  1000000000000000.0
+#define TIME_STAMP_MAX_US 9e15 /* largest number of microseconds that a double represents exactly */
 
 struct candump_export {
     FILE *out;
     uint16_t base;
-    bool dated;
-    struct store_time_map clock;
-    long frames;
-    long without_time, out_of_range;
+    bool is_dated;
+    struct store_time_map time_map;
+    long frame_count;
+    long frames_without_time, frames_out_of_range;
 };
 
 static enum mr_status export_frame(void *context, const struct store_frame *stored)
 {
     struct candump_export *export = context;
-    char line[CANDUMP_LINE_MAX];
+    char line[CANDUMP_LINE_SIZE];
     if (stored->board_us == STORE_NONE || stored->length > 8) {
-        export->without_time++;
+        export->frames_without_time++;
         return MR_OK;
     }
     double board_us = (double)stored->board_us;
-    double stamp_us = export->dated ? summary_convert_time(&export->clock, board_us).host_us
-                                    : UNDATED_START_US + board_us;
-    if (!(stamp_us >= 0.0 && stamp_us < STAMP_MAX_US)) {
-        export->out_of_range++;
+    double stamp_us = export->is_dated ? summary_convert_time(&export->time_map, board_us).host_us
+                                       : UNDATED_START_US + board_us;
+    if (!(stamp_us >= 0.0 && stamp_us < TIME_STAMP_MAX_US)) {
+        export->frames_out_of_range++;
         return MR_OK;
     }
     struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us),
                                .id = link_id_to_bus(stored->id, export->base),
                                .length = (uint8_t)stored->length};
     memcpy(frame.data, stored->data, stored->length);
-    candump_print(&frame, line);
+    candump_write_line(&frame, line);
     fputs(line, export->out);
-    export->frames++;
+    export->frame_count++;
     return MR_OK;
 }
 
 static void report_untimed(const struct candump_export *export, bool known, const struct cli *cli)
 {
-    if (!export->dated)
+    if (!export->is_dated)
         cli_note(
             cli,
             "times of day unknown: time stamps are board time after 2001-09-09 01:46:40 UTC; %s",
-            known ? timemap_refusal_text((unsigned)export->clock.refusal)
+            known ? timemap_refusal_text((unsigned)export->time_map.refusal)
                   : "the clock of the board was not tracked");
     if (export->base)
         cli_note(cli,
                  "identifiers are those on the bus, with base 0x%03x; to import this file, use "
                  "matrig import --base 0x%03x",
                  export->base, export->base);
-    if (export->without_time)
+    if (export->frames_without_time)
         cli_note(cli, "%ld frames from before the board's first clock message are left out",
-                 export->without_time);
-    if (export->out_of_range)
-        cli_note(cli, "%ld frames with an impossible time are left out", export->out_of_range);
+                 export->frames_without_time);
+    if (export->frames_out_of_range)
+        cli_note(cli, "%ld frames with an impossible time are left out",
+                 export->frames_out_of_range);
 }
 
 enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const struct cli *cli,
@@ -81,12 +82,12 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
     if (status == MR_OK)
         status = store_can_base_get(store, run, &export.base, error);
     if (status == MR_OK)
-        status = summary_load_clock(store, run, &export.clock, &known, error);
-    export.dated = known && export.clock.refusal == TIMEMAP_OK;
+        status = summary_load_clock(store, run, &export.time_map, &known, error);
+    export.is_dated = known && export.time_map.refusal == TIMEMAP_OK;
     if (status == MR_OK)
         status = store_frames_each(store, run, LINK_CAN, export_frame, &export, error);
     if (status == MR_OK)
         report_untimed(&export, known, cli);
-    *rows = export.frames;
+    *rows = export.frame_count;
     return status;
 }

@@ -14,7 +14,7 @@ static bool is_signed(enum mr_wire_type type)
 
 /* Computes the physical range of a field. A scaled value reserves one code for "missing". Floats
  * have no range, written as 0|0. */
-static void get_range(const struct mr_field_info *field, double *low, double *high)
+static void get_field_range(const struct mr_field_info *field, double *low, double *high)
 {
     static const double whole[][2] = {[MR_WIRE_u8] = {0, 255},
                                       [MR_WIRE_i8] = {-128, 127},
@@ -34,7 +34,7 @@ static void write_signal(FILE *out, const struct mr_message_info *message,
 {
     double low, high;
     double factor = field->per_unit > 0.0f ? 1.0 / (double)field->per_unit : 1.0;
-    get_range(field, &low, &high);
+    get_field_range(field, &low, &high);
     fprintf(out, " SG_ %s : %u|%u@1%c (%.10g,0) [%.10g|%.10g] \"%s\" %s\n", field->name,
             8u * field->offset, 8u * field->size, is_signed(field->type) ? '-' : '+', factor, low,
             high, field->unit, message->direction == MR_DIRECTION_HOST ? "BOARD" : "HOST");

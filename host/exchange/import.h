@@ -27,7 +27,7 @@ void textfile_close(struct textfile *file);
 struct import_request {
     const struct cli *cli;
     const char *path;
-    uint16_t base;        /* base of the board on its bus (common/canbase.h) */
+    uint16_t can_base;    /* base of the board on its bus (common/canbase.h) */
     int64_t template_run; /* RUN from which gear and survey are taken; 0: none */
     /* interface to import from a log of several buses; NULL: the one of the board */
     const char *interface;
@@ -36,13 +36,13 @@ struct import_request {
 struct import_result {
     struct parse_result parsed;
     int64_t session;
-    int64_t run[IMPORT_RUNS_MAX];
+    int64_t runs[IMPORT_RUNS_MAX];
     size_t run_count;
-    size_t rows; /* number of imported frames, or of rows of a table */
+    size_t row_count; /* number of imported frames, or of rows of a table */
     /* interface of the imported frames; "": a table was imported */
     char bus[CANDUMP_INTERFACE_SIZE];
-    uint64_t other_interface; /* number of frames of other interfaces */
-    int64_t trouble[LINK_TROUBLES];
+    uint64_t other_interface_frames; /* number of frames of other interfaces */
+    int64_t link_fault_count[LINK_FAULT_COUNT];
     struct store_link_counts counts;
 };
 

@@ -11,19 +11,19 @@
 #include "host/base/xmalloc.h"
 #include "host/link/link.h"
 
-#define BLOCK_US          1000.0
+#define BLOCK_US           1000.0
 /* middle of the eight scans of a block, see host/analyse/measured_load.h */
-#define BLOCK_CENTER_US   437.5
-#define BLOCKS_MAX        3600000
+#define BLOCK_CENTER_US    437.5
+#define LANDING_BLOCKS_MAX 3600000
 /* number of the last block: the board's block index has 32 bits */
-#define BOARD_BLOCKS      4294967295.0
+#define BLOCK_INDEX_MAX    4294967295.0
 /* data is missing if an interval exceeds the usual sample interval by this factor */
-#define GAP_STEPS         1.5
-#define SWITCH_SPACING_FT 5.0 /* default spacing of the switches, that of the rig */
-#define SWITCH_FIRST_FT   (-2.5)
-#define RIG_SWITCHES      24u
-#define SWITCHES_MAX      64u
-#define SWITCH_ERROR_FT   0.001
+#define GAP_STEPS_MIN      1.5
+#define SWITCH_SPACING_FT  5.0 /* default spacing of the switches, that of the rig */
+#define SWITCH_FIRST_FT    (-2.5)
+#define RIG_SWITCH_COUNT   24u
+#define SWITCHES_MAX       64u
+#define SWITCH_ERROR_FT    0.001
 
 struct import_work {
     struct store *store;
@@ -33,20 +33,20 @@ struct import_work {
     struct store_edge *edge;  /* edges of the template landing */
     size_t edge_count;
     double base_us; /* board time at which the file's time is 0 */
-    int64_t first;
-    size_t blocks;
+    int64_t first_block;
+    size_t block_count;
     int64_t run, session;
-    struct found {
+    struct found_edge {
         double board_us;
         unsigned position;
-    } found[SWITCHES_MAX]; /* edges found in the file */
-    unsigned found_count;
+    } found_edges[SWITCHES_MAX]; /* edges found in the file */
+    unsigned found_edge_count;
 };
 
 /* ---- time ---- */
 
 /* Returns the median sample interval; NaN: fewer than two samples. */
-static double find_median_step_s(const struct series *series)
+static double compute_median_step_s(const struct series *series)
 {
     if (series->count < 2)
         return (double)NAN;
@@ -65,14 +65,15 @@ static double find_edge_time_s(const struct mapping_channel *channel)
     const struct series *s = &channel->series;
     for (size_t i = 1; i < s->count; i++) {
         double from = s->value[i - 1] - channel->threshold, to = s->value[i] - channel->threshold;
-        bool passes = channel->is_falling ? from >= 0.0 && to < 0.0 : from <= 0.0 && to > 0.0;
+        bool passes = channel->is_falling_edge ? from >= 0.0 && to < 0.0 : from <= 0.0 && to > 0.0;
         if (passes)
             return s->time_s[i - 1] + (s->time_s[i] - s->time_s[i - 1]) * from / (from - to);
     }
     return (double)NAN;
 }
 
-static const struct mapping_channel *find_role(const struct mapping *m, enum mapping_role role)
+static const struct mapping_channel *find_channel_with_role(const struct mapping *m,
+                                                            enum mapping_role role)
 {
     for (size_t c = 0; c < m->channel_count; c++) {
         if (m->channel[c].role == role)
@@ -81,13 +82,13 @@ static const struct mapping_channel *find_role(const struct mapping *m, enum map
     return NULL;
 }
 
-static bool is_measuring(const struct mapping_channel *channel)
+static bool has_readings(const struct mapping_channel *channel)
 {
     return channel->role == MAPPING_DISPLACEMENT || channel->role == MAPPING_TENSION;
 }
 
-static enum mr_status find_time_base(struct import_work *w, const struct mapping_channel *channel,
-                                     struct error *error)
+static enum mr_status compute_time_base(struct import_work *w,
+                                        const struct mapping_channel *channel, struct error *error)
 {
     double edge_s = find_edge_time_s(channel);
     if (!w->request->template_run)
@@ -97,7 +98,7 @@ static enum mr_status find_time_base(struct import_work *w, const struct mapping
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
                          "cannot align: '%s' never crosses %g in %s; see align in the mapping",
-                         channel->column, channel->threshold, w->request->path);
+                         channel->column_name, channel->threshold, w->request->path);
     for (size_t e = 0; e < w->edge_count; e++) {
         if (w->edge[e].position != channel->number || isnan(w->edge[e].board_us))
             continue;
@@ -112,11 +113,11 @@ static enum mr_status find_time_base(struct import_work *w, const struct mapping
 static enum mr_status compute_blocks(struct import_work *w, struct error *error)
 {
     const struct mapping *m = w->mapping;
-    const struct mapping_channel *by = find_role(m, MAPPING_ALIGN);
+    const struct mapping_channel *by = find_channel_with_role(m, MAPPING_ALIGN);
     double first_s = (double)INFINITY, last_s = -(double)INFINITY;
     for (size_t c = 0; c < m->channel_count; c++) {
         const struct series *s = &m->channel[c].series;
-        if (!is_measuring(&m->channel[c]) || s->count == 0)
+        if (!has_readings(&m->channel[c]) || s->count == 0)
             continue;
         first_s = fmin(first_s, s->time_s[0]);
         last_s = fmax(last_s, s->time_s[s->count - 1]);
@@ -125,7 +126,7 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
         return error_set(error, MR_MALFORMED,
                          "no reading of d1 to d8 or t1 to t14: %s; see channels in the mapping",
                          w->request->path);
-    if ((last_s - first_s) * 1e6 / BLOCK_US >= BLOCKS_MAX)
+    if ((last_s - first_s) * 1e6 / BLOCK_US >= LANDING_BLOCKS_MAX)
         return error_set(
             error, MR_MALFORMED,
             "record of %.0f s, longer than an hour: %s; check the unit of time in the mapping",
@@ -133,18 +134,18 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
     w->base_us = w->request->template_run ? (double)w->template.t0_us
                                           : BLOCK_CENTER_US - 1e6 * first_s;
     if (by) {
-        enum mr_status status = find_time_base(w, by, error);
+        enum mr_status status = compute_time_base(w, by, error);
         if (status != MR_OK)
             return status;
     }
-    w->base_us += 1e6 * m->shift_s;
+    w->base_us += 1e6 * m->time_shift_s;
     double from = floor((w->base_us + 1e6 * first_s) / BLOCK_US),
            to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
-    if (!(to <= BOARD_BLOCKS))
+    if (!(to <= BLOCK_INDEX_MAX))
         return error_set(error, MR_USAGE,
                          "record ends at board time %.3g s: %s; board time is at most %.0f s, see "
                          "unit, shift_s and align in the mapping",
-                         1e-3 * to, w->request->path, 1e-3 * BOARD_BLOCKS);
+                         1e-3 * to, w->request->path, 1e-3 * BLOCK_INDEX_MAX);
     if (to < 0.0)
         return error_set(error, MR_USAGE,
                          "record ends %.3f s before the start of board time: %s; see shift_s and "
@@ -155,8 +156,8 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
                  -1e-3 * from);
         from = 0.0;
     }
-    w->first = (int64_t)from;
-    w->blocks = (size_t)(to - from) + 1;
+    w->first_block = (int64_t)from;
+    w->block_count = (size_t)(to - from) + 1;
     return MR_OK;
 }
 
@@ -212,11 +213,11 @@ static enum mr_status put_gap(struct import_work *w, const struct mapping_channe
         .link = LINK_KINDS, .message = "readings", .cause = "file", .from_block = STORE_NONE};
     snprintf(gap.channels, sizeof gap.channels, "%c%u",
              channel->role == MAPPING_TENSION ? 't' : 'd', channel->number);
-    for (size_t i = 0; i < w->blocks; i++) {
+    for (size_t i = 0; i < w->block_count; i++) {
         if (!isnan(reading[i]))
             continue;
         gap.count++;
-        gap.to_block = w->first + (int64_t)i;
+        gap.to_block = w->first_block + (int64_t)i;
         gap.from_block = gap.from_block == STORE_NONE ? gap.to_block : gap.from_block;
     }
     return gap.count ? store_gap_put(w->store, w->session, w->run, &gap, error) : MR_OK;
@@ -251,8 +252,8 @@ static enum mr_status put_configuration(struct import_work *w,
     config.number = (uint8_t)channel->number;
     if (!isnan(channel->station_ft))
         config.station_ft = (float)channel->station_ft;
-    if (!isnan(channel->error))
-        config.linearity_error = (float)channel->error;
+    if (!isnan(channel->standard_error))
+        config.linearity_error = (float)channel->standard_error;
     enum mr_status status = store_channel_put(w->store, w->run, index, &config, error);
     for (unsigned item = 0; item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
         status = store_calibration_put(
@@ -265,19 +266,20 @@ static enum mr_status put_configuration(struct import_work *w,
 static enum mr_status put_channel(struct import_work *w, const struct mapping_channel *channel,
                                   float *reading, struct error *error)
 {
-    double usual_us = 1e6 * find_median_step_s(&channel->series);
-    double gap_us = isnan(w->mapping->gap_s) ? GAP_STEPS * usual_us : 1e6 * w->mapping->gap_s;
+    double usual_us = 1e6 * compute_median_step_s(&channel->series);
+    double gap_us = isnan(w->mapping->gap_min_s) ? GAP_STEPS_MIN * usual_us
+                                                 : 1e6 * w->mapping->gap_min_s;
     int64_t index = find_channel_index(w, channel);
-    for (size_t i = 0; i < w->blocks; i++)
+    for (size_t i = 0; i < w->block_count; i++)
         reading[i] = (float)NAN;
     if (channel->series.count)
-        import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first, w->blocks,
-                        reading);
+        import_resample(&channel->series, w->base_us, usual_us, gap_us, w->first_block,
+                        w->block_count, reading);
     int64_t stride = usual_us > 1.5 * BLOCK_US && usual_us < 1e6 ? llround(usual_us / BLOCK_US) : 1;
     struct store_imported_channel row = {.index = index,
-                                         .first_block = w->first,
+                                         .first_block = w->first_block,
                                          .stride = stride,
-                                         .count = w->blocks,
+                                         .count = w->block_count,
                                          .reading = reading};
     return put_configuration(w, channel, index, error) ?:
            store_imported_channel_put(w->store, w->run, &row, error) ?:
@@ -289,17 +291,18 @@ static enum mr_status put_channels(struct import_work *w, struct error *error)
     unsigned unknown = 0;
     for (size_t c = 0; c < w->mapping->channel_count; c++) {
         const struct mapping_channel *channel = &w->mapping->channel[c];
-        if (is_measuring(channel) && channel->series.count == 0)
+        if (has_readings(channel) && channel->series.count == 0)
             cli_note(w->request->cli, "no reading of %c%u in %s",
                      channel->role == MAPPING_TENSION ? 't' : 'd', channel->number,
                      w->request->path);
     }
-    float *reading = xmalloc(w->blocks * sizeof *reading);
+    float *reading = xmalloc(w->block_count * sizeof *reading);
     enum mr_status status = MR_OK;
     for (size_t c = 0; c < w->mapping->channel_count && status == MR_OK; c++) {
-        if (is_measuring(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
+        if (has_readings(&w->mapping->channel[c]) && w->mapping->channel[c].series.count)
             status = put_channel(w, &w->mapping->channel[c], reading, error);
-        unknown += is_measuring(&w->mapping->channel[c]) && isnan(w->mapping->channel[c].error);
+        unknown += has_readings(&w->mapping->channel[c]) &&
+                   isnan(w->mapping->channel[c].standard_error);
     }
     if (unknown)
         cli_note(w->request->cli,
@@ -318,26 +321,27 @@ static enum mr_status put_switch(struct import_work *w, unsigned position, doubl
     if (isnan(station_ft))
         place.station_ft = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (position - 1);
     double edge_us = w->base_us + 1e6 * edge_s;
-    if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BOARD_BLOCKS * BLOCK_US))
+    if (!isnan(edge_s) && !(edge_us >= 0.0 && edge_us < BLOCK_INDEX_MAX * BLOCK_US))
         cli_note(w->request->cli, "the edge of switch %u is outside board time and is left out",
                  position);
-    else if (!isnan(edge_s) && w->found_count < SWITCHES_MAX)
-        w->found[w->found_count++] = (struct found){edge_us, position};
+    else if (!isnan(edge_s) && w->found_edge_count < SWITCHES_MAX)
+        w->found_edges[w->found_edge_count++] = (struct found_edge){edge_us, position};
     return store_switch_put(w->store, w->run, &place, error);
 }
 
 static int compare_times(const void *a, const void *b)
 {
-    double x = ((const struct found *)a)->board_us, y = ((const struct found *)b)->board_us;
+    double x = ((const struct found_edge *)a)->board_us,
+           y = ((const struct found_edge *)b)->board_us;
     return (x > y) - (x < y);
 }
 
 static enum mr_status put_edges(struct import_work *w, struct error *error)
 {
     enum mr_status status = MR_OK;
-    qsort(w->found, w->found_count, sizeof w->found[0], compare_times);
-    for (unsigned i = 0; i < w->found_count && status == MR_OK; i++) {
-        const struct found *found = &w->found[i];
+    qsort(w->found_edges, w->found_edge_count, sizeof w->found_edges[0], compare_times);
+    for (unsigned i = 0; i < w->found_edge_count && status == MR_OK; i++) {
+        const struct found_edge *found = &w->found_edges[i];
         struct store_edge edge = {.count = i + 1,
                                   .position = found->position,
                                   .step_codes = (double)NAN,
@@ -354,7 +358,7 @@ static enum mr_status make_gear_edges(struct import_work *w, struct mapping_chan
                                       struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned p = 1; p <= RIG_SWITCHES && status == MR_OK; p++) {
+    for (unsigned p = 1; p <= RIG_SWITCH_COUNT && status == MR_OK; p++) {
         gear.threshold = SWITCH_FIRST_FT + SWITCH_SPACING_FT * (p - 1);
         status = put_switch(w, p, (double)NAN, find_edge_time_s(&gear), error);
     }
@@ -394,10 +398,10 @@ static enum mr_status copy_template(struct import_work *w, struct error *error)
 
 static enum mr_status put_gear(struct import_work *w, struct error *error)
 {
-    const struct mapping_channel *gear = find_role(w->mapping, MAPPING_GEAR);
+    const struct mapping_channel *gear = find_channel_with_role(w->mapping, MAPPING_GEAR);
     if (w->request->template_run)
         return copy_template(w, error);
-    if (find_role(w->mapping, MAPPING_SWITCH))
+    if (find_channel_with_role(w->mapping, MAPPING_SWITCH))
         return make_switch_edges(w, error);
     return gear ? make_gear_edges(w, *gear, error) : MR_OK;
 }
@@ -411,7 +415,7 @@ static enum mr_status put_landing(struct import_work *w, struct error *error)
     enum mr_status status = store_session_add(w->store, &session, error);
     struct store_landing landing = {
         .session = session.id,
-        .armed_block = w->first,
+        .armed_block = w->first_block,
         .armed_us = session.started_us,
         .state = MR_LANDING_DONE,
         .image_crc = STORE_NONE,
@@ -444,7 +448,7 @@ enum mr_status import_landing(struct store *store, struct mapping *mapping,
         put_channels(&w, error) == MR_OK && put_gear(&w, error) == MR_OK &&
         store_session_end(store, w.session, (int64_t)link_now_us(), "end", error) == MR_OK) {
         result->session = w.session;
-        result->run[result->run_count++] = w.run;
+        result->runs[result->run_count++] = w.run;
     }
     free(w.edge);
     if (request->template_run)

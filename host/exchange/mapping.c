@@ -13,7 +13,7 @@
 #include "host/base/xmalloc.h"
 #include "host/base/quantity.h"
 
-#define SWITCH_MAX 64u
+#define SWITCH_NUMBER_MAX 64u
 
 void series_add(struct series *series, double time_s, double value)
 {
@@ -23,7 +23,7 @@ void series_add(struct series *series, double time_s, double value)
     series->value[series->count++] = value;
 }
 
-double mapping_value(const struct mapping_channel *channel, double read)
+double mapping_convert_value(const struct mapping_channel *channel, double read)
 {
     return read * channel->scale + channel->offset;
 }
@@ -34,43 +34,43 @@ double mapping_value(const struct mapping_channel *channel, double read)
  * signals start at their highest bit and continue at bit 7 of the next byte. */
 static unsigned find_bit_position(const struct import_signal *signal, unsigned n)
 {
-    if (!signal->big_endian)
+    if (!signal->is_big_endian)
         return signal->start_bit + n;
-    unsigned from_top = signal->bits - 1 - n;
+    unsigned from_top = signal->bit_count - 1 - n;
     unsigned in_order = (signal->start_bit / 8) * 8 + (7 - signal->start_bit % 8) + from_top;
     return (in_order / 8) * 8 + (7 - in_order % 8);
 }
 
-bool signal_fits(const struct import_signal *signal, unsigned length)
+bool signal_fits_frame(const struct import_signal *signal, unsigned length)
 {
-    if (signal->bits == 0 || signal->bits > 64 || signal->start_bit > 63 ||
-        (signal->is_float && signal->bits != 32 && signal->bits != 64))
+    if (signal->bit_count == 0 || signal->bit_count > 64 || signal->start_bit > 63 ||
+        (signal->is_float && signal->bit_count != 32 && signal->bit_count != 64))
         return false;
-    return signal->big_endian
-             ? (signal->start_bit / 8) * 8 + (7 - signal->start_bit % 8) + signal->bits <=
+    return signal->is_big_endian
+             ? (signal->start_bit / 8) * 8 + (7 - signal->start_bit % 8) + signal->bit_count <=
                    8 * length
-             : signal->start_bit + signal->bits <= 8 * length;
+             : signal->start_bit + signal->bit_count <= 8 * length;
 }
 
 bool signal_value(const struct import_signal *signal, const struct link_frame *frame, double *value)
 {
     uint64_t raw = 0;
-    if (frame->id != signal->id || !signal_fits(signal, frame->length))
+    if (frame->id != signal->id || !signal_fits_frame(signal, frame->length))
         return false;
-    for (unsigned n = 0; n < signal->bits; n++) {
+    for (unsigned n = 0; n < signal->bit_count; n++) {
         unsigned bit = find_bit_position(signal, n);
         raw |= (uint64_t)(frame->data[bit / 8] >> (bit % 8) & 1u) << n;
     }
-    if (signal->is_float && signal->bits == 32) {
+    if (signal->is_float && signal->bit_count == 32) {
         float single;
         uint32_t low = (uint32_t)raw;
         memcpy(&single, &low, sizeof single);
         *value = (double)single;
     } else if (signal->is_float) {
         memcpy(value, &raw, sizeof *value);
-    } else if (signal->is_signed && raw >> (signal->bits - 1) & 1u) {
-        if (signal->bits < 64)
-            raw |= ~0ull << signal->bits;
+    } else if (signal->is_signed && raw >> (signal->bit_count - 1) & 1u) {
+        if (signal->bit_count < 64)
+            raw |= ~0ull << signal->bit_count;
         *value = (double)(int64_t)raw;
     } else {
         *value = (double)raw;
@@ -104,11 +104,11 @@ static bool parse_channel_name(const char *text, struct mapping_channel *channel
         return parse_number_after(text, 1, text[0] == 'd' ? MR_TRANSDUCERS : MR_GAGES,
                                   &channel->number);
     return strncmp(text, "switch", 6) == 0 &&
-           parse_number_after(text, 6, SWITCH_MAX, &channel->number);
+           parse_number_after(text, 6, SWITCH_NUMBER_MAX, &channel->number);
 }
 
 /* Returns the factor from `unit` to the unit of the role; 0: not a unit of this kind. */
-static double get_role_unit(enum mapping_role role, const char *unit)
+static double get_role_unit_factor(enum mapping_role role, const char *unit)
 {
     const char *own = role == MAPPING_TENSION ? "lb" : role == MAPPING_GEAR ? "ft" : "in";
     double factor = *unit ? quantity_convert(1.0, unit, own) : (double)NAN;
@@ -191,7 +191,7 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
     m->time_unit_s = *unit ? quantity_convert(1.0, unit, "s") : (double)NAN;
     if (isnan(m->time_unit_s))
         refuse_value(r, "time", "unit", "give s, ms, us or min");
-    m->shift_s = read_number(r, "time", "shift_s", shift, "s", 0.0);
+    m->time_shift_s = read_number(r, "time", "shift_s", shift, "s", 0.0);
 }
 
 static void read_id(const struct reader *r, const char *where, const char *id,
@@ -216,9 +216,9 @@ static void check_channel(const struct reader *r, const char *where, const struc
     if (c->scale == 0.0)
         refuse_value(r, where, "scale",
                      "a scale of 0 makes all readings 0: give a different scale");
-    if (c->error < 0.0)
+    if (c->standard_error < 0.0)
         refuse_value(r, where, "error", "a standard error must be 0 or more");
-    if (m->reads_signals && !signal_fits(&c->signal, 8))
+    if (m->reads_signals && !signal_fits_frame(&c->signal, 8))
         refuse_value(r, where, "bits", "start_bit and bits must lie within 8 bytes");
     if ((c->role == MAPPING_ALIGN || c->role == MAPPING_SWITCH) && isnan(c->threshold))
         refuse_value(r, where, "threshold", "give the value that the signal crosses at the edge");
@@ -241,7 +241,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
         "error", &error, "threshold", &threshold, "edge", &edge, "station_ft", &station, "switch",
         &at_switch, "id", &id, "start_bit", &start_bit, "bits", &bits, "signed", &is_signed,
         "float", &is_float, "byte_order", &order);
-    if (align && (at_switch < 1 || at_switch > (int)SWITCH_MAX))
+    if (align && (at_switch < 1 || at_switch > (int)SWITCH_NUMBER_MAX))
         refuse_value(r, where, "switch", "give the number of the switch with this edge, from 1");
     c->number = (unsigned)at_switch;
     if (!align && !parse_channel_name(name, c))
@@ -249,25 +249,25 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     if (m->reads_signals)
         read_id(r, where, id, &c->signal);
     else
-        read_column(r, where, column, c->column, &c->column_index);
+        read_column(r, where, column, c->column_name, &c->column_index);
     c->signal.start_bit = (unsigned)start_bit;
-    c->signal.bits = (unsigned)bits;
+    c->signal.bit_count = (unsigned)bits;
     c->signal.is_signed = is_signed;
     c->signal.is_float = is_float;
-    c->signal.big_endian = strcmp(order, "big") == 0;
-    if (!c->signal.big_endian && strcmp(order, "little") != 0)
+    c->signal.is_big_endian = strcmp(order, "big") == 0;
+    if (!c->signal.is_big_endian && strcmp(order, "little") != 0)
         refuse_value(r, where, "byte_order", "give little or big");
-    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : get_role_unit(c->role, unit);
+    double factor = c->role == MAPPING_SWITCH || align ? 1.0 : get_role_unit_factor(c->role, unit);
     if (factor == 0.0)
         refuse_value(r, where, "unit",
                      c->role == MAPPING_TENSION ? "give lb, N, kN or kip"
                                                 : "give in, mm, cm, m or ft");
     c->scale = factor * read_number(r, where, "scale", scale, "", 1.0);
     c->offset = factor * read_number(r, where, "offset", offset, unit, 0.0);
-    c->error = factor * read_number(r, where, "error", error, unit, (double)NAN);
+    c->standard_error = factor * read_number(r, where, "error", error, unit, (double)NAN);
     c->threshold = read_number(r, where, "threshold", threshold, "", (double)NAN);
-    c->is_falling = strcmp(edge, "falling") == 0;
-    if (!c->is_falling && strcmp(edge, "rising") != 0)
+    c->is_falling_edge = strcmp(edge, "falling") == 0;
+    if (!c->is_falling_edge && strcmp(edge, "rising") != 0)
         refuse_value(r, where, "edge", "give rising or falling");
     c->station_ft = read_number(r, where, "station_ft", station, "ft", (double)NAN);
     check_channel(r, where, m);
@@ -279,10 +279,10 @@ static void read_missing(const struct reader *r, json_t *words, struct mapping *
         refuse_value(r, "", "missing", "give a list of up to 16 words");
     for (size_t i = 0; i < json_array_size(words) && i < MAPPING_MISSING_MAX; i++) {
         const char *word = json_string_value(json_array_get(words, i));
-        if (!word || strlen(word) >= sizeof m->missing[0])
+        if (!word || strlen(word) >= sizeof m->missing_words[0])
             refuse_value(r, "", "missing", "give strings of at most 15 characters");
         else
-            strcpy(m->missing[m->missing_count++], word);
+            strcpy(m->missing_words[m->missing_word_count++], word);
     }
 }
 
@@ -308,7 +308,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
                                   separator[0]             ? separator
                                   : m->decimal_mark == ',' ? ";"
                                                            : ",");
-    m->comment = read_character(r, "comment", comment);
+    m->comment_char = read_character(r, "comment", comment);
     if ((m->decimal_mark != '.' && m->decimal_mark != ',') || m->decimal_mark == m->separator)
         refuse_value(r, "", "decimal", "give . or , and a different separator");
     if (header_lines < 0 || header_lines > 1000)
@@ -317,7 +317,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     m->may_lack_newline = last_line_open;
     m->touchdown_ft = read_number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);
     m->switch_error_ft = read_number(r, "", "switch_error_ft", switch_error, "ft", (double)NAN);
-    m->gap_s = read_number(r, "", "gap_s", gap, "s", (double)NAN);
+    m->gap_min_s = read_number(r, "", "gap_s", gap, "s", (double)NAN);
     read_missing(r, missing, m);
     read_time(r, time, m);
     for (size_t i = 0; i < json_array_size(channels) && r->error->status == MR_OK; i++) {
@@ -341,7 +341,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
         return error_set(error, MR_MALFORMED, "not valid JSON: %s line %d, column %d: %s", path,
                          where.line, where.column, where.text);
     read_root(&r, root, mapping);
-    mapping->text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
+    mapping->json_text = json_dumps(root, JSON_COMPACT | JSON_SORT_KEYS);
     json_decref(root);
     return error->status;
 }
@@ -352,6 +352,6 @@ void mapping_free(struct mapping *mapping)
         free(mapping->channel[i].series.time_s);
         free(mapping->channel[i].series.value);
     }
-    free(mapping->text);
+    free(mapping->json_text);
     *mapping = (struct mapping){0};
 }

@@ -25,8 +25,8 @@ struct import_signal {
     uint32_t id; /* includes LINK_ID_EXTENDED */
     /* bits 0: no signal. start_bit: lowest bit (little-endian) or highest bit (big-endian), counted
      * as in DBC files. */
-    unsigned start_bit, bits;
-    bool is_signed, big_endian, is_float;
+    unsigned start_bit, bit_count;
+    bool is_signed, is_big_endian, is_float;
 };
 
 /* Samples of one column in file order, without the missing ones. */
@@ -47,34 +47,34 @@ struct mapping_channel {
     enum mapping_role role;
     unsigned number; /* number of the transducer, gage or switch */
     /* name of the column; empty: the column is given by number, or the channel is a signal */
-    char column[MAPPING_NAME_SIZE];
+    char column_name[MAPPING_NAME_SIZE];
     unsigned column_index; /* column number, from 1; 0: the column is given by its name */
     struct import_signal signal;
     double scale, offset; /* conversion of the file's numbers to the report's unit */
     double threshold;
-    bool is_falling;
-    double station_ft; /* NaN: the mapping does not give it */
-    double error;      /* standard error, in the report's unit; NaN: not given */
+    bool is_falling_edge;
+    double station_ft;     /* NaN: the mapping does not give it */
+    double standard_error; /* standard error, in the report's unit; NaN: not given */
     struct series series;
 };
 
 struct mapping {
     bool reads_signals; /* true: signals of CAN frames; false: columns of a table */
-    char separator, decimal_mark, comment; /* comment '\0': no comments */
+    char separator, decimal_mark, comment_char; /* comment '\0': no comments */
     unsigned header_lines;
-    char missing[MAPPING_MISSING_MAX][16];
-    size_t missing_count;
+    char missing_words[MAPPING_MISSING_MAX][16];
+    size_t missing_word_count;
     bool may_lack_newline; /* the last line may lack a newline */
     char time_column[MAPPING_NAME_SIZE];
     unsigned time_column_index;
-    double time_unit_s, shift_s;
+    double time_unit_s, time_shift_s;
     /* Longest time between samples; a longer one is missing data. NaN: one and a half times the
      * usual time. */
-    double gap_s;
+    double gap_min_s;
     double touchdown_ft, switch_error_ft; /* NaN: the mapping does not give them */
     struct mapping_channel channel[MAPPING_CHANNELS_MAX];
     size_t channel_count;
-    char *text; /* the mapping as JSON, for storage in the campaign */
+    char *json_text; /* the mapping as JSON, for storage in the campaign */
 };
 
 /* Parses a mapping. `path`: for error messages. MR_MALFORMED: `error` has the position. The caller
@@ -84,14 +84,14 @@ enum mr_status mapping_parse(const char *text, size_t length, const char *path,
 void mapping_free(struct mapping *mapping);
 
 /* True if the bits of the signal lie within `length` bytes. */
-bool signal_fits(const struct import_signal *signal, unsigned length);
+bool signal_fits_frame(const struct import_signal *signal, unsigned length);
 /* Extracts the signal. Returns false for another frame, or for a frame that is too short. */
 bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
                   double *value);
 
 #define MAPPING_VALUE_MAX 1e30 /* fits in a float, and its square in a double */
 /* Converts a number of the file to the report's unit. */
-double mapping_value(const struct mapping_channel *channel, double read);
+double mapping_convert_value(const struct mapping_channel *channel, double read);
 void series_add(struct series *series, double time_s, double value);
 
 #endif

@@ -80,31 +80,31 @@ static const char *check_time(double time_s, double last_s)
 
 /* ---- a table ---- */
 
-#define FIELDS_MAX 1024u
-#define NUMBER_MAX 64u
+#define FIELDS_MAX       1024u
+#define NUMBER_CHARS_MAX 64u
 
 struct field {
-    const char *at;
+    const char *start;
     size_t length;
 };
 
-struct table {
-    const char *at, *end;
+struct csv_table {
+    const char *position, *end;
     const char *path;
     struct mapping *mapping;
-    struct parse_result *verdict;
-    size_t line;
+    struct parse_result *result;
+    size_t line_number;
     struct field field[FIELDS_MAX];
     /* number of fields of this line, and of columns of the header (without one, of the first
      * row) */
-    size_t field_count, columns;
+    size_t field_count, column_count;
     double last_s; /* time of the last accepted row, s; NaN: none */
-    size_t rows;
+    size_t row_count;
     struct {
         /* the last consecutive header lines that look like rows: first line, number of lines */
         size_t line, count;
         double time_s; /* time of the last of these lines */
-    } consumed;
+    } number_header;
 };
 
 static bool is_blank(char c)
@@ -127,7 +127,7 @@ static struct field trim_field(const char *from, const char *to)
 
 /* Splits a line into fields, ignoring separators within quotes. Returns false if there are too many
  * fields. */
-static bool split_fields(struct table *t, const char *line, size_t length)
+static bool split_fields(struct csv_table *t, const char *line, size_t length)
 {
     const char *from = line, *end = line + length;
     bool quoted = false;
@@ -148,45 +148,45 @@ static bool split_fields(struct table *t, const char *line, size_t length)
 
 /* Reads the next line that is not a comment and, unless `blanks`, not blank. `whole`: the line ends
  * with a newline. */
-static bool read_next_line(struct table *t, bool blanks, const char **line, size_t *length,
+static bool read_next_line(struct csv_table *t, bool blanks, const char **line, size_t *length,
                            bool *whole)
 {
-    while (t->at < t->end) {
-        const char *newline = memchr(t->at, '\n', (size_t)(t->end - t->at));
-        *line = t->at;
-        *length = (size_t)((newline ? newline : t->end) - t->at);
+    while (t->position < t->end) {
+        const char *newline = memchr(t->position, '\n', (size_t)(t->end - t->position));
+        *line = t->position;
+        *length = (size_t)((newline ? newline : t->end) - t->position);
         *whole = newline != NULL;
-        t->at = newline ? newline + 1 : t->end;
-        t->line++;
+        t->position = newline ? newline + 1 : t->end;
+        t->line_number++;
         size_t text_length = *length;
         while (text_length && is_blank((*line)[text_length - 1]))
             text_length--;
-        if (text_length ? !t->mapping->comment || **line != t->mapping->comment : blanks)
+        if (text_length ? !t->mapping->comment_char || **line != t->mapping->comment_char : blanks)
             return true;
     }
     return false;
 }
 
-static unsigned find_name(const struct table *t, const char *name)
+static unsigned find_column_by_name(const struct csv_table *t, const char *name)
 {
     for (size_t i = 0; i < t->field_count; i++) {
         if (t->field[i].length == strlen(name) &&
-            memcmp(t->field[i].at, name, t->field[i].length) == 0)
+            memcmp(t->field[i].start, name, t->field[i].length) == 0)
             return (unsigned)i + 1;
     }
     return 0;
 }
 
-static enum mr_status find_column(const struct table *t, const char *name, unsigned *place,
+static enum mr_status find_column(const struct csv_table *t, const char *name, unsigned *place,
                                   struct error *error)
 {
     if (!*place)
-        *place = find_name(t, name);
+        *place = find_column_by_name(t, name);
     if (*place && *place <= FIELDS_MAX)
         return MR_OK;
     return error_set(error, MR_MALFORMED,
                      "no column '%s': %s line %zu; the mapping must use the name in the header%s",
-                     name, t->path, t->line,
+                     name, t->path, t->line_number,
                      t->mapping->header_lines
                          ? "; header_lines counts blank lines, but not comments"
                          : ", or the number of the column when header_lines is not given");
@@ -196,19 +196,19 @@ static enum mr_status find_column(const struct table *t, const char *name, unsig
  * number. */
 static bool parse_number(const struct mapping *m, struct field field, double *value)
 {
-    char digits[NUMBER_MAX];
+    char digits[NUMBER_CHARS_MAX];
     *value = (double)NAN;
     if (field.length == 0)
         return true;
-    for (size_t i = 0; i < m->missing_count; i++) {
-        if (strlen(m->missing[i]) == field.length &&
-            memcmp(m->missing[i], field.at, field.length) == 0)
+    for (size_t i = 0; i < m->missing_word_count; i++) {
+        if (strlen(m->missing_words[i]) == field.length &&
+            memcmp(m->missing_words[i], field.start, field.length) == 0)
             return true;
     }
     if (field.length >= sizeof digits)
         return false;
     for (size_t i = 0; i < field.length; i++) {
-        char c = field.at[i];
+        char c = field.start[i];
         if (c == '\0' || (!strchr("0123456789+-eE", c) && c != m->decimal_mark))
             return false;
         digits[i] = c == m->decimal_mark ? '.' : c;
@@ -220,7 +220,7 @@ static bool parse_number(const struct mapping *m, struct field field, double *va
 }
 
 /* True if all columns that the mapping gives by position are numbers. */
-static bool is_data_row(const struct table *t, double *time_s)
+static bool is_data_row(const struct csv_table *t, double *time_s)
 {
     const struct mapping *m = t->mapping;
     double value;
@@ -236,118 +236,123 @@ static bool is_data_row(const struct table *t, double *time_s)
     return true;
 }
 
-static enum mr_status parse_header(struct table *t, struct error *error)
+static enum mr_status parse_header(struct csv_table *t, struct error *error)
 {
     struct mapping *m = t->mapping;
     const char *line;
     size_t length;
     bool whole;
-    t->at += utf8_mark_length(t->at, (size_t)(t->end - t->at));
+    t->position += utf8_mark_length(t->position, (size_t)(t->end - t->position));
     for (unsigned i = 0; i < m->header_lines; i++) {
         if (!read_next_line(t, true, &line, &length, &whole))
             return error_set(
                 error, MR_MALFORMED,
                 "only %u of %u header lines: %s line %zu; see header_lines in the mapping", i,
-                m->header_lines, t->path, t->line);
+                m->header_lines, t->path, t->line_number);
         if (!split_fields(t, line, length))
             return error_set(error, MR_MALFORMED,
                              "more than %u columns: %s line %zu; check that the separator is '%c'",
-                             FIELDS_MAX, t->path, t->line, m->separator);
-        bool row = is_data_row(t, &t->consumed.time_s);
-        t->consumed.line = row && t->consumed.count ? t->consumed.line : t->line;
-        t->consumed.count = row ? t->consumed.count + 1 : 0;
+                             FIELDS_MAX, t->path, t->line_number, m->separator);
+        bool row = is_data_row(t, &t->number_header.time_s);
+        t->number_header.line = row && t->number_header.count ? t->number_header.line
+                                                              : t->line_number;
+        t->number_header.count = row ? t->number_header.count + 1 : 0;
     }
     bool blank_line = t->field_count == 1 && t->field[0].length == 0;
-    t->columns = m->header_lines && !t->consumed.count && !blank_line ? t->field_count : 0;
+    t->column_count = m->header_lines && !t->number_header.count && !blank_line ? t->field_count
+                                                                                : 0;
     enum mr_status status = find_column(t, m->time_column, &m->time_column_index, error);
     for (size_t c = 0; c < m->channel_count && status == MR_OK; c++)
-        status = find_column(t, m->channel[c].column, &m->channel[c].column_index, error);
+        status = find_column(t, m->channel[c].column_name, &m->channel[c].column_index, error);
     return status;
 }
 
-static bool refuse_line(struct table *t, const char *line, const char *at, bool whole,
+static bool refuse_line(struct csv_table *t, const char *line, const char *at, bool whole,
                         const char *what)
 {
     if (whole)
-        t->verdict->bad_lines++;
-    parse_result_set(t->verdict, whole ? MR_MALFORMED : MR_TRUNCATED, t->line,
+        t->result->bad_lines++;
+    parse_result_set(t->result, whole ? MR_MALFORMED : MR_TRUNCATED, t->line_number,
                      (size_t)(at - line) + 1, whole ? what : "the file ends inside a line");
     return false;
 }
 
 /* Checks all numbers of a line before any is used: a bad line gives no values. */
-static bool check_row(struct table *t, const char *line, size_t length, bool whole, double *time_s)
+static bool check_row(struct csv_table *t, const char *line, size_t length, bool whole,
+                      double *time_s)
 {
     const struct mapping *m = t->mapping;
     double value;
     if (!split_fields(t, line, length))
         return refuse_line(t, line, line, whole, "too many columns");
-    if (!t->columns)
-        t->columns = t->field_count;
-    if (t->field_count != t->columns)
-        return refuse_line(
-            t, line, t->field_count < t->columns ? line + length : t->field[t->columns].at, whole,
-            t->field_count < t->columns ? "fewer columns than the header has"
-                                        : "more columns than the header has");
+    if (!t->column_count)
+        t->column_count = t->field_count;
+    if (t->field_count != t->column_count)
+        return refuse_line(t, line,
+                           t->field_count < t->column_count ? line + length
+                                                            : t->field[t->column_count].start,
+                           whole,
+                           t->field_count < t->column_count ? "fewer columns than the header"
+                                                            : "more columns than the header");
     if (!whole && !m->may_lack_newline)
         return refuse_line(t, line, line + length, false, NULL);
     if (m->time_column_index > t->field_count)
         return refuse_line(t, line, line + length, whole, "no time column");
     if (!parse_number(m, t->field[m->time_column_index - 1], &value) || isnan(value))
-        return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, "no time");
+        return refuse_line(t, line, t->field[m->time_column_index - 1].start, whole, "no time");
     *time_s = value * m->time_unit_s;
     const char *wrong = check_time(*time_s, t->last_s);
     if (wrong)
-        return refuse_line(t, line, t->field[m->time_column_index - 1].at, whole, wrong);
+        return refuse_line(t, line, t->field[m->time_column_index - 1].start, whole, wrong);
     for (size_t c = 0; c < m->channel_count; c++) {
         unsigned place = m->channel[c].column_index;
         if (place > t->field_count || !parse_number(m, t->field[place - 1], &value))
             return refuse_line(t, line,
-                               place > t->field_count ? line + length : t->field[place - 1].at,
+                               place > t->field_count ? line + length : t->field[place - 1].start,
                                whole, "no number");
-        if (fabs(mapping_value(&m->channel[c], value)) > MAPPING_VALUE_MAX)
-            return refuse_line(t, line, t->field[place - 1].at, whole, "impossible value");
+        if (fabs(mapping_convert_value(&m->channel[c], value)) > MAPPING_VALUE_MAX)
+            return refuse_line(t, line, t->field[place - 1].start, whole, "impossible value");
     }
     return true;
 }
 
 /* If the times of header lines continue in the rows, header_lines is too large and rows are
  * lost. */
-static void check_header(struct table *t, double first_s, double second_s)
+static void check_header_times(struct csv_table *t, double first_s, double second_s)
 {
-    double before_s = first_s - t->consumed.time_s;
-    if (!t->consumed.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
+    double before_s = first_s - t->number_header.time_s;
+    if (!t->number_header.count || !(before_s > 0.0 && before_s <= 1.5 * (second_s - first_s)))
         return;
-    t->verdict->bad_lines += t->consumed.count;
-    parse_result_set(t->verdict, MR_MALFORMED, t->consumed.line, 1,
-                     "a row among the header lines; see header_lines");
+    t->result->bad_lines += t->number_header.count;
+    parse_result_set(t->result, MR_MALFORMED, t->number_header.line, 1,
+                     "a data row among the header lines; see header_lines");
 }
 
-static void add_row(struct table *t, double time_s)
+static void add_row(struct csv_table *t, double time_s)
 {
     struct mapping *m = t->mapping;
-    if (t->rows == 1)
-        check_header(t, t->last_s, time_s);
+    if (t->row_count == 1)
+        check_header_times(t, t->last_s, time_s);
     t->last_s = time_s;
-    t->rows++;
+    t->row_count++;
     for (size_t c = 0; c < m->channel_count; c++) {
         struct mapping_channel *channel = &m->channel[c];
         double value;
         parse_number(m, t->field[channel->column_index - 1], &value);
         if (!isnan(value))
-            series_add(&channel->series, time_s, mapping_value(channel, value));
+            series_add(&channel->series, time_s, mapping_convert_value(channel, value));
     }
 }
 
 enum mr_status csv_read(const char *text, size_t length, const char *path, struct mapping *mapping,
                         size_t *rows, struct parse_result *verdict, struct error *error)
 {
-    struct table t = {.at = text,
-                      .end = text + length,
-                      .path = path,
-                      .mapping = mapping,
-                      .verdict = verdict,
-                      .last_s = (double)NAN};
+    struct csv_table t = {.position = text,
+                          .end = text + length,
+                          .path = path,
+                          .mapping = mapping,
+                          .result = verdict,
+                          .last_s = (double)NAN};
     const char *line;
     double time_s = (double)NAN;
     bool whole;
@@ -356,13 +361,13 @@ enum mr_status csv_read(const char *text, size_t length, const char *path, struc
         if (check_row(&t, line, length, whole, &time_s))
             add_row(&t, time_s);
     }
-    *rows = t.rows;
-    if (status == MR_OK && (t.rows == 0 || verdict->bad_lines > t.rows / 9))
+    *rows = t.row_count;
+    if (status == MR_OK && (t.row_count == 0 || verdict->bad_lines > t.row_count / 9))
         return error_set(error, MR_MALFORMED,
                          "%zu rows are valid, %zu are not: %s line %zu, column %zu: %s; check that "
                          "the mapping fits the file",
-                         t.rows, verdict->bad_lines, path, verdict->line, verdict->column,
-                         verdict->what ? verdict->what : "no rows");
+                         t.row_count, verdict->bad_lines, path, verdict->line, verdict->column,
+                         verdict->fault_text ? verdict->fault_text : "no rows");
     return status;
 }
 
@@ -373,7 +378,7 @@ static bool add_sample(struct candump_log *log, struct mapping_channel *channel,
                        double read)
 {
     struct series *series = &channel->series;
-    double value = mapping_value(channel, read);
+    double value = mapping_convert_value(channel, read);
     const char *wrong = check_time(time_s,
                                    series->count ? series->time_s[series->count - 1] : (double)NAN);
     if (!wrong && !(fabs(value) <= MAPPING_VALUE_MAX))
@@ -383,7 +388,7 @@ static bool add_sample(struct candump_log *log, struct mapping_channel *channel,
         return true;
     }
     log->result.bad_lines++;
-    parse_result_set(&log->result, MR_MALFORMED, log->line, 1, wrong);
+    parse_result_set(&log->result, MR_MALFORMED, log->line_number, 1, wrong);
     return false;
 }
 
@@ -413,10 +418,10 @@ static enum mr_status find_signals(const struct textfile *file,
             continue;
         if (name[0])
             return error_set(error, MR_USAGE,
-                             "the frames of the mapping are on %s and %.*s: %s line %zu; select "
-                             "one interface (such as --interface %s)",
+                             "the signals of the mapping are on both %s and %.*s: %s line %zu; "
+                             "select one interface (such as --interface %s)",
                              name, (int)line.interface_length, line.interface, request->path,
-                             log.line, name);
+                             log.line_number, name);
         snprintf(name, CANDUMP_INTERFACE_SIZE, "%.*s", (int)line.interface_length, line.interface);
     }
     return MR_OK;
@@ -443,11 +448,11 @@ enum mr_status import_read_signals(const struct textfile *file,
         for (size_t c = 0; c < mapping->channel_count; c++)
             has_sample |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
                           add_sample(&log, &mapping->channel[c], time_s, value);
-        result->rows += has_sample;
+        result->row_count += has_sample;
     }
     result->parsed = log.result;
-    result->other_interface = log.other_interface;
-    if (result->rows == 0)
+    result->other_interface_frames = log.other_interface_frames;
+    if (result->row_count == 0)
         return error_set(error, MR_MALFORMED,
                          "none of the signals in the mapping occurs in the %zu frames: %s; check "
                          "the ids in the mapping",
@@ -458,15 +463,15 @@ enum mr_status import_read_signals(const struct textfile *file,
 /* ---- logs of matrig boards, imported through the collector like matrig log ---- */
 
 /* Time between commits. It is short, because another process that writes waits at most 5 s. */
-#define COMMIT_PERIOD_US 200000u
-#define FRAMES_PER_TURN  4096u
+#define COMMIT_PERIOD_US        200000u
+#define FRAMES_PER_COMMIT_CHECK 4096u
 
 /* Opens a log with at least one frame. The caller closes the link. */
 static enum mr_status open_log(const struct textfile *file, const struct import_request *request,
                                struct link **link, struct error *error)
 {
-    enum mr_status status = link_open_text(file->text, file->length, request->path, request->base,
-                                           request->interface, link, error);
+    enum mr_status status = link_open_text(file->text, file->length, request->path,
+                                           request->can_base, request->interface, link, error);
     if (status == MR_OK && !link_candump(*link)->interface[0])
         status = error_set(error, MR_MALFORMED,
                            "no frames: %s is empty; give a log that `candump -L` wrote",
@@ -490,9 +495,9 @@ static enum mr_status add_finished_landings(struct collector *collector,
                                             struct import_result *result)
 {
     int64_t run;
-    while ((run = collector_pop_finished(collector)) != 0) {
+    while ((run = collector_pop_finished_run(collector)) != 0) {
         if (result->run_count < IMPORT_RUNS_MAX)
-            result->run[result->run_count++] = run;
+            result->runs[result->run_count++] = run;
     }
     return MR_OK;
 }
@@ -500,8 +505,8 @@ static enum mr_status add_finished_landings(struct collector *collector,
 static enum mr_status commit_and_begin(struct store *store, struct collector *collector,
                                        uint64_t *begun_us, struct error *error)
 {
-    enum mr_status status = collector_put_counts(collector, error) ?: store_commit(store, error) ?:
-                            store_begin(store, error);
+    enum mr_status status = collector_store_counts(collector, error);
+    status = status ?: store_commit(store, error) ?: store_begin(store, error);
     *begun_us = link_now_us();
     return status;
 }
@@ -517,14 +522,14 @@ static enum mr_status import_frames(struct store *store, struct collector *colle
     for (;;) {
         bool more = link_receive_frame(link, &frame, &ended) == MR_OK;
         const struct link_counters *counters = link_counters(link);
-        if (reported_troubles != counters->troubles + counters->bad_lines)
-            status = collector_account_troubles(collector, LINK_CAN, counters, error);
-        reported_troubles = counters->troubles + counters->bad_lines;
+        if (reported_troubles != counters->fault_total + counters->bad_lines)
+            status = collector_account_link_faults(collector, LINK_CAN, counters, error);
+        reported_troubles = counters->fault_total + counters->bad_lines;
         if (status == MR_OK && more)
             status = collector_receive_frame(collector, &frame, error);
         if (status != MR_OK || !more)
             return status; /* the caller records the error as the result of the log */
-        if (++result->rows % FRAMES_PER_TURN != 0)
+        if (++result->row_count % FRAMES_PER_COMMIT_CHECK != 0)
             continue;
         add_finished_landings(collector, result);
         if (link_now_us() - begun_us >= COMMIT_PERIOD_US)
@@ -556,16 +561,16 @@ enum mr_status import_candump(struct store *store, const struct textfile *file,
     struct collector *collector = NULL;
     snprintf(spec, sizeof spec, "import:%s", request->path);
     enum mr_status status = open_log(file, request, &link, error)
-                              ?: collector_open(store, spec, request->base, NULL, &collector,
+                              ?: collector_open(store, spec, request->can_base, NULL, &collector,
                                                 error);
     if (status == MR_OK) {
-        result->session = collector_session(collector);
+        result->session = collector_get_session(collector);
         status = import_frames(store, collector, link, result, error);
         status = end_session(store, collector, result, status, error);
         result->parsed = link_candump(link)->result;
-        result->other_interface = link_candump(link)->other_interface;
-        for (unsigned i = 0; i < LINK_TROUBLES; i++)
-            result->trouble[i] = (int64_t)link_counters(link)->trouble[i];
+        result->other_interface_frames = link_candump(link)->other_interface_frames;
+        for (unsigned i = 0; i < LINK_FAULT_COUNT; i++)
+            result->link_fault_count[i] = (int64_t)link_counters(link)->fault_count[i];
     }
     collector_close(collector);
     link_close(link);

@@ -22,17 +22,17 @@
 
 /* ---- Linux's extra data with a received frame ---- */
 
-#define CONTROL_BYTES 128u /* room for all control messages of one frame */
+#define ANCILLARY_DATA_BYTES 128u /* room for all control messages of one frame */
 
-struct control {
+struct ancillary_data {
     uint64_t kernel_us; /* Unix time of reception by the kernel; 0: unknown */
     bool lost_known;
-    uint32_t lost; /* frames lost in the socket's queue so far; a 32-bit counter that wraps */
+    uint32_t lost_count; /* frames lost in the socket's queue so far; a 32-bit counter that wraps */
 };
 
-static void read_control(struct msghdr *message, struct control *control)
+static void read_ancillary_data(struct msghdr *message, struct ancillary_data *control)
 {
-    *control = (struct control){0};
+    *control = (struct ancillary_data){0};
     for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
         size_t length = c->cmsg_len - CMSG_LEN(0);
         if (c->cmsg_level != SOL_SOCKET)
@@ -41,8 +41,8 @@ static void read_control(struct msghdr *message, struct control *control)
             struct timespec at;
             memcpy(&at, CMSG_DATA(c), sizeof at);
             control->kernel_us = (uint64_t)at.tv_sec * 1000000u + (uint64_t)at.tv_nsec / 1000u;
-        } else if (c->cmsg_type == SO_RXQ_OVFL && length >= sizeof control->lost) {
-            memcpy(&control->lost, CMSG_DATA(c), sizeof control->lost);
+        } else if (c->cmsg_type == SO_RXQ_OVFL && length >= sizeof control->lost_count) {
+            memcpy(&control->lost_count, CMSG_DATA(c), sizeof control->lost_count);
             control->lost_known = true;
         }
     }
@@ -53,8 +53,8 @@ static void read_control(struct msghdr *message, struct control *control)
 /* A full bus of 1 Mbit/s carries up to 9009 frames/s of 8 bytes, and a frame takes about 700 bytes
  * of queue. The queue therefore holds more than half a second of frames, even if the kernel counts
  * each frame twice. */
-#define QUEUE_BYTES  (8 * 1024 * 1024)
-#define SEND_WAIT_MS 1000
+#define SOCKET_QUEUE_BYTES (8 * 1024 * 1024)
+#define SEND_WAIT_MS       1000
 
 _Static_assert(LINK_ID_EXTENDED == CAN_EFF_FLAG && LINK_ID_REMOTE == CAN_RTR_FLAG &&
                    LINK_ID_ERROR == CAN_ERR_FLAG,
@@ -109,7 +109,7 @@ static enum mr_status check_interface(struct link *link, const char *name, struc
 /* Makes the queue as large as allowed; more than net.core.rmem_max requires CAP_NET_ADMIN. */
 static void enlarge_receive_queue(int fd)
 {
-    int bytes = QUEUE_BYTES;
+    int bytes = SOCKET_QUEUE_BYTES;
     if (setsockopt(fd, SOL_SOCKET, SO_RCVBUFFORCE, &bytes, sizeof bytes) != 0)
         setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
 }
@@ -124,7 +124,7 @@ static enum mr_status configure_socket(struct link *link, struct error *error)
         setsockopt(link->fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof on) != 0)
         return error_set(error, MR_IO, "cannot set up the socket (%s): %s; use a newer kernel",
                          strerror(errno), link->spec);
-    link->queue_lost = 0;
+    link->kernel_lost_count = 0;
     return MR_OK;
 }
 
@@ -164,8 +164,8 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
                                         struct error *error)
 {
     struct can_frame raw;
-    char beside[CONTROL_BYTES];
-    struct control control;
+    char beside[ANCILLARY_DATA_BYTES];
+    struct ancillary_data control;
     struct iovec part = {.iov_base = &raw, .iov_len = sizeof raw};
     struct msghdr message = {
         .msg_iov = &part, .msg_iovlen = 1, .msg_control = beside, .msg_controllen = sizeof beside};
@@ -181,10 +181,11 @@ static enum mr_status can_receive_frame(struct link *link, struct link_frame *fr
         return error_set(error, MR_MALFORMED,
                          "CAN frame of more than 8 bytes: %s; use a bus without CAN FD",
                          link->spec);
-    read_control(&message, &control);
+    read_ancillary_data(&message, &control);
     if (control.lost_known) {
-        link_count_event(link, LINK_QUEUE_LOST, (uint32_t)(control.lost - link->queue_lost));
-        link->queue_lost = control.lost;
+        link_count_event(link, LINK_QUEUE_LOST,
+                         (uint32_t)(control.lost_count - link->kernel_lost_count));
+        link->kernel_lost_count = control.lost_count;
     }
     frame->host_us = control.kernel_us ? control.kernel_us : link_now_us();
     frame->id = raw.can_id;
@@ -230,13 +231,14 @@ static void can_service(struct link *link)
         getsockopt(link->fd, SOL_SOCKET, SO_MEMINFO, info, &length) != 0 ||
         length < (SK_MEMINFO_DROPS + 1) * sizeof info[0])
         return;
-    link_count_event(link, LINK_QUEUE_LOST, (uint32_t)(info[SK_MEMINFO_DROPS] - link->queue_lost));
-    link->queue_lost = info[SK_MEMINFO_DROPS];
+    link_count_event(link, LINK_QUEUE_LOST,
+                     (uint32_t)(info[SK_MEMINFO_DROPS] - link->kernel_lost_count));
+    link->kernel_lost_count = info[SK_MEMINFO_DROPS];
 }
 
 const struct link_ops link_can_ops = {
-    .kinds = 1u << LINK_CAN,
-    .can_return = true,
+    .carried_kinds = 1u << LINK_CAN,
+    .is_device = true,
     .open = can_open,
     .receive_frame = can_receive_frame,
     .send = can_send,

@@ -4,7 +4,7 @@
 #include <string.h>
 
 struct cursor {
-    const char *p;
+    const char *position;
     const char *end;
 };
 
@@ -22,19 +22,19 @@ static uint32_t parse_hex_digit(char c)
 
 static bool accept_char(struct cursor *at, char c)
 {
-    if (at->p == at->end || *at->p != c)
+    if (at->position == at->end || *at->position != c)
         return false;
-    at->p++;
+    at->position++;
     return true;
 }
 
 /* Skips blanks, with which programs align the fields. */
-static bool accept_blanks(struct cursor *at)
+static bool skip_blanks(struct cursor *at)
 {
-    const char *from = at->p;
+    const char *from = at->position;
     while (accept_char(at, ' ') || accept_char(at, '\t'))
         ;
-    return at->p > from;
+    return at->position > from;
 }
 
 /* Parses decimal digits and returns their number. */
@@ -42,8 +42,9 @@ static unsigned parse_decimal(struct cursor *at, uint64_t *value)
 {
     unsigned digits = 0;
     *value = 0;
-    for (; at->p < at->end && *at->p >= '0' && *at->p <= '9' && digits < 18; at->p++, digits++)
-        *value = *value * 10 + (uint64_t)(*at->p - '0');
+    for (; at->position < at->end && *at->position >= '0' && *at->position <= '9' && digits < 18;
+         at->position++, digits++)
+        *value = *value * 10 + (uint64_t)(*at->position - '0');
     return digits;
 }
 
@@ -68,10 +69,10 @@ static bool parse_id(struct cursor *at, uint32_t *id)
 {
     uint32_t value = 0;
     unsigned digits = 0;
-    for (; at->p < at->end && parse_hex_digit(*at->p) < 16; at->p++) {
+    for (; at->position < at->end && parse_hex_digit(*at->position) < 16; at->position++) {
         if (++digits > 8)
             return false;
-        value = value << 4 | parse_hex_digit(*at->p);
+        value = value << 4 | parse_hex_digit(*at->position);
     }
     if (digits == 3 && value <= 0x7ff)
         *id = value;
@@ -90,19 +91,19 @@ static bool parse_data(struct cursor *at, struct link_frame *frame)
     memset(frame->data, 0, sizeof frame->data);
     if (!(frame->id & LINK_ID_ERROR) && accept_char(at, 'R')) {
         frame->id |= LINK_ID_REMOTE;
-        if (at->p < at->end && *at->p >= '0' && *at->p <= '8')
-            frame->length = (uint8_t)(*at->p++ - '0');
+        if (at->position < at->end && *at->position >= '0' && *at->position <= '8')
+            frame->length = (uint8_t)(*at->position++ - '0');
         return true;
     }
-    while (at->p < at->end && !strchr(" \t\r_", *at->p)) {
-        if (frame->length == 8 || at->end - at->p < 2)
+    while (at->position < at->end && !strchr(" \t\r_", *at->position)) {
+        if (frame->length == 8 || at->end - at->position < 2)
             return false;
-        uint32_t high = parse_hex_digit(at->p[0]);
-        uint32_t low = parse_hex_digit(at->p[1]);
+        uint32_t high = parse_hex_digit(at->position[0]);
+        uint32_t low = parse_hex_digit(at->position[1]);
         if ((high | low) > 15)
             return false;
         frame->data[frame->length++] = (uint8_t)(high << 4 | low);
-        at->p += 2;
+        at->position += 2;
     }
     return true;
 }
@@ -112,36 +113,36 @@ static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
 {
     if (!accept_char(at, '_'))
         return true;
-    uint32_t code = at->p < at->end ? parse_hex_digit(*at->p) : 0;
+    uint32_t code = at->position < at->end ? parse_hex_digit(*at->position) : 0;
     if (frame->length != 8 || code < 9 || code > 15)
         return false;
-    at->p++;
+    at->position++;
     return true;
 }
 
 static bool parse_line(struct cursor *at, struct candump_line *line)
 {
     struct link_frame *frame = &line->frame;
-    if (!parse_time(at, &frame->host_us) || !accept_blanks(at))
+    if (!parse_time(at, &frame->host_us) || !skip_blanks(at))
         return false;
-    line->interface = at->p;
-    while (at->p < at->end && *at->p != ' ' && *at->p != '\t')
-        at->p++;
-    line->interface_length = (size_t)(at->p - line->interface);
-    if (line->interface_length == 0 || !accept_blanks(at) || !parse_id(at, &frame->id) ||
+    line->interface = at->position;
+    while (at->position < at->end && *at->position != ' ' && *at->position != '\t')
+        at->position++;
+    line->interface_length = (size_t)(at->position - line->interface);
+    if (line->interface_length == 0 || !skip_blanks(at) || !parse_id(at, &frame->id) ||
         !accept_char(at, '#') || !parse_data(at, frame) || !parse_length_code(at, frame))
         return false;
-    if (accept_blanks(at) && (accept_char(at, 'R') || accept_char(at, 'T')))
-        accept_blanks(at);
+    if (skip_blanks(at) && (accept_char(at, 'R') || accept_char(at, 'T')))
+        skip_blanks(at);
     accept_char(at, '\r');
-    return at->p == at->end;
+    return at->position == at->end;
 }
 
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line)
 {
     struct cursor at = {text, text + length};
     bool whole = parse_line(&at, line);
-    line->column = (size_t)(at.p - text) + 1;
+    line->error_column = (size_t)(at.position - text) + 1;
     return whole ? MR_OK : MR_MALFORMED;
 }
 
@@ -155,7 +156,7 @@ void parse_result_set(struct parse_result *result, enum mr_status status, size_t
     result->status = status;
     result->line = line;
     result->column = column;
-    result->what = what;
+    result->fault_text = what;
 }
 
 void parse_result_text(const struct parse_result *result, char *out, size_t size)
@@ -166,7 +167,7 @@ void parse_result_text(const struct parse_result *result, char *out, size_t size
     }
     int n = snprintf(out, size, "%s at line %zu, column %zu: %s",
                      result->status == MR_TRUNCATED ? "truncated" : "malformed", result->line,
-                     result->column, result->what);
+                     result->column, result->fault_text);
     if (result->bad_lines && n > 0 && (size_t)n < size)
         snprintf(out + n, size - (size_t)n, "; %zu %s skipped", result->bad_lines,
                  result->bad_lines == 1 ? "line was" : "lines were");
@@ -182,7 +183,7 @@ bool candump_log_parse_line(struct candump_log *log, const char *text, size_t le
                             struct candump_line *line)
 {
     /* skip a UTF-8 byte order mark, or candump's "Warning: console output active while logging!" */
-    const char *begin = log->line++ == 0 ? memchr(text, '(', length) : NULL;
+    const char *begin = log->line_number++ == 0 ? memchr(text, '(', length) : NULL;
     size_t before = begin ? (size_t)(begin - text) : 0;
     text += before;
     length -= before;
@@ -190,20 +191,20 @@ bool candump_log_parse_line(struct candump_log *log, const char *text, size_t le
         return false;
     enum mr_status status = candump_parse_line(text, length, line);
     if (!whole) { /* without its newline, a valid frame may be the beginning of a longer one */
-        parse_result_set(&log->result, MR_TRUNCATED, log->line, before + length + 1,
+        parse_result_set(&log->result, MR_TRUNCATED, log->line_number, before + length + 1,
                          "the log ends inside a line");
         return false;
     }
     if (status != MR_OK) {
         log->result.bad_lines++;
-        parse_result_set(&log->result, MR_MALFORMED, log->line, before + line->column,
+        parse_result_set(&log->result, MR_MALFORMED, log->line_number, before + line->error_column,
                          memmem(text, length, "##", 2) ? "a CAN FD frame, which matrig does not use"
                                                        : "not a line of `candump -L`");
         return false;
     }
     if (!log->interface[0] || candump_is_from_interface(line, log->interface))
         return true;
-    log->other_interface++;
+    log->other_interface_frames++;
     return false;
 }
 
@@ -215,21 +216,21 @@ enum mr_status candump_parse(const char *text, size_t length, struct link_frame 
     return status;
 }
 
-size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX])
+size_t candump_write_line(const struct link_frame *frame, char out[CANDUMP_LINE_SIZE])
 {
     bool wide = (frame->id & (LINK_ID_EXTENDED | LINK_ID_ERROR)) != 0;
     uint32_t id = frame->id & ~(LINK_ID_EXTENDED | LINK_ID_REMOTE);
-    int length = snprintf(out, CANDUMP_LINE_MAX, "(%010llu.%06llu) can0 %0*X#",
+    int length = snprintf(out, CANDUMP_LINE_SIZE, "(%010llu.%06llu) can0 %0*X#",
                           (unsigned long long)(frame->host_us / 1000000u),
                           (unsigned long long)(frame->host_us % 1000000u), wide ? 8 : 3,
                           (unsigned)id);
     if (frame->id & LINK_ID_REMOTE) {
-        length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "R%u", frame->length);
+        length += snprintf(out + length, CANDUMP_LINE_SIZE - (size_t)length, "R%u", frame->length);
     } else {
         for (unsigned i = 0; i < frame->length; i++)
-            length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "%02X",
+            length += snprintf(out + length, CANDUMP_LINE_SIZE - (size_t)length, "%02X",
                                frame->data[i]);
     }
-    length += snprintf(out + length, CANDUMP_LINE_MAX - (size_t)length, "\n");
+    length += snprintf(out + length, CANDUMP_LINE_SIZE - (size_t)length, "\n");
     return (size_t)length;
 }

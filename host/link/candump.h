@@ -17,7 +17,7 @@
 
 #include "host/link/link.h"
 
-#define CANDUMP_LINE_MAX 200u
+#define CANDUMP_LINE_SIZE 200u
 
 /* Parses `length` characters without the newline. Returns MR_OK or MR_MALFORMED. */
 enum mr_status candump_parse(const char *text, size_t length, struct link_frame *frame);
@@ -27,16 +27,16 @@ struct candump_line {
     struct link_frame frame;
     const char *interface; /* name of the interface, which points into the text */
     size_t interface_length;
-    size_t column; /* column, from 1, of the first character that does not fit the format */
+    size_t error_column; /* column, from 1, of the first character that does not fit the format */
 };
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line);
 
 /* Result of reading a file. Valid parts are used even after a fault. */
 struct parse_result {
-    enum mr_status status; /* MR_OK: complete; MR_TRUNCATED; MR_MALFORMED */
-    size_t line, column;   /* position of the first fault, from 1 */
-    size_t bad_lines;      /* number of skipped lines */
-    const char *what;      /* description of the first fault; static storage */
+    enum mr_status status;  /* MR_OK: complete; MR_TRUNCATED; MR_MALFORMED */
+    size_t line, column;    /* position of the first fault, from 1 */
+    size_t bad_lines;       /* number of skipped lines */
+    const char *fault_text; /* description of the first fault; static storage */
 };
 /* Sets the result. Only the first call has an effect. */
 void parse_result_set(struct parse_result *result, enum mr_status status, size_t line,
@@ -49,8 +49,8 @@ void parse_result_text(const struct parse_result *result, char *out, size_t size
 #define CANDUMP_INTERFACE_SIZE 64u
 struct candump_log {
     char interface[CANDUMP_INTERFACE_SIZE]; /* interface whose frames are read; "": all */
-    size_t line;                            /* number of the last line, from 1 */
-    uint64_t other_interface; /* number of frames of other interfaces, which are skipped */
+    size_t line_number;                     /* number of the last line, from 1 */
+    uint64_t other_interface_frames; /* number of frames of other interfaces, which are skipped */
     struct parse_result result;
 };
 /* Parses the next line. `text`: the line without its newline. `whole` false: the file ends inside
@@ -61,6 +61,6 @@ bool candump_is_from_interface(const struct candump_line *line, const char *inte
 
 /* Writes the line of a frame with newline and terminating zero; the time is frame->host_us, the
  * interface "can0". Returns its length. */
-size_t candump_print(const struct link_frame *frame, char out[CANDUMP_LINE_MAX]);
+size_t candump_write_line(const struct link_frame *frame, char out[CANDUMP_LINE_SIZE]);
 
 #endif

@@ -16,7 +16,7 @@
 
 /* Checks that a log is text and that serial bytes are not. If not, the error message names the kind
  * that was probably meant. */
-static enum mr_status check_kind(struct link *link, struct error *error)
+static enum mr_status check_file_content(struct link *link, struct error *error)
 {
     char head[65] = "";
     ssize_t length = pread(link->fd, head, sizeof head - 1, 0);
@@ -40,9 +40,9 @@ static enum mr_status check_kind(struct link *link, struct error *error)
 struct buses {
     struct bus {
         char name[CANDUMP_INTERFACE_SIZE];
-        uint64_t hellos;
-        bool has_this_layout; /* a hello of this layout was received on the bus */
-    } bus[BUSES_MAX];         /* buses in order of appearance */
+        uint64_t hello_count;
+        bool has_matching_layout; /* a hello of this layout was received on the bus */
+    } bus[BUSES_MAX];             /* buses in order of appearance */
     size_t count;
 };
 
@@ -70,16 +70,16 @@ static bool add_to_buses(struct buses *buses, const struct candump_line *line, u
         return false;
     if (link_id_from_bus(frame->id, base) == MR_ID_HELLO &&
         mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK) {
-        bus->hellos++;
-        bus->has_this_layout |= message.as.hello.layout == MR_LAYOUT;
+        bus->hello_count++;
+        bus->has_matching_layout |= message.as.hello.layout == MR_LAYOUT;
     }
     return true;
 }
 
 /* Returns 2 if a board of this layout is on the bus, 1 for another board, 0 for none. */
-static unsigned rank_board(const struct bus *bus)
+static unsigned rank_bus(const struct bus *bus)
 {
-    return bus->has_this_layout ? 2 : bus->hellos > 0;
+    return bus->has_matching_layout ? 2 : bus->hello_count > 0;
 }
 
 /* Lists all buses of at least the rank `least`: "can0, can1 and can2". */
@@ -87,10 +87,10 @@ static void list_buses(const struct buses *buses, unsigned least, char *out, siz
 {
     size_t of = 0, used = 0, k = 0;
     for (size_t i = 0; i < buses->count; i++)
-        of += rank_board(&buses->bus[i]) >= least;
+        of += rank_bus(&buses->bus[i]) >= least;
     out[0] = '\0';
     for (size_t i = 0; i < buses->count && used < size; i++) {
-        if (rank_board(&buses->bus[i]) < least)
+        if (rank_bus(&buses->bus[i]) < least)
             continue;
         k++;
         used += (size_t)snprintf(out + used, size - used, "%s%s",
@@ -115,19 +115,19 @@ static enum mr_status select_bus(const struct buses *buses, const char *named, c
             memcpy(interface, bus->name, CANDUMP_INTERFACE_SIZE);
             return MR_OK;
         }
-        if (rank_board(bus) > rank_board(&buses->bus[best]))
+        if (rank_bus(bus) > rank_bus(&buses->bus[best]))
             best = i;
     }
     if (buses->count == 0)
         return MR_OK;
-    unsigned least = rank_board(&buses->bus[best]);
+    unsigned least = rank_bus(&buses->bus[best]);
     if (named) {
         list_buses(buses, 0, names, sizeof names);
         return error_set(error, MR_USAGE, "no frame of %s: %s; the log has frames of %s", named,
                          where, names);
     }
     for (size_t i = 0; i < buses->count; i++)
-        as_good += rank_board(&buses->bus[i]) == least;
+        as_good += rank_bus(&buses->bus[i]) == least;
     if (least > 0 && as_good > 1) {
         list_buses(buses, least, names, sizeof names);
         return error_set(
@@ -153,31 +153,32 @@ static enum mr_status read_line(struct link *link, const char **line, size_t *le
 {
     size_t searched = 0, cut = 0;
     for (;;) {
-        const uint8_t *from = link->buffer + link->start;
-        const uint8_t *newline = memchr(from + searched, '\n', link->end - link->start - searched);
+        const uint8_t *from = link->buffer + link->buffer_start;
+        const uint8_t *newline = memchr(from + searched, '\n',
+                                        link->buffer_end - link->buffer_start - searched);
         *line = (const char *)from;
         *whole = newline != NULL;
         if (newline) {
             *length = (size_t)(newline - from);
-            link->start += *length + 1;
+            link->buffer_start += *length + 1;
             return MR_OK;
         }
-        searched = link->end - link->start;
-        if (searched > CANDUMP_LINE_MAX) {
-            cut += searched - CANDUMP_LINE_MAX;
+        searched = link->buffer_end - link->buffer_start;
+        if (searched > CANDUMP_LINE_SIZE) {
+            cut += searched - CANDUMP_LINE_SIZE;
             if (cut > LINE_BYTES_MAX)
                 return error_set(error, MR_MALFORMED,
                                  "no end of line in %u bytes: %s; give a log that `candump -L` "
                                  "wrote",
                                  LINE_BYTES_MAX, link->spec);
-            searched = CANDUMP_LINE_MAX;
-            link->end = link->start + searched;
+            searched = CANDUMP_LINE_SIZE;
+            link->buffer_end = link->buffer_start + searched;
         }
         enum mr_status status = link_fill_buffer(link, error);
         if (status == MR_CLOSED && searched > 0) {
-            *line = (const char *)link->buffer + link->start;
+            *line = (const char *)link->buffer + link->buffer_start;
             *length = searched;
-            link->start = link->end;
+            link->buffer_start = link->buffer_end;
             return MR_OK;
         }
         if (status != MR_OK)
@@ -185,12 +186,12 @@ static enum mr_status read_line(struct link *link, const char **line, size_t *le
     }
 }
 
-#define PRINTABLE_CHARS 40u
+#define PRINTABLE_CHARS_MAX 40u
 /* Makes an invalid line printable. */
-static void make_printable(const char *text, size_t length, char seen[PRINTABLE_CHARS + 1])
+static void make_printable(const char *text, size_t length, char seen[PRINTABLE_CHARS_MAX + 1])
 {
     size_t i = 0;
-    for (; i < length && i < PRINTABLE_CHARS; i++)
+    for (; i < length && i < PRINTABLE_CHARS_MAX; i++)
         seen[i] = (char)(text[i] < ' ' || text[i] > '~' ? '?' : text[i]);
     seen[i] = '\0';
 }
@@ -204,7 +205,7 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
     const char *text;
     size_t length;
     bool whole, room = buses != NULL;
-    char seen[PRINTABLE_CHARS + 1] = "";
+    char seen[PRINTABLE_CHARS_MAX + 1] = "";
     enum mr_status status = MR_OK;
     while (room && (status = read_line(link, &text, &length, &whole, error)) == MR_OK) {
         if (candump_log_parse_line(&log, text, length, whole, &line))
@@ -219,7 +220,7 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
         status = error_set(error, MR_LIMIT,
                            "frames of more than %u buses, or a bus name that is too long: %s line "
                            "%zu; extract the frames of one bus (grep \" can0 \")",
-                           BUSES_MAX, link->spec, log.line);
+                           BUSES_MAX, link->spec, log.line_number);
     else if (status == MR_CLOSED && buses->count == 0 && log.result.status != MR_OK)
         status = error_set(error, MR_MALFORMED,
                            "no frames: %s line %zu, column %zu; the line is '%s', give a log that "
@@ -228,7 +229,7 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
     else if (status == MR_CLOSED)
         status = select_bus(buses, named, link->spec, link->log.interface, error);
     free(buses);
-    link->start = link->end = link->text_at = 0;
+    link->buffer_start = link->buffer_end = link->text_position = 0;
     if (status == MR_OK && !link->text && lseek(link->fd, 0, SEEK_SET) != 0)
         return error_set(error, MR_IO, "cannot read again (%s): %s; check the file",
                          strerror(errno), link->spec);
@@ -263,13 +264,13 @@ static enum mr_status file_open(struct link *link, const char *spec_text, struct
     if (fstat(link->fd, &info) == 0 && S_ISDIR(info.st_mode))
         return error_set(error, MR_IO, "cannot open (it is a directory): %s; name a file",
                          link->spec);
-    if (S_ISREG(info.st_mode) && check_kind(link, error) != MR_OK)
+    if (S_ISREG(info.st_mode) && check_file_content(link, error) != MR_OK)
         return error->status;
     if (named)
         strcpy(link->log.interface, named);
     if (link->kind == LINK_CAN && S_ISREG(info.st_mode))
         return detect_bus(link, named, error);
-    link->follows_board = link->kind == LINK_CAN && !named;
+    link->is_bus_unknown = link->kind == LINK_CAN && !named;
     /* Reading a pipe must not block while its writer is still running. */
     if (fcntl(link->fd, F_SETFL, O_NONBLOCK) != 0)
         return error_set(error, MR_IO, "cannot set up (%s): %s; try again", strerror(errno),
@@ -294,9 +295,9 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
         errno = EAGAIN;
         return -1;
     }
-    size_t left = link->text_length - link->text_at, count = left < size ? left : size;
-    memcpy(bytes, link->text + link->text_at, count);
-    link->text_at += count;
+    size_t left = link->text_length - link->text_position, count = left < size ? left : size;
+    memcpy(bytes, link->text + link->text_position, count);
+    link->text_position += count;
     return (ssize_t)count;
 }
 
@@ -305,11 +306,11 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses buses = {.count = 0};
-    if (!link->follows_board || !add_to_buses(&buses, line, link->base))
+    if (!link->is_bus_unknown || !add_to_buses(&buses, line, link->base))
         return;
-    if (buses.bus[0].hellos > 0 || !link->log.interface[0])
+    if (buses.bus[0].hello_count > 0 || !link->log.interface[0])
         memcpy(link->log.interface, buses.bus[0].name, CANDUMP_INTERFACE_SIZE);
-    link->follows_board = buses.bus[0].hellos == 0;
+    link->is_bus_unknown = buses.bus[0].hello_count == 0;
 }
 
 static enum mr_status file_receive_frame(struct link *link, struct link_frame *frame,
@@ -330,22 +331,22 @@ static enum mr_status file_receive_frame(struct link *link, struct link_frame *f
         }
         if (status != MR_OK)
             return status;
-        uint64_t elsewhere = log->other_interface;
+        uint64_t elsewhere = log->other_interface_frames;
         has_frame = candump_log_parse_line(log, text, length, whole, &line);
-        if (link->follows_board && (has_frame || log->other_interface != elsewhere)) {
+        if (link->is_bus_unknown && (has_frame || log->other_interface_frames != elsewhere)) {
             follow_board_bus(link, &line);
             has_frame = candump_is_from_interface(&line, log->interface);
-            log->other_interface = elsewhere + !has_frame;
+            log->other_interface_frames = elsewhere + !has_frame;
         }
         link->counters.bad_lines = log->result.bad_lines;
-        link->counters.other_interface = log->other_interface;
+        link->counters.other_interface_frames = log->other_interface_frames;
         const struct link_counters *c = &link->counters;
-        if (!has_frame && c->received + c->error_frames + c->other_interface == 0 &&
+        if (!has_frame && c->received_count + c->error_frames + c->other_interface_frames == 0 &&
             c->bad_lines >= BAD_LINES_MAX)
             return error_set(
                 error, MR_MALFORMED,
                 "no candump line in the first %zu lines: %s; give a log that `candump -L` wrote",
-                log->line, link->spec);
+                log->line_number, link->spec);
     }
     *frame = line.frame;
     return MR_OK;
@@ -361,7 +362,7 @@ static enum mr_status file_send(struct link *link, const uint8_t *bytes, size_t 
 }
 
 const struct link_ops link_file_ops = {
-    .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .carried_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
     .sender_waits = true,
     .is_recorded = true,
     .open = file_open,

@@ -18,58 +18,58 @@
 #include "host/base/monotonic_clock.h"
 #include "host/link/link_ops.h"
 
-#define RETRY_US         250000u
-#define ABSENCE_MAX_US   10000000u
-#define SERVICE_US       1000000u
-#define SEND_WAIT_MS     1000 /* longest wait while the device is being opened or queried */
+#define REOPEN_PERIOD_US        250000u
+#define DEVICE_ABSENCE_MAX_US   10000000u
+#define SERVICE_PERIOD_US       1000000u
+#define SEND_WAIT_MS            1000 /* longest wait while the device is being opened or queried */
 /* a reading of both clocks that takes longer than this was interrupted */
-#define CLOCK_READING_US 50
-#define CLOCK_READINGS   10
+#define CLOCK_READING_MAX_US    50
+#define CLOCK_READING_TRIES_MAX 10
 
-static const struct kind {
+static const struct transport {
     const char *prefix, *form;
     const struct link_ops *ops;
-} kinds[] = {
-#define LINK_OF(name, form, text) {#name ":", form, &link_##name##_ops},
+} transports[] = {
+#define LINK_TRANSPORT(name, form, text) {#name ":", form, &link_##name##_ops},
 #include "host/link/kinds.def"
 };
-#define KIND_COUNT (sizeof kinds / sizeof kinds[0])
+#define TRANSPORT_COUNT (sizeof transports / sizeof transports[0])
 
 #define BASE_OPTION ",base="
 
-static const struct kind *find_kind(const char *spec)
+static const struct transport *find_transport(const char *spec)
 {
-    for (size_t i = 0; i < KIND_COUNT; i++) {
-        if (strncmp(spec, kinds[i].prefix, strlen(kinds[i].prefix)) == 0)
-            return &kinds[i];
+    for (size_t i = 0; i < TRANSPORT_COUNT; i++) {
+        if (strncmp(spec, transports[i].prefix, strlen(transports[i].prefix)) == 0)
+            return &transports[i];
     }
     return NULL;
 }
 
 /* size of "unix:PATH, file:PATH or pty:PATH" */
-#define FORMS_TEXT_SIZE 200u
-static void list_forms(char out[FORMS_TEXT_SIZE])
+#define LINK_FORMS_TEXT_SIZE 200u
+static void list_link_forms(char out[LINK_FORMS_TEXT_SIZE])
 {
     size_t n = 0;
-    for (size_t i = 0; i < KIND_COUNT && n < FORMS_TEXT_SIZE; i++)
-        n += (size_t)snprintf(out + n, FORMS_TEXT_SIZE - n, "%s%s",
-                              i == 0               ? ""
-                              : i + 1 < KIND_COUNT ? ", "
-                                                   : " or ",
-                              kinds[i].form);
+    for (size_t i = 0; i < TRANSPORT_COUNT && n < LINK_FORMS_TEXT_SIZE; i++)
+        n += (size_t)snprintf(out + n, LINK_FORMS_TEXT_SIZE - n, "%s%s",
+                              i == 0                    ? ""
+                              : i + 1 < TRANSPORT_COUNT ? ", "
+                                                        : " or ",
+                              transports[i].form);
 }
 
 enum mr_status link_check(const char *spec, struct error *error)
 {
-    char forms[FORMS_TEXT_SIZE];
-    if (find_kind(spec))
+    char forms[LINK_FORMS_TEXT_SIZE];
+    if (find_transport(spec))
         return MR_OK;
     struct stat file;
     const char *ending = strrchr(spec, '.');
     if (ending && strcmp(ending, ".log") == 0 && stat(spec, &file) == 0 && S_ISREG(file.st_mode))
         return error_set(error, MR_USAGE, "not a link: '%s'; for a recorded file write file:%s",
                          spec, spec);
-    list_forms(forms);
+    list_link_forms(forms);
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }
 
@@ -110,38 +110,38 @@ bool link_is_can(const char *spec)
     return strncmp(spec, "can:", 4) == 0;
 }
 
-bool link_device_can_return(const char *spec)
+bool link_is_device(const char *spec)
 {
-    const struct kind *kind = find_kind(spec);
-    return kind && kind->ops->can_return;
+    const struct transport *kind = find_transport(spec);
+    return kind && kind->ops->is_device;
 }
 
 /* ---- links ---- */
 
-const char *link_fault_text(unsigned trouble)
+const char *link_fault_text(unsigned fault)
 {
     static const char *const texts[] = {
-#define LINK_TROUBLE_TEXT(name, text) text,
-        LINK_TROUBLE_TABLE(LINK_TROUBLE_TEXT)
-#undef LINK_TROUBLE_TEXT
+#define LINK_FAULT_TEXT(name, text) text,
+        LINK_FAULT_TABLE(LINK_FAULT_TEXT)
+#undef LINK_FAULT_TEXT
     };
-    return trouble < LINK_TROUBLES ? texts[trouble] : "unknown trouble";
+    return fault < LINK_FAULT_COUNT ? texts[fault] : "unknown trouble";
 }
 
 /* Counts received bytes and frames, until the first valid frame. */
-static void count_rx(struct link_rx *rx, const uint8_t *bytes, size_t length)
+static void count_received_bytes(struct link_rx *rx, const uint8_t *bytes, size_t length)
 {
     rx->bytes += length;
-    for (size_t i = 0; i < length && rx->frames == 0; i++) {
+    for (size_t i = 0; i < length && rx->valid_frames == 0; i++) {
         struct mr_frame frame;
         enum mr_status status = mr_deframer_push(&rx->deframer, bytes[i], &frame);
-        rx->frames += status == MR_OK;
+        rx->valid_frames += status == MR_OK;
         rx->bad_frames += status != MR_OK && status != MR_TOO_FEW;
     }
 }
 
 /* Returns the path of a link: the text after the name of the kind. */
-static const char *find_path(const char *spec)
+static const char *get_spec_path(const char *spec)
 {
     return strchr(spec, ':') + 1;
 }
@@ -156,7 +156,7 @@ static void close_handle(struct link *link)
     link->fd = -1;
 }
 
-static void write_spec(struct link *link)
+static void format_spec(struct link *link)
 {
     if (link->base)
         sprintf(link->spec, "%s" BASE_OPTION "0x%03x", link->name, link->base);
@@ -171,11 +171,11 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
 {
     if (link_check(spec, error) != MR_OK)
         return error->status;
-    const struct kind *found = find_kind(spec);
-    const char *path = find_path(spec);
+    const struct transport *found = find_transport(spec);
+    const char *path = get_spec_path(spec);
     if (!*path)
         return error_set(error, MR_USAGE, "link without a path: '%s'; write %s", spec, found->form);
-    if (!(found->ops->kinds & 1u << kind))
+    if (!(found->ops->carried_kinds & 1u << kind))
         return error_set(error, MR_USAGE, "%s cannot carry %s: %s; give the link with %s",
                          found->form, kind == LINK_CAN ? "CAN frames" : "serial bytes", spec,
                          kind == LINK_CAN ? "--serial" : "--can");
@@ -198,8 +198,8 @@ static enum mr_status open_spec(const char *spec, enum link_kind kind, uint16_t 
     made->base = base;
     made->text = text;
     made->text_length = length;
-    write_spec(made);
-    made->absence_max_us = ABSENCE_MAX_US;
+    format_spec(made);
+    made->absence_max_us = DEVICE_ABSENCE_MAX_US;
     pthread_mutex_init(&made->device_lock, NULL);
     pthread_mutex_init(&made->counters_lock, NULL);
     link_restart_counting(made, 0);
@@ -272,7 +272,7 @@ uint16_t link_base(const struct link *link)
 void link_set_base(struct link *link, uint16_t base)
 {
     link->base = base;
-    write_spec(link);
+    format_spec(link);
 }
 
 int link_fd(const struct link *link)
@@ -297,10 +297,10 @@ uint64_t link_now_us(void)
     return (uint64_t)now.tv_sec * 1000000u + (uint64_t)now.tv_nsec / 1000u;
 }
 
-uint64_t link_clock_ahead_us(void)
+uint64_t link_wall_clock_offset_us(void)
 {
     uint64_t ahead_us = 0, least_us = UINT64_MAX;
-    for (int i = 0; i < CLOCK_READINGS && least_us > CLOCK_READING_US; i++) {
+    for (int i = 0; i < CLOCK_READING_TRIES_MAX && least_us > CLOCK_READING_MAX_US; i++) {
         uint64_t before_us = monotonic_us(), now_us = link_now_us(),
                  width_us = monotonic_us() - before_us;
         if (width_us < least_us) {
@@ -311,11 +311,11 @@ uint64_t link_clock_ahead_us(void)
     return ahead_us;
 }
 
-void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count)
+void link_count_event(struct link *link, enum link_fault fault, uint64_t count)
 {
     pthread_mutex_lock(&link->counters_lock);
-    link->counters.trouble[trouble] += count;
-    link->counters.troubles += count;
+    link->counters.fault_count[fault] += count;
+    link->counters.fault_total += count;
     pthread_mutex_unlock(&link->counters_lock);
 }
 
@@ -332,18 +332,18 @@ static void copy_counters(const struct link *link, struct link_counters *counter
 {
     pthread_mutex_t *lock = (pthread_mutex_t *)&link->counters_lock;
     pthread_mutex_lock(lock);
-    counters->received = link->counters.received;
+    counters->received_count = link->counters.received_count;
     counters->error_frames = link->counters.error_frames;
     counters->rx = link->counters.rx;
-    memcpy(counters->trouble, link->counters.trouble, sizeof counters->trouble);
-    *away = link->absence;
+    memcpy(counters->fault_count, link->counters.fault_count, sizeof counters->fault_count);
+    *away = link->absence_reason;
     pthread_mutex_unlock(lock);
 }
 
-static void set_absence(struct link *link, const struct error *why)
+static void set_device_absent(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->counters_lock);
-    link->absence = *why;
+    link->absence_reason = *why;
     pthread_mutex_unlock(&link->counters_lock);
 }
 
@@ -352,24 +352,24 @@ static void close_device(struct link *link, const struct error *why)
 {
     pthread_mutex_lock(&link->device_lock);
     close_handle(link);
-    set_absence(link, why);
+    set_device_absent(link, why);
     pthread_mutex_unlock(&link->device_lock);
     link->absent_since_us = monotonic_us();
-    link->retry_us = link->absent_since_us + RETRY_US;
-    link->start = link->end = 0;
+    link->next_reopen_us = link->absent_since_us + REOPEN_PERIOD_US;
+    link->buffer_start = link->buffer_end = 0;
     link_count_event(link, LINK_AWAY, 1);
 }
 
 static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct error *error)
 {
     struct error why = {0};
-    if (now_us < link->retry_us)
+    if (now_us < link->next_reopen_us)
         return MR_TOO_FEW;
-    link->retry_us = now_us + RETRY_US;
+    link->next_reopen_us = now_us + REOPEN_PERIOD_US;
     pthread_mutex_lock(&link->device_lock);
-    bool back = link->ops->open(link, find_path(link->name), &why) == MR_OK;
+    bool back = link->ops->open(link, get_spec_path(link->name), &why) == MR_OK;
     if (back)
-        set_absence(link, &(struct error){0});
+        set_device_absent(link, &(struct error){0});
     else
         close_handle(link);
     pthread_mutex_unlock(&link->device_lock);
@@ -379,20 +379,21 @@ static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct e
     }
     if (now_us - link->absent_since_us < link->absence_max_us)
         return MR_TOO_FEW;
-    return error_set(error, link->absence.status, "%.400s (waited %.3g s for it; now: %.400s)",
-                     link->absence.text, (double)link->absence_max_us / 1e6, why.text);
+    return error_set(error, link->absence_reason.status,
+                     "%.400s (waited %.3g s for it; now: %.400s)", link->absence_reason.text,
+                     (double)link->absence_max_us / 1e6, why.text);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)
 {
     uint64_t now_us = monotonic_us();
-    if (link->absence.status != MR_OK)
+    if (link->absence_reason.status != MR_OK)
         return reopen_device(link, now_us, error);
     /* Sending holds the lock for up to a second. Receiving continues meanwhile; service waits for
      * the lock. */
-    if (link->ops->service && now_us >= link->service_us &&
+    if (link->ops->service && now_us >= link->next_service_us &&
         pthread_mutex_trylock(&link->device_lock) == 0) {
-        link->service_us = now_us + SERVICE_US;
+        link->next_service_us = now_us + SERVICE_PERIOD_US;
         link->ops->service(link);
         pthread_mutex_unlock(&link->device_lock);
     }
@@ -401,10 +402,10 @@ enum mr_status link_service(struct link *link, struct error *error)
 
 /* Returns the status of receiving for the caller. A broken device that may return counts as away,
  * which is not an error yet. */
-static enum mr_status handle_result(struct link *link, enum mr_status status,
-                                    const struct error *found, struct error *error)
+static enum mr_status handle_receive_status(struct link *link, enum mr_status status,
+                                            const struct error *found, struct error *error)
 {
-    if (status == MR_IO && link->ops->can_return) {
+    if (status == MR_IO && link->ops->is_device) {
         close_device(link, found);
         return MR_TOO_FEW;
     }
@@ -420,14 +421,16 @@ static ssize_t read_bytes(struct link *link, uint8_t *bytes, size_t size)
 
 enum mr_status link_fill_buffer(struct link *link, struct error *error)
 {
-    if (link->start > 0) {
-        memmove(link->buffer, link->buffer + link->start, link->end - link->start);
-        link->end -= link->start;
-        link->start = 0;
+    if (link->buffer_start > 0) {
+        memmove(link->buffer, link->buffer + link->buffer_start,
+                link->buffer_end - link->buffer_start);
+        link->buffer_end -= link->buffer_start;
+        link->buffer_start = 0;
     }
-    ssize_t count = read_bytes(link, link->buffer + link->end, sizeof link->buffer - link->end);
+    ssize_t count = read_bytes(link, link->buffer + link->buffer_end,
+                               sizeof link->buffer - link->buffer_end);
     if (count > 0) {
-        link->end += (size_t)count;
+        link->buffer_end += (size_t)count;
         link->read_us = link_now_us();
         return MR_OK;
     }
@@ -447,28 +450,28 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error)
 /* ---- error frames, as SocketCAN makes them: the class of the error in the identifier, details in
  * the data (linux/can/error.h) ---- */
 
-static uint32_t find_controller_troubles(uint8_t state)
+static uint32_t get_controller_faults(uint8_t state)
 {
-    uint32_t troubles = 0;
+    uint32_t faults = 0;
     if (state & CAN_ERR_CRTL_RX_OVERFLOW)
-        troubles |= 1u << LINK_RX_OVERFLOW;
+        faults |= 1u << LINK_RX_OVERFLOW;
     if (state & CAN_ERR_CRTL_TX_OVERFLOW)
-        troubles |= 1u << LINK_TX_OVERFLOW;
+        faults |= 1u << LINK_TX_OVERFLOW;
     if (state & (CAN_ERR_CRTL_RX_WARNING | CAN_ERR_CRTL_TX_WARNING))
-        troubles |= 1u << LINK_ERROR_WARNING;
+        faults |= 1u << LINK_ERROR_WARNING;
     if (state & (CAN_ERR_CRTL_RX_PASSIVE | CAN_ERR_CRTL_TX_PASSIVE))
-        troubles |= 1u << LINK_ERROR_PASSIVE;
+        faults |= 1u << LINK_ERROR_PASSIVE;
     if (state & CAN_ERR_CRTL_ACTIVE)
-        troubles |= 1u << LINK_ERROR_ACTIVE;
-    return troubles;
+        faults |= 1u << LINK_ERROR_ACTIVE;
+    return faults;
 }
 
-/* Returns bit 1 << enum link_trouble for each trouble in an error frame; at least one is set. */
-static uint32_t find_error_troubles(const struct link_frame *frame)
+/* Returns bit 1 << enum link_fault for each fault in an error frame; at least one is set. */
+static uint32_t get_error_frame_faults(const struct link_frame *frame)
 {
     static const struct {
         uint32_t class_bit;
-        enum link_trouble trouble;
+        enum link_fault fault;
     } classes[] = {
         {CAN_ERR_BUSOFF, LINK_BUS_OFF},
         {CAN_ERR_RESTARTED, LINK_RESTARTED},
@@ -479,60 +482,60 @@ static uint32_t find_error_troubles(const struct link_frame *frame)
         {CAN_ERR_TX_TIMEOUT, LINK_TX_TIMEOUT},
         {CAN_ERR_TRX, LINK_TRANSCEIVER},
     };
-    uint32_t troubles = 0;
+    uint32_t faults = 0;
     for (size_t i = 0; i < sizeof classes / sizeof classes[0]; i++) {
         if (frame->id & classes[i].class_bit)
-            troubles |= 1u << classes[i].trouble;
+            faults |= 1u << classes[i].fault;
     }
     if (frame->id & CAN_ERR_CRTL)
-        troubles |= find_controller_troubles(frame->data[1]);
-    return troubles ? troubles : 1u << LINK_OTHER_ERROR;
+        faults |= get_controller_faults(frame->data[1]);
+    return faults ? faults : 1u << LINK_OTHER_ERROR;
 }
 
-static void count_troubles(struct link *link, uint32_t troubles)
+static void count_link_faults(struct link *link, uint32_t faults)
 {
-    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        if (troubles & 1u << i)
-            link_count_event(link, (enum link_trouble)i, 1);
+    for (unsigned i = 0; i < LINK_FAULT_COUNT; i++) {
+        if (faults & 1u << i)
+            link_count_event(link, (enum link_fault)i, 1);
     }
 }
 
 enum mr_status link_receive_frame(struct link *link, struct link_frame *frame, struct error *error)
 {
     struct error found = {0};
-    if (link->absence.status != MR_OK)
+    if (link->absence_reason.status != MR_OK)
         return MR_TOO_FEW;
     enum mr_status status = link->ops->receive_frame(link, frame, &found);
     if (status == MR_OK) {
         bool error_frame = frame->id & LINK_ID_ERROR;
         pthread_mutex_lock(&link->counters_lock);
-        *(error_frame ? &link->counters.error_frames : &link->counters.received) += 1;
+        *(error_frame ? &link->counters.error_frames : &link->counters.received_count) += 1;
         pthread_mutex_unlock(&link->counters_lock);
         if (error_frame)
-            count_troubles(link, find_error_troubles(frame));
+            count_link_faults(link, get_error_frame_faults(frame));
     }
-    return handle_result(link, status, &found, error);
+    return handle_receive_status(link, status, &found, error);
 }
 
 enum mr_status link_receive_bytes(struct link *link, uint8_t *bytes, size_t size, size_t *length,
                                   uint64_t *host_us, struct error *error)
 {
-    if (link->absence.status != MR_OK)
+    if (link->absence_reason.status != MR_OK)
         return MR_TOO_FEW;
-    if (link->start == link->end) {
+    if (link->buffer_start == link->buffer_end) {
         struct error found = {0};
         enum mr_status status = link_fill_buffer(link, &found);
         if (status != MR_OK)
-            return handle_result(link, status, &found, error);
+            return handle_receive_status(link, status, &found, error);
     }
-    size_t count = link->end - link->start;
+    size_t count = link->buffer_end - link->buffer_start;
     if (count > size)
         count = size;
-    memcpy(bytes, link->buffer + link->start, count);
-    link->start += count;
+    memcpy(bytes, link->buffer + link->buffer_start, count);
+    link->buffer_start += count;
     pthread_mutex_lock(&link->counters_lock);
-    count_rx(&link->counters.rx, bytes, count);
-    link->counters.received += count;
+    count_received_bytes(&link->counters.rx, bytes, count);
+    link->counters.received_count += count;
     pthread_mutex_unlock(&link->counters_lock);
     *length = count;
     *host_us = link->read_us;
@@ -547,7 +550,7 @@ static enum mr_status lock_device(struct link *link, struct error *error)
          !(is_locked = pthread_mutex_trylock(&link->device_lock) == 0) && waited_ms < SEND_WAIT_MS;
          waited_ms++)
         poll(NULL, 0, 1);
-    if (is_locked && link->absence.status == MR_OK)
+    if (is_locked && link->absence_reason.status == MR_OK)
         return MR_OK;
     if (is_locked)
         pthread_mutex_unlock(&link->device_lock);
@@ -555,15 +558,15 @@ static enum mr_status lock_device(struct link *link, struct error *error)
 }
 
 /* Sends bytes and adds `counts` to the counter of sent data. */
-static enum mr_status send_counted(struct link *link, const uint8_t *bytes, size_t length,
-                                   size_t counts, struct error *error)
+static enum mr_status send_and_count(struct link *link, const uint8_t *bytes, size_t length,
+                                     size_t counts, struct error *error)
 {
     enum mr_status status = lock_device(link, error);
     if (status != MR_OK)
         return status;
     status = link->ops->send(link, bytes, length, error);
     if (status == MR_OK)
-        link->counters.sent += counts;
+        link->counters.sent_count += counts;
     pthread_mutex_unlock(&link->device_lock);
     return status;
 }
@@ -575,13 +578,13 @@ enum mr_status link_send_frame(struct link *link, const struct link_frame *frame
     mr_put_u32(bytes, frame->id);
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
-    return send_counted(link, bytes, sizeof bytes, 1, error);
+    return send_and_count(link, bytes, sizeof bytes, 1, error);
 }
 
 enum mr_status link_send_bytes(struct link *link, const uint8_t *bytes, size_t length,
                                struct error *error)
 {
-    return send_counted(link, bytes, length, length, error);
+    return send_and_count(link, bytes, length, length, error);
 }
 
 enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq, uint16_t id,
@@ -598,7 +601,7 @@ enum mr_status link_send_message(struct link *link, uint16_t base, uint16_t seq,
 
 enum mr_status link_set_baud(struct link *link, int baud, struct error *error)
 {
-    link->start = link->end = 0;
+    link->buffer_start = link->buffer_end = 0;
     link_restart_counting(link, link->counters.rx.baud ? baud : 0);
     return link->ops->set_baud ? link->ops->set_baud(link, baud, error) : MR_OK;
 }
@@ -623,16 +626,16 @@ static enum diagnosis diagnose_serial(const struct link *link, const struct link
                  link->spec, since_s);
         return DIAGNOSIS_SILENT;
     }
-    if (rx->frames > 0) {
+    if (rx->valid_frames > 0) {
         snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO
                  ": %s; frames received: check that this is the serial output of the board",
                  link->spec);
         return DIAGNOSIS_NO_HELLO;
     }
-    if (counters->trouble[LINK_UART_LINE])
+    if (counters->fault_count[LINK_UART_LINE])
         snprintf(errors, sizeof errors, ", %llu framing errors",
-                 (unsigned long long)counters->trouble[LINK_UART_LINE]);
+                 (unsigned long long)counters->fault_count[LINK_UART_LINE]);
     if (rx->baud == 0)
         snprintf(rate, sizeof rate, "check that this is the serial output of the board");
     else
@@ -644,22 +647,22 @@ static enum diagnosis diagnose_serial(const struct link *link, const struct link
     return DIAGNOSIS_GARBLED;
 }
 
-/* Returns the most frequent trouble in the error frames. */
+/* Returns the most frequent fault in the error frames. */
 static const char *find_most_common_error(const struct link_counters *counters)
 {
     unsigned most = 0;
     for (unsigned i = 0; i < LINK_QUEUE_LOST; i++)
-        most = counters->trouble[i] > counters->trouble[most] ? i : most;
+        most = counters->fault_count[i] > counters->fault_count[most] ? i : most;
     return link_fault_text(most);
 }
 
 static enum diagnosis diagnose_can(const struct link *link, const struct link_counters *counters,
                                    double since_s, char text[DIAGNOSIS_TEXT_SIZE])
 {
-    if (counters->received > 0) {
+    if (counters->received_count > 0) {
         snprintf(text, DIAGNOSIS_TEXT_SIZE,
                  LINK_NO_HELLO ": %s; %llu frames received: check that the board is on this bus",
-                 link->spec, (unsigned long long)counters->received);
+                 link->spec, (unsigned long long)counters->received_count);
         return DIAGNOSIS_NO_HELLO;
     }
     if (counters->error_frames > 0) {

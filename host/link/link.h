@@ -47,7 +47,7 @@ enum mr_status link_check(const char *spec, struct error *error);
 bool link_is_can(const char *spec);
 
 /* True if the LINK is a device, which may disappear and return (can:, serial:). */
-bool link_device_can_return(const char *spec);
+bool link_is_device(const char *spec);
 
 /* Opens a link; the caller closes it. Waits at most 5 s for a unix: socket to appear. MR_USAGE: not
  * a LINK, or of a kind that this version or this use does not have. MR_IO, MR_TIMEOUT: it cannot be
@@ -125,7 +125,7 @@ uint64_t link_now_us(void);
 /* Returns the offset of the time of day from the monotonic clock (host/base/monotonic_clock.h),
  * microseconds. If the thread was interrupted between reading the two clocks, they are read
  * again. */
-uint64_t link_clock_ahead_us(void);
+uint64_t link_wall_clock_offset_us(void);
 
 /* ---- why no board is understood on a link ----
  *

@@ -48,7 +48,7 @@ struct link_frame {
 
 /* name of an error, and its text for a number of errors */
 /* clang-format off */
-#define LINK_TROUBLE_TABLE(X)                                                             \
+#define LINK_FAULT_TABLE(X)                                                             \
     X(LINK_BUS_OFF,                "bus off")                                             \
     X(LINK_RESTARTED,              "restarted after bus off")                             \
     X(LINK_ERROR_PASSIVE,          "error passive")                                       \
@@ -75,30 +75,31 @@ struct link_frame {
     X(LINK_LOST_PROCESSOR,         "frames or bytes that a full queue lost (slow computer)")
 /* clang-format on */
 
-enum link_trouble {
-#define LINK_TROUBLE_ENUM(name, text) name,
-    LINK_TROUBLE_TABLE(LINK_TROUBLE_ENUM) LINK_TROUBLES
+enum link_fault {
+#define LINK_FAULT_ENUM(name, text) name,
+    LINK_FAULT_TABLE(LINK_FAULT_ENUM) LINK_FAULT_COUNT
 };
-#undef LINK_TROUBLE_ENUM
+#undef LINK_FAULT_ENUM
 
 /* Data that a link received before a board was identified on it. */
 struct link_rx {
     uint64_t start_us; /* start of the counting, by the monotonic clock */
     uint64_t bytes;
-    uint64_t frames;     /* serial: frames with a valid CRC; counting stops after the first one */
-    uint64_t bad_frames; /* number of frame ends without a valid frame */
-    int baud;            /* rate of the serial line; 0: the link has none */
+    uint64_t valid_frames; /* serial: frames with a valid CRC; counting stops after the first one */
+    uint64_t bad_frames;   /* number of frame ends without a valid frame */
+    int baud;              /* rate of the serial line; 0: the link has none */
     struct mr_deframer deframer;
 };
 
 struct link_counters {
-    uint64_t received; /* number of frames or bytes received */
-    uint64_t sent;
-    uint64_t trouble[LINK_TROUBLES];
-    uint64_t troubles;     /* sum of `trouble`; unchanged if there was no new error */
-    uint64_t error_frames; /* number of error frames of the adapter; not included in `received` */
-    uint64_t bad_lines;    /* number of invalid lines of a log, which were skipped */
-    uint64_t other_interface; /* frames of other buses in a log, which were skipped */
+    uint64_t received_count; /* number of frames or bytes received */
+    uint64_t sent_count;
+    uint64_t fault_count[LINK_FAULT_COUNT];
+    uint64_t fault_total; /* sum of `fault`; unchanged if there was no new error */
+    uint64_t
+        error_frames;   /* number of error frames of the adapter; not included in received_count */
+    uint64_t bad_lines; /* number of invalid lines of a log, which were skipped */
+    uint64_t other_interface_frames; /* frames of other buses in a log, which were skipped */
     struct link_rx rx;
 };
 

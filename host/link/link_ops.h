@@ -12,10 +12,10 @@
 struct link;
 
 struct link_ops {
-    unsigned kinds;    /* bit mask of the kinds that it carries: 1 << enum link_kind */
-    bool can_return;   /* the link is a device: if it disappears, wait for its return */
-    bool sender_waits; /* the sender waits until the link is read */
-    bool is_recorded;  /* a recording: data arrives as fast as it is read */
+    unsigned carried_kinds; /* bit mask of the kinds that it carries: 1 << enum link_kind */
+    bool is_device;         /* the link is a device: if it disappears, wait for its return */
+    bool sender_waits;      /* the sender waits until the link is read */
+    bool is_recorded;       /* a recording: data arrives as fast as it is read */
     enum mr_status (*open)(struct link *link, const char *path, struct error *error);
     enum mr_status (*receive_frame)(struct link *link, struct link_frame *frame,
                                     struct error *error);
@@ -54,30 +54,30 @@ struct link {
     pthread_mutex_t device_lock;
     /* bytes read from fd that the caller has not received yet: from `start` to `end` */
     uint8_t buffer[LINK_BUFFER_SIZE];
-    size_t start;
-    size_t end;
+    size_t buffer_start;
+    size_t buffer_end;
     uint64_t read_us; /* Unix time at which the newest of these bytes were read */
     /* the next two fields are for file: links that carry CAN */
     struct candump_log log;
     /* the bus is still unknown: it will be the first one on which a board sends a hello */
-    bool follows_board;
+    bool is_bus_unknown;
     const char *text; /* log in memory; NULL: the log is read from fd */
-    size_t text_length, text_at;
+    size_t text_length, text_position;
 
-    struct error absence;    /* why the device is away; MR_OK: the device is present */
-    uint64_t absence_max_us; /* how long to wait for the device */
-    /* absent_since_us, retry_us and service_us are times of the monotonic clock */
+    struct error absence_reason; /* why the device is away; MR_OK: the device is present */
+    uint64_t absence_max_us;     /* how long to wait for the device */
+    /* absent_since_us, next_reopen_us and next_service_us are times of the monotonic clock */
     uint64_t absent_since_us;
-    uint64_t retry_us;
-    uint64_t service_us;
-    uint32_t queue_lost; /* counter of the kernel, only for can: */
-    struct tty *tty;     /* open port, only for serial: */
+    uint64_t next_reopen_us;
+    uint64_t next_service_us;
+    uint32_t kernel_lost_count; /* counter of the kernel, only for can: */
+    struct tty *tty;            /* open port, only for serial: */
     /* only for serial: the adapter that was opened first, as text; only that adapter is opened
      * again. Empty: any adapter at the port */
     char adapter[USB_TEXT_SIZE];
 };
 
-#define LINK_OF(name, form, text) extern const struct link_ops link_##name##_ops;
+#define LINK_TRANSPORT(name, form, text) extern const struct link_ops link_##name##_ops;
 #include "host/link/kinds.def"
 
 /* Reads more bytes into the buffer. MR_OK: there are new bytes. MR_TOO_FEW: none at present.
@@ -88,7 +88,7 @@ enum mr_status link_fill_buffer(struct link *link, struct error *error);
 enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length,
                           struct error *error);
 
-void link_count_event(struct link *link, enum link_trouble trouble, uint64_t count);
+void link_count_event(struct link *link, enum link_fault fault, uint64_t count);
 /* Restarts the counting of received data. `baud`: rate of the serial line; 0: the link has none. */
 void link_restart_counting(struct link *link, int baud);
 /* Copies the counters, and why the device is away. Any thread may call it. */

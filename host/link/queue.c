@@ -15,20 +15,20 @@
 
 #include "host/link/link_ops.h"
 
-#define PIECE_BYTES (256u * 1024u)
+#define QUEUE_PIECE_BYTES (256u * 1024u)
 
 /* Totals of all items before a position. */
 struct queue_totals {
-    uint64_t items, memory, frames, octets;
+    uint64_t item_count, memory_bytes, frame_count, serial_byte_count;
 };
 
 struct piece {
     struct piece *next;
     size_t used; /* number of bytes used in `bytes` */
-    struct queue_totals before;
-    uint8_t bytes[PIECE_BYTES - 48];
+    struct queue_totals totals_before;
+    uint8_t bytes[QUEUE_PIECE_BYTES - 48];
 };
-_Static_assert(sizeof(struct piece) == PIECE_BYTES, "a piece is a whole number of pages");
+_Static_assert(sizeof(struct piece) == QUEUE_PIECE_BYTES, "a piece is a whole number of pages");
 
 struct item_header {
     uint64_t host_us;
@@ -51,12 +51,12 @@ struct link_queue {
     pthread_cond_t room_freed;
     size_t capacity;
     int event_fd;
-    bool wants_event, stopped, was_full;
+    bool wants_event, is_stopped, was_full;
     /* largest number of items read so far; after a rewind, items below it are repeated */
-    uint64_t items_read_max;
+    uint64_t most_items_read;
     struct piece *spare, *oldest; /* oldest: first piece that has not been discarded */
-    size_t history;
-    struct queue_position written, read, released;
+    size_t history_bytes_max;
+    struct queue_position write_position, read_position, release_position;
 };
 
 static struct piece *allocate_piece(void)
@@ -80,9 +80,11 @@ enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue 
     pthread_cond_init(&made->room_freed, NULL);
     made->capacity = capacity;
     made->event_fd = event_fd;
-    made->history = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity : LINK_QUEUE_SERIAL_BYTES) /
-                    LINK_QUEUE_HISTORY_DIVISOR;
-    made->oldest = made->written.piece = made->read.piece = made->released.piece = piece;
+    made->history_bytes_max = (capacity < LINK_QUEUE_SERIAL_BYTES ? capacity
+                                                                  : LINK_QUEUE_SERIAL_BYTES) /
+                              LINK_QUEUE_HISTORY_DIVISOR;
+    made->oldest = made->write_position.piece = made->read_position.piece =
+        made->release_position.piece = piece;
     *queue = made;
     return MR_OK;
 }
@@ -104,10 +106,11 @@ void link_queue_close(struct link_queue *queue)
 
 static size_t count_held_bytes(const struct link_queue *queue)
 {
-    return (size_t)(queue->written.totals.memory - queue->released.totals.memory);
+    return (size_t)(queue->write_position.totals.memory_bytes -
+                    queue->release_position.totals.memory_bytes);
 }
 
-static size_t compute_padded_length(size_t length)
+static size_t pad_item_length(size_t length)
 {
     return (length + 7u) & ~(size_t)7u;
 }
@@ -115,21 +118,21 @@ static size_t compute_padded_length(size_t length)
 /* Advances a position past the next item. */
 static void advance_position(struct queue_position *place, const struct item_header *head)
 {
-    size_t size = sizeof *head + compute_padded_length(head->length);
+    size_t size = sizeof *head + pad_item_length(head->length);
     place->offset += size;
-    place->totals.memory += size;
-    place->totals.items++;
-    place->totals.frames += head->kind == LINK_ITEM_FRAME;
-    place->totals.octets += head->kind == LINK_ITEM_BYTES ? head->length : 0;
+    place->totals.memory_bytes += size;
+    place->totals.item_count++;
+    place->totals.frame_count += head->kind == LINK_ITEM_FRAME;
+    place->totals.serial_byte_count += head->kind == LINK_ITEM_BYTES ? head->length : 0;
 }
 
 /* Appends an item. `beyond_capacity`: also if the queue is full. */
 static bool append_item(struct link_queue *queue, const struct item_header *head,
                         const void *content, bool beyond_capacity)
 {
-    size_t size = sizeof *head + compute_padded_length(head->length);
+    size_t size = sizeof *head + pad_item_length(head->length);
     pthread_mutex_lock(&queue->lock);
-    struct queue_position *end = &queue->written;
+    struct queue_position *end = &queue->write_position;
     bool fits = beyond_capacity || count_held_bytes(queue) + size <= queue->capacity;
     if (fits && end->offset + size > sizeof end->piece->bytes) {
         struct piece *next = queue->spare ? queue->spare : allocate_piece();
@@ -138,7 +141,7 @@ static bool append_item(struct link_queue *queue, const struct item_header *head
         if (next) {
             next->next = NULL;
             next->used = 0;
-            next->before = end->totals;
+            next->totals_before = end->totals;
             end->piece->next = next;
             end->piece = next;
             end->offset = 0;
@@ -186,16 +189,17 @@ void link_queue_put_end(struct link_queue *queue, const struct error *reason)
     (void)append_item(queue, &head, reason, true);
 }
 
-void link_queue_put_clock(struct link_queue *queue, int64_t jump_us)
+void link_queue_put_clock_jump(struct link_queue *queue, int64_t jump_us)
 {
-    const struct item_header head = {.length = sizeof jump_us, .kind = LINK_ITEM_CLOCK};
+    const struct item_header head = {.length = sizeof jump_us, .kind = LINK_ITEM_CLOCK_JUMP};
     (void)append_item(queue, &head, &jump_us, true);
 }
 
 void link_queue_signal(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool signals = queue->wants_event && queue->read.totals.items != queue->written.totals.items;
+    bool signals = queue->wants_event && queue->read_position.totals.item_count !=
+                                             queue->write_position.totals.item_count;
     queue->wants_event = queue->wants_event && !signals;
     pthread_mutex_unlock(&queue->lock);
     if (signals && queue->event_fd >= 0) {
@@ -214,9 +218,9 @@ static bool is_nearly_full(const struct link_queue *queue)
 bool link_queue_wait_for_room(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    while (is_nearly_full(queue) && !queue->stopped)
+    while (is_nearly_full(queue) && !queue->is_stopped)
         pthread_cond_wait(&queue->room_freed, &queue->lock);
-    bool room = !queue->stopped;
+    bool room = !queue->is_stopped;
     pthread_mutex_unlock(&queue->lock);
     return room;
 }
@@ -243,16 +247,16 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item)
 {
     struct item_header head;
     pthread_mutex_lock(&queue->lock);
-    bool any = queue->read.totals.items != queue->written.totals.items;
+    bool any = queue->read_position.totals.item_count != queue->write_position.totals.item_count;
     if (any) {
-        skip_piece_end(&queue->read);
-        const uint8_t *at = queue->read.piece->bytes + queue->read.offset;
+        skip_piece_end(&queue->read_position);
+        const uint8_t *at = queue->read_position.piece->bytes + queue->read_position.offset;
         memcpy(&head, at, sizeof head);
         item->bytes = at + sizeof head;
-        advance_position(&queue->read, &head);
-        item->is_repeated = queue->read.totals.items <= queue->items_read_max;
+        advance_position(&queue->read_position, &head);
+        item->is_repeated = queue->read_position.totals.item_count <= queue->most_items_read;
         if (!item->is_repeated)
-            queue->items_read_max = queue->read.totals.items;
+            queue->most_items_read = queue->read_position.totals.item_count;
     }
     pthread_mutex_unlock(&queue->lock);
     if (!any)
@@ -267,8 +271,8 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item)
         memcpy(item->frame.data, item->bytes, sizeof item->frame.data);
         break;
     case LINK_ITEM_COUNTERS: memcpy(&item->counters, item->bytes, sizeof item->counters); break;
-    case LINK_ITEM_CLOCK: memcpy(&item->jump_us, item->bytes, sizeof item->jump_us); break;
-    case LINK_ITEM_END: memcpy(&item->end, item->bytes, sizeof item->end); break;
+    case LINK_ITEM_CLOCK_JUMP: memcpy(&item->jump_us, item->bytes, sizeof item->jump_us); break;
+    case LINK_ITEM_END: memcpy(&item->end_reason, item->bytes, sizeof item->end_reason); break;
     case LINK_ITEM_BYTES: break;
     }
     return true;
@@ -277,7 +281,7 @@ bool link_queue_read(struct link_queue *queue, struct link_item *item)
 bool link_queue_has_unread(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->read.totals.items != queue->written.totals.items;
+    bool unread = queue->read_position.totals.item_count != queue->write_position.totals.item_count;
     pthread_mutex_unlock(&queue->lock);
     return unread;
 }
@@ -285,7 +289,7 @@ bool link_queue_has_unread(struct link_queue *queue)
 bool link_queue_request_event(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool unread = queue->read.totals.items != queue->written.totals.items;
+    bool unread = queue->read_position.totals.item_count != queue->write_position.totals.item_count;
     queue->wants_event = !unread;
     pthread_mutex_unlock(&queue->lock);
     return unread;
@@ -294,9 +298,11 @@ bool link_queue_request_event(struct link_queue *queue)
 void link_queue_release(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->released = queue->read;
-    while (queue->oldest != queue->released.piece &&
-           queue->released.totals.memory - queue->oldest->next->before.memory >= queue->history) {
+    queue->release_position = queue->read_position;
+    while (queue->oldest != queue->release_position.piece &&
+           queue->release_position.totals.memory_bytes -
+                   queue->oldest->next->totals_before.memory_bytes >=
+               queue->history_bytes_max) {
         struct piece *old = queue->oldest;
         queue->oldest = old->next;
         if (queue->spare)
@@ -312,22 +318,22 @@ void link_queue_release(struct link_queue *queue)
 void link_queue_rewind(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->read = queue->released;
+    queue->read_position = queue->release_position;
     pthread_mutex_unlock(&queue->lock);
 }
 
 void link_queue_rewind_all(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->released = queue->read = (struct queue_position){.piece = queue->oldest,
-                                                            .totals = queue->oldest->before};
+    queue->release_position = queue->read_position =
+        (struct queue_position){.piece = queue->oldest, .totals = queue->oldest->totals_before};
     pthread_mutex_unlock(&queue->lock);
 }
 
 bool link_queue_is_complete(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    bool whole = queue->oldest->before.items == 0;
+    bool whole = queue->oldest->totals_before.item_count == 0;
     pthread_mutex_unlock(&queue->lock);
     return whole;
 }
@@ -336,8 +342,8 @@ uint64_t link_queue_oldest_us(struct link_queue *queue)
 {
     uint64_t oldest_us = 0;
     pthread_mutex_lock(&queue->lock);
-    struct queue_position place = {.piece = queue->oldest, .totals = queue->oldest->before};
-    while (oldest_us == 0 && place.totals.items != queue->written.totals.items) {
+    struct queue_position place = {.piece = queue->oldest, .totals = queue->oldest->totals_before};
+    while (oldest_us == 0 && place.totals.item_count != queue->write_position.totals.item_count) {
         struct item_header head;
         skip_piece_end(&place);
         memcpy(&head, place.piece->bytes + place.offset, sizeof head);
@@ -351,7 +357,7 @@ uint64_t link_queue_oldest_us(struct link_queue *queue)
 void link_queue_stop(struct link_queue *queue)
 {
     pthread_mutex_lock(&queue->lock);
-    queue->stopped = true;
+    queue->is_stopped = true;
     pthread_cond_broadcast(&queue->room_freed);
     pthread_mutex_unlock(&queue->lock);
 }
@@ -362,32 +368,34 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue)
     struct link_queue_depth depth = {
         .bytes = count_held_bytes(queue),
         .capacity = queue->capacity,
-        .can_frames = queue->written.totals.frames - queue->released.totals.frames,
-        .serial_bytes = queue->written.totals.octets - queue->released.totals.octets};
+        .can_frames = queue->write_position.totals.frame_count -
+                      queue->release_position.totals.frame_count,
+        .serial_bytes = queue->write_position.totals.serial_byte_count -
+                        queue->release_position.totals.serial_byte_count};
     pthread_mutex_unlock(&queue->lock);
     return depth;
 }
 
 /* ---- the reader ---- */
 
-#define SERVICE_MS 250 /* longest time between two calls of a link's service */
+#define SERVICE_PERIOD_MAX_MS 250 /* longest time between two calls of a link's service */
 
 struct link_reader {
     struct link *link;
     enum link_kind kind;
     struct link_queue *queue;
-    link_cause_finder *find_cause;
+    link_loss_cause_finder *find_loss_cause;
     void *context;
-    bool recorded; /* the link is a recording, which is read without a thread */
-    bool ended;
+    bool is_recording; /* the link is a recording, which is read without a thread */
+    bool has_ended;
     bool is_dropping;
-    /* number of troubles and bad lines of the link that the queue already contains */
-    uint64_t queued_troubles;
+    /* number of faults and bad lines of the link that the queue already contains */
+    uint64_t queued_fault_total;
     pthread_t thread;
-    bool started;
+    bool is_thread_started;
     int wake_fd; /* eventfd that ends a wait */
-    atomic_bool stop, is_blocked;
-    atomic_uint_fast64_t lost;
+    atomic_bool must_stop, is_blocked;
+    atomic_uint_fast64_t lost_count;
     uint8_t bytes[LINK_QUEUE_READ_MAX];
 };
 
@@ -396,9 +404,9 @@ struct link_queue *link_reader_queue(const struct link_reader *reader)
     return reader->queue;
 }
 
-uint64_t link_reader_lost(const struct link_reader *reader)
+uint64_t link_reader_lost_count(const struct link_reader *reader)
 {
-    return atomic_load(&reader->lost);
+    return atomic_load(&reader->lost_count);
 }
 
 bool link_reader_is_blocked(const struct link_reader *reader)
@@ -408,29 +416,29 @@ bool link_reader_is_blocked(const struct link_reader *reader)
 
 int link_reader_fd(const struct link_reader *reader)
 {
-    return reader->recorded && !reader->ended ? link_fd(reader->link) : -1;
+    return reader->is_recording && !reader->has_ended ? link_fd(reader->link) : -1;
 }
 
 /* Puts changed counters into the queue, before the next data. */
-static void put_counters(struct link_reader *reader)
+static void queue_counters(struct link_reader *reader)
 {
     const struct link_counters *counters = link_counters(reader->link);
-    if (counters->troubles + counters->bad_lines == reader->queued_troubles)
+    if (counters->fault_total + counters->bad_lines == reader->queued_fault_total)
         return;
     /* the count of sent data is left out: another thread changes it */
-    struct link_counters copy = {.received = counters->received,
-                                 .troubles = counters->troubles,
+    struct link_counters copy = {.received_count = counters->received_count,
+                                 .fault_total = counters->fault_total,
                                  .bad_lines = counters->bad_lines};
-    memcpy(copy.trouble, counters->trouble, sizeof copy.trouble);
-    reader->queued_troubles = counters->troubles + counters->bad_lines;
+    memcpy(copy.fault_count, counters->fault_count, sizeof copy.fault_count);
+    reader->queued_fault_total = counters->fault_total + counters->bad_lines;
     link_queue_put_counters(reader->queue, &copy);
 }
 
-static void drop_queued(struct link_reader *reader, size_t count)
+static void count_dropped_data(struct link_reader *reader, size_t count)
 {
     reader->is_dropping = true;
-    link_count_event(reader->link, reader->find_cause(reader->context), count);
-    atomic_fetch_add(&reader->lost, count);
+    link_count_event(reader->link, reader->find_loss_cause(reader->context), count);
+    atomic_fetch_add(&reader->lost_count, count);
 }
 
 /* Puts one frame or one read into the queue. Returns false if the reader was stopped. */
@@ -439,11 +447,11 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
 {
     size_t count = reader->kind == LINK_CAN ? 1 : length;
     if (reader->is_dropping && link_queue_is_nearly_full(reader->queue)) {
-        drop_queued(reader, count);
+        count_dropped_data(reader, count);
         return true;
     }
     reader->is_dropping = false;
-    put_counters(reader);
+    queue_counters(reader);
     for (;;) {
         bool has_data = reader->kind == LINK_CAN
                           ? link_queue_put_frame(reader->queue, frame)
@@ -451,7 +459,7 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
         if (has_data)
             return true;
         if (!link_sender_waits(reader->link)) {
-            drop_queued(reader, count);
+            count_dropped_data(reader, count);
             return true;
         }
         atomic_store(&reader->is_blocked, true);
@@ -464,9 +472,9 @@ static bool queue_data(struct link_reader *reader, const struct link_frame *fram
 
 static void end_reading(struct link_reader *reader, const struct error *reason)
 {
-    put_counters(reader);
+    queue_counters(reader);
     link_queue_put_end(reader->queue, reason);
-    reader->ended = true;
+    reader->has_ended = true;
 }
 
 /* Reads the waiting data of the link, up to the limit of one turn. Returns true if there may be
@@ -477,7 +485,7 @@ static bool read_once(struct link_reader *reader)
     struct error reason = {0};
     size_t length = 0;
     uint64_t host_us = 0;
-    for (unsigned i = 0; i < (reader->kind == LINK_CAN ? LINK_READER_FRAMES_MAX : 1); i++) {
+    for (unsigned i = 0; i < (reader->kind == LINK_CAN ? LINK_READER_FRAMES_PER_READ : 1); i++) {
         enum mr_status status = reader->kind == LINK_CAN
                                   ? link_receive_frame(reader->link, &frame, &reason)
                                   : link_receive_bytes(reader->link, reader->bytes,
@@ -497,8 +505,8 @@ static bool read_once(struct link_reader *reader)
 
 bool link_reader_read(struct link_reader *reader)
 {
-    bool more = !reader->ended && read_once(reader);
-    put_counters(reader);
+    bool more = !reader->has_ended && read_once(reader);
+    queue_counters(reader);
     return more;
 }
 
@@ -510,30 +518,30 @@ static void service_link(struct link_reader *reader)
     if (status != MR_OK && status != MR_TOO_FEW)
         end_reading(reader, &reason);
     else if (!reader->is_dropping)
-        put_counters(reader);
+        queue_counters(reader);
 }
 
 static void *run_reader(void *context)
 {
     struct link_reader *reader = context;
-    while (!atomic_load(&reader->stop) && !reader->ended) {
+    while (!atomic_load(&reader->must_stop) && !reader->has_ended) {
         service_link(reader);
-        if (reader->ended)
+        if (reader->has_ended)
             break;
         bool more = read_once(reader);
         link_queue_signal(reader->queue);
         struct pollfd polled[] = {{.fd = link_fd(reader->link), .events = POLLIN},
                                   {.fd = reader->wake_fd, .events = POLLIN}};
-        if (!more && !reader->ended)
-            poll(polled, 2, SERVICE_MS);
+        if (!more && !reader->has_ended)
+            poll(polled, 2, SERVICE_PERIOD_MAX_MS);
     }
-    put_counters(reader); /* the counters include the last losses */
+    queue_counters(reader); /* the counters include the last losses */
     link_queue_signal(reader->queue);
     return NULL;
 }
 
 enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity,
-                                int event_fd, link_cause_finder *find_cause, void *context,
+                                int event_fd, link_loss_cause_finder *find_cause, void *context,
                                 struct link_reader **reader, struct error *error)
 {
     struct link_reader *made = calloc(1, sizeof *made);
@@ -543,23 +551,23 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
                          link_spec(link));
     made->link = link;
     made->kind = kind;
-    made->find_cause = find_cause;
+    made->find_loss_cause = find_cause;
     made->context = context;
-    made->recorded = link_is_recorded(link);
+    made->is_recording = link_is_recorded(link);
     made->wake_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     if (capacity == 0)
         capacity = kind == LINK_CAN ? LINK_QUEUE_CAN_BYTES : LINK_QUEUE_SERIAL_BYTES;
     /* a recording needs no limit: each item is read before the next one is added */
-    if (made->recorded)
+    if (made->is_recording)
         capacity = SIZE_MAX / 4;
     enum mr_status status = link_queue_open(capacity, event_fd, &made->queue, error);
     if (status == MR_OK && made->wake_fd < 0)
         status = error_set(
             error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",
             strerror(errno), link_spec(link));
-    if (status == MR_OK && !made->recorded) {
+    if (status == MR_OK && !made->is_recording) {
         int code = pthread_create(&made->thread, NULL, run_reader, made);
-        made->started = code == 0;
+        made->is_thread_started = code == 0;
         if (code != 0)
             status =
                 error_set(error, MR_IO,
@@ -577,14 +585,14 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
 void link_reader_stop(struct link_reader *reader)
 {
     const uint64_t one = 1;
-    if (!reader || !reader->started)
+    if (!reader || !reader->is_thread_started)
         return;
-    atomic_store(&reader->stop, true);
+    atomic_store(&reader->must_stop, true);
     link_queue_stop(reader->queue);
     ssize_t written = write(reader->wake_fd, &one, sizeof one);
     (void)written;
     pthread_join(reader->thread, NULL);
-    reader->started = false;
+    reader->is_thread_started = false;
 }
 
 void link_reader_close(struct link_reader *reader)

@@ -16,10 +16,11 @@
  * reads a second (40 bytes a read: adapters deliver 32 to 512), which add 24 bytes each: 19.2 MB.
  * Memory is allocated as the queue grows and freed as it empties, except for the newest released
  * items, which use part of the capacity: 30 s of a fully loaded link. */
-#define LINK_QUEUE_S            60u
-#define LINK_QUEUE_ITEM_BYTES   16u
-#define LINK_QUEUE_CAN_BYTES    (LINK_QUEUE_S * 9009u * (LINK_QUEUE_ITEM_BYTES + 8u))
-#define LINK_QUEUE_SERIAL_BYTES (LINK_QUEUE_S * (200000u + 5000u * (LINK_QUEUE_ITEM_BYTES + 8u)))
+#define LINK_QUEUE_CAPACITY_S 60u
+#define LINK_QUEUE_ITEM_BYTES 16u
+#define LINK_QUEUE_CAN_BYTES  (LINK_QUEUE_CAPACITY_S * 9009u * (LINK_QUEUE_ITEM_BYTES + 8u))
+#define LINK_QUEUE_SERIAL_BYTES \
+    (LINK_QUEUE_CAPACITY_S * (200000u + 5000u * (LINK_QUEUE_ITEM_BYTES + 8u)))
 
 /* the released items use up to 1/LINK_QUEUE_HISTORY_DIVISOR of the capacity */
 #define LINK_QUEUE_HISTORY_DIVISOR 2u
@@ -33,8 +34,8 @@ enum link_item_kind {
     LINK_ITEM_BYTES, /* serial bytes that one call read */
     /* counters of the link, placed before the data received after they changed */
     LINK_ITEM_COUNTERS,
-    LINK_ITEM_CLOCK, /* this computer's clock was set: later time stamps use the new time */
-    LINK_ITEM_END,   /* end of the link; the last item */
+    LINK_ITEM_CLOCK_JUMP, /* this computer's clock was set: later time stamps use the new time */
+    LINK_ITEM_END,        /* end of the link; the last item */
 };
 
 struct link_item {
@@ -45,8 +46,8 @@ struct link_item {
     const uint8_t *bytes; /* bytes, valid until the release of the item */
     size_t length;
     struct link_counters counters;
-    int64_t jump_us;  /* change of the clock, for LINK_ITEM_CLOCK */
-    struct error end; /* reason for the end; MR_OK: end of file */
+    int64_t jump_us;         /* change of the clock, for LINK_ITEM_CLOCK_JUMP */
+    struct error end_reason; /* reason for the end; MR_OK: end of file */
 };
 
 struct link_queue_depth {
@@ -95,8 +96,8 @@ bool link_queue_is_complete(struct link_queue *queue);
 /* Returns the Unix time of arrival of the oldest item in the queue, microseconds; 0: there is
  * none. */
 uint64_t link_queue_oldest_us(struct link_queue *queue);
-/* Adds a LINK_ITEM_CLOCK after all items so far. */
-void link_queue_put_clock(struct link_queue *queue, int64_t jump_us);
+/* Adds a LINK_ITEM_CLOCK_JUMP after all items so far. */
+void link_queue_put_clock_jump(struct link_queue *queue, int64_t jump_us);
 /* Ends all waiting for room, also of later calls. */
 void link_queue_stop(struct link_queue *queue);
 
@@ -113,19 +114,19 @@ struct link_queue_depth link_queue_depth(struct link_queue *queue);
  * (link_is_recorded) has no thread: it is read on request, so that the same files always give the
  * same campaign. */
 
-#define LINK_READER_FRAMES_MAX 1024u /* CAN frames read in one turn */
+#define LINK_READER_FRAMES_PER_READ 1024u /* CAN frames read in one turn */
 
 struct link_reader;
 
 /* Returns the reason why nothing is written at present: one of the LINK_LOST_ values. The reader's
  * thread calls it. */
-typedef enum link_trouble link_cause_finder(void *context);
+typedef enum link_fault link_loss_cause_finder(void *context);
 
 /* Opens a reader. `link` must outlive it; from now on other code may call only link_send_... and
  * link_spec. `event_fd`: as for link_queue_open. `capacity`: bytes of the queue; 0: enough for
- * LINK_QUEUE_S. */
+ * LINK_QUEUE_CAPACITY_S. */
 enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t capacity,
-                                int event_fd, link_cause_finder *find_cause, void *context,
+                                int event_fd, link_loss_cause_finder *find_cause, void *context,
                                 struct link_reader **reader, struct error *error);
 /* Stops reading and waits for the thread; queued items are kept. */
 void link_reader_stop(struct link_reader *reader);  /* NULL is allowed */
@@ -139,7 +140,7 @@ int link_reader_fd(const struct link_reader *reader);
 /* Reads one turn of a recording. Returns true if more data may be available immediately. */
 bool link_reader_read(struct link_reader *reader);
 /* Returns the amount of data lost so far because the queue was full: CAN frames or serial bytes. */
-uint64_t link_reader_lost(const struct link_reader *reader);
+uint64_t link_reader_lost_count(const struct link_reader *reader);
 /* True if the queue is full and the sender is waiting. */
 bool link_reader_is_blocked(const struct link_reader *reader);
 

@@ -6,19 +6,19 @@
 
 #include "host/base/statistics.h"
 
-#define TIME_STAMP_ERROR_US  0.5 /* half the resolution of the host's time stamps */
-#define SCALE_MIN_US         1e-3
+#define TIME_STAMP_ERROR_US       0.5 /* half the resolution of the host's time stamps */
+#define STRIP_MIN_US              1e-3
 /* 2000-01-01; an earlier time stamp is not a time of day */
-#define DAY_ZERO_US          946684800000000
-#define UNCERTAINTY_MAX_US   50000.0
-#define BISECTIONS           60
+#define EARLIEST_DATE_US          946684800000000
+#define UNCERTAINTY_MAX_US        50000.0
+#define BISECTION_COUNT           60
 /* a larger rate difference is not a clock setting: the board's time is emulated */
-#define EMULATED_PPM         20000.0
+#define EMULATED_RATE_MIN_PPM     20000.0
 /* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
  * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
-#define CLOCK_SET_RATIO      3.0
-#define CLOCK_SET_PAIRS_MIN  6u  /* smallest number of pairs before and after the change */
-#define CLOCK_SET_PLACES_MAX 60u /* largest number of places that are tried */
+#define CLOCK_JUMP_RATIO_MIN      3.0
+#define CLOCK_JUMP_PAIRS_MIN      6u  /* smallest number of pairs before and after the change */
+#define CLOCK_JUMP_CANDIDATES_MAX 60u /* largest number of places that are tried */
 
 struct point {
     double x_s;  /* board time, s */
@@ -27,17 +27,18 @@ struct point {
 
 void timemap_add(struct timemap *map, double board_us, int64_t host_us)
 {
-    if (map->count && board_us <= map->pair[(map->count - 1) % TIMEMAP_PAIRS_MAX].board_us)
+    if (map->pair_count &&
+        board_us <= map->pair[(map->pair_count - 1) % TIMEMAP_PAIRS_MAX].board_us)
         return;
-    map->pair[map->count++ % TIMEMAP_PAIRS_MAX] = (struct timemap_pair){board_us, host_us};
+    map->pair[map->pair_count++ % TIMEMAP_PAIRS_MAX] = (struct timemap_pair){board_us, host_us};
 }
 
 static size_t copy_points(const struct timemap *map, struct timemap_fit *fit, struct point *point)
 {
-    size_t n = map->count < TIMEMAP_PAIRS_MAX ? map->count : TIMEMAP_PAIRS_MAX;
+    size_t n = map->pair_count < TIMEMAP_PAIRS_MAX ? map->pair_count : TIMEMAP_PAIRS_MAX;
     double sum_s = 0.0;
     for (size_t i = 0; i < n; i++) {
-        const struct timemap_pair *pair = &map->pair[(map->count - n + i) % TIMEMAP_PAIRS_MAX];
+        const struct timemap_pair *pair = &map->pair[(map->pair_count - n + i) % TIMEMAP_PAIRS_MAX];
         if (i == 0) {
             fit->board_origin_us = fit->from_us = pair->board_us;
             fit->host_origin_us = pair->host_us;
@@ -48,13 +49,13 @@ static size_t copy_points(const struct timemap *map, struct timemap_fit *fit, st
                         (pair->board_us - fit->board_origin_us);
         sum_s += point[i].x_s;
     }
-    fit->pairs = n;
-    fit->mean_s = n ? sum_s / (double)n : 0.0;
+    fit->pair_count = n;
+    fit->mean_time_s = n ? sum_s / (double)n : 0.0;
     return n;
 }
 
 /* True if c is on or above the line from a to b. */
-static bool is_above(struct point a, struct point b, struct point c)
+static bool is_point_above_line(struct point a, struct point b, struct point c)
 {
     return (b.x_s - a.x_s) * (c.y_us - a.y_us) >= (b.y_us - a.y_us) * (c.x_s - a.x_s);
 }
@@ -64,7 +65,7 @@ static size_t compute_lower_hull(const struct point *point, size_t n, struct poi
 {
     size_t count = 0;
     for (size_t i = 0; i < n; i++) {
-        while (count >= 2 && !is_above(hull[count - 2], hull[count - 1], point[i]))
+        while (count >= 2 && !is_point_above_line(hull[count - 2], hull[count - 1], point[i]))
             count--;
         hull[count++] = point[i];
     }
@@ -73,7 +74,7 @@ static size_t compute_lower_hull(const struct point *point, size_t n, struct poi
 
 /* Finds the line below all points with the smallest mean distance to them: the hull's edge at the
  * mean time. */
-static void find_touching_line(const struct point *hull, size_t count, double mean_s,
+static void find_lower_tangent(const struct point *hull, size_t count, double mean_s,
                                double *at_mean_us, double *slope_ppm)
 {
     size_t i = 1;
@@ -112,28 +113,28 @@ static void integrate_posterior(struct timemap_fit *fit, const struct point *hul
                                 double touch_us, double strip_us, double m)
 {
     double sum = 0.0;
-    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
-        double u = pow(((double)j + 0.5) / TIMEMAP_GRID, 1.0 / (m - 2.0));
-        fit->c_us[j] = touch_us + strip_us - strip_us / u;
-        find_slope_range(hull, count, fit->mean_s, fit->c_us[j], &fit->low_ppm[j],
+    for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++) {
+        double u = pow(((double)j + 0.5) / TIMEMAP_GRID_POINTS, 1.0 / (m - 2.0));
+        fit->offset_us[j] = touch_us + strip_us - strip_us / u;
+        find_slope_range(hull, count, fit->mean_time_s, fit->offset_us[j], &fit->low_ppm[j],
                          &fit->high_ppm[j]);
         fit->weight[j] = u * (fit->high_ppm[j] - fit->low_ppm[j]);
         sum += fit->weight[j];
     }
-    for (size_t j = 0; j < TIMEMAP_GRID; j++)
-        fit->weight[j] = sum > 0.0 ? fit->weight[j] / sum : 1.0 / TIMEMAP_GRID;
+    for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++)
+        fit->weight[j] = sum > 0.0 ? fit->weight[j] / sum : 1.0 / TIMEMAP_GRID_POINTS;
 }
 
 /* Posterior of one quantity: a weighted sum of uniform distributions. */
 struct mixture {
-    double low[TIMEMAP_GRID], high[TIMEMAP_GRID];
+    double low[TIMEMAP_GRID_POINTS], high[TIMEMAP_GRID_POINTS];
     const double *weight;
 };
 
 static double compute_probability_below(const struct mixture *mixture, double value)
 {
     double sum = 0.0;
-    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
+    for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++) {
         double low = mixture->low[j], high = mixture->high[j];
         if (value >= high)
             sum += mixture->weight[j];
@@ -143,9 +144,9 @@ static double compute_probability_below(const struct mixture *mixture, double va
     return sum;
 }
 
-static double find_quantile(const struct mixture *mixture, double low, double high, double p)
+static double compute_quantile(const struct mixture *mixture, double low, double high, double p)
 {
-    for (int i = 0; i < BISECTIONS && high - low > 1e-5; i++) {
+    for (int i = 0; i < BISECTION_COUNT && high - low > 1e-5; i++) {
         double middle = 0.5 * (low + high);
         if (compute_probability_below(mixture, middle) < p)
             low = middle;
@@ -160,43 +161,43 @@ static struct timemap_value compute_interval(const struct timemap_fit *fit, doub
 {
     struct mixture mixture = {.weight = fit->weight};
     double least = (double)INFINITY, most = -(double)INFINITY;
-    for (size_t j = 0; j < TIMEMAP_GRID; j++) {
-        double a = k * fit->c_us[j] + fit->low_ppm[j] * t_s,
-               b = k * fit->c_us[j] + fit->high_ppm[j] * t_s;
+    for (size_t j = 0; j < TIMEMAP_GRID_POINTS; j++) {
+        double a = k * fit->offset_us[j] + fit->low_ppm[j] * t_s,
+               b = k * fit->offset_us[j] + fit->high_ppm[j] * t_s;
         mixture.low[j] = a < b ? a : b;
         mixture.high[j] = a < b ? b : a;
         least = fmin(least, mixture.low[j]);
         most = fmax(most, mixture.high[j]);
     }
-    double low = find_quantile(&mixture, least, most, 0.025),
-           high = find_quantile(&mixture, low, most, 0.975);
+    double low = compute_quantile(&mixture, least, most, 0.025),
+           high = compute_quantile(&mixture, low, most, 0.975);
     return (struct timemap_value){0.5 * (low + high), 0.5 * (high - low)};
 }
 
-struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us)
+struct timemap_value timemap_to_host_us(const struct timemap_fit *fit, double board_us)
 {
     double since_us = board_us - fit->board_origin_us;
-    struct timemap_value offset = compute_interval(fit, 1.0, since_us / 1e6 - fit->mean_s);
+    struct timemap_value offset = compute_interval(fit, 1.0, since_us / 1e6 - fit->mean_time_s);
     return (struct timemap_value){(double)fit->host_origin_us + since_us + offset.value +
                                       TIME_STAMP_ERROR_US,
                                   hypot(offset.half_width, TIME_STAMP_ERROR_US)};
 }
 
-static bool is_rate_exceeded(const struct timemap_fit *fit, double most_ppm)
+static bool is_rate_above(const struct timemap_fit *fit, double most_ppm)
 {
     return fabs(fit->rate_ppm.value) - fit->rate_ppm.half_width > most_ppm;
 }
 
 static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tolerance_ppm, bool set)
 {
-    if (fit->host_origin_us < DAY_ZERO_US)
+    if (fit->host_origin_us < EARLIEST_DATE_US)
         return TIMEMAP_NO_DATE;
-    if (set && !is_rate_exceeded(fit, EMULATED_PPM))
+    if (set && !is_rate_above(fit, EMULATED_RATE_MIN_PPM))
         return TIMEMAP_UNCERTAIN;
-    if (is_rate_exceeded(fit, tolerance_ppm))
+    if (is_rate_above(fit, tolerance_ppm))
         return TIMEMAP_OTHER_RATE;
     if (fit->spread_us > UNCERTAINTY_MAX_US ||
-        timemap_host_us(fit, fit->to_us).half_width > UNCERTAINTY_MAX_US)
+        timemap_to_host_us(fit, fit->to_us).half_width > UNCERTAINTY_MAX_US)
         return TIMEMAP_UNCERTAIN;
     return TIMEMAP_OK;
 }
@@ -204,8 +205,8 @@ static enum timemap_refusal check_fit(const struct timemap_fit *fit, double tole
 /* True if the clock was set between pair k - 1 and pair k + gap. Both sides get a line with the
  * rate of the longer side; a change is found if four fifths of all pairs are within `most_us` above
  * their line. */
-static bool is_clock_set_at(const struct point *point, size_t n, size_t k, size_t gap,
-                            double most_us)
+static bool is_clock_jump_at(const struct point *point, size_t n, size_t k, size_t gap,
+                             double most_us)
 {
     struct point hull[TIMEMAP_PAIRS_MAX];
     double at_us, slope_ppm, sum_s = 0.0;
@@ -213,7 +214,7 @@ static bool is_clock_set_at(const struct point *point, size_t n, size_t k, size_
     for (size_t i = from; i < to; i++)
         sum_s += point[i].x_s;
     size_t count = compute_lower_hull(point + from, to - from, hull);
-    find_touching_line(hull, count, sum_s / (double)(to - from), &at_us, &slope_ppm);
+    find_lower_tangent(hull, count, sum_s / (double)(to - from), &at_us, &slope_ppm);
     for (size_t part = 0; part < 2; part++) {
         size_t begin = part ? k + gap : 0, end = part ? n : k;
         double least_us = (double)INFINITY;
@@ -227,14 +228,14 @@ static bool is_clock_set_at(const struct point *point, size_t n, size_t k, size_
 
 /* True if this computer's clock was set at some time: delays are much smaller if a change is
  * assumed. */
-static bool was_clock_set(double late_us, const struct point *point, size_t n)
+static bool has_clock_jump(double late_us, const struct point *point, size_t n)
 {
-    double most_us = (late_us - 2.0 * TIME_STAMP_ERROR_US) / CLOCK_SET_RATIO;
-    size_t gap = n / CLOCK_SET_PLACES_MAX;
-    for (size_t k = CLOCK_SET_PAIRS_MIN;
-         n >= TIMEMAP_PAIRS_MIN + CLOCK_SET_PAIRS_MIN && k + gap + CLOCK_SET_PAIRS_MIN <= n;
+    double most_us = (late_us - 2.0 * TIME_STAMP_ERROR_US) / CLOCK_JUMP_RATIO_MIN;
+    size_t gap = n / CLOCK_JUMP_CANDIDATES_MAX;
+    for (size_t k = CLOCK_JUMP_PAIRS_MIN;
+         n >= TIMEMAP_PAIRS_MIN + CLOCK_JUMP_PAIRS_MIN && k + gap + CLOCK_JUMP_PAIRS_MIN <= n;
          k += gap ? gap : 1) {
-        if (is_clock_set_at(point, n, k, gap, most_us))
+        if (is_clock_jump_at(point, n, k, gap, most_us))
             return true;
     }
     return false;
@@ -246,30 +247,31 @@ void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap
     double over_us[TIMEMAP_PAIRS_MAX], touch_us, slope_ppm;
     memset(fit, 0, sizeof *fit);
     size_t n = copy_points(map, fit, point);
-    fit->refusal = TIMEMAP_TOO_FEW;
+    fit->refusal = TIMEMAP_TOO_FEW_PAIRS;
     if (n < TIMEMAP_PAIRS_MIN)
         return;
     size_t count = compute_lower_hull(point, n, hull);
-    find_touching_line(hull, count, fit->mean_s, &touch_us, &slope_ppm);
+    find_lower_tangent(hull, count, fit->mean_time_s, &touch_us, &slope_ppm);
     for (size_t i = 0; i < n; i++)
-        over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_s);
+        over_us[i] = point[i].y_us - touch_us - slope_ppm * (point[i].x_s - fit->mean_time_s);
     sort_numbers(over_us, n);
     fit->spread_us = over_us[n / 2];
     size_t m = count_strip_pairs(n);
     double strip_us = over_us[m - 1] * (1.0 - (double)m / (4.0 * (double)n));
-    integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, SCALE_MIN_US), (double)m);
+    integrate_posterior(fit, hull, count, touch_us, fmax(strip_us, STRIP_MIN_US), (double)m);
     /* how much the host's time gains per second of the board, us */
     struct timemap_value slower = compute_interval(fit, 0.0, 1.0);
     fit->rate_ppm = (struct timemap_value){1e6 / (1.0 + slower.value / 1e6) - 1e6,
                                            slower.half_width};
-    fit->refusal = check_fit(fit, tolerance_ppm, was_clock_set(over_us[n * 4 / 5], point, n));
+    fit->refusal = check_fit(fit, tolerance_ppm, has_clock_jump(over_us[n * 4 / 5], point, n));
 }
 
 const char *timemap_refusal_text(unsigned refusal)
 {
     switch (refusal) {
     case TIMEMAP_OK: return "good";
-    case TIMEMAP_TOO_FEW: return "too few clock messages; log for a quarter of a minute or more";
+    case TIMEMAP_TOO_FEW_PAIRS:
+        return "too few clock messages; log for a quarter of a minute or more";
     case TIMEMAP_NO_DATE: return "the record has no times of day";
     case TIMEMAP_OTHER_RATE:
         return "board time and the clock of this computer ran at different rates: the board was "

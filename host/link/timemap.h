@@ -23,7 +23,7 @@
  *
  * The smallest delay cannot be separated from the offset: a link with a constant delay of a
  * millisecond makes every time of day a millisecond late, and no interval shows it. The known part
- * of the delay is subtracted before (TIMEMAP_SERIAL_US). Pure functions. */
+ * of the delay is subtracted before (TIMEMAP_SERIAL_DELAY_US). Pure functions. */
 #ifndef MATRIG_HOST_LINK_TIMEMAP_H
 #define MATRIG_HOST_LINK_TIMEMAP_H
 
@@ -32,16 +32,16 @@
 
 /* Number of newest pairs that are used; at one pair a second, ten minutes. Crystals keep their rate
  * to about 0.01 ppm for that long. */
-#define TIMEMAP_PAIRS_MAX 600u
-#define TIMEMAP_PAIRS_MIN 12u
-#define TIMEMAP_GRID      96u
+#define TIMEMAP_PAIRS_MAX   600u
+#define TIMEMAP_PAIRS_MIN   12u
+#define TIMEMAP_GRID_POINTS 96u
 
 /* Delay of a clock message on serial, which has the time of a block's first trigger. It is sent
  * when the block is complete, 970 us later, and takes at least 17 bytes of 5 us. */
-#define TIMEMAP_SERIAL_US 1055
+#define TIMEMAP_SERIAL_DELAY_US 1055
 
 struct timemap {
-    size_t count; /* number of pairs ever added */
+    size_t pair_count; /* number of pairs ever added */
     struct timemap_pair {
         double board_us;
         int64_t host_us;       /* Unix time */
@@ -56,7 +56,7 @@ struct timemap_value {
 
 enum timemap_refusal {
     TIMEMAP_OK,
-    TIMEMAP_TOO_FEW,
+    TIMEMAP_TOO_FEW_PAIRS,
     /* The time stamps are not times of day: the recording was made without a clock. */
     TIMEMAP_NO_DATE,
     /* The board's time does not run at the rate of this computer's clock: the board is emulated, or
@@ -66,19 +66,20 @@ enum timemap_refusal {
 };
 
 struct timemap_fit {
-    /* Unless it is TIMEMAP_OK, the fields below except `pairs` are not valid; rate_ppm is also
+    /* Unless it is TIMEMAP_OK, the fields below except pair_count are not valid; rate_ppm is also
      * valid for TIMEMAP_OTHER_RATE. */
     enum timemap_refusal refusal;
-    size_t pairs;
+    size_t pair_count;
     double from_us, to_us;         /* board time of the first and the last pair */
     double spread_us;              /* median delay minus the smallest delay */
     struct timemap_value rate_ppm; /* how much faster the board's clock runs than this computer's */
 
     /* The posterior. Times in s and offsets in us are relative to board_origin_us and
      * host_origin_us. */
-    double board_origin_us, mean_s;
+    double board_origin_us, mean_time_s;
     int64_t host_origin_us;
-    double c_us[TIMEMAP_GRID], low_ppm[TIMEMAP_GRID], high_ppm[TIMEMAP_GRID], weight[TIMEMAP_GRID];
+    double offset_us[TIMEMAP_GRID_POINTS], low_ppm[TIMEMAP_GRID_POINTS],
+        high_ppm[TIMEMAP_GRID_POINTS], weight[TIMEMAP_GRID_POINTS];
 };
 
 /* Adds a pair. A pair whose board time is not later than the last one is ignored. */
@@ -88,7 +89,7 @@ void timemap_add(struct timemap *map, double board_us, int64_t host_us);
 void timemap_fit(const struct timemap *map, double tolerance_ppm, struct timemap_fit *fit);
 /* Converts a board time to the time of day, Unix microseconds. The interval grows with the distance
  * from the pairs. */
-struct timemap_value timemap_host_us(const struct timemap_fit *fit, double board_us);
+struct timemap_value timemap_to_host_us(const struct timemap_fit *fit, double board_us);
 /* Returns the meaning of a refusal and what to do, as text. Static storage. */
 const char *timemap_refusal_text(unsigned refusal);
 

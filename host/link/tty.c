@@ -72,7 +72,7 @@ struct tty {
     struct sp_port *port; /* NULL: pseudo-terminal */
     const char *spec;
     int fd;
-    struct serial_icounter_struct counters_known;
+    struct serial_icounter_struct last_counters;
     int driver_counts_errors;
 };
 
@@ -108,7 +108,7 @@ enum mr_status tty_parse(const char *text, const char *form, char path[TTY_PATH_
 
 /* Writes a text that identifies the adapter of a port: "USB 0403:6001, serial number A50285BI";
  * empty: not USB. */
-static void name_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE])
+static void describe_adapter(const struct sp_port *port, char usb[USB_TEXT_SIZE])
 {
     const char *number = sp_get_port_usb_serial(port);
     int vendor, product;
@@ -131,7 +131,7 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
     if (sp_list_ports(&ports) != SP_OK)
         return false;
     for (size_t i = 0; ports[i]; i++) {
-        name_adapter(ports[i], other);
+        describe_adapter(ports[i], other);
         if (strcmp(other, usb) != 0)
             continue;
         snprintf(found, sizeof found, "%s", sp_get_port_name(ports[i]));
@@ -149,7 +149,7 @@ static bool find_adapter(const char *usb, char real[PATH_MAX])
 static void remember_adapter(struct link *link)
 {
     char none[PATH_MAX] = "";
-    name_adapter(link->tty->port, link->adapter);
+    describe_adapter(link->tty->port, link->adapter);
     if (!find_adapter(link->adapter, none))
         link->adapter[0] = '\0';
 }
@@ -305,7 +305,7 @@ static enum mr_status serial_open(struct link *link, const char *text, struct er
     }
     if (tty->port && !link->adapter[0])
         remember_adapter(link);
-    tty->driver_counts_errors = ioctl(tty->fd, TIOCGICOUNT, &tty->counters_known) == 0;
+    tty->driver_counts_errors = ioctl(tty->fd, TIOCGICOUNT, &tty->last_counters) == 0;
     link->fd = tty->fd;
     link_restart_counting(link, baud);
     return MR_OK;
@@ -361,7 +361,7 @@ static enum mr_status serial_send(struct link *link, const uint8_t *bytes, size_
 static void serial_service(struct link *link)
 {
     struct tty *tty = link->tty;
-    struct serial_icounter_struct now = {0}, *before = &tty->counters_known;
+    struct serial_icounter_struct now = {0}, *before = &tty->last_counters;
     if (!tty->driver_counts_errors || ioctl(tty->fd, TIOCGICOUNT, &now) != 0)
         return;
     link_count_event(link, LINK_UART_OVERRUN,
@@ -375,8 +375,8 @@ static void serial_service(struct link *link)
 }
 
 const struct link_ops link_serial_ops = {
-    .kinds = 1u << LINK_SERIAL,
-    .can_return = true,
+    .carried_kinds = 1u << LINK_SERIAL,
+    .is_device = true,
     .open = serial_open,
     .send = serial_send,
     .read = serial_read,
@@ -387,23 +387,23 @@ const struct link_ops link_serial_ops = {
 
 /* ---- pty: ---- */
 
-#define OPEN_TRIES    250
+#define OPEN_TRIES_MAX 250
 /* pause between two tries; all tries take 5 s, as for unix: links, because the board may be
  * starting */
-#define OPEN_PAUSE_MS 20
+#define OPEN_PAUSE_MS  20
 
 static enum mr_status pty_open(struct link *link, const char *path, struct error *error)
 {
-    bool first = link->absence.status ==
+    bool first = link->absence_reason.status ==
                  MR_OK; /* link.c waits for a device that was present before */
-    for (int i = 0; first && i < OPEN_TRIES && access(path, F_OK) != 0 && errno == ENOENT; i++)
+    for (int i = 0; first && i < OPEN_TRIES_MAX && access(path, F_OK) != 0 && errno == ENOENT; i++)
         poll(NULL, 0, OPEN_PAUSE_MS);
     link_restart_counting(link, TTY_BAUD_DEFAULT);
     return pts_open(link, path, TTY_BAUD_DEFAULT, error);
 }
 
 const struct link_ops link_pty_ops = {
-    .kinds = 1u << LINK_SERIAL,
+    .carried_kinds = 1u << LINK_SERIAL,
     .sender_waits = true,
     .open = pty_open,
     .send = link_write,

@@ -9,7 +9,7 @@
 #include "common/wire.h"
 #include "host/link/link_ops.h"
 
-#define OPEN_TRIES      250
+#define OPEN_TRIES_MAX  250
 #define OPEN_PAUSE_MS   20 /* pause between two tries; all tries take 5 s */
 #define SEND_WAIT_MS    1000
 /* struct can_frame: id u32, length, 3 bytes of padding, 8 bytes of data; little-endian hosts */
@@ -24,7 +24,7 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
     strcpy(address.sun_path, path);
 
     int reason = 0;
-    for (int i = 0; i < OPEN_TRIES; i++) {
+    for (int i = 0; i < OPEN_TRIES_MAX; i++) {
         /* connect must not block while the board has connections that it has not accepted */
         link->fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
         if (link->fd < 0)
@@ -54,17 +54,17 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
 static enum mr_status unix_receive_frame(struct link *link, struct link_frame *frame,
                                          struct error *error)
 {
-    while (link->end - link->start < CAN_FRAME_BYTES) {
+    while (link->buffer_end - link->buffer_start < CAN_FRAME_BYTES) {
         enum mr_status status = link_fill_buffer(link, error);
-        if (status == MR_CLOSED && link->end > link->start)
+        if (status == MR_CLOSED && link->buffer_end > link->buffer_start)
             return error_set(error, MR_TRUNCATED,
                              "the link ended inside a frame: %s; the frames before it are stored",
                              link->spec);
         if (status != MR_OK)
             return status;
     }
-    const uint8_t *p = link->buffer + link->start;
-    link->start += CAN_FRAME_BYTES;
+    const uint8_t *p = link->buffer + link->buffer_start;
+    link->buffer_start += CAN_FRAME_BYTES;
     frame->host_us = link->read_us;
     frame->id = mr_get_u32(&p);
     frame->length = mr_get_u8(&p);
@@ -103,7 +103,7 @@ enum mr_status link_write(struct link *link, const uint8_t *bytes, size_t length
 }
 
 const struct link_ops link_unix_ops = {
-    .kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
+    .carried_kinds = 1u << LINK_CAN | 1u << LINK_SERIAL,
     .sender_waits = true,
     .open = unix_open,
     .receive_frame = unix_receive_frame,

@@ -5,22 +5,23 @@
 
 #include "common/catalogue.h"
 
-#define MISSING_VALUE         ((float)NAN)
+#define MISSING_VALUE            ((float)NAN)
 /* a block this much older than the newest one means that the board has restarted */
-#define RESTART_BLOCKS        1000
+#define RESTART_MIN_BLOCKS       1000
 /* if the newest record is not older than this, values from CAN are ignored */
-#define RECORD_AGE_MAX_BLOCKS 200
-#define SILENT_BLOCKS         500 /* a link that lags the other by this much has stopped */
-#define SENDING_DELAY_BLOCKS  10  /* a message can be sent this many blocks after its readings */
+#define RECORD_AGE_MAX_BLOCKS    200
+#define LINK_SILENCE_MIN_BLOCKS  500 /* a link that lags the other by this much has stopped */
+#define SENDING_DELAY_MAX_BLOCKS 10  /* a message can be sent this many blocks after its readings */
 
 static void reset_buckets(struct live_buckets *b)
 {
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+    for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++)
         b->reading[i] = (struct live_reading){
             .value = MISSING_VALUE, .block = -1, .min = MISSING_VALUE, .max = MISSING_VALUE};
-    for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++)
+    for (unsigned i = 0; i < LIVE_OPEN_BUCKETS_MAX; i++)
         b->open_bucket[i].number = -1;
-    b->newest[LINK_CAN] = b->newest[LINK_SERIAL] = b->closed_to = b->record_block = -1;
+    b->newest_block[LINK_CAN] = b->newest_block[LINK_SERIAL] = b->closed_up_to =
+        b->newest_record_block = -1;
 }
 
 void live_buckets_init(struct live_buckets *buckets)
@@ -31,15 +32,15 @@ void live_buckets_init(struct live_buckets *buckets)
 
 static void close_bucket(struct live_buckets *b, struct live_bucket *bucket)
 {
-    if (b->closed_count == LIVE_CLOSED_BUCKETS) {
+    if (b->closed_count == LIVE_CLOSED_BUCKETS_MAX) {
         memmove(b->closed_bucket, b->closed_bucket + 1,
-                (LIVE_CLOSED_BUCKETS - 1) * sizeof b->closed_bucket[0]);
+                (LIVE_CLOSED_BUCKETS_MAX - 1) * sizeof b->closed_bucket[0]);
         b->closed_count--;
-        b->late_readings++;
+        b->late_reading_count++;
     }
     b->closed_bucket[b->closed_count++] = *bucket;
-    if (bucket->number > b->closed_to)
-        b->closed_to = bucket->number;
+    if (bucket->number > b->closed_up_to)
+        b->closed_up_to = bucket->number;
     bucket->number = -1;
 }
 
@@ -48,7 +49,7 @@ static void close_buckets_to(struct live_buckets *b, int64_t last)
 {
     for (;;) {
         struct live_bucket *oldest = NULL;
-        for (unsigned i = 0; i < LIVE_OPEN_BUCKETS; i++) {
+        for (unsigned i = 0; i < LIVE_OPEN_BUCKETS_MAX; i++) {
             struct live_bucket *bucket = &b->open_bucket[i];
             if (bucket->number >= 0 && bucket->number <= last &&
                 (!oldest || bucket->number < oldest->number))
@@ -62,14 +63,14 @@ static void close_buckets_to(struct live_buckets *b, int64_t last)
 
 bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t block)
 {
-    bool again = block >= 0 && b->newest[link] - block >= RESTART_BLOCKS;
+    bool again = block >= 0 && b->newest_block[link] - block >= RESTART_MIN_BLOCKS;
     if (again) {
         close_buckets_to(b, INT64_MAX);
         reset_buckets(b);
-        b->restarts++;
+        b->restart_count++;
     }
-    if (block > b->newest[link])
-        b->newest[link] = block;
+    if (block > b->newest_block[link])
+        b->newest_block[link] = block;
     return again;
 }
 
@@ -77,16 +78,16 @@ bool live_buckets_advance(struct live_buckets *b, enum link_kind link, int64_t b
 static struct live_bucket *find_bucket(struct live_buckets *b, int64_t block)
 {
     int64_t number = block / LIVE_BUCKET_BLOCKS;
-    struct live_bucket *bucket = &b->open_bucket[number % LIVE_OPEN_BUCKETS];
-    if (block < 0 || number <= b->closed_to) {
-        b->late_readings += block >= 0;
+    struct live_bucket *bucket = &b->open_bucket[number % LIVE_OPEN_BUCKETS_MAX];
+    if (block < 0 || number <= b->closed_up_to) {
+        b->late_reading_count += block >= 0;
         return NULL;
     }
-    close_buckets_to(b, number - LIVE_OPEN_BUCKETS);
-    /* the bucket's old content is LIVE_OPEN_BUCKETS older, so it is closed */
+    close_buckets_to(b, number - LIVE_OPEN_BUCKETS_MAX);
+    /* the bucket's old content is LIVE_OPEN_BUCKETS_MAX older, so it is closed */
     if (bucket->number != number) {
         bucket->number = number;
-        for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+        for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++)
             bucket->min[i] = bucket->max[i] = MISSING_VALUE;
     }
     return bucket;
@@ -122,10 +123,10 @@ void live_buckets_add_record(struct live_buckets *b, const struct mr_block *reco
 {
     struct live_bucket *bucket = find_bucket(b, record->index);
     float ratio = mr_channels_ratio(&b->channel[MR_REFERENCE], record);
-    b->records++;
-    if ((int64_t)record->index > b->record_block)
-        b->record_block = record->index;
-    for (unsigned i = 0; i < LIVE_CHANNELS && bucket; i++) {
+    b->record_count++;
+    if ((int64_t)record->index > b->newest_record_block)
+        b->newest_record_block = record->index;
+    for (unsigned i = 0; i < LIVE_CHANNEL_COUNT && bucket; i++) {
         if (!is_calibrated(b, i) || record->absent >> i & 1u)
             continue;
         struct mr_reading reading = mr_channel_read(&b->channel[i], record, i, ratio);
@@ -133,10 +134,11 @@ void live_buckets_add_record(struct live_buckets *b, const struct mr_block *reco
     }
 }
 
-static void add_pack(struct live_buckets *b, const struct mr_message *message, int64_t block)
+static void add_reading_pack(struct live_buckets *b, const struct mr_message *message,
+                             int64_t block)
 {
     const struct mr_series_pack *pack = mr_series_pack_at(mr_series_pack_find(message->info->id));
-    if (b->record_block >= 0 && block - b->record_block < RECORD_AGE_MAX_BLOCKS)
+    if (b->newest_record_block >= 0 && block - b->newest_record_block < RECORD_AGE_MAX_BLOCKS)
         return;
     struct live_bucket *bucket = find_bucket(b, block);
     float values[MR_PACK_READINGS];
@@ -186,7 +188,7 @@ void live_buckets_add_message(struct live_buckets *b, const struct mr_message *m
         break;
 #define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
 #include "common/catalogue.def"
-        add_pack(b, message, block);
+        add_reading_pack(b, message, block);
         break;
     default: break;
     }
@@ -194,23 +196,23 @@ void live_buckets_add_message(struct live_buckets *b, const struct mr_message *m
 
 void live_buckets_reset_extremes(struct live_buckets *b)
 {
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++)
+    for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++)
         b->reading[i].min = b->reading[i].max = MISSING_VALUE;
 }
 
 int64_t live_buckets_newest_block(const struct live_buckets *b)
 {
-    int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
+    int64_t can = b->newest_block[LINK_CAN], serial = b->newest_block[LINK_SERIAL];
     return can > serial ? can : serial;
 }
 
 void live_buckets_close_complete(struct live_buckets *b)
 {
-    int64_t can = b->newest[LINK_CAN], serial = b->newest[LINK_SERIAL];
+    int64_t can = b->newest_block[LINK_CAN], serial = b->newest_block[LINK_SERIAL];
     int64_t passed = live_buckets_newest_block(b), behind = can < serial ? can : serial;
-    if (behind >= 0 && passed - behind < SILENT_BLOCKS)
+    if (behind >= 0 && passed - behind < LINK_SILENCE_MIN_BLOCKS)
         passed = behind;
-    close_buckets_to(b, (passed - SENDING_DELAY_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
+    close_buckets_to(b, (passed - SENDING_DELAY_MAX_BLOCKS) / LIVE_BUCKET_BLOCKS - 1);
 }
 
 unsigned live_buckets_pop(struct live_buckets *b, struct live_bucket *out, unsigned most)
@@ -228,7 +230,7 @@ const char *live_buckets_missing_reason(const struct live_buckets *b, unsigned i
     const struct live_reading *r = &b->reading[index];
     if (!isnan(r->value))
         return "";
-    if (b->records > 0 && !is_calibrated(b, index))
+    if (b->record_count > 0 && !is_calibrated(b, index))
         return "calibration not received yet";
     return r->block >= 0 ? mr_validity_text(r->validity) : "";
 }

@@ -15,16 +15,16 @@
 #include "host/link/link.h"
 
 /* number of channels: transducers, then gages, in the board's order */
-#define LIVE_CHANNELS       (MR_TRANSDUCERS + MR_GAGES)
-#define LIVE_BUCKET_BLOCKS  20 /* blocks per bucket: 50 buckets a second */
+#define LIVE_CHANNEL_COUNT      (MR_TRANSDUCERS + MR_GAGES)
+#define LIVE_BUCKET_BLOCKS      20 /* blocks per bucket: 50 buckets a second */
 /* number of open buckets, which can still be filled because the links are not synchronous */
-#define LIVE_OPEN_BUCKETS   32
+#define LIVE_OPEN_BUCKETS_MAX   32
 /* number of closed buckets that are not read yet; if full, the oldest is discarded */
-#define LIVE_CLOSED_BUCKETS 256
+#define LIVE_CLOSED_BUCKETS_MAX 256
 
 struct live_bucket {
     int64_t number; /* number of the bucket: block / LIVE_BUCKET_BLOCKS; -1: free */
-    float min[LIVE_CHANNELS], max[LIVE_CHANNELS];
+    float min[LIVE_CHANNEL_COUNT], max[LIVE_CHANNEL_COUNT];
 };
 
 struct live_reading {
@@ -35,21 +35,21 @@ struct live_reading {
 };
 
 struct live_buckets {
-    int64_t newest[LINK_KINDS]; /* newest block on each link */
-    uint64_t restarts;          /* number of detected restarts of the board */
+    int64_t newest_block[LINK_KINDS]; /* newest block on each link */
+    uint64_t restart_count;           /* number of detected restarts of the board */
 
     bool channel_known[MR_CHANNELS], zero_known[MR_CHANNELS];
     struct mr_channel_config channel[MR_CHANNELS];
     uint32_t calibration_known[MR_CHANNELS]; /* bit n: item n is known */
 
-    struct live_reading reading[LIVE_CHANNELS];
-    int64_t record_block; /* block of the newest block record */
+    struct live_reading reading[LIVE_CHANNEL_COUNT];
+    int64_t newest_record_block; /* block of the newest block record */
     /* number of records used; number of readings that arrived for a closed bucket or were not read
      * in time */
-    uint64_t records, late_readings;
-    struct live_bucket open_bucket[LIVE_OPEN_BUCKETS];
-    int64_t closed_to; /* all buckets up to this one are closed */
-    struct live_bucket closed_bucket[LIVE_CLOSED_BUCKETS];
+    uint64_t record_count, late_reading_count;
+    struct live_bucket open_bucket[LIVE_OPEN_BUCKETS_MAX];
+    int64_t closed_up_to; /* all buckets up to this one are closed */
+    struct live_bucket closed_bucket[LIVE_CLOSED_BUCKETS_MAX];
     unsigned closed_count;
 };
 

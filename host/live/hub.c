@@ -33,8 +33,8 @@
 #define READINGS_PERIOD_MS    50
 #define STATE_PERIOD_MS       200
 #define BUCKETS_PER_EVENT     64
-#define FIRST_TAG             0x7601u
-#define SLOTS_MAX             1024u
+#define FIRST_COMMAND_TAG     0x7601u
+#define MESSAGE_SLOTS_MAX     1024u
 /* if the newest record from serial is not older than this, readings from CAN are ignored */
 #define RECORD_AGE_MAX_BLOCKS 500
 
@@ -60,10 +60,10 @@ struct live_hub {
     /* random number of this hub; readings with another number belong to an earlier hub */
     uint32_t hub_id;
 
-    struct message_slot slot[SLOTS_MAX]; /* slots in order of arrival */
+    struct message_slot slot[MESSAGE_SLOTS_MAX]; /* slots in order of arrival */
     unsigned slot_count;
     bool has_other_layout; /* the board has another layout, so its other messages are ignored */
-    bool warned, armed;
+    bool is_warning, is_armed;
     struct config_words config[LINK_KINDS];
     /* a sensor is uncalibrated, according to the configuration if it was received */
     bool is_uncalibrated;
@@ -74,25 +74,25 @@ struct live_hub {
     /* the ring contains first_event to next_event - 1, at event[i % EVENTS_MAX] */
     uint64_t first_event, next_event;
     size_t event_bytes;
-    FILE *pending; /* JSON of messages for the next event; NULL: none */
+    FILE *pending_stream; /* JSON of messages for the next event; NULL: none */
     char *pending_text;
     size_t pending_length;
-    uint64_t restarts; /* number of restarts of the board that viewers were informed of */
+    uint64_t restart_count; /* number of restarts of the board that viewers were informed of */
     /* times at which the last events of each kind were published */
-    int64_t messages_ms, readings_ms, state_ms;
+    int64_t messages_published_ms, readings_published_ms, state_published_ms;
     bool has_ended;
 
     struct mr_command command;
     bool command_given, command_sent, command_answered; /* progress of a viewer's command */
-    int64_t until_us;
-    enum mr_status answer;
-    uint16_t tag;
+    int64_t command_expires_us;
+    enum mr_status command_answer;
+    uint16_t command_tag;
 };
 
 /* ---- output as JSON: all numbers in the report's units (in, lb, ft, s) ---- */
 
-#define DISPLACEMENT_PER_IN 10000.0
-#define TENSION_PER_LB      100.0
+#define DISPLACEMENT_STEPS_PER_IN 10000.0
+#define TENSION_STEPS_PER_LB      100.0
 
 /* Makes a JSON string of external text. If the text is not valid UTF-8, question marks replace its
  * non-ASCII bytes. NULL becomes null. */
@@ -156,16 +156,16 @@ static json_t *make_configuration_json(const struct live_source *source)
                              text_to_json(source->can), "serial", text_to_json(source->serial),
                              "commands", source->accepts_commands, "no_commands",
                              source->no_commands_reason);
-    return json_pack("{sososisosososos[iii]sisisisisisfsisi}", "units", make_units_json(source->si),
-                     "source", from, "layout", (int)MR_LAYOUT, "quantities", make_quantities_json(),
-                     "faults", make_texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
-                     make_texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
-                     make_texts_json(get_status_text, 32), "box_good", MR_BOX_READY,
-                     MR_BOX_RECORDING, MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS,
-                     "risk_of_plan", MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm",
-                     MR_COMMAND_ARM, "disarm", MR_COMMAND_DISARM, "bucket_s",
-                     LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS,
-                     "emulated_lot", (int)MR_EMULATED_LOT);
+    return json_pack(
+        "{sososisosososos[iii]sisisisisisfsisi}", "units", make_units_json(source->uses_si),
+        "source", from, "layout", (int)MR_LAYOUT, "quantities", make_quantities_json(), "faults",
+        make_texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
+        make_texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
+        make_texts_json(get_status_text, 32), "box_good", MR_BOX_READY, MR_BOX_RECORDING,
+        MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS, "risk_of_plan", MR_RISK_OF_PLAN,
+        "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM, "disarm", MR_COMMAND_DISARM,
+        "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS, "emulated_lot",
+        (int)MR_EMULATED_LOT);
 }
 
 static void put_number(FILE *out, const char *key, double value, int digits)
@@ -230,13 +230,13 @@ static void write_message_json(FILE *out, const struct collector_event *event)
 }
 /* clang-format on */
 
-static void put_values(FILE *out, const float values[LIVE_CHANNELS])
+static void put_values(FILE *out, const float values[LIVE_CHANNEL_COUNT])
 {
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
+    for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++) {
         if (isfinite(values[i]))
             fprintf(out, ",%ld",
-                    lround((double)values[i] *
-                           (i < MR_TRANSDUCERS ? DISPLACEMENT_PER_IN : TENSION_PER_LB)));
+                    lround((double)values[i] * (i < MR_TRANSDUCERS ? DISPLACEMENT_STEPS_PER_IN
+                                                                   : TENSION_STEPS_PER_LB)));
         else
             fputs(",null", out);
     }
@@ -268,7 +268,7 @@ static char *make_buckets_json(uint32_t run, uint64_t restarts, const struct liv
 static json_t *make_readings_json(const struct live_buckets *buckets)
 {
     json_t *readings = json_array();
-    for (unsigned i = 0; i < LIVE_CHANNELS; i++) {
+    for (unsigned i = 0; i < LIVE_CHANNEL_COUNT; i++) {
         const struct live_reading *r = &buckets->reading[i];
         json_array_append_new(readings, json_pack("[ooos]", cli_json_number((double)r->value, 7),
                                                   cli_json_number((double)r->min, 7),
@@ -308,7 +308,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
     pthread_cond_init(&made->event_added, &steady);
     pthread_condattr_destroy(&steady);
     made->source = source;
-    made->tag = FIRST_TAG;
+    made->command_tag = FIRST_COMMAND_TAG;
     if (getrandom(&made->hub_id, sizeof made->hub_id, GRND_NONBLOCK) !=
         (ssize_t)sizeof made->hub_id)
         made->hub_id = (uint32_t)monotonic_ms();
@@ -333,8 +333,8 @@ void live_hub_close(struct live_hub *hub)
         drop_oldest(hub);
     for (unsigned i = 0; i < hub->slot_count; i++)
         free(hub->slot[i].text);
-    if (hub->pending)
-        fclose(hub->pending);
+    if (hub->pending_stream)
+        fclose(hub->pending_stream);
     free(hub->pending_text);
     pthread_cond_destroy(&hub->event_added);
     pthread_mutex_destroy(&hub->lock);
@@ -379,20 +379,20 @@ static void publish_readings(struct live_hub *hub)
 {
     struct live_bucket buckets[BUCKETS_PER_EVENT];
     unsigned count;
-    hub->readings_ms = monotonic_ms();
+    hub->readings_published_ms = monotonic_ms();
     while ((count = live_buckets_pop(&hub->buckets, buckets, BUCKETS_PER_EVENT)) > 0)
         publish_event(hub, EVENT_READINGS,
-                      make_buckets_json(hub->hub_id, hub->restarts, buckets, count));
+                      make_buckets_json(hub->hub_id, hub->restart_count, buckets, count));
 }
 
 static void publish_messages(struct live_hub *hub)
 {
-    hub->messages_ms = monotonic_ms();
-    if (!hub->pending)
+    hub->messages_published_ms = monotonic_ms();
+    if (!hub->pending_stream)
         return;
-    fputc(']', hub->pending);
-    bool whole = fclose(hub->pending) == 0;
-    hub->pending = NULL;
+    fputc(']', hub->pending_stream);
+    bool whole = fclose(hub->pending_stream) == 0;
+    hub->pending_stream = NULL;
     if (whole)
         publish_event(hub, EVENT_MESSAGES, hub->pending_text);
     else
@@ -404,7 +404,8 @@ static void publish_messages(struct live_hub *hub)
 static json_t *make_state_json(const struct live_hub *hub)
 {
     json_t *links = json_array();
-    int64_t block = live_buckets_newest_block(&hub->buckets), record = hub->buckets.record_block;
+    int64_t block = live_buckets_newest_block(&hub->buckets),
+            record = hub->buckets.newest_record_block;
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         const struct store_link_counts *counts = &hub->counts[kind];
         bool used = hub->received_us[kind] ||
@@ -419,7 +420,7 @@ static json_t *make_state_json(const struct live_hub *hub)
     return json_pack(
         "{sIsIsssIsososb}", "now_us", (json_int_t)link_now_us(), "block", (json_int_t)block,
         "source", record >= 0 && block - record < RECORD_AGE_MAX_BLOCKS ? "serial, each ms" : "CAN",
-        "late", (json_int_t)hub->buckets.late_readings, "links", links, "readings",
+        "late", (json_int_t)hub->buckets.late_reading_count, "links", links, "readings",
         make_readings_json(&hub->buckets), "uncalibrated", hub->is_uncalibrated);
 }
 
@@ -427,18 +428,18 @@ static json_t *make_state_json(const struct live_hub *hub)
 static void publish_due(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
-    if (hub->buckets.restarts != hub->restarts) {
+    if (hub->buckets.restart_count != hub->restart_count) {
         /* the readings so far belong to the earlier boot */
         publish_readings(hub);
-        hub->restarts = hub->buckets.restarts;
+        hub->restart_count = hub->buckets.restart_count;
     }
-    if (now - hub->messages_ms >= MESSAGES_PERIOD_MS)
+    if (now - hub->messages_published_ms >= MESSAGES_PERIOD_MS)
         publish_messages(hub);
-    if (now - hub->state_ms >= STATE_PERIOD_MS) {
-        hub->state_ms = now;
+    if (now - hub->state_published_ms >= STATE_PERIOD_MS) {
+        hub->state_published_ms = now;
         publish_event(hub, EVENT_STATE, dump_and_free(make_state_json(hub)));
     }
-    if (now - hub->readings_ms >= READINGS_PERIOD_MS) {
+    if (now - hub->readings_published_ms >= READINGS_PERIOD_MS) {
         live_buckets_close_complete(&hub->buckets);
         publish_readings(hub);
     }
@@ -454,7 +455,7 @@ void live_hub_publish_due(struct live_hub *hub)
 /* ---- messages ---- */
 
 /* Returns false if the page gets the message as buckets, or does not need it. */
-static bool is_shown(const struct mr_message *message)
+static bool is_shown_on_page(const struct mr_message *message)
 {
     switch (message->index) {
 #define SERIES_PACK(SERIES_NAME, name, NAME, id, first, count) case MR_INDEX_##NAME:
@@ -489,7 +490,7 @@ static bool belongs_to_landing(unsigned place)
 
 /* Returns the subject of a message: channel, switch, segment, ... For the predictor, a warning or
  * advice has a separate slot, beside the newest message. */
-static unsigned find_subject(const struct mr_message *m)
+static unsigned get_message_subject(const struct mr_message *m)
 {
     switch (m->index) {
     case MR_INDEX_CHANNEL: return m->as.channel.index;
@@ -534,7 +535,7 @@ static void store_slot(struct live_hub *hub, uint32_t key, char *text)
     struct message_slot *old = find_slot(hub, key);
     if (old)
         remove_slot(hub, old);
-    else if (hub->slot_count == SLOTS_MAX)
+    else if (hub->slot_count == MESSAGE_SLOTS_MAX)
         remove_slot(hub, &hub->slot[0]);
     if (text)
         hub->slot[hub->slot_count++] = (struct message_slot){key, text};
@@ -548,16 +549,16 @@ static void discard_landing(struct live_hub *hub, bool faults)
         if (belongs_to_landing(place) || (faults && place == MR_INDEX_FAULT))
             remove_slot(hub, &hub->slot[i]);
     }
-    hub->warned = false;
+    hub->is_warning = false;
 }
 
 /* Adds a message to the next event. */
 static void add_to_next_event(struct live_hub *hub, const char *text)
 {
-    if (!hub->pending)
-        hub->pending = open_memstream(&hub->pending_text, &hub->pending_length);
-    if (hub->pending)
-        fprintf(hub->pending, "%c%s", ftell(hub->pending) > 0 ? ',' : '[', text);
+    if (!hub->pending_stream)
+        hub->pending_stream = open_memstream(&hub->pending_text, &hub->pending_length);
+    if (hub->pending_stream)
+        fprintf(hub->pending_stream, "%c%s", ftell(hub->pending_stream) > 0 ? ',' : '[', text);
 }
 
 static void add_notice(struct live_hub *hub, const char *severity, bool is_outcome,
@@ -599,18 +600,18 @@ static void show_message(struct live_hub *hub, const struct collector_event *eve
     add_to_next_event(hub, text);
     bool warns = m->index == MR_INDEX_ZONE_LEAD && m->as.zone_lead.warning;
     /* store the zone at the beginning of the warning, which arrived before its lead time */
-    if (warns && !hub->warned) {
+    if (warns && !hub->is_warning) {
         const struct message_slot *zone = find_slot(hub,
                                                     make_slot_key(MR_INDEX_ZONE, event->link, 0));
         store_slot(hub, make_slot_key(MR_INDEX_ZONE, event->link, 1),
                    zone ? strdup(zone->text) : NULL);
     }
-    if (!warns || !hub->warned)
-        store_slot(hub, make_slot_key(m->index, event->link, find_subject(m)), text);
+    if (!warns || !hub->is_warning)
+        store_slot(hub, make_slot_key(m->index, event->link, get_message_subject(m)), text);
     else
         free(text);
-    if (m->index == MR_INDEX_ZONE_LEAD && warns != hub->warned) {
-        hub->warned = warns;
+    if (m->index == MR_INDEX_ZONE_LEAD && warns != hub->is_warning) {
+        hub->is_warning = warns;
         publish_messages(hub);
     }
 }
@@ -632,20 +633,20 @@ void live_hub_add_message(struct live_hub *hub, const struct collector_event *ev
     if (m->index == MR_INDEX_HELLO)
         hub->has_other_layout = m->as.hello.layout != MR_LAYOUT;
     bool armed = m->index == MR_INDEX_LANDING && m->as.landing.state == MR_LANDING_ARMED;
-    if (armed && !hub->armed) {
+    if (armed && !hub->is_armed) {
         discard_landing(hub, false);
         live_buckets_reset_extremes(&hub->buckets);
     }
-    hub->armed = m->index == MR_INDEX_LANDING ? armed : hub->armed;
+    hub->is_armed = m->index == MR_INDEX_LANDING ? armed : hub->is_armed;
     if (!hub->has_other_layout || m->index == MR_INDEX_HELLO) {
         live_buckets_add_message(&hub->buckets, m, block);
-        if (is_shown(m))
+        if (is_shown_on_page(m))
             show_message(hub, event);
     }
     if (m->index == MR_INDEX_ACK && hub->command_sent && !hub->command_answered &&
         m->as.ack.tag == hub->command.tag) {
         hub->command_answered = true;
-        hub->answer = (enum mr_status)m->as.ack.status;
+        hub->command_answer = (enum mr_status)m->as.ack.status;
         pthread_cond_broadcast(&hub->event_added);
     }
     if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
@@ -731,7 +732,8 @@ static char *make_snapshot_event(struct live_hub *hub, struct live_viewer *viewe
             fputs(hub->event[i % EVENTS_MAX].text, out);
     }
     viewer->needs_snapshot = false;
-    viewer->next = hub->next_event - hub->has_ended; /* the end of the hub is a separate event */
+    viewer->next_event = hub->next_event -
+                         hub->has_ended; /* the end of the hub is a separate event */
     return fclose(out) == 0 ? text : (free(text), NULL);
 }
 
@@ -741,16 +743,16 @@ char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int 
     struct timespec until = compute_deadline(wait_ms);
     char *text = NULL;
     pthread_mutex_lock(&hub->lock);
-    while (!hub->has_ended && !viewer->needs_snapshot && viewer->next == hub->next_event &&
+    while (!hub->has_ended && !viewer->needs_snapshot && viewer->next_event == hub->next_event &&
            pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
         ;
-    if (viewer->next < hub->first_event)
+    if (viewer->next_event < hub->first_event)
         /* the ring no longer contains the events that the viewer has not read */
         viewer->needs_snapshot = true;
     if (viewer->needs_snapshot) {
         text = make_snapshot_event(hub, viewer, length);
-    } else if (viewer->next < hub->next_event) {
-        const struct event *event = &hub->event[viewer->next++ % EVENTS_MAX];
+    } else if (viewer->next_event < hub->next_event) {
+        const struct event *event = &hub->event[viewer->next_event++ % EVENTS_MAX];
         text = malloc(event->length + 1);
         *length = event->length;
         if (text)
@@ -773,7 +775,7 @@ void live_hub_end(struct live_hub *hub, const char *why)
 bool live_hub_has_ended(struct live_hub *hub, const struct live_viewer *viewer)
 {
     pthread_mutex_lock(&hub->lock);
-    bool ended = hub->has_ended && !viewer->needs_snapshot && viewer->next == hub->next_event;
+    bool ended = hub->has_ended && !viewer->needs_snapshot && viewer->next_event == hub->next_event;
     pthread_mutex_unlock(&hub->lock);
     return ended;
 }
@@ -789,16 +791,16 @@ enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_
         return MR_LIMIT;
     pthread_mutex_lock(&hub->lock);
     if (hub->source->accepts_commands && !hub->command_given && !hub->has_ended) {
-        hub->command =
-            (struct mr_command){.code = (uint8_t)code, .tag = hub->tag++, .argument = argument};
-        hub->until_us = until_us;
+        hub->command = (struct mr_command){
+            .code = (uint8_t)code, .tag = hub->command_tag++, .argument = argument};
+        hub->command_expires_us = until_us;
         hub->command_given = true;
         hub->command_sent = hub->command_answered = false;
         while (!hub->command_answered && !hub->has_ended &&
                pthread_cond_timedwait(&hub->event_added, &hub->lock, &until) != ETIMEDOUT)
             ;
         status = hub->command_answered ? MR_OK : hub->command_sent ? MR_TIMEOUT : MR_LIMIT;
-        *answer = hub->answer;
+        *answer = hub->command_answer;
         hub->command_given = false;
     }
     pthread_mutex_unlock(&hub->lock);
@@ -808,7 +810,8 @@ enum mr_status live_hub_send_command(struct live_hub *hub, unsigned code, int32_
 bool live_hub_pop_command(struct live_hub *hub, struct mr_command *command)
 {
     pthread_mutex_lock(&hub->lock);
-    bool any = hub->command_given && !hub->command_sent && (int64_t)link_now_us() < hub->until_us;
+    bool any = hub->command_given && !hub->command_sent &&
+               (int64_t)link_now_us() < hub->command_expires_us;
     if (any) {
         *command = hub->command;
         hub->command_sent = true;

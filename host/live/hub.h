@@ -19,7 +19,7 @@ struct live_source {
     const char *can, *serial;       /* LINK texts; NULL: not used, or not known */
     bool accepts_commands;          /* arm and disarm can be sent from the page */
     const char *no_commands_reason; /* why commands cannot be sent, one line */
-    bool si;
+    bool uses_si;
 };
 
 struct live_hub;
@@ -50,7 +50,7 @@ char *live_hub_snapshot(struct live_hub *hub);
 
 /* Position of a viewer in the ring; initialise it with {.needs_snapshot = true}. */
 struct live_viewer {
-    uint64_t next;
+    uint64_t next_event;
     bool needs_snapshot; /* the snapshot and the ring's readings are sent first */
 };
 /* Returns the text of the next events, which the caller frees. Waits up to `wait_ms` for an event.

@@ -15,30 +15,30 @@
 #include "host/board/arm_client.h"
 #include "host/base/assets.h"
 
-#define CONNECTIONS_MAX      64u
+#define CONNECTIONS_MAX        64u
 /* an idle connection ends after this time, and so does an event stream whose viewer does not
  * read */
-#define CONNECTION_TIMEOUT_S 15u
-#define HEARTBEAT_PERIOD_MS  1000
-#define END_TIMEOUT_MS       500 /* time in which viewers can receive the end */
-#define END_POLL_MS          5
-#define COMMAND_BYTES        1000u
-#define CHUNK_BYTES          65536u
-#define TOKEN_BYTES          16u
-#define LANDING_MAX          65535
+#define CONNECTION_TIMEOUT_S   15u
+#define HEARTBEAT_PERIOD_MS    1000
+#define END_EVENT_TIMEOUT_MS   500 /* time in which viewers can receive the end */
+#define END_POLL_MS            5
+#define COMMAND_BODY_BYTES_MAX 1000u
+#define CHUNK_BYTES            65536u
+#define TOKEN_BYTES            16u
+#define LANDING_NUMBER_MAX     65535
 
 struct live_server {
     struct live_hub *hub;
     struct MHD_Daemon *daemon;
-    _Atomic unsigned streams;
+    _Atomic unsigned stream_count;
     char token[2 * TOKEN_BYTES + 1];
     char url[LIVE_URL_MAX];
 };
 
 struct request {
-    char body[COMMAND_BYTES + 1];
+    char body[COMMAND_BODY_BYTES_MAX + 1];
     size_t length;
-    bool too_long;
+    bool is_too_long;
 };
 
 struct stream {
@@ -46,7 +46,7 @@ struct stream {
     struct live_hub *hub;
     struct live_viewer viewer;
     char *text; /* the part of the text that is being sent */
-    size_t length, sent;
+    size_t length, sent_length;
 };
 
 /* ---- answers ---- */
@@ -89,7 +89,7 @@ static enum MHD_Result respond_json(struct MHD_Connection *connection, unsigned 
                          "application/json");
 }
 
-static const char *get_header(struct MHD_Connection *connection, const char *name)
+static const char *get_request_header(struct MHD_Connection *connection, const char *name)
 {
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
@@ -128,7 +128,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
     struct stream *stream = context;
     (void)position;
     if (!stream->text) {
-        stream->sent = 0;
+        stream->sent_length = 0;
         stream->text = live_hub_wait_event(stream->hub, &stream->viewer, HEARTBEAT_PERIOD_MS,
                                            &stream->length);
     }
@@ -139,10 +139,12 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
         memcpy(out, ":\n\n", 3);
         return 3;
     }
-    size_t length = stream->length - stream->sent < most ? stream->length - stream->sent : most;
-    memcpy(out, stream->text + stream->sent, length);
-    stream->sent += length;
-    if (stream->sent == stream->length) {
+    size_t length = stream->length - stream->sent_length < most
+                      ? stream->length - stream->sent_length
+                      : most;
+    memcpy(out, stream->text + stream->sent_length, length);
+    stream->sent_length += length;
+    if (stream->sent_length == stream->length) {
         free(stream->text);
         stream->text = NULL;
     }
@@ -152,7 +154,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
 static void stream_free(void *context)
 {
     struct stream *stream = context;
-    stream->server->streams--;
+    stream->server->stream_count--;
     free(stream->text);
     free(stream);
 }
@@ -163,7 +165,7 @@ static enum MHD_Result serve_events(struct live_server *server, struct MHD_Conne
     if (!stream)
         return respond_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     stream->server = server;
-    server->streams++;
+    server->stream_count++;
     stream->hub = server->hub;
     stream->viewer.needs_snapshot = true;
     struct MHD_Response *response = MHD_create_response_from_callback(
@@ -185,7 +187,7 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
     enum mr_status of_board = MR_OK;
     char refused[200];
     if ((!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 ||
-        number > LANDING_MAX || !json_is_integer(until)) {
+        number > LANDING_NUMBER_MAX || !json_is_integer(until)) {
         json_object_set_new(json, "error",
                             json_string("a command is arm, with a landing from 0 to 65535, or "
                                         "disarm, and until_us, the time limit for its execution"));
@@ -212,18 +214,18 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
 static enum MHD_Result serve_command(struct live_server *server, struct MHD_Connection *connection,
                                      const struct request *request)
 {
-    const char *origin = get_header(connection, "Origin"),
-               *type = get_header(connection, "Content-Type");
-    const char *host = get_header(connection, "Host");
+    const char *origin = get_request_header(connection, "Origin"),
+               *type = get_request_header(connection, "Content-Type");
+    const char *host = get_request_header(connection, "Host");
     bool elsewhere = origin &&
                      (strncmp(origin, "http://", 7) != 0 || strcasecmp(origin + 7, host) != 0);
     if (elsewhere || !type || strncasecmp(type, "application/json", 16) != 0)
         return respond_text(connection, MHD_HTTP_FORBIDDEN,
                             "commands are accepted only from the live page, as JSON\n");
-    if (!is_token_valid(server, get_header(connection, "X-Matrig-Token")))
+    if (!is_token_valid(server, get_request_header(connection, "X-Matrig-Token")))
         return respond_text(connection, MHD_HTTP_FORBIDDEN,
                             "commands need the token: open the address that matrig printed\n");
-    if (request->too_long)
+    if (request->is_too_long)
         return respond_text(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
     unsigned code = run_command(server, body, json);
@@ -254,8 +256,8 @@ static enum MHD_Result serve_get(struct live_server *server, struct MHD_Connecti
 
 static void append_body(struct request *request, const char *data, size_t size)
 {
-    request->too_long = request->too_long || size > COMMAND_BYTES - request->length;
-    if (request->too_long)
+    request->is_too_long = request->is_too_long || size > COMMAND_BODY_BYTES_MAX - request->length;
+    if (request->is_too_long)
         return;
     memcpy(request->body + request->length, data, size);
     request->length += size;
@@ -277,7 +279,7 @@ static enum MHD_Result serve_request(void *context, struct MHD_Connection *conne
         *size = 0;
         return MHD_YES;
     }
-    if (!is_local_host(get_header(connection, "Host")))
+    if (!is_local_host(get_request_header(connection, "Host")))
         return respond_text(
             connection, MHD_HTTP_FORBIDDEN,
             "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel to it\n");
@@ -364,7 +366,7 @@ void live_server_close(struct live_server *server, const char *why)
     if (!server)
         return;
     live_hub_end(server->hub, why);
-    for (int ms = 0; ms < END_TIMEOUT_MS && server->streams > 0; ms += END_POLL_MS)
+    for (int ms = 0; ms < END_EVENT_TIMEOUT_MS && server->stream_count > 0; ms += END_POLL_MS)
         nanosleep(&(const struct timespec){.tv_nsec = END_POLL_MS * 1000000l}, NULL);
     MHD_stop_daemon(server->daemon);
     free(server);

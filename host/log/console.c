@@ -19,11 +19,11 @@
 #include "host/board/arm_client.h"
 #include "host/store/store_journal.h"
 
-#define PROGRESS_US          200000u
-#define QUEUE_SHOWN_PERMILLE 10u
+#define PROGRESS_PERIOD_US       200000u
+#define QUEUE_SHOWN_MIN_PERMILLE 10u
 /* three periods of the hello, which a board sends every second */
-#define NO_BOARD_US          3000000u
-#define NOTE_PERIOD_US       1000000u /* the same trouble is reported at most once per second */
+#define NO_BOARD_TIMEOUT_US      3000000u
+#define NOTE_PERIOD_US           1000000u /* the same fault is reported at most once per second */
 
 static bool logger_has_received_hello(const struct logger *logger)
 {
@@ -38,30 +38,30 @@ void logger_clear_progress(const struct logger *logger)
         fputs("\r\033[K", stderr);
 }
 
-void logger_note_troubles(struct logger *logger, unsigned link)
+void logger_note_link_faults(struct logger *logger, unsigned link)
 {
     const struct link_counters *counters = &logger->counters[link];
     uint64_t now_us = monotonic_us();
-    for (unsigned i = 0; i < LINK_TROUBLES; i++) {
-        uint64_t more = counters->trouble[i] - logger->noted_troubles[link][i];
-        bool lately = logger->noted_us[link][i] != 0 &&
-                      now_us - logger->noted_us[link][i] < NOTE_PERIOD_US;
+    for (unsigned i = 0; i < LINK_FAULT_COUNT; i++) {
+        uint64_t more = counters->fault_count[i] - logger->noted_fault_count[link][i];
+        bool lately = logger->last_fault_note_us[link][i] != 0 &&
+                      now_us - logger->last_fault_note_us[link][i] < NOTE_PERIOD_US;
         /* a rollback can decrease the count; it increases again when the data is processed again */
-        if (counters->trouble[i] <= logger->noted_troubles[link][i] || lately)
+        if (counters->fault_count[i] <= logger->noted_fault_count[link][i] || lately)
             continue;
         logger_clear_progress(logger);
-        logger->noted_troubles[link][i] = counters->trouble[i];
-        logger->noted_us[link][i] = now_us;
+        logger->noted_fault_count[link][i] = counters->fault_count[i];
+        logger->last_fault_note_us[link][i] = now_us;
         cli_note(logger->cli, "%s: %s: %llu", link_spec(logger->link[link]), link_fault_text(i),
                  (unsigned long long)more);
     }
 }
 
-static enum mr_status set_exchanged_error(const struct logger *logger, struct error *error)
+static enum mr_status set_different_boards_error(const struct logger *logger, struct error *error)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    if (!p.other_on_can)
+    if (!p.is_other_board_on_can)
         return MR_OK;
     return error_set(error, MR_IO,
                      "two different boards: CAN base 0x%03x has %s, the serial line has %s; swap "
@@ -70,12 +70,12 @@ static enum mr_status set_exchanged_error(const struct logger *logger, struct er
                      link_spec(logger->link[LINK_SERIAL]));
 }
 
-void logger_note_exchanged_links(struct logger *logger)
+void logger_note_different_boards(struct logger *logger)
 {
     struct error error = {0};
-    if (logger->exchanged_reported || set_exchanged_error(logger, &error) == MR_OK)
+    if (logger->different_boards_reported || set_different_boards_error(logger, &error) == MR_OK)
         return;
-    logger->exchanged_reported = true;
+    logger->different_boards_reported = true;
     logger_clear_progress(logger);
     cli_note(logger->cli, "%s", error.text);
 }
@@ -90,17 +90,17 @@ void logger_note_other_board(struct logger *logger, const struct link_frame *fra
         mr_message_find((uint16_t)link_id_from_bus(frame->id, logger->can_base)))
         return;
     if (logger->other_board_seen && frame->length == 8 &&
-        frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_base) {
+        frame->id == (uint32_t)MR_ID_BOARD_UID + logger->other_board_base) {
         logger->other_board_reported = true;
         logger_clear_progress(logger);
         cli_note(logger->cli,
                  "another board sends on this bus: base 0x%03x of %s; it is not logged",
-                 logger->other_base, link_spec(logger->link[LINK_CAN]));
+                 logger->other_board_base, link_spec(logger->link[LINK_CAN]));
     } else if (frame->id >= MR_ID_HELLO && frame->id - MR_ID_HELLO <= MR_CAN_BASE_MAX &&
                mr_message_decode(&message, MR_ID_HELLO, frame->data, frame->length) == MR_OK &&
                message.as.hello.layout == MR_LAYOUT) {
         logger->other_board_seen = true;
-        logger->other_base = (uint16_t)(frame->id - MR_ID_HELLO);
+        logger->other_board_base = (uint16_t)(frame->id - MR_ID_HELLO);
     }
 }
 
@@ -124,20 +124,20 @@ static void note_repeated_landing(struct logger *logger, int64_t run)
  * The summary is printed when a landing ends, or when its links fall silent during it. The page of
  * --page is updated in a separate process, which reads the campaign from disk. */
 
-#define LANDING_SILENT_US 4000000u
-#define PAGE_TIMEOUT_S    60.0
+#define LANDING_SILENCE_MIN_US 4000000u
+#define PAGE_TIMEOUT_S         60.0
 
 /* Returns true, once per landing, if a landing with a moving gear has had no data for
- * LANDING_SILENT_US. */
+ * LANDING_SILENCE_MIN_US. */
 static bool is_landing_silent(struct logger *logger, const struct collector_progress *progress)
 {
     uint64_t now_us = monotonic_us();
-    if (progress->block != logger->silent_block || logger->silent_since_us == 0) {
-        logger->silent_block = progress->block;
+    if (progress->newest_block != logger->silence_check_block || logger->silent_since_us == 0) {
+        logger->silence_check_block = progress->newest_block;
         logger->silent_since_us = now_us;
     }
-    if (!progress->run || progress->edges == 0 || progress->run == logger->silent_run ||
-        now_us - logger->silent_since_us < LANDING_SILENT_US)
+    if (!progress->run || progress->edge_count == 0 || progress->run == logger->silent_run ||
+        now_us - logger->silent_since_us < LANDING_SILENCE_MIN_US)
         return false;
     logger->silent_run = progress->run;
     return true;
@@ -228,7 +228,7 @@ static void report_summary(struct logger *logger, const struct summary *summary)
     size_t length = 0;
     FILE *out = open_memstream(&text, &length);
     if (out) {
-        brief_print(logger->store, summary, logger->full_summaries, logger->cli->si, out);
+        brief_print(logger->store, summary, logger->prints_full_summaries, logger->cli->si, out);
         fclose(out);
     }
     char *all = realloc(logger->pending_output, logger->pending_output_length + length + 1);
@@ -250,10 +250,10 @@ static void show_outcome_live(struct logger *logger, const struct summary *summa
     live_hub_add_outcome(logger->live.hub, words);
 }
 
-enum mr_status logger_show_finished(struct logger *logger, struct error *error)
+enum mr_status logger_show_finished_landings(struct logger *logger, struct error *error)
 {
     int64_t run;
-    while ((run = collector_pop_finished(logger->collector)) != 0) {
+    while ((run = collector_pop_finished_run(logger->collector)) != 0) {
         struct summary summary;
         struct error why = {0};
         enum mr_status status = logger_commit(logger, error);
@@ -267,7 +267,8 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
             continue;
         }
         if (logger->cli->json) {
-            json_array_append_new(logger->landings, summary_to_json(&summary, logger->cli->si));
+            json_array_append_new(logger->landings_json,
+                                  summary_to_json(&summary, logger->cli->si));
         } else {
             report_summary(logger, &summary);
         }
@@ -277,7 +278,7 @@ enum mr_status logger_show_finished(struct logger *logger, struct error *error)
                  (long long)summary.measured.landing.board_landing, (long long)run);
         summary_free(&summary);
         note_repeated_landing(logger, run);
-        logger->landings_shown++;
+        logger->shown_landing_count++;
         write_page(logger);
     }
     return MR_OK;
@@ -338,19 +339,19 @@ void logger_note_answers(struct logger *logger)
     while (collector_pop_answer(logger->collector, &order)) {
         struct typed_commands *typed = &logger->typed;
         enum mr_status status = (enum mr_status)order.ack.status;
-        bool is_typed = order.is_own && typed->sent && order.ack.tag == typed->command.tag &&
+        bool is_typed = order.is_own && typed->is_sent && order.ack.tag == typed->command.tag &&
                         order.ack.code == typed->command.code;
         char more[60] = "", words[300];
-        if (is_typed && status == MR_PROOF && monotonic_us() < typed->until_us &&
+        if (is_typed && status == MR_PROOF && monotonic_us() < typed->deadline_us &&
             logger_repeat_command(logger))
             continue;
-        if (is_typed) { /* typed_update reports the outcome of typed commands */
-            typed->answered = true;
+        if (is_typed) { /* typed_commands_update reports the outcome of typed commands */
+            typed->is_answered = true;
             typed->answer = status;
             continue;
         }
-        if (order.repeats)
-            snprintf(more, sizeof more, " (and %u earlier times)", order.repeats);
+        if (order.repeat_count)
+            snprintf(more, sizeof more, " (and %u earlier times)", order.repeat_count);
         snprintf(words, sizeof words, "%s \"%s\"; the board %s%s%s",
                  order.is_own ? "the live page sent" : "another program sent",
                  mr_command_name(order.ack.code), status == MR_OK ? "executed it" : "refused it: ",
@@ -366,22 +367,22 @@ void logger_show_progress(struct logger *logger, bool last)
 {
     if (logger->cli->quiet || !cli_can_draw_on_stderr() ||
         monotonic_us() < logger->typed.typing_until_us ||
-        (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_US))
+        (!last && monotonic_us() - logger->progress_shown_us < PROGRESS_PERIOD_US))
         return;
     char queue[40] = "";
     struct collector_progress p;
     unsigned permille = watch_fill_permille(&logger->watch);
     logger->progress_shown_us = monotonic_us();
     collector_get_progress(logger->collector, &p);
-    const char *state = p.run            ? mr_landing_state_text(p.state)
+    const char *state = p.run            ? mr_landing_state_text(p.landing_state)
                       : p.hello_received ? "no landing"
                                          : "waiting for a board";
-    if (permille >= QUEUE_SHOWN_PERMILLE)
+    if (permille >= QUEUE_SHOWN_MIN_PERMILLE)
         snprintf(queue, sizeof queue, "  queue %u %% full", permille / 10);
     fprintf(stderr,
             "\r%s %8.3f s  %u switches  CAN %lld frames, %lld lost  serial %lld frames, %lld "
             "lost%s \033[K%s",
-            state, p.block < 0 ? 0.0 : (double)p.block / 1000.0, p.edges,
+            state, p.newest_block < 0 ? 0.0 : (double)p.newest_block / 1000.0, p.edge_count,
             (long long)p.counts[LINK_CAN].received, (long long)p.counts[LINK_CAN].lost,
             (long long)p.counts[LINK_SERIAL].received, (long long)p.counts[LINK_SERIAL].lost, queue,
             last ? "\n" : "");
@@ -411,7 +412,7 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     const struct store_link_counts *c = p.counts;
     bool line = serial && link_counters(serial)->rx.baud != 0;
     if (p.hello_received)
-        return set_exchanged_error(logger, error);
+        return set_different_boards_error(logger, error);
     const char *and = can && serial ? " and " : "";
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
@@ -430,12 +431,12 @@ void logger_note_missing_board(struct logger *logger)
     char text[DIAGNOSIS_TEXT_SIZE];
     uint64_t now_us = monotonic_us();
     if (logger->no_board_due_us == 0)
-        logger->no_board_due_us = now_us + NO_BOARD_US;
+        logger->no_board_due_us = now_us + NO_BOARD_TIMEOUT_US;
     if (now_us < logger->no_board_due_us || logger->no_board_reported)
         return;
     logger->no_board_reported = true;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        if (!logger->link_open[link] || logger_has_received_hello(logger))
+        if (!logger->is_link_open[link] || logger_has_received_hello(logger))
             continue;
         link_diagnose(logger->link[link], text);
         logger_clear_progress(logger);
@@ -448,37 +449,39 @@ void logger_note_missing_board(struct logger *logger)
  * A board sends a hello and the state of its landing every second on each link. */
 
 /* time after which silence of all links is reported, within 2 s */
-#define LINKS_SILENT_US   1700000u
-#define LINK_SILENT_US    4000000u /* time after which silence of one link is reported */
+#define ALL_LINKS_SILENCE_MIN_US 1700000u
+#define ONE_LINK_SILENCE_MIN_US  4000000u /* time after which silence of one link is reported */
 /* if this program did not run for this long, unread data may be waiting */
-#define PROCESS_PAUSED_US 500000u
+#define PROCESS_PAUSE_MIN_US     500000u
 
-static void count_received(struct logger *logger, const struct collector_progress *p,
-                           uint64_t now_us)
+static void update_message_counts(struct logger *logger, const struct collector_progress *p,
+                                  uint64_t now_us)
 {
-    bool stood = now_us - logger->presence_check_us > PROCESS_PAUSED_US ||
+    bool stood = now_us - logger->presence_check_us > PROCESS_PAUSE_MIN_US ||
                  watch_refusal_start_us(&logger->watch) != 0;
     logger->presence_check_us = now_us;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
-        bool more = p->counts[link].received != logger->received[link];
-        bool waits = logger->link_open[link] &&
+        bool more = p->counts[link].received != logger->last_message_count[link];
+        bool waits = logger->is_link_open[link] &&
                      link_queue_has_unread(link_reader_queue(logger->reader[link]));
-        logger->received[link] = p->counts[link].received;
-        if (more || (logger->received_us[link] && !logger->silence_reported && (stood || waits)))
-            logger->received_us[link] = now_us;
+        logger->last_message_count[link] = p->counts[link].received;
+        if (more ||
+            (logger->last_message_us[link] && !logger->silence_reported && (stood || waits)))
+            logger->last_message_us[link] = now_us;
     }
 }
 
 static uint64_t find_newest_message_us(const struct logger *logger)
 {
-    uint64_t can_us = logger->received_us[LINK_CAN], serial_us = logger->received_us[LINK_SERIAL];
+    uint64_t can_us = logger->last_message_us[LINK_CAN],
+             serial_us = logger->last_message_us[LINK_SERIAL];
     return can_us > serial_us ? can_us : serial_us;
 }
 
 uint64_t logger_silence_due_us(const struct logger *logger)
 {
     return logger->board_reported && !logger->silence_reported
-             ? find_newest_message_us(logger) + LINKS_SILENT_US
+             ? find_newest_message_us(logger) + ALL_LINKS_SILENCE_MIN_US
              : UINT64_MAX;
 }
 
@@ -495,7 +498,7 @@ static void write_state_text(const struct mr_landing *landing, char *out, size_t
 static void note_silence(struct logger *logger, const char *state, uint64_t now_us)
 {
     uint64_t newest = find_newest_message_us(logger);
-    bool now_silent = now_us - newest >= LINKS_SILENT_US;
+    bool now_silent = now_us - newest >= ALL_LINKS_SILENCE_MIN_US;
     if (now_silent != logger->silence_reported) {
         logger_clear_progress(logger);
         if (now_silent)
@@ -508,11 +511,11 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
     }
     /* the links may return one after the other, so each link gets the full time again */
     for (unsigned link = 0; link < LINK_KINDS && logger->silence_reported && !now_silent; link++)
-        logger->received_us[link] = logger->received_us[link] ? now_us : 0;
+        logger->last_message_us[link] = logger->last_message_us[link] ? now_us : 0;
     logger->silence_reported = now_silent;
     for (unsigned link = 0; link < LINK_KINDS && !now_silent; link++) {
-        bool lost = logger->received_us[link] &&
-                    now_us - logger->received_us[link] >= LINK_SILENT_US;
+        bool lost = logger->last_message_us[link] &&
+                    now_us - logger->last_message_us[link] >= ONE_LINK_SILENCE_MIN_US;
         if (lost != logger->link_silence_reported[link]) {
             logger_clear_progress(logger);
             cli_note(logger->cli,
@@ -532,11 +535,11 @@ void logger_note_presence(struct logger *logger)
     char state[80];
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link] &&
-            (!logger->link_open[link] || link_is_recorded(logger->link[link])))
+            (!logger->is_link_open[link] || link_is_recorded(logger->link[link])))
             return;
     }
     collector_get_progress(logger->collector, &p);
-    count_received(logger, &p, now_us);
+    update_message_counts(logger, &p, now_us);
     if (!p.landing || !p.board_uid[0])
         return;
     write_state_text(p.landing, state, sizeof state);
@@ -546,16 +549,17 @@ void logger_note_presence(struct logger *logger)
     }
     logger->board_reported = true;
     logger_clear_progress(logger);
-    const bool both = logger->received_us[LINK_CAN] && logger->received_us[LINK_SERIAL];
+    const bool both = logger->last_message_us[LINK_CAN] && logger->last_message_us[LINK_SERIAL];
     cli_note(logger->cli, "board %s, firmware %s, on %s: %s", p.board_uid, p.firmware,
-             both                            ? "CAN and serial"
-             : logger->received_us[LINK_CAN] ? "CAN"
-                                             : "serial",
+             both                                ? "CAN and serial"
+             : logger->last_message_us[LINK_CAN] ? "CAN"
+                                                 : "serial",
              state);
 }
 
 /* Adds the messages that the board counted and the link did not receive, in the whole session. */
-static void add_missing(int kind, const int64_t missing[MR_MESSAGE_COUNT], struct answer *answer)
+static void add_missing_messages(int kind, const int64_t missing[MR_MESSAGE_COUNT],
+                                 struct answer *answer)
 {
     char text[1000] = "";
     size_t used = 0;
@@ -574,49 +578,49 @@ static void add_missing(int kind, const int64_t missing[MR_MESSAGE_COUNT], struc
     answer_close_group(answer);
 }
 
-static void add_link(const struct logger *logger, unsigned link, const struct collector_progress *p,
-                     struct answer *answer)
+static void add_link_to_answer(const struct logger *logger, unsigned link,
+                               const struct collector_progress *p, struct answer *answer)
 {
     enum link_kind kind = (enum link_kind)link;
     const struct store_link_counts *c = &p->counts[kind];
-    int64_t trouble[LINK_TROUBLES];
+    int64_t fault[LINK_FAULT_COUNT];
     char line[400];
-    for (unsigned i = 0; i < LINK_TROUBLES; i++)
-        trouble[i] = (int64_t)logger->counters[link].trouble[i];
-    summary_format_link_errors(trouble, line, sizeof line);
+    for (unsigned i = 0; i < LINK_FAULT_COUNT; i++)
+        fault[i] = (int64_t)logger->counters[link].fault_count[i];
+    summary_format_link_errors(fault, line, sizeof line);
     answer_open_group(answer, kind == LINK_CAN ? "can" : "serial", "");
     answer_count(answer, "received", NULL, c->received);
     answer_count(answer, "lost", NULL, c->lost);
     answer_count(answer, "dropped", NULL, c->dropped);
     answer_count(answer, "bad", NULL, c->bad);
     answer_count(answer, "foreign", NULL, c->foreign);
-    add_missing((int)kind, p->missing[kind], answer);
-    answer_json_value(answer, "troubles", summary_link_errors_to_json(trouble));
+    add_missing_messages((int)kind, p->missing_count[kind], answer);
+    answer_json_value(answer, "troubles", summary_link_errors_to_json(fault));
     if (line[0])
         answer_sentence(answer, NULL, "%s link in this session: %s", summary_link_name((int)kind),
                         line);
-    const uint64_t elsewhere = link_counters(logger->link[link])->other_interface;
+    const uint64_t elsewhere = link_counters(logger->link[link])->other_interface_frames;
     if (elsewhere) {
         answer_count(answer, "other_interfaces", NULL, (int64_t)elsewhere);
         answer_sentence(answer, NULL, "frames of other buses, not logged: %llu",
                         (unsigned long long)elsewhere);
     }
-    if (kind == LINK_CAN && p->before_first >= 0)
-        answer_count(answer, "before_logging", NULL, p->before_first);
+    if (kind == LINK_CAN && p->frames_before_log >= 0)
+        answer_count(answer, "before_logging", NULL, p->frames_before_log);
     answer_close_group(answer);
 }
 
-static void add_board(const struct logger *logger, struct answer *answer)
+static void add_board_to_answer(const struct logger *logger, struct answer *answer)
 {
     const struct link *link = NULL;
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    answer_count(answer, "session", NULL, collector_session(logger->collector));
+    answer_count(answer, "session", NULL, collector_get_session(logger->collector));
     answer_count(answer, "base", NULL, logger->can_base);
     answer_open_group(answer, "links", "");
     for (int kind = 0; kind < LINK_KINDS; kind++) {
         if (logger->link[kind])
-            add_link(logger, (unsigned)kind, &p, answer);
+            add_link_to_answer(logger, (unsigned)kind, &p, answer);
     }
     answer_close_group(answer);
     answer_words_or_none(answer, "unheard", NULL,
@@ -631,11 +635,11 @@ int logger_show_session(struct logger *logger, const char *db, const struct erro
     watch_session_text(&logger->watch, held, sizeof held);
     answer_json_value(answer, "db", json_string(logger->saved_path[0] ? logger->saved_path : db));
     answer_words(answer, "ended_by", NULL, "%s", logger->ended_by);
-    add_board(logger, answer);
+    add_board_to_answer(logger, answer);
     answer_json_value(answer, "queue", watch_json(&logger->watch));
     if (held[0])
         answer_sentence(answer, NULL, "writing the campaign in this session: %s", held);
-    answer_json_value(answer, "landings", json_incref(logger->landings));
+    answer_json_value(answer, "landings", json_incref(logger->landings_json));
     answer_words_or_none(answer, "error", NULL, error->text, NULL);
     int shown = answer_show(logger->cli, answer, code);
     return logger->cli->json ? shown : code;
@@ -646,13 +650,13 @@ void logger_end_live(struct logger *logger, const struct error *error)
     char why[sizeof error->text + 40];
     if (error->status != MR_OK)
         snprintf(why, sizeof why, "Log ended: %s", error->text);
-    else if (logger->landings_shown == 0)
+    else if (logger->shown_landing_count == 0)
         snprintf(why, sizeof why, "Log ended normally, no landing was armed");
-    else if (logger->landings_shown == 1)
+    else if (logger->shown_landing_count == 1)
         snprintf(why, sizeof why, "Log ended normally, %s saved", logger->newest_landing);
     else
         snprintf(why, sizeof why, "Log ended normally, %u landings saved, the last is %s",
-                 logger->landings_shown, logger->newest_landing);
+                 logger->shown_landing_count, logger->newest_landing);
     live_close(&logger->live, why);
 }
 
@@ -667,7 +671,7 @@ void logger_end_live(struct logger *logger, const struct error *error)
 /* reply to an unknown command */
 #define COMMAND_HELP "type arm [N] (0 to 65535; default: the next number), or disarm"
 
-void typed_begin(struct typed_commands *typed, bool commands, bool listen)
+void typed_commands_begin(struct typed_commands *typed, bool commands, bool listen)
 {
     typed->is_terminal = isatty(STDIN_FILENO) == 1;
     typed->is_enabled = !listen && (commands || typed->is_terminal);
@@ -677,21 +681,21 @@ void typed_begin(struct typed_commands *typed, bool commands, bool listen)
         signal(SIGTTIN, SIG_IGN);
 }
 
-int typed_fd(const struct typed_commands *typed)
+int typed_commands_fd(const struct typed_commands *typed)
 {
     bool background = typed->is_terminal && tcgetpgrp(STDIN_FILENO) != getpgrp();
     return typed->is_enabled && !typed->input_ended && !background &&
-                   typed->length < sizeof typed->text
+                   typed->text_length < sizeof typed->text
              ? STDIN_FILENO
              : -1;
 }
 
-void typed_read(struct typed_commands *typed)
+void typed_commands_read(struct typed_commands *typed)
 {
-    ssize_t length = read(STDIN_FILENO, typed->text + typed->length,
-                          sizeof typed->text - typed->length);
+    ssize_t length = read(STDIN_FILENO, typed->text + typed->text_length,
+                          sizeof typed->text - typed->text_length);
     if (length > 0)
-        typed->length += (size_t)length;
+        typed->text_length += (size_t)length;
     else
         typed->input_ended = true;
 }
@@ -712,20 +716,20 @@ __attribute__((format(printf, 2, 3))) static void print_reply(const struct logge
 /* Removes the first line from the buffer. Returns false if there is no complete line. */
 static bool read_line(struct typed_commands *typed, char line[sizeof typed->text])
 {
-    char *end = memchr(typed->text, '\n', typed->length);
-    size_t length = end ? (size_t)(end - typed->text) : typed->length;
-    if (!end && typed->length < sizeof typed->text)
+    char *end = memchr(typed->text, '\n', typed->text_length);
+    size_t length = end ? (size_t)(end - typed->text) : typed->text_length;
+    if (!end && typed->text_length < sizeof typed->text)
         return false; /* an incomplete line at the end of the input is ignored */
     if (!end) {       /* the line is longer than any command */
         memcpy(line, typed->text, length - 1);
         line[length - 1] = '\0';
-        typed->length = 0;
+        typed->text_length = 0;
         return true;
     }
     memcpy(line, typed->text, length);
     line[length] = '\0';
-    typed->length -= length + 1;
-    memmove(typed->text, end + 1, typed->length);
+    typed->text_length -= length + 1;
+    memmove(typed->text, end + 1, typed->text_length);
     return true;
 }
 
@@ -735,10 +739,10 @@ static void send_command(struct logger *logger)
     typed->command.tag = ++typed->tag;
     typed->needs_confirmation = false;
     typed->typing_until_us = 0;
-    typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
-    typed->answered = false;
-    typed->sent = logger_send(logger, &typed->command, false);
-    if (!typed->sent)
+    typed->deadline_us = monotonic_us() + ANSWER_TIMEOUT_US;
+    typed->is_answered = false;
+    typed->is_sent = logger_send(logger, &typed->command, false);
+    if (!typed->is_sent)
         print_reply(logger, "%s: cannot be sent, because no link accepts it\n",
                     mr_command_name(typed->command.code));
 }
@@ -746,7 +750,7 @@ static void send_command(struct logger *logger)
 static void handle_command(struct logger *logger, const char *line);
 
 /* Handles the reply to a request for confirmation. A new command instead of `yes` is executed. */
-static void handle_reply(struct logger *logger, const char *line)
+static void handle_confirmation(struct logger *logger, const char *line)
 {
     struct typed_commands *typed = &logger->typed;
     char word[4] = "", more = '\0';
@@ -766,7 +770,9 @@ static const char *get_recorded_state_text(const struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    return arm_client_is_recording(p.state) && p.run ? mr_landing_state_text(p.state) : NULL;
+    return arm_client_is_recording(p.landing_state) && p.run
+             ? mr_landing_state_text(p.landing_state)
+             : NULL;
 }
 
 static void handle_command(struct logger *logger, const char *line)
@@ -799,7 +805,7 @@ static void handle_command(struct logger *logger, const char *line)
         end = at + strcspn(at, "\n");
         print_reply(logger, "%.*s\n", (int)(end - at), at);
     }
-    typed->until_us = typed->typing_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
+    typed->deadline_us = typed->typing_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
         print_reply(logger,
                     "disarm? The board is %s; this ends its recording. Type yes: ", recording);
@@ -820,14 +826,14 @@ static void report_answer(struct logger *logger)
 {
     struct typed_commands *typed = &logger->typed;
     const char *name = mr_command_name(typed->command.code);
-    if (typed->answered) {
-        typed->sent = false;
+    if (typed->is_answered) {
+        typed->is_sent = false;
         if (typed->answer == MR_OK)
             print_reply(logger, "%sed\n", name);
         else
             print_reply(logger, "%s refused: %s\n", name, arm_client_refusal_text(typed->answer));
-    } else if (monotonic_us() > typed->until_us) {
-        typed->sent = false;
+    } else if (monotonic_us() > typed->deadline_us) {
+        typed->is_sent = false;
         print_reply(
             logger,
             "the board did not answer `%s` within 3 s; check its state before you try again\n",
@@ -835,26 +841,26 @@ static void report_answer(struct logger *logger)
     }
 }
 
-void typed_update(struct logger *logger)
+void typed_commands_update(struct logger *logger)
 {
     struct typed_commands *typed = &logger->typed;
     char line[sizeof typed->text];
     if (!typed->is_enabled)
         return;
     /* the answer may be waiting in the queue */
-    if (typed->sent && watch_refusal_start_us(&logger->watch))
-        typed->until_us = monotonic_us() + ANSWER_TIMEOUT_US;
-    if (typed->sent)
+    if (typed->is_sent && watch_refusal_start_us(&logger->watch))
+        typed->deadline_us = monotonic_us() + ANSWER_TIMEOUT_US;
+    if (typed->is_sent)
         report_answer(logger);
-    if (typed->needs_confirmation && monotonic_us() > typed->until_us)
-        handle_reply(logger, "");
+    if (typed->needs_confirmation && monotonic_us() > typed->deadline_us)
+        handle_confirmation(logger, "");
     bool has_board = logger_has_received_hello(logger);
     /* commands from a script wait for the board; a user at a terminal gets a message */
     bool has_no_board = !has_board && !typed->is_terminal;
-    if (typed->sent || has_no_board || !read_line(typed, line))
+    if (typed->is_sent || has_no_board || !read_line(typed, line))
         return;
     if (typed->needs_confirmation)
-        handle_reply(logger, line);
+        handle_confirmation(logger, line);
     else if (!has_board)
         print_reply(logger, "no hello from a board yet: nothing was sent\n");
     else

@@ -22,17 +22,17 @@
 
 /* Killing the program may lose at most the last 100 ms of received data: 40 ms between commits, and
  * the duration of the commit itself. With a backlog, commits are further apart. */
-#define COMMIT_PERIOD_US     40000u
-#define COMMIT_PERIOD_MAX_US 1000000u
+#define COMMIT_PERIOD_US       40000u
+#define COMMIT_PERIOD_MAX_US   1000000u
 /* a queue filled to this share of its capacity, 0.6 s of data, has a backlog */
-#define BACKLOG_PERMILLE     10u
+#define BACKLOG_MIN_PERMILLE   10u
 /* A summary waits this long for the campaign: a program that closes a campaign locks it for a
  * moment. */
-#define READ_WAIT_MS         5000
+#define SUMMARY_WAIT_MS        5000
 /* Time until the next attempt: another program usually locks the campaign for a moment only; a disk
  * usually stays full for longer. */
-#define RETRY_LOCKED_US      20000u
-#define RETRY_US             250000u
+#define LOCKED_RETRY_PERIOD_US 20000u
+#define WRITE_RETRY_PERIOD_US  250000u
 
 /* Finds out whether the campaign's path still leads to the file that is being logged. */
 static enum store_file_state find_file_state(struct logger *logger)
@@ -44,14 +44,14 @@ static enum store_file_state find_file_state(struct logger *logger)
                                                                            : place;
 }
 
-static bool is_content_gone(enum store_file_state place)
+static bool is_content_lost(enum store_file_state place)
 {
     return place == STORE_FILE_OVERWRITTEN || place == STORE_FILE_EMPTIED;
 }
 
 /* Checks for the session in the campaign: another program may have replaced the content, as
  * sqlite3's .restore does. */
-static enum mr_status find_session(struct logger *logger, struct error *error)
+static enum mr_status check_session_data(struct logger *logger, struct error *error)
 {
     bool has_data = true;
     enum mr_status status = store_has_session_data(logger->store, &has_data, error);
@@ -71,14 +71,14 @@ enum mr_status logger_begin_transaction(struct logger *logger, struct error *err
     /* SQLite must not block: the main loop retries, and does all other work meanwhile */
     store_set_wait_ms(logger->store, 0);
     enum mr_status status = store_begin(logger->store, error);
-    store_set_wait_ms(logger->store, READ_WAIT_MS);
+    store_set_wait_ms(logger->store, SUMMARY_WAIT_MS);
     watch_note_call(&logger->watch, false);
     logger->in_transaction = status == MR_OK;
     logger->transaction_begun_us = monotonic_us();
     if (status == MR_OK && logger->collector)
-        status = find_session(logger, error);
+        status = check_session_data(logger, error);
     if (status == MR_OK && logger->collector)
-        status = collector_save_mark(logger->collector, error);
+        status = collector_save_state(logger->collector, error);
     return status;
 }
 
@@ -86,9 +86,10 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
 {
     if (!logger->in_transaction)
         return MR_OK;
-    enum mr_status status = collector_put_counts(logger->collector, error);
+    enum mr_status status = collector_store_counts(logger->collector, error);
     if (status == MR_OK)
-        status = store_record_progress(logger->store, collector_session(logger->collector), error);
+        status = store_record_progress(logger->store, collector_get_session(logger->collector),
+                                       error);
     if (status == MR_OK &&
         store_is_overwritten(logger->store)) /* write nothing more into an overwritten file */
         status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
@@ -122,7 +123,7 @@ bool logger_is_commit_due(struct logger *logger)
 {
     uint64_t after_us = COMMIT_PERIOD_US;
     if (logger->commit_duration_us > COMMIT_PERIOD_US &&
-        watch_fill_permille(&logger->watch) > BACKLOG_PERMILLE)
+        watch_fill_permille(&logger->watch) > BACKLOG_MIN_PERMILLE)
         after_us = logger->commit_duration_us > COMMIT_PERIOD_MAX_US ? COMMIT_PERIOD_MAX_US
                                                                      : logger->commit_duration_us;
     return logger->in_transaction && monotonic_us() - logger->transaction_begun_us >= after_us;
@@ -132,7 +133,7 @@ static void roll_back(struct logger *logger)
 {
     store_roll_back(logger->store);
     if (logger->in_transaction && logger->collector)
-        collector_restore_mark(logger->collector);
+        collector_restore_state(logger->collector);
     logger->in_transaction = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         if (logger->reader[link])
@@ -140,13 +141,13 @@ static void roll_back(struct logger *logger)
     }
 }
 
-static enum mr_status continue_in_next(struct logger *logger, const char *original);
+static enum mr_status continue_after_size_limit(struct logger *logger, const char *original);
 
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 {
     enum store_refusal refused = store_refusal_pop(logger->store);
     /* the file is checked even if the store reported no refusal */
-    bool other = is_content_gone(find_file_state(logger));
+    bool other = is_content_lost(find_file_state(logger));
     if (error->status == MR_OK || (refused == STORE_NO_RETRY && !other))
         return error->status;
     roll_back(logger);
@@ -155,12 +156,13 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
         return MR_OK;
     }
     if (refused == STORE_SIZE_LIMIT && !store_checkpoint(logger->store) &&
-        continue_in_next(logger, store_path(logger->store)) == MR_OK) {
+        continue_after_size_limit(logger, store_path(logger->store)) == MR_OK) {
         *error = (struct error){0};
         return MR_OK;
     }
     watch_note_refusal(&logger->watch, refused, error->text);
-    logger->retry_us = monotonic_us() + (refused == STORE_LOCKED ? RETRY_LOCKED_US : RETRY_US);
+    logger->next_write_us = monotonic_us() + (refused == STORE_LOCKED ? LOCKED_RETRY_PERIOD_US
+                                                                      : WRITE_RETRY_PERIOD_US);
     *error = (struct error){0};
     return MR_OK;
 }
@@ -168,8 +170,8 @@ enum mr_status logger_wait_for_store(struct logger *logger, struct error *error)
 /* ---- data from the queues into the collector ---- */
 
 /* fewer frames than a board sends in a second, so that the links stay in step */
-#define FRAMES_PER_TURN 64u
-#define BYTES_PER_TURN  LINK_QUEUE_READ_MAX
+#define QUEUE_FRAMES_PER_CALL 64u
+#define QUEUE_BYTES_PER_CALL  LINK_QUEUE_READ_MAX
 
 /* Handles the end of a link, for any reason. The first error is stored, and the other links
  * continue. */
@@ -177,7 +179,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
                                struct error *error)
 {
     struct error tail = {0};
-    logger->link_open[link] = false;
+    logger->is_link_open[link] = false;
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK) {
         status = collector_end_link(logger->collector, (enum link_kind)link, &tail);
@@ -192,24 +194,24 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
 }
 
 /* Records and reports the link's troubles since the last call. */
-static enum mr_status record_troubles(struct logger *logger, unsigned link, struct error *error)
+static enum mr_status record_link_faults(struct logger *logger, unsigned link, struct error *error)
 {
-    if (!logger->troubles_changed[link])
+    if (!logger->faults_changed[link])
         return MR_OK;
-    logger_note_troubles(logger, link);
+    logger_note_link_faults(logger, link);
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
-        status = collector_account_troubles(logger->collector, (enum link_kind)link,
-                                            &logger->counters[link], error);
-    logger->troubles_changed[link] = status != MR_OK;
+        status = collector_account_link_faults(logger->collector, (enum link_kind)link,
+                                               &logger->counters[link], error);
+    logger->faults_changed[link] = status != MR_OK;
     return status;
 }
 
-static enum mr_status handle_clock(struct logger *logger, unsigned link, int64_t jump_us,
-                                   struct error *error)
+static enum mr_status handle_clock_jump(struct logger *logger, unsigned link, int64_t jump_us,
+                                        struct error *error)
 {
     if (jump_us != 0)
-        return collector_handle_clock_set(logger->collector, jump_us, error);
+        return collector_handle_clock_jump(logger->collector, jump_us, error);
     collector_discard_clock_offset(logger->collector, (enum link_kind)link);
     return MR_OK;
 }
@@ -219,7 +221,7 @@ static enum mr_status handle_item(struct logger *logger, unsigned link,
 {
     if (item->kind == LINK_ITEM_COUNTERS) {
         logger->counters[link] = item->counters;
-        logger->troubles_changed[link] = true;
+        logger->faults_changed[link] = true;
         return MR_OK;
     }
     if (logger->live.hub) /* the live page has already shown items that are repeated */
@@ -227,7 +229,7 @@ static enum mr_status handle_item(struct logger *logger, unsigned link,
                                item->is_repeated ? NULL : &logger->live.listener);
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
-        status = record_troubles(logger, link, error);
+        status = record_link_faults(logger, link, error);
     if (status != MR_OK)
         return status;
     switch (item->kind) {
@@ -237,8 +239,8 @@ static enum mr_status handle_item(struct logger *logger, unsigned link,
     case LINK_ITEM_BYTES:
         return collector_receive_bytes(logger->collector, item->bytes, item->length, item->host_us,
                                        error);
-    case LINK_ITEM_CLOCK: return handle_clock(logger, link, item->jump_us, error);
-    default: return end_link(logger, link, &item->end, error);
+    case LINK_ITEM_CLOCK_JUMP: return handle_clock_jump(logger, link, item->jump_us, error);
+    default: return end_link(logger, link, &item->end_reason, error);
     }
 }
 
@@ -250,13 +252,13 @@ enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct
     enum mr_status status = MR_OK;
     /* an empty queue ends the turn; otherwise it still has data of the last turn */
     if (!link_queue_has_unread(queue))
-        logger->more_buffered[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
-    size_t most = (enum link_kind)link == LINK_CAN ? FRAMES_PER_TURN : BYTES_PER_TURN;
+        logger->has_buffered_data[link] = link_reader_fd(reader) >= 0 && link_reader_read(reader);
+    size_t most = (enum link_kind)link == LINK_CAN ? QUEUE_FRAMES_PER_CALL : QUEUE_BYTES_PER_CALL;
     for (size_t handled = 0; handled < most && status == MR_OK && link_queue_read(queue, &item);) {
         handled += item.kind == LINK_ITEM_BYTES ? item.length : 1;
         status = handle_item(logger, link, &item, error);
     }
-    return status == MR_OK ? record_troubles(logger, link, error) : status;
+    return status == MR_OK ? record_link_faults(logger, link, error) : status;
 }
 
 /* If both links have data, selects only the link that lags in board time. The links then stay in
@@ -265,18 +267,18 @@ void logger_select_lagging_link(const struct logger *logger, bool ready[LINK_KIN
 {
     if (!ready[LINK_CAN] || !ready[LINK_SERIAL])
         return;
-    ready[1 - collector_lagging_link(logger->collector)] = false;
+    ready[1 - collector_get_lagging_link(logger->collector)] = false;
 }
 
 /* ---- requests to the board: automatic ones, and those of the live page's viewers ---- */
 
-#define REQUEST_PERIOD_US 1000000u /* time between two requests for the configuration */
+#define CONFIG_REQUEST_PERIOD_US 1000000u /* time between two requests for the configuration */
 /* Number of requests for the configuration. A board that does not answer them all, or has another
  * table, gets no more requests. */
-#define REQUESTS_MAX      5u
+#define CONFIG_REQUESTS_MAX      5u
 /* an idle board without CAN sends readings for this time after a request */
-#define LIVE_DURATION_S   30
-#define LIVE_PERIOD_US    20000000u /* time between two requests for readings */
+#define LIVE_READINGS_DURATION_S 30
+#define LIVE_REQUEST_PERIOD_US   20000000u /* time between two requests for readings */
 
 /* Sends the operator's proof for a command, if the board requires one. */
 static void send_proof(struct logger *logger, unsigned link, const uint8_t *command)
@@ -290,7 +292,7 @@ static void send_proof(struct logger *logger, unsigned link, const uint8_t *comm
     if (!p.key || p.key->state != MR_KEY_SET || !p.nonce)
         return;
     if (keyfile_compute_proof(p.board_uid, p.uid, p.nonce, command, proof, &why) == MR_OK) {
-        memcpy(logger->nonce, p.nonce, sizeof logger->nonce);
+        memcpy(logger->last_command_nonce, p.nonce, sizeof logger->last_command_nonce);
         (void)link_send_message(logger->link[link], logger->can_base, 0, MR_ID_PROOF, proof,
                                 sizeof proof, &why);
     }
@@ -304,7 +306,8 @@ bool logger_repeat_command(struct logger *logger)
 {
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
-    return p.nonce && memcmp(logger->nonce, p.nonce, sizeof logger->nonce) != 0 &&
+    return p.nonce &&
+           memcmp(logger->last_command_nonce, p.nonce, sizeof logger->last_command_nonce) != 0 &&
            logger_send(logger, &logger->typed.command, false);
 }
 
@@ -316,12 +319,12 @@ bool logger_send(struct logger *logger, const struct mr_command *command, bool u
     for (int kind = LINK_KINDS - 1; kind >= 0; kind--) {
         unsigned link = (unsigned)kind;
         struct error reason = {0};
-        if (!logger->link_open[link] || (unasked && logger->cannot_send[link]))
+        if (!logger->is_link_open[link] || (unasked && logger->rejects_data[link]))
             continue;
         send_proof(logger, link, payload);
         enum mr_status status = link_send_message(logger->link[link], logger->can_base, 0,
                                                   MR_ID_COMMAND, payload, length, &reason);
-        logger->cannot_send[link] = logger->cannot_send[link] || (unasked && status != MR_OK);
+        logger->rejects_data[link] = logger->rejects_data[link] || (unasked && status != MR_OK);
         if (status == MR_OK)
             return true;
     }
@@ -342,8 +345,9 @@ void logger_ask_for_configuration(struct logger *logger)
             logger->config_request_us = logger->config_requests = 0;
         return;
     }
-    if (logger->config_requests == REQUESTS_MAX ||
-        (logger->config_request_us && now_us - logger->config_request_us < REQUEST_PERIOD_US))
+    if (logger->config_requests == CONFIG_REQUESTS_MAX ||
+        (logger->config_request_us &&
+         now_us - logger->config_request_us < CONFIG_REQUEST_PERIOD_US))
         return;
     logger->config_request_us = now_us;
     logger->config_requests++;
@@ -354,12 +358,12 @@ void logger_ask_for_configuration(struct logger *logger)
  * the live page shows present values. */
 static void request_live_readings(struct logger *logger)
 {
-    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_DURATION_S};
+    struct mr_command command = {.code = MR_COMMAND_LIVE, .argument = LIVE_READINGS_DURATION_S};
     struct collector_progress p;
     collector_get_progress(logger->collector, &p);
     uint64_t now_us = monotonic_us();
-    if (logger->link_open[LINK_CAN] || p.run || !p.hello_received ||
-        (logger->live_request_us && now_us - logger->live_request_us < LIVE_PERIOD_US))
+    if (logger->is_link_open[LINK_CAN] || p.run || !p.hello_received ||
+        (logger->live_request_us && now_us - logger->live_request_us < LIVE_REQUEST_PERIOD_US))
         return;
     logger->live_request_us = now_us;
     (void)logger_send(logger, &command, true);
@@ -384,11 +388,11 @@ void logger_send_live_command(struct logger *logger)
  * copied. A new campaign then begins beside it, and all data that the queues have kept is written
  * into it. */
 
-#define SAVED_SUFFIX  "-saved-"
-#define LARGE_BYTES   500000000
-#define SAVE_RETRY_US 5000000u /* time between two attempts to save */
-#define NAMES_MAX     100      /* number of names tried in one folder */
-#define PATH_SIZE     4096
+#define SAVED_SUFFIX             "-saved-"
+#define LARGE_CAMPAIGN_MIN_BYTES 500000000
+#define SAVE_RETRY_PERIOD_US     5000000u /* time between two attempts to save */
+#define FILE_NAME_TRIES_MAX      100      /* number of names tried in one folder */
+#define PATH_SIZE                4096
 
 /* Writes the name without folder and ending: "campaign" of /home/runway/campaign.db. */
 static void write_file_stem(const char *path, char *out, size_t size)
@@ -417,7 +421,7 @@ static bool find_free_name(const char *folder, const char *path, const char *wha
     write_file_stem(path, stem, sizeof stem);
     localtime_r(&now, &local);
     strftime(date, sizeof date, "%Y%m%d-%H%M%S", &local);
-    for (int i = 1; i <= NAMES_MAX; i++) {
+    for (int i = 1; i <= FILE_NAME_TRIES_MAX; i++) {
         char more[12] = "";
         if (i > 1)
             snprintf(more, sizeof more, "-%d", i);
@@ -430,7 +434,7 @@ static bool find_free_name(const char *folder, const char *path, const char *wha
     return false;
 }
 
-static const char *find_folder(const char *path, char folder[PATH_SIZE])
+static const char *get_file_folder(const char *path, char folder[PATH_SIZE])
 {
     snprintf(folder, PATH_SIZE, "%s", path);
     return dirname(folder);
@@ -441,7 +445,7 @@ static bool save_copy(struct logger *logger, const char *beside, char *out, size
                       struct error *error)
 {
     char folder[PATH_SIZE];
-    if (!beside[0] || access(find_folder(beside, folder), W_OK | X_OK) != 0 ||
+    if (!beside[0] || access(get_file_folder(beside, folder), W_OK | X_OK) != 0 ||
         !find_free_name(folder, store_path(logger->store), "saved", ".db", out, size))
         return false;
     *error = (struct error){0};
@@ -472,8 +476,8 @@ static enum mr_status continue_in_copy(struct logger *logger, const char *path, 
     return MR_OK;
 }
 
-static void report_cause(struct logger *logger, enum store_file_state place, const char *original,
-                         const char *now)
+static void report_file_change(struct logger *logger, enum store_file_state place,
+                               const char *original, const char *now)
 {
     char where[4200];
     snprintf(where, sizeof where, now[0] ? "was moved to %s" : "was deleted", now);
@@ -491,7 +495,7 @@ static void report_cause(struct logger *logger, enum store_file_state place, con
 
 /* Returns the time of the oldest data in the queues; 0: none. `*whole`: the queues still have all
  * data. */
-static uint64_t find_oldest_us(const struct logger *logger, bool *whole)
+static uint64_t get_oldest_queued_us(const struct logger *logger, bool *whole)
 {
     uint64_t since_us = 0;
     *whole = true;
@@ -531,11 +535,12 @@ static enum mr_status create_campaign(const struct logger *logger, const char *p
 
 /* Closes a file whose content now belongs to another program. `kept`: path of the saved journal;
  * "": not saved. */
-static void release_campaign(struct store *store, const char *original, char kept[PATH_SIZE])
+static void close_overwritten_campaign(struct store *store, const char *original,
+                                       char kept[PATH_SIZE])
 {
     char folder[PATH_SIZE];
-    bool aside = find_free_name(find_folder(original, folder), original, "journal", ".wal", kept,
-                                PATH_SIZE);
+    bool aside = find_free_name(get_file_folder(original, folder), original, "journal", ".wal",
+                                kept, PATH_SIZE);
     store_close_detached(store, false);
     if (!aside || !store_journal_rename(original, kept))
         kept[0] = '\0';
@@ -549,7 +554,7 @@ bool logger_close_store(struct logger *logger)
         return true;
     }
     snprintf(original, sizeof original, "%s", store_path(logger->store));
-    release_campaign(logger->store, original, kept);
+    close_overwritten_campaign(logger->store, original, kept);
     fprintf(stderr, "matrig: %s was overwritten by another program before it was closed%s%s\n",
             original, kept[0] ? "; its journal is " : "", kept);
     return false;
@@ -558,24 +563,25 @@ bool logger_close_store(struct logger *logger)
 /* Discards the landings that were shown, because their data is written again, with new numbers. */
 static void discard_landings(struct logger *logger)
 {
-    json_array_clear(logger->landings);
-    logger->landings_shown = 0;
+    json_array_clear(logger->landings_json);
+    logger->shown_landing_count = 0;
 }
 
 /* Begins another campaign beside `original`, or else in the working folder, and writes all data of
  * the queues into it. `again`: includes data that was already written to the old campaign. */
-static enum mr_status continue_in_new(struct logger *logger, enum store_file_state place,
-                                      const char *original, bool again)
+static enum mr_status continue_in_new_campaign(struct logger *logger, enum store_file_state place,
+                                               const char *original, bool again)
 {
     char folder[PATH_SIZE], kept[PATH_SIZE], saved[sizeof logger->saved_path], since[40];
-    const char *const folders[] = {find_folder(original, folder), "."};
+    const char *const folders[] = {get_file_folder(original, folder), "."};
     struct error why = {0};
     struct store *store = NULL;
     struct collector *collector = NULL;
     struct tm local;
     bool whole = false;
     roll_back(logger);
-    const time_t since_s = again ? (time_t)(find_oldest_us(logger, &whole) / 1000000u) : time(NULL);
+    const time_t since_s = again ? (time_t)(get_oldest_queued_us(logger, &whole) / 1000000u)
+                                 : time(NULL);
     whole = whole && again;
     watch_note_call(&logger->watch, true);
     enum mr_status status = MR_IO;
@@ -599,7 +605,7 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_file_sta
     collector_close(logger->collector);
     logger->collector = collector;
     if (place == STORE_FILE_OVERWRITTEN)
-        release_campaign(logger->store, original, kept);
+        close_overwritten_campaign(logger->store, original, kept);
     else
         store_close(logger->store); /* only SQLite wrote to the file, so it is intact */
     switch_store(logger, store, saved);
@@ -613,30 +619,31 @@ static enum mr_status continue_in_new(struct logger *logger, enum store_file_sta
         logger->removal_text, since, saved, whole || !again ? "" : "; earlier data is lost");
     fflush(stderr);
     if (!whole)
-        snprintf(logger->lost_before, sizeof logger->lost_before, "%s", since);
+        snprintf(logger->data_missing_before, sizeof logger->data_missing_before, "%s", since);
     return MR_OK;
 }
 
 /* Continues in another file when the file has reached its size limit. The old file keeps its data
  * and its journal. If the file is large, the data of the queues is written again, so that a landing
  * is complete in the new file. */
-static enum mr_status continue_in_next(struct logger *logger, const char *original)
+static enum mr_status continue_after_size_limit(struct logger *logger, const char *original)
 {
     struct stat info;
     char from[PATH_SIZE];
     snprintf(from, sizeof from, "%s", original);
-    bool again = stat(from, &info) == 0 && info.st_size >= LARGE_BYTES;
+    bool again = stat(from, &info) == 0 && info.st_size >= LARGE_CAMPAIGN_MIN_BYTES;
     snprintf(logger->removal_text, sizeof logger->removal_text,
              "%s has reached the size limit for files (ulimit -f, or its file system); its data "
              "stays there",
              from);
-    return continue_in_new(logger, STORE_FILE_SAME, from, again);
+    return continue_in_new_campaign(logger, STORE_FILE_SAME, from, again);
 }
 
 /* ---- taken away ---- */
 
-static enum mr_status save_and_continue(struct logger *logger, enum store_file_state place,
-                                        const char *original, const char *now, struct error *error)
+static enum mr_status save_removed_campaign(struct logger *logger, enum store_file_state place,
+                                            const char *original, const char *now,
+                                            struct error *error)
 {
     struct error why = {0};
     char saved[sizeof logger->saved_path];
@@ -654,7 +661,7 @@ static enum mr_status save_and_continue(struct logger *logger, enum store_file_s
                  logger->removal_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
-    const struct store_identity before = logger->watch.identity;
+    const struct store_file_identity before = logger->watch.identity;
     const bool shared = place == STORE_FILE_NO_INDEX;
     enum mr_status status = continue_in_copy(logger, saved, shared, error);
     if (status == MR_OK) {
@@ -676,22 +683,23 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
     if (place == STORE_FILE_SAME && !logger->saved_path[0])
         logger->removal_text[0] = '\0'; /* the file returned before it could be saved */
     if (place == STORE_FILE_SAME ||
-        (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_US))
+        (logger->rescue_attempt_us && now_us - logger->rescue_attempt_us < SAVE_RETRY_PERIOD_US))
         return MR_OK;
     char original[sizeof logger->saved_path], now[sizeof logger->saved_path];
     logger->rescue_attempt_us = now_us;
     snprintf(original, sizeof original, "%s", store_path(logger->store));
     store_find_current_path(logger->store, now, sizeof now);
-    report_cause(logger, place, original, now);
-    if (!is_content_gone(place))
-        return save_and_continue(logger, place, original, now, error);
-    if (continue_in_new(logger, place, original, true) == MR_OK)
+    report_file_change(logger, place, original, now);
+    if (!is_content_lost(place))
+        return save_removed_campaign(logger, place, original, now, error);
+    if (continue_in_new_campaign(logger, place, original, true) == MR_OK)
         logger->rescue_attempt_us = 0;
     else
-        logger->retry_us = now_us +
-                           /* nothing is written into the overwritten file; received data waits in
+        logger->next_write_us =
+            now_us +
+            /* nothing is written into the overwritten file; received data waits in
                             * the queues */
-                           SAVE_RETRY_US;
+            SAVE_RETRY_PERIOD_US;
     return MR_OK;
 }
 
@@ -702,29 +710,30 @@ enum mr_status logger_rescue_campaign(struct logger *logger, struct error *error
 
 /* time to wait for a campaign that refuses data: after the end of the links or of --for, after a
  * signal */
-#define END_WAIT_US      60000000u
-#define SIGNAL_WAIT_US   5000000u
+#define END_WAIT_MAX_US      60000000u
+#define SIGNAL_WAIT_MAX_US   5000000u
 /* no user sends two signals this fast, but `timeout` and `kill` of a group deliver one signal
  * twice */
-#define SECOND_SIGNAL_US 500000u
-#define POLL_MS          20
+#define SECOND_SIGNAL_MIN_US 500000u
+#define POLL_MS              20
 
-bool logger_is_signalled(struct logger *logger, int signals)
+bool logger_has_end_signal(struct logger *logger, int signals)
 {
     struct signalfd_siginfo info;
     if (read(signals, &info, sizeof info) != (ssize_t)sizeof info)
         return false;
     uint64_t now_us = monotonic_us();
-    logger->end_repeated = logger->ended_by && (!logger->signalled_us ||
-                                                now_us - logger->signalled_us > SECOND_SIGNAL_US);
-    if (!logger->signalled_us)
-        logger->signalled_us = now_us;
+    logger->end_requested_twice = logger->ended_by &&
+                                  (!logger->end_request_us ||
+                                   now_us - logger->end_request_us > SECOND_SIGNAL_MIN_US);
+    if (!logger->end_request_us)
+        logger->end_request_us = now_us;
     watch_note_end(&logger->watch);
     return true;
 }
 
 /* Writes the next data from the queues. MR_TOO_FEW: the queues are empty. */
-static enum mr_status write_queued(struct logger *logger, struct error *error)
+static enum mr_status write_queued_data(struct logger *logger, struct error *error)
 {
     bool ready[LINK_KINDS] = {false}, any = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -742,7 +751,7 @@ static enum mr_status write_queued(struct logger *logger, struct error *error)
     return logger_is_commit_due(logger) ? logger_commit(logger, error) : MR_OK;
 }
 
-static enum mr_status write_end(struct logger *logger, struct error *error)
+static enum mr_status write_session_end(struct logger *logger, struct error *error)
 {
     enum mr_status status = logger_begin_transaction(logger, error);
     if (status == MR_OK)
@@ -750,22 +759,22 @@ static enum mr_status write_end(struct logger *logger, struct error *error)
     return status == MR_OK ? logger_commit(logger, error) : status;
 }
 
-static bool has_waited_enough(struct logger *logger, uint64_t began_us)
+static bool is_refusal_wait_over(struct logger *logger, uint64_t began_us)
 {
     uint64_t refused_us = watch_refusal_start_us(&logger->watch), now_us = monotonic_us();
     uint64_t since_us = refused_us > began_us ? refused_us : began_us;
     bool asked = strcmp(logger->ended_by, "signal") == 0;
-    return logger->end_repeated ||
-           (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_US : END_WAIT_US));
+    return logger->end_requested_twice ||
+           (refused_us && now_us - since_us > (asked ? SIGNAL_WAIT_MAX_US : END_WAIT_MAX_US));
 }
 
 /* Writes the data of the queues into a new campaign, because the campaign refuses data. Other
  * statuses than MR_OK: nothing was left to write, or the data is lost; `error` says which. */
-static enum mr_status switch_campaign(struct logger *logger, bool *beside, const char *reason,
-                                      struct error *error)
+static enum mr_status switch_to_new_campaign(struct logger *logger, bool *beside,
+                                             const char *reason, struct error *error)
 {
     char what[100];
-    watch_amount(&logger->watch, false, what, sizeof what);
+    watch_write_queue_amount(&logger->watch, false, what, sizeof what);
     roll_back(logger);
     if (watch_fill_permille(&logger->watch) == 0 && strcmp(what, "nothing") == 0)
         return error_set(error, MR_IO,
@@ -775,14 +784,14 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
     snprintf(logger->removal_text, sizeof logger->removal_text, "%s accepted no more data (%.200s)",
              store_path(logger->store), reason);
     if (*beside ||
-        continue_in_new(logger, STORE_FILE_SAME, store_path(logger->store), true) != MR_OK)
+        continue_in_new_campaign(logger, STORE_FILE_SAME, store_path(logger->store), true) != MR_OK)
         return error_set(error, MR_IO,
                          "the newest data could not be written to the campaign, nor saved in the "
                          "same folder. Lost: %s; %.250s",
                          what, reason);
     *beside = true;
-    logger->end_repeated = false;
-    logger->retry_us = 0;
+    logger->end_requested_twice = false;
+    logger->next_write_us = 0;
     return MR_OK;
 }
 
@@ -791,12 +800,12 @@ static enum mr_status switch_campaign(struct logger *logger, bool *beside, const
 static enum mr_status check_campaign_place(struct logger *logger, struct error *error)
 {
     (void)watch_check_file_state(&logger->watch);
-    bool gone = is_content_gone(find_file_state(logger));
+    bool gone = is_content_lost(find_file_state(logger));
     logger->rescue_attempt_us = 0;
     enum mr_status status = logger_rescue_campaign(logger, error);
     if (status != MR_OK || !gone)
         return status;
-    return is_content_gone(find_file_state(logger))
+    return is_content_lost(find_file_state(logger))
              ? error_set(error, MR_IO,
                          "%s, and no new campaign could be created: the logged data is lost",
                          logger->removal_text)
@@ -811,7 +820,7 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
     bool beside = false;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
         link_reader_stop(logger->reader[link]);
-        logger->more_buffered[link] = false;
+        logger->has_buffered_data[link] = false;
     }
     for (;;) {
         struct error why = {0};
@@ -819,9 +828,9 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
         if (status != MR_OK)
             return status;
         bool went_wrong = failed && !logger->queues_rewound, gives_up = false;
-        if (monotonic_us() >= logger->retry_us) {
-            status = went_wrong ? MR_TOO_FEW : write_queued(logger, &why);
-            if (status == MR_TOO_FEW && write_end(logger, &why) == MR_OK) {
+        if (monotonic_us() >= logger->next_write_us) {
+            status = went_wrong ? MR_TOO_FEW : write_queued_data(logger, &why);
+            if (status == MR_TOO_FEW && write_session_end(logger, &why) == MR_OK) {
                 status = check_campaign_place(logger, error);
                 if (status != MR_TOO_FEW)
                     return status;
@@ -835,10 +844,10 @@ enum mr_status logger_end_session(struct logger *logger, int signals, struct err
             struct pollfd asked = {.fd = signals, .events = POLLIN};
             poll(&asked, 1, POLL_MS);
         }
-        (void)logger_is_signalled(logger, signals);
-        if (!gives_up && !has_waited_enough(logger, began_us))
+        (void)logger_has_end_signal(logger, signals);
+        if (!gives_up && !is_refusal_wait_over(logger, began_us))
             continue;
-        if (switch_campaign(logger, &beside, reason, error) != MR_OK)
+        if (switch_to_new_campaign(logger, &beside, reason, error) != MR_OK)
             return error->status;
         began_us = monotonic_us();
     }

@@ -24,14 +24,14 @@ struct typed_commands {
     bool is_enabled, is_terminal;
     bool input_ended; /* standard input has ended */
     char text[256];   /* text read but not yet processed */
-    size_t length;
+    size_t text_length;
     struct mr_command command; /* the command to be confirmed, or the command that was sent */
     bool needs_confirmation;   /* the user must confirm the command with `yes` */
-    bool sent;                 /* the command was sent; its answer is awaited until until_us */
-    bool answered;             /* the answer was received and is in `answer` */
+    bool is_sent;              /* the command was sent; its answer is awaited until deadline_us */
+    bool is_answered;          /* the answer was received and is in `answer` */
     enum mr_status answer;
     uint16_t tag; /* tag of the last command */
-    uint64_t until_us;
+    uint64_t deadline_us;
     uint64_t typing_until_us; /* until this time no progress is drawn over the text being typed */
 };
 
@@ -43,77 +43,81 @@ struct logger {
     const char *db_path, *page_path; /* page_path: NULL if no page is written */
     pid_t page_child;                /* process that writes the page; 0: none */
     bool page_outdated;              /* the page must be written once more after that process */
-    int64_t silent_block;            /* newest block at the last check for silence */
+    int64_t silence_check_block;     /* newest block at the last check for silence */
     uint64_t silent_since_us; /* time since which the block has not changed; 0: not started */
     int64_t silent_run;       /* landing whose silence was reported */
     /* time of the last request for the configuration; 0: none, or a landing followed it */
     uint64_t config_request_us;
     unsigned config_requests; /* number of requests since the beginning or the last landing */
-    bool exchanged_reported;  /* the user was informed that CAN and serial have different boards */
-    bool other_board_seen;    /* a hello of another board was received at other_base */
-    uint16_t other_base;
+    /* the user was informed that CAN and serial have different boards */
+    bool different_boards_reported;
+    bool other_board_seen; /* a hello of another board was received at other_board_base */
+    uint16_t other_board_base;
     bool other_board_reported; /* the user was informed of the other board */
     struct link *link[LINK_KINDS];
-    bool link_open[LINK_KINDS];
+    bool is_link_open[LINK_KINDS];
     /* the link is a recording and may have buffered more data, where poll does not see it */
-    bool more_buffered[LINK_KINDS];
+    bool has_buffered_data[LINK_KINDS];
     struct link_reader *reader[LINK_KINDS];    /* NULL: the link is not used */
     int event_fd;                              /* eventfd, written when a queue has a new item */
     struct link_counters counters[LINK_KINDS]; /* counters at the last item read */
-    bool troubles_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
-    uint64_t noted_troubles[LINK_KINDS][LINK_TROUBLES]; /* counts at the last note to the user */
-    uint64_t noted_us[LINK_KINDS][LINK_TROUBLES];       /* time of the last note to the user */
+    bool faults_changed[LINK_KINDS]; /* the counters have changed and were not evaluated yet */
+    uint64_t noted_fault_count[LINK_KINDS]
+                              [LINK_FAULT_COUNT]; /* counts at the last note to the user */
+    uint64_t last_fault_note_us[LINK_KINDS]
+                               [LINK_FAULT_COUNT]; /* time of the last note to the user */
     struct watch watch;
     bool in_transaction;
     uint64_t transaction_begun_us;
     uint64_t commit_duration_us; /* duration of the last commit */
-    uint64_t retry_us;           /* nothing is written until this time, because the store refused */
+    uint64_t next_write_us;      /* nothing is written until this time, because the store refused */
     /* path where the campaign was saved after its file was removed; "": not removed */
     char saved_path[4096];
     char removal_text[9000]; /* what happened to the original file, as a sentence */
     /* time of day before which data is missing; "": the campaign is complete */
-    char lost_before[40];
+    char data_missing_before[40];
     bool queues_rewound;        /* the queues have returned all kept items */
     bool campaign_lost;         /* the data logged so far is no longer in the campaign */
     bool watch_knows_file;      /* the watch thread knows the campaign and its journal */
     uint64_t rescue_attempt_us; /* time of the last attempt to save the campaign */
     uint64_t progress_shown_us;
-    bool cannot_send[LINK_KINDS]; /* the link does not accept data */
-    double absence_max_s;         /* how long to wait for a device that disappeared */
-    const char *ended_by;         /* reason for the end; NULL: still running */
-    bool end_repeated;            /* the end was requested twice */
-    uint64_t signalled_us;        /* time of the first request to end; 0: none yet */
+    bool rejects_data[LINK_KINDS]; /* the link does not accept data */
+    double absence_max_s;          /* how long to wait for a device that disappeared */
+    const char *ended_by;          /* reason for the end; NULL: still running */
+    bool end_requested_twice;      /* the end was requested twice */
+    uint64_t end_request_us;       /* time of the first request to end; 0: none yet */
     /* error of the first link that failed; logging continued with the other one */
     struct error link_error;
-    json_t *landings;
+    json_t *landings_json;
     /* text of summaries that standard output has not accepted yet; NULL: never any */
     char *pending_output;
     size_t pending_output_length;
     /* original standard output and standard error during logger_set_nonblocking; 0: not active */
     int original_output[2];
-    bool full_summaries;      /* print the full summary of each landing */
-    unsigned landings_shown;  /* number of landings whose summary was printed */
-    char newest_landing[80];  /* the newest of these landings, as text */
-    struct live live;         /* the live page, if --live was given; otherwise all zero */
-    int64_t clock_ahead_us;   /* time of day minus the monotonic clock; 0: not determined yet */
+    bool prints_full_summaries;   /* print the full summary of each landing */
+    unsigned shown_landing_count; /* number of landings whose summary was printed */
+    char newest_landing[80];      /* the newest of these landings, as text */
+    struct live live;             /* the live page, if --live was given; otherwise all zero */
+    int64_t wall_clock_offset_us; /* time of day minus the monotonic clock; 0: not determined yet */
     uint64_t no_board_due_us; /* time at which to report that no board answers; 0: not started */
     bool no_board_reported;
-    uint64_t live_request_us;         /* time of the last request for live readings; 0: none yet */
-    bool board_reported;              /* the board that answered was reported */
-    uint64_t presence_check_us;       /* time of the previous check for messages */
-    int64_t received[LINK_KINDS];     /* number of messages at the previous check */
-    uint64_t received_us[LINK_KINDS]; /* time at which `received` last increased; 0: never */
+    uint64_t live_request_us;   /* time of the last request for live readings; 0: none yet */
+    bool board_reported;        /* the board that answered was reported */
+    uint64_t presence_check_us; /* time of the previous check for messages */
+    int64_t last_message_count[LINK_KINDS]; /* number of messages at the previous check */
+    /* time of its last increase; 0: never */
+    uint64_t last_message_us[LINK_KINDS];
     /* the user was informed of silence: of all links, of one link */
     bool silence_reported, link_silence_reported[LINK_KINDS];
     struct typed_commands typed;
     struct collector_own_commands own_commands; /* commands that this program sent */
-    uint8_t nonce[MR_PROOF_BYTES];              /* nonce in the proof of the last command */
+    uint8_t last_command_nonce[MR_PROOF_BYTES]; /* nonce in the proof of the last command */
 };
 
 /* ---- logger.c ---- */
 
 /* True if a signal to end was received; a second signal makes the end faster. */
-bool logger_is_signalled(struct logger *logger, int signals);
+bool logger_has_end_signal(struct logger *logger, int signals);
 /* Processes items of the link's queue, up to the limit of one turn. A link that fails is ended,
  * which is not an error. */
 enum mr_status logger_process_queue(struct logger *logger, unsigned link, struct error *error);
@@ -126,7 +130,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error);
 /* True if the transaction must be committed now: received data must be on disk within 100 ms. */
 bool logger_is_commit_due(struct logger *logger);
 /* Call after an error. If the store refused for a temporary reason, rolls back, clears the error
- * and schedules a new try at retry_us. Otherwise returns the error's status. */
+ * and schedules a new try at next_write_us. Otherwise returns the error's status. */
 enum mr_status logger_wait_for_store(struct logger *logger, struct error *error);
 /* If the campaign's file was moved or removed, saves the campaign beside it and continues there. If
  * its content was replaced, starts a new campaign beside it with the data that the queues have
@@ -163,7 +167,7 @@ void logger_print_pending(struct logger *logger);
 /* Clears the progress line before a line is printed on stderr. */
 void logger_clear_progress(const struct logger *logger);
 /* Reports new errors of a link. */
-void logger_note_troubles(struct logger *logger, unsigned link);
+void logger_note_link_faults(struct logger *logger, unsigned link);
 void logger_note_missing_board(struct logger *logger);
 /* Reports, for a live board: which board answered, that the board or one of its links has fallen
  * silent, and that it sends again. */
@@ -171,8 +175,8 @@ void logger_note_presence(struct logger *logger);
 /* Returns the time at which a silence must be reported; UINT64_MAX: none. */
 uint64_t logger_silence_due_us(const struct logger *logger);
 /* Reports, once, that the board on serial is not the board on CAN. */
-void logger_note_exchanged_links(struct logger *logger);
-enum mr_status logger_show_finished(struct logger *logger, struct error *error);
+void logger_note_different_boards(struct logger *logger);
+enum mr_status logger_show_finished_landings(struct logger *logger, struct error *error);
 enum mr_status logger_show_silent_landing(struct logger *logger, struct error *error);
 void logger_note_health(struct logger *logger);
 /* Reports commands that the board executed or refused, from any sender. */
@@ -193,11 +197,11 @@ void logger_update_page(struct logger *logger, bool end);
 
 /* `commands`: read commands even if standard input is not a terminal. `listen`: never read
  * commands. */
-void typed_begin(struct typed_commands *typed, bool commands, bool listen);
-/* Returns the descriptor to wait for before typed_read; -1: none. */
-int typed_fd(const struct typed_commands *typed);
-void typed_read(struct typed_commands *typed);
+void typed_commands_begin(struct typed_commands *typed, bool commands, bool listen);
+/* Returns the descriptor to wait for before typed_commands_read; -1: none. */
+int typed_commands_fd(const struct typed_commands *typed);
+void typed_commands_read(struct typed_commands *typed);
 /* Processes a line, and checks for the answer to the previous command. Call it every turn. */
-void typed_update(struct logger *logger);
+void typed_commands_update(struct logger *logger);
 
 #endif

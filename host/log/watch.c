@@ -8,18 +8,18 @@
 
 #include "host/base/monotonic_clock.h"
 
-#define POLL_MS            200
-#define REPORT_AFTER_US    700000u  /* time after which a problem is reported */
-#define REPORT_PERIOD_US   5000000u /* time between two reports of a problem */
-#define SLOW_CALL_US       250000u
-#define PLACE_PERIOD_US    500000u /* time between two checks of the file's place */
+#define POLL_MS                200
+#define REPORT_DELAY_US        700000u  /* time after which a problem is reported */
+#define REPORT_PERIOD_US       5000000u /* time between two reports of a problem */
+#define SLOW_CALL_MIN_US       250000u
+#define FILE_CHECK_PERIOD_US   500000u /* time between two checks of the file's place */
 /* the log lags if a queue is filled to this share, 3 s of data, and the store refuses nothing */
-#define BEHIND_PERMILLE    50u
-#define CAUGHT_UP_PERMILLE 5u
+#define BEHIND_MIN_PERMILLE    50u
+#define CAUGHT_UP_MAX_PERMILLE 5u
 /* after a request to end, a call of the store is given up after this time */
-#define END_TIMEOUT_US     10000000u
+#define END_CALL_TIMEOUT_US    10000000u
 
-static unsigned compute_permille(const struct watch *watch)
+static unsigned compute_queue_fill_permille(const struct watch *watch)
 {
     unsigned most = 0;
     for (unsigned link = 0; link < LINK_KINDS; link++) {
@@ -35,7 +35,7 @@ static unsigned compute_permille(const struct watch *watch)
 unsigned watch_fill_permille(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    unsigned full = compute_permille(watch);
+    unsigned full = compute_queue_fill_permille(watch);
     pthread_mutex_unlock(&watch->lock);
     return full;
 }
@@ -49,7 +49,7 @@ static void write_queue_amount(const struct watch *watch, bool lost, char *out, 
         enum link_kind kind = (enum link_kind)link;
         struct link_queue_depth depth = link_queue_depth(link_reader_queue(watch->reader[link]));
         uint64_t waits = kind == LINK_CAN ? depth.can_frames : depth.serial_bytes;
-        count[kind] += lost ? link_reader_lost(watch->reader[link]) : waits;
+        count[kind] += lost ? link_reader_lost_count(watch->reader[link]) : waits;
     }
     const unsigned long long frames = count[LINK_CAN], bytes = count[LINK_SERIAL];
     if (frames && bytes)
@@ -62,7 +62,7 @@ static void write_queue_amount(const struct watch *watch, bool lost, char *out, 
         snprintf(out, size, "nothing");
 }
 
-void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
+void watch_write_queue_amount(struct watch *watch, bool lost, char *out, size_t size)
 {
     pthread_mutex_lock(&watch->lock);
     write_queue_amount(watch, lost, out, size);
@@ -73,23 +73,23 @@ void watch_amount(struct watch *watch, bool lost, char *out, size_t size)
 static enum watch_cause find_cause(const struct watch *watch, uint64_t at_us, uint64_t *since_us)
 {
     static const enum watch_cause causes[] = {WATCH_NONE, WATCH_LOCK, WATCH_FULL_DISK,
-                                              WATCH_FAILING, WATCH_FULL_DISK};
+                                              WATCH_FAILING_DISK, WATCH_FULL_DISK};
     if (watch->refusal != STORE_NO_RETRY) {
-        *since_us = watch->refused_us;
+        *since_us = watch->refusal_start_us;
         return causes[watch->refusal];
     }
     *since_us = watch->call_start_us;
-    if (watch->call_start_us && at_us - watch->call_start_us > SLOW_CALL_US)
+    if (watch->call_start_us && at_us - watch->call_start_us > SLOW_CALL_MIN_US)
         return WATCH_SLOW_DISK;
     *since_us = watch->caught_up_us;
-    if (compute_permille(watch) < BEHIND_PERMILLE)
+    if (compute_queue_fill_permille(watch) < BEHIND_MIN_PERMILLE)
         return WATCH_NONE;
-    uint64_t in_calls_us = watch->calls_total_us +
+    uint64_t in_calls_us = watch->total_call_us +
                            (watch->call_start_us ? at_us - watch->call_start_us : 0);
     return 2 * in_calls_us > at_us - watch->caught_up_us ? WATCH_SLOW_DISK : WATCH_PROCESSOR;
 }
 
-enum link_trouble watch_find_cause(void *context)
+enum link_fault watch_find_cause(void *context)
 {
     struct watch *watch = context;
     uint64_t since_us;
@@ -100,16 +100,16 @@ enum link_trouble watch_find_cause(void *context)
     case WATCH_LOCK: return LINK_LOST_LOCK;
     case WATCH_FULL_DISK: return LINK_LOST_FULL_DISK;
     case WATCH_SLOW_DISK:
-    case WATCH_FAILING: return LINK_LOST_SLOW_DISK;
+    case WATCH_FAILING_DISK: return LINK_LOST_SLOW_DISK;
     default: return LINK_LOST_PROCESSOR;
     }
 }
 
 static const char *get_cause_name(enum watch_cause cause)
 {
-    static const char *const names[WATCH_CAUSES] = {"lock", "slow_disk", "full_disk",
-                                                    "failing_disk", "processor"};
-    return cause < WATCH_CAUSES ? names[cause] : "none";
+    static const char *const names[WATCH_CAUSE_COUNT] = {"lock", "slow_disk", "full_disk",
+                                                         "failing_disk", "processor"};
+    return cause < WATCH_CAUSE_COUNT ? names[cause] : "none";
 }
 
 /* Prints a line. Call it without the lock: standard error may be a pipe that nobody reads. */
@@ -144,7 +144,7 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
                            char *line, size_t size)
 {
     char what[320], lost[200];
-    unsigned full = compute_permille(watch);
+    unsigned full = compute_queue_fill_permille(watch);
     switch (cause) {
     case WATCH_LOCK:
         snprintf(what, sizeof what, "another program has locked the campaign: waiting");
@@ -156,17 +156,18 @@ static void describe_delay(const struct watch *watch, enum watch_cause cause, ui
     case WATCH_FULL_DISK:
         snprintf(what, sizeof what, "the disk of the campaign is full: waiting for space");
         break;
-    case WATCH_FAILING:
-        snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting", watch->reason);
+    case WATCH_FAILING_DISK:
+        snprintf(what, sizeof what, "the campaign cannot be written (%s): waiting",
+                 watch->refusal_reason);
         break;
     default: snprintf(what, sizeof what, "this computer is too slow for the data"); break;
     }
     write_lost_text(watch, lost, sizeof lost);
     snprintf(line, size, "%s, queue %u %% full%s, %s: %s", what, full / 10,
-             is_blocked(watch) ? ", the board must wait" : "", lost, watch->path);
+             is_blocked(watch) ? ", the board must wait" : "", lost, watch->campaign_path);
 }
 
-static void check_call(struct watch *watch, uint64_t at_us)
+static void check_store_call(struct watch *watch, uint64_t at_us)
 {
     sigset_t pending, ends, both;
     sigemptyset(&pending);
@@ -180,7 +181,7 @@ static void check_call(struct watch *watch, uint64_t at_us)
         return;
     uint64_t since_us = watch->end_requested_us > watch->call_start_us ? watch->end_requested_us
                                                                        : watch->call_start_us;
-    if (at_us - since_us < END_TIMEOUT_US)
+    if (at_us - since_us < END_CALL_TIMEOUT_US)
         return;
     char what[100];
     write_queue_amount(watch, false, what, sizeof what);
@@ -188,48 +189,49 @@ static void check_call(struct watch *watch, uint64_t at_us)
             "%smatrig: the disk has accepted no data for %.0f s: %s; the newest %s are not saved; "
             "check the disk\n",
             cli_can_draw_on_stderr() ? "\r\033[K" : "",
-            (double)(at_us - watch->call_start_us) / 1e6, watch->path, what);
+            (double)(at_us - watch->call_start_us) / 1e6, watch->campaign_path, what);
     fflush(stderr);
     _exit(3); /* exit directly: closing the campaign would wait for the same disk */
 }
 
 /* Checks once; `line` gets the message to print. */
-static void check_once(struct watch *watch, uint64_t at_us, char *line, size_t size)
+static void check_delays(struct watch *watch, uint64_t at_us, char *line, size_t size)
 {
     uint64_t since_us;
     enum watch_cause cause = find_cause(watch, at_us, &since_us);
-    unsigned full = compute_permille(watch);
-    watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
-    watch->max_since_written_permille = full > watch->max_since_written_permille
-                                          ? full
-                                          : watch->max_since_written_permille;
+    unsigned full = compute_queue_fill_permille(watch);
+    watch->max_fill_permille = full > watch->max_fill_permille ? full : watch->max_fill_permille;
+    watch->max_fill_since_written_permille = full > watch->max_fill_since_written_permille
+                                               ? full
+                                               : watch->max_fill_since_written_permille;
     bool again = watch->reported_cause == cause && at_us - watch->reported_us < REPORT_PERIOD_US;
-    watch->min_permille = full < watch->min_permille ? full : watch->min_permille;
+    watch->min_fill_permille = full < watch->min_fill_permille ? full : watch->min_fill_permille;
     bool catching_up = since_us == watch->caught_up_us &&
-                       full < watch->min_permille + BEHIND_PERMILLE / 2;
-    if (cause != WATCH_NONE && at_us - since_us >= REPORT_AFTER_US && !again && !catching_up) {
+                       full < watch->min_fill_permille + BEHIND_MIN_PERMILLE / 2;
+    if (cause != WATCH_NONE && at_us - since_us >= REPORT_DELAY_US && !again && !catching_up) {
         watch->reported_cause = cause;
         watch->reported_us = at_us;
         describe_delay(watch, cause, at_us - since_us, line, size);
     }
-    check_call(watch, at_us);
+    check_store_call(watch, at_us);
 }
 
 /* Checks the file's place. Call it without the lock: the disk can be slow. */
 static void check_file(struct watch *watch, uint64_t at_us, bool now)
 {
-    char path[sizeof watch->path];
+    char path[sizeof watch->campaign_path];
     pthread_mutex_lock(&watch->lock);
-    bool must_check = now || at_us - watch->file_checked_us >= PLACE_PERIOD_US;
-    struct store_identity identity = watch->identity;
-    memcpy(path, watch->path, sizeof path);
+    bool must_check = now || at_us - watch->file_checked_us >= FILE_CHECK_PERIOD_US;
+    struct store_file_identity identity = watch->identity;
+    memcpy(path, watch->campaign_path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
     if (!must_check)
         return;
-    enum store_file_state place = store_check_identity(path, &identity);
+    enum store_file_state place = store_check_file_identity(path, &identity);
     pthread_mutex_lock(&watch->lock);
     watch->file_checked_us = at_us;
-    if (strcmp(path, watch->path) == 0 && identity.file_inode == watch->identity.file_inode)
+    if (strcmp(path, watch->campaign_path) == 0 &&
+        identity.file_inode == watch->identity.file_inode)
         watch->file_state = place;
     pthread_mutex_unlock(&watch->lock);
 }
@@ -247,9 +249,9 @@ static void *watch_thread(void *context)
         pthread_cond_timedwait(&watch->wake_condition, &watch->lock, &until);
         if (watch->must_stop)
             break;
-        char line[sizeof watch->path + 700] = "";
+        char line[sizeof watch->campaign_path + 700] = "";
         uint64_t at_us = monotonic_us();
-        check_once(watch, at_us, line, sizeof line);
+        check_delays(watch, at_us, line, sizeof line);
         pthread_mutex_unlock(&watch->lock);
         print_note(watch, line);
         check_file(watch, at_us, false);
@@ -302,8 +304,8 @@ void watch_close(struct watch *watch)
 void watch_set_path(struct watch *watch, const char *path)
 {
     pthread_mutex_lock(&watch->lock);
-    snprintf(watch->path, sizeof watch->path, "%s", path);
-    store_identity_get(path, &watch->identity);
+    snprintf(watch->campaign_path, sizeof watch->campaign_path, "%s", path);
+    store_file_identity_get(path, &watch->identity);
     watch->file_state = STORE_FILE_SAME;
     pthread_mutex_unlock(&watch->lock);
 }
@@ -327,8 +329,8 @@ void watch_note_call(struct watch *watch, bool begins)
     uint64_t at_us = monotonic_us();
     pthread_mutex_lock(&watch->lock);
     if (!begins) {
-        watch->call_took_us = at_us - watch->call_start_us;
-        watch->calls_total_us += watch->call_took_us;
+        watch->last_call_duration_us = at_us - watch->call_start_us;
+        watch->total_call_us += watch->last_call_duration_us;
     }
     watch->call_start_us = begins ? at_us : 0;
     pthread_mutex_unlock(&watch->lock);
@@ -340,9 +342,9 @@ void watch_note_refusal(struct watch *watch, enum store_refusal refused, const c
     pthread_mutex_lock(&watch->lock);
     if (watch->refusal != refused) {
         if (watch->refusal == STORE_NO_RETRY)
-            watch->refused_us = at_us;
+            watch->refusal_start_us = at_us;
         watch->refusal = refused;
-        snprintf(watch->reason, sizeof watch->reason, "%s", reason);
+        snprintf(watch->refusal_reason, sizeof watch->refusal_reason, "%s", reason);
     }
     pthread_mutex_unlock(&watch->lock);
 }
@@ -353,21 +355,22 @@ void watch_note_written(struct watch *watch)
     uint64_t at_us = monotonic_us(), since_us, held_us = 0;
     enum watch_cause cause = WATCH_NONE; /* cause of the delay that has just ended */
     pthread_mutex_lock(&watch->lock);
-    unsigned full = compute_permille(watch);
-    watch->max_permille = full > watch->max_permille ? full : watch->max_permille;
+    unsigned full = compute_queue_fill_permille(watch);
+    watch->max_fill_permille = full > watch->max_fill_permille ? full : watch->max_fill_permille;
     if (watch->refusal != STORE_NO_RETRY) {
         cause = find_cause(watch, at_us, &since_us);
-        held_us = at_us - watch->refused_us;
-    } else if (watch->call_took_us > SLOW_CALL_US) {
+        held_us = at_us - watch->refusal_start_us;
+    } else if (watch->last_call_duration_us > SLOW_CALL_MIN_US) {
         cause = WATCH_SLOW_DISK;
-        held_us = watch->call_took_us;
+        held_us = watch->last_call_duration_us;
     }
     if (cause != WATCH_NONE) { /* the delay is over: it is reported again only if the queue grows */
         watch->delay_us[cause] += held_us;
-        watch->min_permille = full;
+        watch->min_fill_permille = full;
     }
-    full = full > watch->max_since_written_permille ? full : watch->max_since_written_permille;
-    watch->max_since_written_permille = 0;
+    full = full > watch->max_fill_since_written_permille ? full
+                                                         : watch->max_fill_since_written_permille;
+    watch->max_fill_since_written_permille = 0;
     watch->refusal = STORE_NO_RETRY;
     if (watch->reported_cause == cause && cause != WATCH_NONE) {
         char lost[200];
@@ -377,9 +380,9 @@ void watch_note_written(struct watch *watch)
                  (double)held_us / 1e6, full / 10, lost);
         watch->reported_cause = WATCH_NONE;
     }
-    if (compute_permille(watch) <= CAUGHT_UP_PERMILLE) {
+    if (compute_queue_fill_permille(watch) <= CAUGHT_UP_MAX_PERMILLE) {
         watch->caught_up_us = at_us;
-        watch->calls_total_us = 0;
+        watch->total_call_us = 0;
         watch->reported_cause = WATCH_NONE;
     }
     pthread_mutex_unlock(&watch->lock);
@@ -389,7 +392,7 @@ void watch_note_written(struct watch *watch)
 uint64_t watch_refusal_start_us(struct watch *watch)
 {
     pthread_mutex_lock(&watch->lock);
-    uint64_t since_us = watch->refusal == STORE_NO_RETRY ? 0 : watch->refused_us;
+    uint64_t since_us = watch->refusal == STORE_NO_RETRY ? 0 : watch->refusal_start_us;
     pthread_mutex_unlock(&watch->lock);
     return since_us;
 }
@@ -406,13 +409,13 @@ json_t *watch_json(struct watch *watch)
 {
     json_t *held = json_object();
     pthread_mutex_lock(&watch->lock);
-    for (int cause = 0; cause < WATCH_CAUSES; cause++) {
+    for (int cause = 0; cause < WATCH_CAUSE_COUNT; cause++) {
         if (watch->delay_us[cause])
             json_object_set_new(held, get_cause_name((enum watch_cause)cause),
                                 json_real((double)watch->delay_us[cause] / 1e6));
     }
-    json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_S, "most_percent",
-                               (double)watch->max_permille / 10.0, "held_s", held);
+    json_t *object = json_pack("{sisfso}", "capacity_s", (int)LINK_QUEUE_CAPACITY_S, "most_percent",
+                               (double)watch->max_fill_permille / 10.0, "held_s", held);
     pthread_mutex_unlock(&watch->lock);
     return object;
 }
@@ -425,12 +428,12 @@ void watch_session_text(struct watch *watch, char *out, size_t size)
     out[0] = '\0';
     pthread_mutex_lock(&watch->lock);
     for (int cause = 0; cause < WATCH_PROCESSOR && used < size; cause++) {
-        if (watch->delay_us[cause] >= REPORT_AFTER_US)
+        if (watch->delay_us[cause] >= REPORT_DELAY_US)
             used += (size_t)snprintf(out + used, size - used, "%s%s for %.1f s", used ? ", " : "",
                                      texts[cause], (double)watch->delay_us[cause] / 1e6);
     }
-    if (watch->max_permille >= (used > 0 ? 10 : BEHIND_PERMILLE) && used < size)
+    if (watch->max_fill_permille >= (used > 0 ? 10 : BEHIND_MIN_PERMILLE) && used < size)
         snprintf(out + used, size - used, "%squeue at most %u %% full", used ? "; " : "",
-                 watch->max_permille / 10);
+                 watch->max_fill_permille / 10);
     pthread_mutex_unlock(&watch->lock);
 }

@@ -17,10 +17,10 @@ enum watch_cause {
     WATCH_LOCK,
     WATCH_SLOW_DISK,
     WATCH_FULL_DISK,
-    WATCH_FAILING,
+    WATCH_FAILING_DISK,
     WATCH_PROCESSOR,
-    WATCH_CAUSES,
-    WATCH_NONE = WATCH_CAUSES
+    WATCH_CAUSE_COUNT,
+    WATCH_NONE = WATCH_CAUSE_COUNT
 };
 
 struct watch {
@@ -33,24 +33,24 @@ struct watch {
 
     /* The times of this struct are by the monotonic clock, microseconds. */
     enum store_refusal refusal;
-    char reason[200];          /* reason for the refusal, as the store reported it */
-    uint64_t refused_us;       /* start of the refusal */
-    uint64_t call_start_us;    /* start of the current call of the store; 0: none */
-    uint64_t call_took_us;     /* duration of the last call */
-    uint64_t calls_total_us;   /* total time spent in calls since caught_up_us */
-    uint64_t caught_up_us;     /* last time at which the queues were almost empty */
-    uint64_t end_requested_us; /* time at which the end was requested; 0: not yet */
-    char path[4096];
-    struct store_identity identity;
+    char refusal_reason[200];       /* reason for the refusal, as the store reported it */
+    uint64_t refusal_start_us;      /* start of the refusal */
+    uint64_t call_start_us;         /* start of the current call of the store; 0: none */
+    uint64_t last_call_duration_us; /* duration of the last call */
+    uint64_t total_call_us;         /* total time spent in calls since caught_up_us */
+    uint64_t caught_up_us;          /* last time at which the queues were almost empty */
+    uint64_t end_requested_us;      /* time at which the end was requested; 0: not yet */
+    char campaign_path[4096];
+    struct store_file_identity identity;
     enum store_file_state file_state;
     uint64_t file_checked_us;
 
     enum watch_cause reported_cause; /* cause that was last reported to the user */
     uint64_t reported_us;
-    uint64_t delay_us[WATCH_CAUSES];     /* total delay in the session, by cause */
-    unsigned max_permille;               /* maximum fill of a queue in the session */
-    unsigned max_since_written_permille; /* maximum fill since everything was last written */
-    unsigned min_permille;               /* minimum fill of a queue since the delay began */
+    uint64_t delay_us[WATCH_CAUSE_COUNT];     /* total delay in the session, by cause */
+    unsigned max_fill_permille;               /* maximum fill of a queue in the session */
+    unsigned max_fill_since_written_permille; /* maximum fill since everything was last written */
+    unsigned min_fill_permille;               /* minimum fill of a queue since the delay began */
 };
 
 void watch_open(struct watch *watch, const struct cli *cli);
@@ -77,8 +77,8 @@ uint64_t watch_refusal_start_us(struct watch *watch);
 /* Notes that the end was requested, so that a hanging call ends the program. */
 void watch_note_end(struct watch *watch);
 
-/* Finds the cause of a full queue; a link_cause_finder function. */
-enum link_trouble watch_find_cause(void *watch);
+/* Finds the cause of a full queue; a link_loss_cause_finder function. */
+enum link_fault watch_find_cause(void *watch);
 
 /* ---- totals ---- */
 
@@ -86,7 +86,7 @@ enum link_trouble watch_find_cause(void *watch);
 unsigned watch_fill_permille(struct watch *watch);
 /* Writes the amount of waiting data: "12 frames of CAN and 480 bytes of serial", or "nothing"; with
  * `lost`, the amount of lost data. */
-void watch_amount(struct watch *watch, bool lost, char *out, size_t size);
+void watch_write_queue_amount(struct watch *watch, bool lost, char *out, size_t size);
 json_t *watch_json(struct watch *watch);
 /* Writes a line for the end of the session; "": there was no delay. */
 void watch_session_text(struct watch *watch, char *out, size_t size);

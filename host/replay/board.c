@@ -17,23 +17,23 @@
 
 /* Smallest limit of the real time of a run. Virtual time always advances, so even a board that
  * hangs reaches its end; the limit is for machines that stall. */
-#define WAIT_MIN_S      60.0
-#define WAIT_PER_S      10.0
-#define BYTES_PER_TURN  65536
-#define FRAMES_PER_TURN 1024
+#define RUN_TIMEOUT_MIN_S         60.0
+#define RUN_TIMEOUT_PER_VIRTUAL_S 10.0
+#define BYTES_PER_READ_MAX        65536
+#define FRAMES_PER_READ_MAX       1024
 
-enum { FILE_REPLAY, FILE_CAN, FILE_SERIAL, FILE_BOARD_TEXT, FILE_FLASH, FILES };
+enum { FILE_REPLAY, FILE_CAN, FILE_SERIAL, FILE_BOARD_TEXT, FILE_FLASH, REPLAY_FILE_COUNT };
 
 /* Links to the files in the directory: "file:" and the path. */
 struct paths {
-    char link[FILES][320];
+    char link[REPLAY_FILE_COUNT][320];
 };
 
 static void make_paths(struct paths *paths, const char *directory)
 {
-    static const char *const names[FILES] = {"replay.txt", "can.log", "serial.bin", "board.txt",
-                                             "flash.bin"};
-    for (unsigned i = 0; i < FILES; i++)
+    static const char *const names[REPLAY_FILE_COUNT] = {"replay.txt", "can.log", "serial.bin",
+                                                         "board.txt", "flash.bin"};
+    for (unsigned i = 0; i < REPLAY_FILE_COUNT; i++)
         snprintf(paths->link[i], sizeof paths->link[i], "file:%s/%s", directory, names[i]);
 }
 
@@ -114,7 +114,7 @@ static enum mr_status run_board(const struct replay_board *board, const struct p
     pid_t child;
     if (start_board(board, paths, &child, error) != MR_OK)
         return error->status;
-    double limit_s = WAIT_MIN_S + WAIT_PER_S * board->duration_s;
+    double limit_s = RUN_TIMEOUT_MIN_S + RUN_TIMEOUT_PER_VIRTUAL_S * board->duration_s;
     if (!process_wait(child, limit_s, &status))
         return error_set(
             error, MR_TIMEOUT,
@@ -141,23 +141,23 @@ static enum mr_status collect_links(struct collector *collector,
                                     struct link *const link[LINK_KINDS], struct error *error)
 {
     bool open[LINK_KINDS] = {true, true};
-    uint8_t *bytes = xmalloc(BYTES_PER_TURN);
+    uint8_t *bytes = xmalloc(BYTES_PER_READ_MAX);
     enum mr_status status = MR_OK;
     while (status == MR_OK && (open[LINK_CAN] || open[LINK_SERIAL])) {
         bool can = open[LINK_CAN] &&
-                   (!open[LINK_SERIAL] || collector_lagging_link(collector) == LINK_CAN);
+                   (!open[LINK_SERIAL] || collector_get_lagging_link(collector) == LINK_CAN);
         size_t length;
         uint64_t host_us;
         if (can) {
             struct link_frame frame;
-            for (int i = 0; i < FRAMES_PER_TURN && status == MR_OK; i++) {
+            for (int i = 0; i < FRAMES_PER_READ_MAX && status == MR_OK; i++) {
                 status = link_receive_frame(link[LINK_CAN], &frame, error);
                 if (status == MR_OK)
                     status = collector_receive_frame(collector, &frame, error);
             }
         } else {
-            status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_TURN, &length, &host_us,
-                                        error);
+            status = link_receive_bytes(link[LINK_SERIAL], bytes, BYTES_PER_READ_MAX, &length,
+                                        &host_us, error);
             if (status == MR_OK)
                 status = collector_receive_bytes(collector, bytes, length, host_us, error);
         }
@@ -268,7 +268,7 @@ enum mr_status replay_image_check(const char *path, const struct board_messages 
     struct error refused = {0};
     enum mr_status status = MR_OK;
     if (imagefile_read(path, &image, &refused) == MR_OK && image.has_header &&
-        recorded->board_known && image.header.board != recorded->board_type)
+        recorded->is_board_known && image.header.board != recorded->board_type)
         status = error_set(error, MR_VERSION,
                            "the landing was recorded by board %s, but the image is for %s: %s; "
                            "leave --elf out, or give an image for the board that recorded it",

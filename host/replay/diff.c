@@ -13,9 +13,9 @@
 
 /* A message without its own block gets the newest block that its link had delivered. The block may
  * be wrong by this much, because frames can change order on the bus. */
-#define BLOCK_TOLERANCE  4
+#define RECEPTION_BLOCK_TOLERANCE 4
 /* Messages that are sent in turn wait while the bus is full, rarely longer than this. */
-#define DELAY_MAX_BLOCKS 2000
+#define BUS_DELAY_MAX_BLOCKS      2000
 
 static const char *const link_text[LINK_KINDS] = {"CAN", "serial"};
 
@@ -35,8 +35,8 @@ enum field_rule {
 };
 
 /* faults that follow from blocks and edges */
-#define RECORD_FAULTS         (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
-#define FIELD_TOLERANCES_TEXT 200
+#define REPRODUCIBLE_FAULTS        (1u << MR_FAULT_REFERENCE | 1u << MR_FAULT_NO_FIT)
+#define FIELD_TOLERANCES_TEXT_SIZE 200
 
 /* Rules of the catalogue. Other fields follow the rule of their name, if the name is a common one
  * for times, or else FIELD_VALUE. */
@@ -70,7 +70,7 @@ static const struct {
 };
 
 /* True if a message as a whole is not determined by the record. */
-static bool is_circumstance(uint16_t id)
+static bool is_excluded_message(uint16_t id)
 {
 #define NOT_COMPARED(name, NAME) || id == MR_ID_##NAME
     return false
@@ -109,7 +109,7 @@ static double get_field_tolerance(const char *unit)
 }
 
 /* Writes one line with all tolerances; `si`: lengths, speeds and forces in SI units. */
-static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
+static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT_SIZE])
 {
     size_t used = 0;
     for (size_t i = 0; i < sizeof tolerances / sizeof tolerances[0]; i++) {
@@ -122,10 +122,10 @@ static void write_field_tolerances(bool si, char out[FIELD_TOLERANCES_TEXT])
             value *= shown->factor;
             unit = shown->text;
         }
-        used += (size_t)snprintf(out + used, FIELD_TOLERANCES_TEXT - used, "%.2g %s, ", value,
+        used += (size_t)snprintf(out + used, FIELD_TOLERANCES_TEXT_SIZE - used, "%.2g %s, ", value,
                                  unit);
     }
-    snprintf(out + used - 2, FIELD_TOLERANCES_TEXT + 2 - used,
+    snprintf(out + used - 2, FIELD_TOLERANCES_TEXT_SIZE + 2 - used,
              "; counts, states, switches and ticks must be identical");
 }
 
@@ -139,20 +139,20 @@ struct comparison {
     /* range of the record; messages outside this range have no counterpart */
     int64_t first_block, end_block;
     /* counts of queued frames at the first message; NaN: no message yet */
-    double queued_recorded, queued_replayed;
-    bool links_faultless;
-    int64_t late_blocks; /* see delay_blocks in struct diff */
+    double queued_frames_recorded, queued_frames_replayed;
+    bool are_links_faultless;
+    int64_t bus_delay_blocks; /* see delay_blocks in struct diff */
     /* the record ends before its landing: one link may have continued without the other */
-    bool landing_incomplete;
+    bool is_landing_incomplete;
 };
 
 static void add_difference(struct comparison *c, struct difference difference)
 {
     struct diff_row *row = c->row;
-    if (row->differing_fields + row->only_recorded + row->only_replayed == 0)
-        row->first = difference;
-    if (!c->diff->has_difference || difference.block < c->diff->first.block) {
-        c->diff->first = difference;
+    if (row->differing_fields + row->only_recorded_count + row->only_replayed_count == 0)
+        row->first_difference = difference;
+    if (!c->diff->has_difference || difference.block < c->diff->first_difference.block) {
+        c->diff->first_difference = difference;
         c->diff->has_difference = true;
     }
 }
@@ -183,7 +183,7 @@ static bool is_within_tolerance(double a, double b, double tolerance)
 
 /* True for messages that do not follow from the record: rows of the slow log, which are sent when
  * their minute is full, and nonces, which need a key that a replay does not have. */
-static bool is_independent(uint16_t id)
+static bool is_independent_of_record(uint16_t id)
 {
     return id == MR_ID_SLOW_ROW || id == MR_ID_SLOW_TENSION || id == MR_ID_NONCE;
 }
@@ -195,15 +195,15 @@ static double count_queued_frames(const struct board_messages *answers, int link
 {
     double others = 0.0;
     for (const struct board_message *before = answers->message[link]; before < answer; before++)
-        others += is_independent(before->info->id);
+        others += is_independent_of_record(before->info->id);
     return get_field_value(answer, "sent") + get_field_value(answer, "dropped") - others;
 }
 
 /* Converts the two values of a field to a common base. Returns false if the field is not
  * compared. */
-static bool align_values(struct comparison *c, const struct mr_field_info *field,
-                         const struct board_message *a, const struct board_message *b,
-                         double *recorded, double *replayed, double *tolerance)
+static bool get_comparable_values(struct comparison *c, const struct mr_field_info *field,
+                                  const struct board_message *a, const struct board_message *b,
+                                  double *recorded, double *replayed, double *tolerance)
 {
     int64_t shift = c->options->shift_blocks;
     *recorded = mr_field_value(field, a->data);
@@ -217,16 +217,16 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
         *tolerance = 0.0;
         return true;
     case FIELD_QUEUED:
-        if (isnan(c->queued_recorded)) {
-            c->queued_recorded = count_queued_frames(c->recorded, c->row->link, a);
-            c->queued_replayed = count_queued_frames(c->replayed, c->row->link, b);
+        if (isnan(c->queued_frames_recorded)) {
+            c->queued_frames_recorded = count_queued_frames(c->recorded, c->row->link, a);
+            c->queued_frames_replayed = count_queued_frames(c->replayed, c->row->link, b);
         }
-        *recorded = count_queued_frames(c->recorded, c->row->link, a) - c->queued_recorded;
-        *replayed = count_queued_frames(c->replayed, c->row->link, b) - c->queued_replayed;
-        return c->options->is_exact && c->links_faultless && c->late_blocks == 0;
+        *recorded = count_queued_frames(c->recorded, c->row->link, a) - c->queued_frames_recorded;
+        *replayed = count_queued_frames(c->replayed, c->row->link, b) - c->queued_frames_replayed;
+        return c->options->is_exact && c->are_links_faultless && c->bus_delay_blocks == 0;
     case FIELD_FAULTS:
-        *recorded = (uint32_t)*recorded & RECORD_FAULTS;
-        *replayed = (uint32_t)*replayed & RECORD_FAULTS;
+        *recorded = (uint32_t)*recorded & REPRODUCIBLE_FAULTS;
+        *replayed = (uint32_t)*replayed & REPRODUCIBLE_FAULTS;
         return true;
     case FIELD_IMAGE:
         return c->options->is_exact &&
@@ -240,13 +240,13 @@ static bool align_values(struct comparison *c, const struct mr_field_info *field
 static void compare_pair(struct comparison *c, const struct board_message *a,
                          const struct board_message *b)
 {
-    c->row->pairs++;
+    c->row->pair_count++;
     for (unsigned i = 0; i < a->info->field_count; i++) {
         const struct mr_field_info *field = &a->info->fields[i];
         double recorded, replayed, tolerance;
-        if (!align_values(c, field, a, b, &recorded, &replayed, &tolerance))
+        if (!get_comparable_values(c, field, a, b, &recorded, &replayed, &tolerance))
             continue;
-        c->row->fields++;
+        c->row->compared_fields++;
         if (!is_within_tolerance(recorded, replayed, tolerance))
             add_value_difference(c, field->name, a->block, recorded, replayed);
     }
@@ -266,7 +266,7 @@ static bool is_determined_by_record(const struct board_message *answer, int64_t 
     if (answer->info->id != MR_ID_FAULT)
         return true;
     double code = get_field_value(answer, "code");
-    return code < MR_FAULT_COUNT && (RECORD_FAULTS >> (unsigned)code & 1u);
+    return code < MR_FAULT_COUNT && (REPRODUCIBLE_FAULTS >> (unsigned)code & 1u);
 }
 
 /* Returns the number of earlier blocks that a message averages. */
@@ -285,7 +285,7 @@ static bool has_own_block(const struct mr_message_info *info)
 
 /* An iterator over the messages of one kind in one list. */
 struct message_iterator {
-    const struct board_message *at, *end;
+    const struct board_message *current, *end;
     int64_t shift;
     int64_t first_block; /* block in which the board was armed, by the block count of this list */
 };
@@ -296,47 +296,48 @@ static void begin_iterators(const struct comparison *c, int link, struct message
     const int64_t shift = c->options->shift_blocks, armed = c->recorded->landing.armed_block;
     const struct board_message *from = c->recorded->message[link],
                                *again = c->replayed->message[link];
-    *old = (struct message_iterator){from, from + c->recorded->messages[link], 0, armed};
-    *new = (struct message_iterator){again, again + c->replayed->messages[link], shift,
+    *old = (struct message_iterator){from, from + c->recorded->message_count[link], 0, armed};
+    *new = (struct message_iterator){again, again + c->replayed->message_count[link], shift,
                                      armed - shift};
 }
 
 static const struct board_message *advance_message(struct message_iterator *walk,
                                                    const struct mr_message_info *info)
 {
-    for (; walk->at < walk->end; walk->at++) {
-        if (walk->at->info == info && is_determined_by_record(walk->at, walk->first_block))
-            return walk->at;
+    for (; walk->current < walk->end; walk->current++) {
+        if (walk->current->info == info &&
+            is_determined_by_record(walk->current, walk->first_block))
+            return walk->current;
     }
     return NULL;
 }
 
-static void add_unmatched(struct comparison *c, const struct board_message *answer, int64_t block,
-                          bool recorded)
+static void add_unmatched_message(struct comparison *c, const struct board_message *answer,
+                                  int64_t block, bool recorded)
 {
     /* The record may end between two messages of its last block. */
     if ((has_own_block(answer->info) && block < c->first_block) ||
         (!recorded && block >= c->end_block))
         return;
-    if (!recorded && c->landing_incomplete && block == c->end_block)
+    if (!recorded && c->is_landing_incomplete && block == c->end_block)
         /* messages about the last block may be missing, because the record ended before they were
          * sent */
         return;
     if (!c->options->is_exact && (double)(c->end_block - block) <= get_field_tolerance("ms"))
         return; /* the time of the end itself may differ by this much */
-    if (is_sent_in_turn(answer->info->id) && c->late_blocks > c->end_block - block)
+    if (is_sent_in_turn(answer->info->id) && c->bus_delay_blocks > c->end_block - block)
         return; /* the counterpart would be sent after the end of the record */
     if (!recorded && c->options->has_losses[c->row->link]) {
-        c->diff->not_recorded++;
+        c->diff->unrecorded_messages++;
         return;
     }
     add_difference(c, (struct difference){recorded ? DIFF_ONLY_RECORDED : DIFF_ONLY_REPLAYED,
                                           c->row->link, answer->info->name, "", block, (double)NAN,
                                           (double)NAN});
     if (recorded)
-        c->row->only_recorded++;
+        c->row->only_recorded_count++;
     else
-        c->row->only_replayed++;
+        c->row->only_replayed_count++;
 }
 
 /* True if two messages of one kind have the same subject: the number of a channel, switch, edge or
@@ -359,10 +360,10 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
 {
     struct message_iterator old, new;
     begin_iterators(c, link, &old, &new);
-    int64_t slack = has_own_block(info) && c->options->is_exact ? 0
-                  : is_sent_in_turn(info->id) && c->late_blocks ? c->late_blocks
-                                                                : BLOCK_TOLERANCE;
-    c->queued_recorded = c->queued_replayed = (double)NAN;
+    int64_t slack = has_own_block(info) && c->options->is_exact      ? 0
+                  : is_sent_in_turn(info->id) && c->bus_delay_blocks ? c->bus_delay_blocks
+                                                                     : RECEPTION_BLOCK_TOLERANCE;
+    c->queued_frames_recorded = c->queued_frames_replayed = (double)NAN;
     for (;;) {
         const struct board_message *a = advance_message(&old, info),
                                    *b = advance_message(&new, info);
@@ -370,40 +371,40 @@ static void compare_messages(struct comparison *c, int link, const struct mr_mes
             return;
         int64_t at = a ? a->block : INT64_MAX / 2,
                 replayed_at = b ? b->block + new.shift : INT64_MAX / 2;
-        if (c->landing_incomplete && a && at > c->end_block) {
-            c->diff->after_record++;
-            old.at++;
+        if (c->is_landing_incomplete && a && at > c->end_block) {
+            c->diff->messages_after_record++;
+            old.current++;
             continue;
         }
         bool paired = a && b && at - replayed_at <= slack && replayed_at - at <= slack;
         if (paired && c->options->has_losses[link] && !has_same_subject(a, b)) {
-            add_unmatched(c, b, replayed_at, false);
-            new.at++;
+            add_unmatched_message(c, b, replayed_at, false);
+            new.current++;
         } else if (paired) {
             /* on CAN, a message can arrive while its record is still in transit on serial */
             if (has_own_block(info) && at > c->end_block)
-                c->diff->after_record++;
+                c->diff->messages_after_record++;
             else if (count_averaged_blocks(info->id) &&
                      at < c->first_block + count_averaged_blocks(info->id))
-                c->diff->before_record++;
+                c->diff->messages_before_record++;
             else
                 compare_pair(c, a, b);
-            old.at++;
-            new.at++;
+            old.current++;
+            new.current++;
         } else if (at < replayed_at) {
-            add_unmatched(c, a, at, true);
-            old.at++;
+            add_unmatched_message(c, a, at, true);
+            old.current++;
         } else {
-            add_unmatched(c, b, replayed_at, false);
-            new.at++;
+            add_unmatched_message(c, b, replayed_at, false);
+            new.current++;
         }
     }
 }
 
 /* Returns the largest shift in blocks between a message and its counterpart, for messages that are
  * sent in turn, while their order is the same. */
-static int64_t find_largest_delay(const struct comparison *c, int link,
-                                  const struct mr_message_info *info)
+static int64_t compute_largest_delay(const struct comparison *c, int link,
+                                     const struct mr_message_info *info)
 {
     int64_t most = 0;
     struct message_iterator old, new;
@@ -412,29 +413,30 @@ static int64_t find_largest_delay(const struct comparison *c, int link,
     while ((a = advance_message(&old, info)) != NULL && (b = advance_message(&new, info)) != NULL &&
            has_same_subject(a, b)) {
         int64_t apart = llabs((long long)(a->block - (b->block + new.shift)));
-        if (apart > DELAY_MAX_BLOCKS)
+        if (apart > BUS_DELAY_MAX_BLOCKS)
             break;
         most = apart > most ? apart : most;
-        old.at++;
-        new.at++;
+        old.current++;
+        new.current++;
     }
     return most;
 }
 
 /* Returns the delay by a full bus. The shift is large if other boards or instruments filled the bus
  * in one of the two landings. */
-static int64_t find_bus_delay(const struct comparison *c)
+static int64_t compute_bus_delay(const struct comparison *c)
 {
     size_t count;
     int64_t most = 0;
     const struct mr_message_info *info = mr_catalogue_messages(&count);
     for (size_t i = 0; i < count; i++) {
         for (int link = 0; link < LINK_KINDS && is_sent_in_turn(info[i].id); link++) {
-            int64_t late = c->options->has_losses[link] ? 0 : find_largest_delay(c, link, &info[i]);
+            int64_t late = c->options->has_losses[link] ? 0
+                                                        : compute_largest_delay(c, link, &info[i]);
             most = late > most ? late : most;
         }
     }
-    return most > BLOCK_TOLERANCE ? most + BLOCK_TOLERANCE : 0;
+    return most > RECEPTION_BLOCK_TOLERANCE ? most + RECEPTION_BLOCK_TOLERANCE : 0;
 }
 
 /* ---- block records: the input must be recorded again unchanged ---- */
@@ -442,26 +444,26 @@ static int64_t find_bus_delay(const struct comparison *c)
 static void compare_block_value(struct comparison *c, const char *field, int64_t block, double a,
                                 double b)
 {
-    c->row->fields++;
+    c->row->compared_fields++;
     if (a != b)
         add_value_difference(c, field, block, a, b);
 }
 
 static void compare_block(struct comparison *c, const struct mr_block *a, const struct mr_block *b)
 {
-    c->row->pairs++;
+    c->row->pair_count++;
     compare_block_value(c, "tick", a->index, a->tick,
                         b->tick + (uint32_t)c->options->shift_blocks * MR_TICKS_PER_BLOCK);
     compare_block_value(c, "absent", a->index, a->absent, b->absent);
-#define COMPARE(name, field)                                          \
+#define COMPARE_BLOCK_FIELD(name, field)                              \
     for (size_t i = 0; i < sizeof a->field / sizeof a->field[0]; i++) \
         compare_block_value(c, name, a->index, a->field[i], b->field[i]);
-    COMPARE("plus", forward_sum)
-    COMPARE("minus", reversed_sum)
-    COMPARE("sum", sum)
-    COMPARE("low", low)
-    COMPARE("high", high)
-#undef COMPARE
+    COMPARE_BLOCK_FIELD("plus", forward_sum)
+    COMPARE_BLOCK_FIELD("minus", reversed_sum)
+    COMPARE_BLOCK_FIELD("sum", sum)
+    COMPARE_BLOCK_FIELD("low", low)
+    COMPARE_BLOCK_FIELD("high", high)
+#undef COMPARE_BLOCK_FIELD
 }
 
 static void compare_blocks(struct comparison *c)
@@ -478,9 +480,10 @@ static void compare_blocks(struct comparison *c)
         if (at == replayed_at)
             compare_block(c, &c->recorded->block[i++], &c->replayed->block[k++]);
         else if (at < replayed_at)
-            add_unmatched(c, &any, c->recorded->block[i++].index, true);
+            add_unmatched_message(c, &any, c->recorded->block[i++].index, true);
         else
-            add_unmatched(c, &any, c->replayed->block[k++].index + c->options->shift_blocks, false);
+            add_unmatched_message(c, &any, c->replayed->block[k++].index + c->options->shift_blocks,
+                                  false);
     }
 }
 
@@ -489,7 +492,7 @@ static void compare_blocks(struct comparison *c)
 static int64_t count_circumstance_faults(const struct board_messages *answers, int link)
 {
     int64_t count = 0;
-    for (size_t i = 0; i < answers->messages[link]; i++)
+    for (size_t i = 0; i < answers->message_count[link]; i++)
         count += answers->message[link][i].info->id == MR_ID_FAULT &&
                  !is_determined_by_record(&answers->message[link][i], 0);
     return count;
@@ -504,10 +507,11 @@ static void begin_row(struct comparison *c, const char *message, int link)
 static void end_row(struct comparison *c)
 {
     const struct diff_row *row = c->row;
-    c->diff->messages += row->pairs;
-    c->diff->fields += row->fields;
-    c->diff->differing_fields += row->differing_fields + row->only_recorded + row->only_replayed;
-    if ((row->pairs || row->only_recorded || row->only_replayed) &&
+    c->diff->compared_messages += row->pair_count;
+    c->diff->compared_fields += row->compared_fields;
+    c->diff->differing_fields += row->differing_fields + row->only_recorded_count +
+                                 row->only_replayed_count;
+    if ((row->pair_count || row->only_recorded_count || row->only_replayed_count) &&
         c->diff->row_count + 1 < DIFF_MESSAGES_MAX)
         c->diff->row_count++;
 }
@@ -516,7 +520,7 @@ static int64_t count_messages(const struct board_messages *answers, int link,
                               const struct mr_message_info *info)
 {
     int64_t count = 0;
-    for (size_t i = 0; i < answers->messages[link]; i++)
+    for (size_t i = 0; i < answers->message_count[link]; i++)
         count += answers->message[link][i].info == info;
     return count;
 }
@@ -531,24 +535,24 @@ void diff_messages(const struct board_messages *recorded, const struct board_mes
     *diff = (struct diff){.is_exact = options->is_exact};
     c.first_block = recorded->block[0].index;
     c.end_block = recorded->block[recorded->block_count - 1].index;
-    c.landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
-    c.links_faultless = true;
+    c.is_landing_incomplete = recorded->landing.state != MR_LANDING_DONE;
+    c.are_links_faultless = true;
     for (int link = 0; link < LINK_KINDS; link++)
-        c.links_faultless &= count_circumstance_faults(recorded, link) == 0 &&
-                             count_circumstance_faults(replayed, link) == 0;
-    c.late_blocks = find_bus_delay(&c);
-    diff->delay_blocks = c.late_blocks;
+        c.are_links_faultless &= count_circumstance_faults(recorded, link) == 0 &&
+                                 count_circumstance_faults(replayed, link) == 0;
+    c.bus_delay_blocks = compute_bus_delay(&c);
+    diff->bus_delay_blocks = c.bus_delay_blocks;
     begin_row(&c, "block", LINK_SERIAL);
     compare_blocks(&c);
     end_row(&c);
     for (int link = LINK_KINDS - 1; link >= 0; link--) {
-        for (size_t i = 0; recorded->messages[link] && i < count; i++) {
-            if (is_circumstance(info[i].id) || is_independent(info[i].id)) {
-                diff->circumstances += count_messages(recorded, link, &info[i]);
+        for (size_t i = 0; recorded->message_count[link] && i < count; i++) {
+            if (is_excluded_message(info[i].id) || is_independent_of_record(info[i].id)) {
+                diff->excluded_messages += count_messages(recorded, link, &info[i]);
                 continue;
             }
             if (info[i].id == MR_ID_FAULT)
-                diff->circumstances += count_circumstance_faults(recorded, link);
+                diff->excluded_messages += count_circumstance_faults(recorded, link);
             begin_row(&c, info[i].name, link);
             compare_messages(&c, link, &info[i]);
             end_row(&c);
@@ -575,7 +579,7 @@ static void write_difference(const struct difference *d, char *out, size_t size)
                                                : "replayed, not recorded");
 }
 
-static void add_difference_answer(const struct difference *d, struct answer *answer)
+static void add_difference_to_answer(const struct difference *d, struct answer *answer)
 {
     static const char *const kinds[] = {"value", "only_recorded", "only_replayed"};
     if (!d) {
@@ -595,65 +599,68 @@ static void add_difference_answer(const struct difference *d, struct answer *ans
 }
 
 /* Prints a row if it has differences. */
-static void add_row(const struct diff_row *row, struct answer *answer)
+static void add_row_to_answer(const struct diff_row *row, struct answer *answer)
 {
-    bool differs = row->differing_fields + row->only_recorded + row->only_replayed > 0;
+    bool differs = row->differing_fields + row->only_recorded_count + row->only_replayed_count > 0;
     char text[300];
     answer_open_row(answer);
     answer_words(answer, "message", differs ? "message" : NULL, "%s", row->message);
     answer_words(answer, "link", differs ? "link" : NULL, "%s", link_text[row->link]);
-    answer_count(answer, "compared", differs ? "compared" : NULL, row->pairs);
-    answer_count(answer, "fields", NULL, row->fields);
+    answer_count(answer, "compared", differs ? "compared" : NULL, row->pair_count);
+    answer_count(answer, "fields", NULL, row->compared_fields);
     answer_count(answer, "differ", differs ? "fields|differ" : NULL, row->differing_fields);
-    answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL, row->only_recorded);
-    answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL, row->only_replayed);
-    add_difference_answer(differs ? &row->first : NULL, answer);
+    answer_count(answer, "only_recorded", differs ? "only|recorded" : NULL,
+                 row->only_recorded_count);
+    answer_count(answer, "only_replayed", differs ? "only|replayed" : NULL,
+                 row->only_replayed_count);
+    add_difference_to_answer(differs ? &row->first_difference : NULL, answer);
     if (differs) {
-        write_difference(&row->first, text, sizeof text);
+        write_difference(&row->first_difference, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
 }
 
-static void add_uncompared(struct answer *answer, const char *name, int64_t messages,
-                           const char *label, const char *end)
+static void add_uncompared_messages(struct answer *answer, const char *name, int64_t messages,
+                                    const char *label, const char *end)
 {
     answer_count(answer, name, messages ? label : NULL, messages)->suffix = end;
 }
 
 void diff_to_answer(const struct diff *diff, struct answer *answer)
 {
-    char text[300], within[FIELD_TOLERANCES_TEXT];
+    char text[300], within[FIELD_TOLERANCES_TEXT_SIZE];
     write_field_tolerances(answer_is_si(answer), within);
     answer_words(answer, "compared", "compared", "%s", diff->is_exact ? "exactly" : within);
-    add_difference_answer(diff->has_difference ? &diff->first : NULL, answer);
+    add_difference_to_answer(diff->has_difference ? &diff->first_difference : NULL, answer);
     if (diff->has_difference) {
-        write_difference(&diff->first, text, sizeof text);
+        write_difference(&diff->first_difference, text, sizeof text);
         answer_words(answer, NULL, "first", "%s", text);
     }
     answer_open_table(answer, "by_message", "");
     for (size_t i = 0; i < diff->row_count; i++)
-        add_row(&diff->row[i], answer);
+        add_row_to_answer(&diff->row[i], answer);
     answer_close_group(answer);
-    add_uncompared(answer, "after_record", diff->after_record, "not compared",
-                   " messages of blocks after the last record");
-    add_uncompared(answer, "before_record", diff->before_record, "not compared",
-                   " messages that depend on blocks before the record");
-    add_uncompared(answer, "circumstances", diff->circumstances, "not compared",
-                   " messages about links, clock and chip, which a record cannot determine");
-    add_uncompared(
-        answer, "not_recorded", diff->not_recorded, "not recorded",
+    add_uncompared_messages(answer, "after_record", diff->messages_after_record, "not compared",
+                            " messages of blocks after the last record");
+    add_uncompared_messages(answer, "before_record", diff->messages_before_record, "not compared",
+                            " messages that depend on blocks before the record");
+    add_uncompared_messages(
+        answer, "circumstances", diff->excluded_messages, "not compared",
+        " messages about links, clock and chip, which a record cannot determine");
+    add_uncompared_messages(
+        answer, "not_recorded", diff->unrecorded_messages, "not recorded",
         " messages of the replay that are missing in the record because the log lost frames");
-    answer_count(answer, "late_blocks", NULL, diff->delay_blocks);
-    if (diff->delay_blocks)
+    answer_count(answer, "late_blocks", NULL, diff->bus_delay_blocks);
+    if (diff->bus_delay_blocks)
         answer_sentence(answer, NULL,
                         "the bus was full in the record or in the replay, so messages sent in "
                         "rotation (channels, joints and others) were up to %lld ms later; their "
                         "order is compared, but not their times and the counts of frames",
-                        (long long)diff->delay_blocks);
+                        (long long)diff->bus_delay_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
-                 (long long)diff->differing_fields, (long long)diff->fields,
-                 (long long)diff->messages);
+                 (long long)diff->differing_fields, (long long)diff->compared_fields,
+                 (long long)diff->compared_messages);
     answer_count(answer, "differ", NULL, diff->differing_fields);
-    answer_count(answer, "fields", NULL, diff->fields);
-    answer_count(answer, "messages", NULL, diff->messages);
+    answer_count(answer, "fields", NULL, diff->compared_fields);
+    answer_count(answer, "messages", NULL, diff->compared_messages);
 }

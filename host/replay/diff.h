@@ -27,11 +27,11 @@ struct difference {
 struct diff_row { /* comparison of one message on one link */
     const char *message;
     int link;
-    int64_t pairs;
-    int64_t fields; /* number of compared fields */
+    int64_t pair_count;
+    int64_t compared_fields; /* number of compared fields */
     int64_t differing_fields;
-    int64_t only_recorded, only_replayed;
-    struct difference first; /* first difference, if there is one */
+    int64_t only_recorded_count, only_replayed_count;
+    struct difference first_difference; /* first difference, if there is one */
 };
 
 struct diff {
@@ -39,20 +39,21 @@ struct diff {
     struct diff_row row[DIFF_MESSAGES_MAX];
     size_t row_count;
     /* totals; a message that only one side has counts as one difference */
-    int64_t messages, fields, differing_fields;
+    int64_t compared_messages, compared_fields, differing_fields;
     /* largest time difference, in blocks, of messages that are sent in turn and that a full bus
      * delayed; 0: no delay */
-    int64_t delay_blocks;
-    int64_t before_record; /* number of messages that depend on blocks before the first record */
+    int64_t bus_delay_blocks;
+    /* number of messages that depend on blocks before the first record */
+    int64_t messages_before_record;
     /* number of messages of blocks after the last record, because CAN reports them first or the
      * record ends early */
-    int64_t after_record;
+    int64_t messages_after_record;
     /* number of recorded messages that no record determines (NOT_COMPARED in the catalogue) */
-    int64_t circumstances;
+    int64_t excluded_messages;
     /* number of messages of the replay that a log with losses may have missed */
-    int64_t not_recorded;
+    int64_t unrecorded_messages;
     bool has_difference;
-    struct difference first; /* earliest difference */
+    struct difference first_difference; /* earliest difference */
 };
 
 struct diff_options {

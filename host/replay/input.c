@@ -13,20 +13,20 @@
 #include "common/crc32.h"
 #include "host/base/xmalloc.h"
 
-/* A record that is armed later than ARMED_MAX_BLOCKS is moved back. A record that is armed earlier
- * than ARMED_MIN_BLOCKS is moved forward, because zeros, survey and runway come first. The shift is
+/* A record that is armed later than ARMED_BLOCK_MAX is moved back. A record that is armed earlier
+ * than ARMED_BLOCK_MIN is moved forward, because zeros, survey and runway come first. The shift is
  * in whole seconds, so actions of the board that depend on its block index repeat. */
-#define ARMED_MAX_BLOCKS     20000
-#define ARMED_MIN_BLOCKS     450
-#define BLOCKS_PER_S         1000
+#define ARMED_BLOCK_MAX        20000
+#define ARMED_BLOCK_MIN        450
+#define BLOCKS_PER_S           1000
 /* First block of the schedule before arming: one zero per block, then one survey segment every
  * second block, then one runway word per block. */
-#define FIRST_COMMAND_BLOCK  40
-#define COMMANDS_PER_BLOCK   4u
-#define HELLO_CLOCK_INTERNAL 1 /* value of the clock field in the message hello */
-#define RUNWAY_TAG           10000u
-#define CHART_TAG            20000u
-#define CHART_BLOCK          415u /* block after the last word of a runway */
+#define FIRST_COMMAND_BLOCK    40
+#define COMMANDS_PER_BLOCK_MAX 4u
+#define HELLO_CLOCK_INTERNAL   1 /* value of the clock field in the message hello */
+#define RUNWAY_COMMAND_TAG     10000u
+#define CHART_COMMAND_TAG      20000u
+#define CHART_COMMAND_BLOCK    415u /* block after the last word of a runway */
 
 /* ---- the board's messages ---- */
 
@@ -42,21 +42,21 @@ struct loader {
     struct error *error;
 };
 
-static void handle_board(struct board_messages *answers, uint32_t id, const uint8_t *data,
-                         size_t length)
+static void handle_board_type(struct board_messages *answers, uint32_t id, const uint8_t *data,
+                              size_t length)
 {
     struct mr_config_state state;
     if (id != MR_ID_CONFIG_STATE || mr_config_state_get(&state, data, length) != MR_OK)
         return;
     answers->board_type = state.board;
-    answers->board_known = true;
+    answers->is_board_known = true;
 }
 
 static enum mr_status handle_frame(void *context, const struct store_frame *frame)
 {
     struct loader *loading = context;
     struct board_messages *answers = loading->answers;
-    size_t *count = &answers->messages[loading->link];
+    size_t *count = &answers->message_count[loading->link];
     const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id)
                                                            : NULL;
     if (frame->direction != 0 || !info || info->direction == MR_DIRECTION_HOST ||
@@ -75,7 +75,7 @@ static enum mr_status handle_frame(void *context, const struct store_frame *fram
     }
     if (answer->block < loading->state_block)
         answer->block = loading->state_block;
-    handle_board(answers, info->id, answer->data, info->length);
+    handle_board_type(answers, info->id, answer->data, info->length);
     if (info->id == MR_ID_HELLO) {
         struct mr_hello hello;
         mr_hello_get(&hello, answer->data, info->length);
@@ -167,17 +167,17 @@ __attribute__((format(printf, 2, 3))) static void put_line(struct writer *writer
 /* ---- checks ---- */
 
 struct record_gaps {
-    int64_t from, to; /* first hole */
-    int64_t blocks;   /* total length of all holes; 0: none */
+    int64_t first_gap_start, first_gap_end; /* first hole */
+    int64_t total_blocks;                   /* total length of all holes; 0: none */
 };
 
 static void add_gap(struct record_gaps *record_gaps, int64_t from, int64_t to)
 {
-    if (!record_gaps->blocks) {
-        record_gaps->from = from;
-        record_gaps->to = to;
+    if (!record_gaps->total_blocks) {
+        record_gaps->first_gap_start = from;
+        record_gaps->first_gap_end = to;
     }
-    record_gaps->blocks += to - from + 1;
+    record_gaps->total_blocks += to - from + 1;
 }
 
 static enum mr_status check_complete(const struct board_messages *recorded, const char *path,
@@ -207,14 +207,15 @@ static enum mr_status check_complete(const struct board_messages *recorded, cons
             add_gap(&record_gaps, (int64_t)recorded->block[i - 1].index + 1,
                     (int64_t)recorded->block[i].index - 1);
     }
-    if (record_gaps.blocks)
+    if (record_gaps.total_blocks)
         return error_set(
             error, MR_TRUNCATED,
             "cannot be replayed, because %lld blocks are lost: RUN %lld of %s, first blocks %lld "
             "to %lld (%.3f s to %.3f s); complete the landing from the black box",
-            (long long)record_gaps.blocks, (long long)landing->id, path,
-            (long long)record_gaps.from, (long long)record_gaps.to, (double)record_gaps.from / 1e3,
-            (double)(record_gaps.to + 1) / 1e3);
+            (long long)record_gaps.total_blocks, (long long)landing->id, path,
+            (long long)record_gaps.first_gap_start, (long long)record_gaps.first_gap_end,
+            (double)record_gaps.first_gap_start / 1e3,
+            (double)(record_gaps.first_gap_end + 1) / 1e3);
     return MR_OK;
 }
 
@@ -228,7 +229,7 @@ struct commands {
     /* no fixed limit: other programs may have sent any number of commands */
     struct command_row *row;
     size_t count;
-    bool armed, ended;
+    bool is_armed, has_ended;
 };
 
 static bool add_command(struct commands *commands, int64_t block, struct mr_command message)
@@ -245,7 +246,7 @@ static enum link_kind find_command_link(const struct board_messages *recorded)
 {
     size_t acks[LINK_KINDS] = {0, 0};
     for (int link = 0; link < LINK_KINDS; link++) {
-        for (size_t i = 0; i < recorded->messages[link]; i++)
+        for (size_t i = 0; i < recorded->message_count[link]; i++)
             acks[link] += recorded->message[link][i].info->id == MR_ID_ACK;
     }
     return acks[LINK_CAN] > acks[LINK_SERIAL] ? LINK_CAN : LINK_SERIAL;
@@ -253,8 +254,8 @@ static enum link_kind find_command_link(const struct board_messages *recorded)
 
 /* Finds the argument of a command, from the answers of the board. The number of a mark is in the
  * message before its answer. */
-static int32_t find_argument(const struct board_messages *recorded, const struct mr_ack *ack,
-                             const struct mr_mark *mark)
+static int32_t get_command_argument(const struct board_messages *recorded, const struct mr_ack *ack,
+                                    const struct mr_mark *mark)
 {
     if (ack->status == MR_USAGE)
         return -1;
@@ -271,7 +272,7 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
     struct mr_mark mark = {0};
     struct mr_landing last = {0};
     bool fits = true;
-    for (size_t i = 0; i < recorded->messages[link]; i++) {
+    for (size_t i = 0; i < recorded->message_count[link]; i++) {
         const struct board_message *answer = &recorded->message[link][i];
         if (answer->info->id == MR_ID_MARK)
             mr_mark_get(&mark, answer->data, answer->info->length);
@@ -291,17 +292,18 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
         mr_ack_get(&ack, answer->data, answer->info->length);
         if ((int64_t)ack.block < recorded->landing.armed_block)
             continue;
-        struct mr_command message = {
-            .code = ack.code, .tag = ack.tag, .argument = find_argument(recorded, &ack, &mark)};
+        struct mr_command message = {.code = ack.code,
+                                     .tag = ack.tag,
+                                     .argument = get_command_argument(recorded, &ack, &mark)};
         /* a board refused this command because of its key; the replay has no key and would execute
          * it */
         if (mr_command_is_sender_refused(ack.status))
             message.code = MR_COMMAND_NONE;
-        commands->armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
+        commands->is_armed |= ack.code == MR_COMMAND_ARM && ack.status == MR_OK;
         fits = add_command(commands, ack.block, message) && fits;
     }
     if (last.state == MR_LANDING_IDLE && last.cause == MR_LANDING_BY_COMMAND &&
-        recorded->messages[link])
+        recorded->message_count[link])
         fits = add_command(commands, last.block, (struct mr_command){.code = MR_COMMAND_DISARM}) &&
                fits;
     return fits;
@@ -314,7 +316,7 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
 {
     struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
     for (int link = 0; link < LINK_KINDS; link++) {
-        for (size_t i = 0; i < recorded->messages[link]; i++) {
+        for (size_t i = 0; i < recorded->message_count[link]; i++) {
             const struct board_message *answer = &recorded->message[link][i];
             struct mr_channel_zero each;
             if (answer->info->id == MR_ID_CHANNEL_ZERO &&
@@ -328,9 +330,10 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
         memcpy(&bits, &zero[i].zero_code, sizeof bits);
         if (!zero[i].measured)
             continue;
-        put_line(writer, "command %zu %d %u %zu %" PRId32 "\n", FIRST_COMMAND_BLOCK + input->zeros,
-                 MR_COMMAND_ZERO, i + 1, MR_SEGMENTS + 1u + input->zeros, bits);
-        input->zeros++;
+        put_line(writer, "command %zu %d %u %zu %" PRId32 "\n",
+                 FIRST_COMMAND_BLOCK + input->measured_zero_count, MR_COMMAND_ZERO, i + 1,
+                 MR_SEGMENTS + 1u + input->measured_zero_count, bits);
+        input->measured_zero_count++;
     }
 }
 
@@ -346,15 +349,16 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
                                              &input->has_runway, error);
     if (status != MR_OK || !input->has_runway)
         return status;
-    size_t block = FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments;
+    size_t block = FIRST_COMMAND_BLOCK + input->measured_zero_count +
+                   2 * input->survey_segment_count;
     for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
-                 RUNWAY_TAG + i, mr_runway_word_argument(&state, i));
+                 RUNWAY_COMMAND_TAG + i, mr_runway_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
-                 RUNWAY_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
+                 RUNWAY_COMMAND_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
     put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
-             RUNWAY_TAG - 1u, (int32_t)mr_runway_crc(&state));
+             RUNWAY_COMMAND_TAG - 1u, (int32_t)mr_runway_crc(&state));
     return MR_OK;
 }
 
@@ -365,7 +369,7 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
 {
     struct mr_risk_plan plan;
     float lamp_limit;
-    size_t items, block = CHART_BLOCK, words = 0;
+    size_t items, block = CHART_COMMAND_BLOCK, words = 0;
     enum mr_status status = store_risk_plan_get(store, recorded->landing.id, &plan, &lamp_limit,
                                                 &items, error);
     if (status != MR_OK || isnan(plan.speed_ft_s))
@@ -376,11 +380,13 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
         memcpy(&bits, &value, sizeof bits);
         if (isnan(value))
             continue;
-        put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block + words++ / COMMANDS_PER_BLOCK,
-                 MR_COMMAND_CHART_WORD, i, CHART_TAG + i, bits);
+        put_line(writer, "command %zu %d %u %u %" PRId32 "\n",
+                 block + words++ / COMMANDS_PER_BLOCK_MAX, MR_COMMAND_CHART_WORD, i,
+                 CHART_COMMAND_TAG + i, bits);
     }
-    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block + words / COMMANDS_PER_BLOCK + 1u,
-             MR_COMMAND_CHART_TAKE, CHART_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
+    put_line(writer, "command %zu %d 0 %u %" PRId32 "\n",
+             block + words / COMMANDS_PER_BLOCK_MAX + 1u, MR_COMMAND_CHART_TAKE,
+             CHART_COMMAND_TAG - 1u, (int32_t)mr_risk_plan_crc(&plan));
     return MR_OK;
 }
 
@@ -399,10 +405,10 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
         if (isnan(segment[i].slack_in))
             continue;
         put_line(writer, "command %zu %d %lld %zu %ld\n",
-                 FIRST_COMMAND_BLOCK + input->zeros + 2 * input->survey_segments, MR_COMMAND_SURVEY,
-                 (long long)segment[i].segment, input->survey_segments + 1,
+                 FIRST_COMMAND_BLOCK + input->measured_zero_count + 2 * input->survey_segment_count,
+                 MR_COMMAND_SURVEY, (long long)segment[i].segment, input->survey_segment_count + 1,
                  lround(segment[i].slack_in * 10000.0));
-        input->survey_segments++;
+        input->survey_segment_count++;
     }
     free(segment);
     status = put_runway(writer, store, recorded, input, error);
@@ -411,7 +417,7 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
     if (status != MR_OK)
         return status;
     bool fits = collect_commands(recorded, &commands);
-    if (!commands.armed)
+    if (!commands.is_armed)
         put_line(writer, "command %lld %d 0 0 %lld\n",
                  (long long)(input->armed_block - input->shift_blocks), MR_COMMAND_ARM,
                  (long long)recorded->landing.board_landing);
@@ -420,10 +426,10 @@ static enum mr_status put_commands(struct writer *writer, struct store *store,
         put_line(writer, "command %lld %u %u %u %" PRId32 "\n",
                  (long long)(commands.row[i].block - input->shift_blocks), message->code,
                  message->index, message->tag, message->argument);
-        fits = fits && (i < COMMANDS_PER_BLOCK ||
-                        commands.row[i - COMMANDS_PER_BLOCK].block != commands.row[i].block);
+        fits = fits && (i < COMMANDS_PER_BLOCK_MAX ||
+                        commands.row[i - COMMANDS_PER_BLOCK_MAX].block != commands.row[i].block);
     }
-    input->commands = commands.count;
+    input->command_count = commands.count;
     free(commands.row);
     return fits ? MR_OK
                 : error_set(
@@ -458,13 +464,13 @@ static enum mr_status put_captures(struct writer *writer, struct store *store,
     size_t brakings = 0;
     const struct mr_block *first = &recorded->block[0];
     int64_t run = recorded->landing.id, shift = input->shift_blocks;
-    if (store_edges(store, run, &edge, &input->edges, error) == MR_OK &&
-        store_film_frames(store, run, &frame, &input->frames, error) == MR_OK &&
+    if (store_edges(store, run, &edge, &input->edge_count, error) == MR_OK &&
+        store_film_frames(store, run, &frame, &input->film_frame_count, error) == MR_OK &&
         store_braking_edges(store, run, &braking, &brakings, error) == MR_OK) {
-        for (size_t i = 0; i < input->edges; i++)
+        for (size_t i = 0; i < input->edge_count; i++)
             put_line(writer, "edge %" PRIu64 "\n",
                      compute_capture_tick(edge[i].board_us, edge[i].tick, first, shift));
-        for (size_t i = 0; i < input->frames; i++)
+        for (size_t i = 0; i < input->film_frame_count; i++)
             put_line(writer, "frame %" PRIu64 "\n",
                      compute_capture_tick(frame[i].board_us, frame[i].tick, first, shift));
         for (size_t i = 0; i < brakings; i++)
@@ -494,16 +500,16 @@ static void put_block(struct writer *writer, struct mr_block block, int64_t shif
 
 static int64_t shift_blocks(int64_t armed_block)
 {
-    if (armed_block < ARMED_MIN_BLOCKS)
+    if (armed_block < ARMED_BLOCK_MIN)
         return -BLOCKS_PER_S;
-    return armed_block > ARMED_MAX_BLOCKS
-             ? (armed_block - ARMED_MIN_BLOCKS) / BLOCKS_PER_S * BLOCKS_PER_S
+    return armed_block > ARMED_BLOCK_MAX
+             ? (armed_block - ARMED_BLOCK_MIN) / BLOCKS_PER_S * BLOCKS_PER_S
              : 0;
 }
 
-static enum mr_status put_all(struct writer *writer, struct store *store,
-                              const struct board_messages *recorded, struct replay_input *input,
-                              struct error *error)
+static enum mr_status write_replay_lines(struct writer *writer, struct store *store,
+                                         const struct board_messages *recorded,
+                                         struct replay_input *input, struct error *error)
 {
     const struct store_landing *landing = &recorded->landing;
     fputs("matrig-replay 1\n", writer->file);
@@ -538,7 +544,7 @@ enum mr_status replay_input_write(struct store *store, const struct board_messag
     if (!writer.file)
         return error_set(error, MR_IO, "cannot write: %s; check the folder for temporary files",
                          path);
-    status = put_all(&writer, store, recorded, input, error);
+    status = write_replay_lines(&writer, store, recorded, input, error);
     int failed = ferror(writer.file);
     failed |= fclose(writer.file);
     if (status == MR_OK && failed)

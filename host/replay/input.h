@@ -21,11 +21,11 @@ struct board_message {
 struct board_messages {
     struct store_landing landing;
     struct board_message *message[LINK_KINDS]; /* messages in order of reception */
-    size_t messages[LINK_KINDS];
+    size_t message_count[LINK_KINDS];
     struct mr_block *block; /* block records, ascending by index */
     size_t block_count;
     unsigned board_type; /* type of the board: common/boards.def */
-    bool board_known;    /* the record names the board */
+    bool is_board_known; /* the record names the board */
 };
 
 /* Loads the messages and blocks of a landing. MR_MALFORMED: an invalid record. MR_VERSION: a board
@@ -49,13 +49,13 @@ struct replay_input {
     int64_t first_block;  /* first block of the record */
     int64_t last_block;
     int64_t armed_block;
-    size_t edges;
-    size_t frames; /* film frames */
+    size_t edge_count;
+    size_t film_frame_count; /* film frames */
     /* number of commands, each repeated in the block in which the board executed it */
-    size_t commands;
-    size_t survey_segments; /* number of segments entered before arming */
-    bool has_runway;        /* the predictor's runway at arming is entered */
-    size_t zeros;           /* number of measured zeros set before arming */
+    size_t command_count;
+    size_t survey_segment_count; /* number of segments entered before arming */
+    bool has_runway;             /* the predictor's runway at arming is entered */
+    size_t measured_zero_count;  /* number of measured zeros set before arming */
     bool uses_crystal;
 };
 

@@ -27,7 +27,7 @@ struct store_bytes {
 #define TABLE(row, table) struct store_##row {
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) declaration;
 #define COMPUTED(row, declaration, field, read) declaration;
-#define END(row, key, put) };
+#define TABLE_END(row, key, put) };
 /* clang-format on */
 #include "host/store/tables.def"
 

@@ -210,7 +210,7 @@ static enum mr_status open_file(struct store *store, const char *name, int flags
     bool first_try = (mode == STORE_READ || mode == STORE_READ_FOR_BUNDLE) && !store->is_retry;
     sqlite3_busy_timeout(store->database, first_try ? FIRST_READ_WAIT_MS : BUSY_WAIT_MS);
     apply_safe_settings(store->database);
-    store_limit_steps(store);
+    store_limit_sql_steps(store);
     /* do not write back the journal of a database that is not a campaign */
     sqlite3_db_config(store->database, SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, NULL);
     enum mr_status status = check_version(store, mode, error);
@@ -226,7 +226,7 @@ static enum mr_status retry_open(struct store *store, enum store_mode mode,
 {
     char uri[STORE_URI_SIZE];
     const char *name = store->path;
-    int refused = store->failed_code, flags = SQLITE_OPEN_READWRITE;
+    int refused = store->last_failed_code, flags = SQLITE_OPEN_READWRITE;
     if (refused != SQLITE_CANTOPEN && refused != SQLITE_READONLY && refused != SQLITE_IOERR &&
         refused != SQLITE_PROTOCOL && refused != SQLITE_BUSY && refused != SQLITE_FULL)
         return error_set(error, first->status, "%s", first->text);
@@ -272,7 +272,7 @@ static enum mr_status set_wal_journal(struct store *store, struct error *error)
         struct error busy = {0};
         if (store_execute(store, sql, "set up", &busy) == MR_OK)
             return MR_OK;
-        if (store->failed_code != SQLITE_BUSY)
+        if (store->last_failed_code != SQLITE_BUSY)
             break;
         nanosleep(&(const struct timespec){.tv_nsec = SET_UP_RETRY_MS * 1000000l}, NULL);
     }
@@ -281,7 +281,7 @@ static enum mr_status set_wal_journal(struct store *store, struct error *error)
 
 /* Reports a missing database, and names one in the same folder: the one with the most similar name,
  * otherwise the first one. */
-static enum mr_status report_missing(const char *path, struct error *error)
+static enum mr_status report_missing_file(const char *path, struct error *error)
 {
     char folder[STORE_TEXT_SIZE], best[NAME_MAX + 1] = "";
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
@@ -315,7 +315,7 @@ enum mr_status store_open(const char *path, enum store_mode mode, struct store *
     struct stat info;
     const bool create = mode == STORE_CREATE || mode == STORE_LOG;
     if (!create && stat(path, &info) != 0)
-        return report_missing(path, error);
+        return report_missing_file(path, error);
     struct error other = {0};
     /* the kind is checked first, because another program may be creating the database */
     if (output_check_kind(path, "campaign database", &other) != MR_OK && !output_is_database(path))
@@ -421,9 +421,9 @@ bool store_checkpoint(struct store *store)
 
 /* ---- for matrig log ---- */
 
-#define JOURNAL_SUFFIX "-wal"
-#define INDEX_SUFFIX   "-shm"
-#define PATH_SIZE      4096
+#define JOURNAL_SUFFIX   "-wal"
+#define WAL_INDEX_SUFFIX "-shm"
+#define PATH_SIZE        4096
 
 void store_set_wait_ms(struct store *store, int wait_ms)
 {
@@ -447,8 +447,8 @@ static enum store_refusal get_refusal(int code)
 enum store_refusal store_refusal_pop(struct store *store)
 {
     enum store_refusal refusal = store->size_limit_reached ? STORE_SIZE_LIMIT
-                                                           : get_refusal(store->failed_code);
-    store->failed_code = 0;
+                                                           : get_refusal(store->last_failed_code);
+    store->last_failed_code = 0;
     store->size_limit_reached = false;
     return refusal;
 }
@@ -468,10 +468,10 @@ static bool stat_with_suffix(const char *path, const char *suffix, struct stat *
     return length > 0 && (size_t)length < sizeof name && stat(name, info) == 0;
 }
 
-void store_identity_get(const char *path, struct store_identity *identity)
+void store_file_identity_get(const char *path, struct store_file_identity *identity)
 {
     struct stat info;
-    *identity = (struct store_identity){0};
+    *identity = (struct store_file_identity){0};
     if (stat_with_suffix(path, "", &info)) {
         identity->file_device = info.st_dev;
         identity->file_inode = info.st_ino;
@@ -480,11 +480,12 @@ void store_identity_get(const char *path, struct store_identity *identity)
         identity->journal_device = info.st_dev;
         identity->journal_inode = info.st_ino;
     }
-    if (stat_with_suffix(path, INDEX_SUFFIX, &info))
+    if (stat_with_suffix(path, WAL_INDEX_SUFFIX, &info))
         identity->index_inode = info.st_ino;
 }
 
-enum store_file_state store_check_identity(const char *path, const struct store_identity *identity)
+enum store_file_state store_check_file_identity(const char *path,
+                                                const struct store_file_identity *identity)
 {
     struct stat info;
     if (!stat_with_suffix(path, "", &info))
@@ -498,21 +499,22 @@ enum store_file_state store_check_identity(const char *path, const struct store_
         return errno == ENOENT ? STORE_FILE_NO_JOURNAL : STORE_FILE_SAME;
     if (info.st_ino != identity->journal_inode || info.st_dev != identity->journal_device)
         return STORE_FILE_NO_JOURNAL;
-    bool index = stat_with_suffix(path, INDEX_SUFFIX, &info) ? info.st_ino == identity->index_inode
-                                                             : errno != ENOENT;
+    bool index = stat_with_suffix(path, WAL_INDEX_SUFFIX, &info)
+                   ? info.st_ino == identity->index_inode
+                   : errno != ENOENT;
     return index || identity->index_inode == 0 ? STORE_FILE_SAME : STORE_FILE_NO_INDEX;
 }
 
 /* Offsets in the file's header (https://sqlite.org/fileformat2.html, 1.3). */
 enum {
-    HEADER_BYTES = 100,
+    FILE_HEADER_BYTES = 100,
     OFFSET_PAGE_SIZE = 16,
-    OFFSET_COUNTER = 24,
-    OFFSET_PAGES = 28,
-    OFFSET_COOKIE = 40
+    OFFSET_CHANGE_COUNTER = 24,
+    OFFSET_PAGE_COUNT = 28,
+    OFFSET_SCHEMA_COOKIE = 40
 };
-enum { OFFSET_VERSION = 60, OFFSET_APPLICATION_ID = 68 };
-#define COOKIE_STEP_MAX 1000u /* a larger change means another file; a VACUUM adds 1 */
+enum { OFFSET_USER_VERSION = 60, OFFSET_APPLICATION_ID = 68 };
+#define SCHEMA_COOKIE_STEP_MAX 1000u /* a larger change means another file; a VACUUM adds 1 */
 
 static uint32_t read_big_endian(const uint8_t *at)
 {
@@ -524,17 +526,18 @@ static uint32_t read_big_endian(const uint8_t *at)
 static enum mr_status read_file_header(const struct store *store, struct store_file_header *header,
                                        uint32_t *page_bytes)
 {
-    uint8_t bytes[HEADER_BYTES] = {0};
+    uint8_t bytes[FILE_HEADER_BYTES] = {0};
     struct stat info;
     if (fstat(store->lock_fd, &info) != 0 || pread(store->lock_fd, bytes, sizeof bytes, 0) < 0)
         return MR_IO;
-    *header = (struct store_file_header){.change_counter = read_big_endian(bytes + OFFSET_COUNTER),
-                                         .page_count = read_big_endian(bytes + OFFSET_PAGES),
-                                         .schema_cookie = read_big_endian(bytes + OFFSET_COOKIE),
-                                         .file_bytes = info.st_size};
+    *header =
+        (struct store_file_header){.change_counter = read_big_endian(bytes + OFFSET_CHANGE_COUNTER),
+                                   .page_count = read_big_endian(bytes + OFFSET_PAGE_COUNT),
+                                   .schema_cookie = read_big_endian(bytes + OFFSET_SCHEMA_COOKIE),
+                                   .file_bytes = info.st_size};
     *page_bytes = read_big_endian(bytes + OFFSET_PAGE_SIZE) >> 16;
     return memcmp(bytes, "SQLite format 3", 16) == 0 &&
-                   read_big_endian(bytes + OFFSET_VERSION) == STORE_VERSION &&
+                   read_big_endian(bytes + OFFSET_USER_VERSION) == STORE_VERSION &&
                    read_big_endian(bytes + OFFSET_APPLICATION_ID) == STORE_APPLICATION_ID
              ? MR_OK
              : MR_MALFORMED;
@@ -592,7 +595,7 @@ bool store_is_overwritten(struct store *store)
      * normal during a checkpoint, unless it has become shorter */
     store->is_overwritten =
         code == SQLITE_CORRUPT || code == SQLITE_NOTADB || status == MR_MALFORMED ||
-        (status == MR_OK && (now.schema_cookie - known.schema_cookie > COOKIE_STEP_MAX ||
+        (status == MR_OK && (now.schema_cookie - known.schema_cookie > SCHEMA_COOKIE_STEP_MAX ||
                              now.change_counter - known.change_counter > INT32_MAX ||
                              (now.file_bytes < size_min && now.file_bytes < known.file_bytes)));
     if (status == MR_OK)
@@ -604,14 +607,14 @@ enum mr_status store_record_progress(struct store *store, int64_t session, struc
 {
     enum mr_status status = store_frames_flush(store, error);
     store->session = session;
-    return status == MR_OK
-             ? STORE_READ_ONE(store, error, SESSION_PROGRESS, &store->pending, BIND(session))
-             : status;
+    return status == MR_OK ? STORE_READ_ONE(store, error, SESSION_PROGRESS,
+                                            &store->pending_progress, STORE_BIND(session))
+                           : status;
 }
 
 void store_confirm_progress(struct store *store)
 {
-    store->committed = store->pending;
+    store->committed_progress = store->pending_progress;
 }
 
 enum mr_status store_has_session_data(struct store *store, bool *has, struct error *error)
@@ -620,11 +623,11 @@ enum mr_status store_has_session_data(struct store *store, bool *has, struct err
     struct store_session_progress now = {0};
     *has = true;
     enum mr_status status = STORE_READ_NUMBER(store, error, DATA_VERSION, &version);
-    if (status != MR_OK || version == store->data_version || store->committed.newest == 0)
+    if (status != MR_OK || version == store->data_version || store->committed_progress.newest == 0)
         return status;
-    status = STORE_READ_ONE(store, error, SESSION_PROGRESS, &now, BIND(store->session));
-    *has = status == MR_OK && now.started_us == store->committed.started_us &&
-           now.newest >= store->committed.newest;
+    status = STORE_READ_ONE(store, error, SESSION_PROGRESS, &now, STORE_BIND(store->session));
+    *has = status == MR_OK && now.started_us == store->committed_progress.started_us &&
+           now.newest >= store->committed_progress.newest;
     store->data_version = *has ? version : store->data_version;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -633,7 +636,7 @@ bool store_journal_rename(const char *path, const char *new_path)
 {
     char journal[PATH_SIZE], index[PATH_SIZE];
     snprintf(journal, sizeof journal, "%s" JOURNAL_SUFFIX, path);
-    snprintf(index, sizeof index, "%s" INDEX_SUFFIX, path);
+    snprintf(index, sizeof index, "%s" WAL_INDEX_SUFFIX, path);
     bool renamed = rename(journal, new_path) == 0;
     unlink(index);
     return renamed;
@@ -702,7 +705,7 @@ void store_close_detached(struct store *store, bool moved)
     store_close(store);
 }
 
-void store_journal_remove(const char *path, const struct store_identity *identity)
+void store_journal_remove(const char *path, const struct store_file_identity *identity)
 {
     char name[PATH_SIZE];
     struct stat info;
@@ -711,6 +714,6 @@ void store_journal_remove(const char *path, const struct store_identity *identit
         return;
     snprintf(name, sizeof name, "%s" JOURNAL_SUFFIX, path);
     unlink(name);
-    snprintf(name, sizeof name, "%s" INDEX_SUFFIX, path);
+    snprintf(name, sizeof name, "%s" WAL_INDEX_SUFFIX, path);
     unlink(name);
 }

@@ -96,7 +96,7 @@ enum mr_status store_find_run(struct store *store, int64_t *run, struct error *e
  * has the bits of reset_cause in the message `hello` (0: not received). Backlogs are the blocks in
  * which other tasks waited for the predictor. For gage readings, `run` is the id of the gage
  * survey, and the rows are in the order of writing. */
-#define STORE_ROWS_OF_LANDING(X)                        \
+#define STORE_LANDING_ROW_FUNCTIONS(X)                  \
     X(store_switches, switch, SWITCHES)                 \
     X(store_segments, segment, SEGMENTS)                \
     X(store_edges, edge, EDGES)                         \
@@ -122,24 +122,24 @@ enum mr_status store_find_run(struct store *store, int64_t *run, struct error *e
     X(store_changes, change, CHANGES)                   \
     X(store_observations, observation, OBSERVATIONS)    \
     X(store_gage_readings, gage_reading, GAGE_READINGS)
-#define STORE_DECLARE_ROWS(function, row, NAME)                                          \
+#define STORE_DECLARE_LANDING_ROWS(function, row, NAME)                                  \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error);
-STORE_ROWS_OF_LANDING(STORE_DECLARE_ROWS)
+STORE_LANDING_ROW_FUNCTIONS(STORE_DECLARE_LANDING_ROWS)
 
 /* Functions that read all rows of one kind of the campaign: store_landings(store, &rows, &count,
  * error). Withdrawn series and surveys are left out. */
-#define STORE_ROWS_OF_CAMPAIGN(X)                    \
+#define STORE_CAMPAIGN_ROW_FUNCTIONS(X)              \
     X(store_landings, landing, LANDINGS)             \
     X(store_series_all, series, SERIES)              \
     X(store_advices, advice, ADVICES)                \
     X(store_gage_surveys, gage_survey, GAGE_SURVEYS) \
     X(store_withdrawals, withdrawal, WITHDRAWALS)    \
     X(store_records, record, RECORDS)
-#define STORE_DECLARE_ALL_ROWS(function, row, NAME)                                        \
+#define STORE_DECLARE_CAMPAIGN_ROWS(function, row, NAME)                                   \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error);
-STORE_ROWS_OF_CAMPAIGN(STORE_DECLARE_ALL_ROWS)
+STORE_CAMPAIGN_ROW_FUNCTIONS(STORE_DECLARE_CAMPAIGN_ROWS)
 
 /* Functions that write one row of the campaign: store_event_put(store, &event, error).
  *
@@ -147,63 +147,63 @@ STORE_ROWS_OF_CAMPAIGN(STORE_DECLARE_ALL_ROWS)
  * time map relates the board's clock to this computer's clock on one link (host/link/timemap.h). It
  * applies to a landing or, if `run` is STORE_NONE, to all data until the board restarted or the
  * session ended. An advice is a result of `matrig advise --keep`. */
-#define STORE_PUT_OF_CAMPAIGN(X)    \
-    X(store_event_put, event)       \
-    X(store_time_map_put, time_map) \
-    X(store_slow_put, slow)         \
-    X(store_series_add, series)     \
-    X(store_advice_add, advice)     \
-    X(store_withdraw, withdrawal)   \
+#define STORE_CAMPAIGN_PUT_FUNCTIONS(X) \
+    X(store_event_put, event)           \
+    X(store_time_map_put, time_map)     \
+    X(store_slow_put, slow)             \
+    X(store_series_add, series)         \
+    X(store_advice_add, advice)         \
+    X(store_withdraw, withdrawal)       \
     X(store_record_add, record)
-#define STORE_DECLARE_ADD(function, row)                                          \
+#define STORE_DECLARE_CAMPAIGN_PUT(function, row)                                 \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error);
-STORE_PUT_OF_CAMPAIGN(STORE_DECLARE_ADD)
+STORE_CAMPAIGN_PUT_FUNCTIONS(STORE_DECLARE_CAMPAIGN_PUT)
 
 /* Functions that read one number of the campaign; 0: there is none. store_newest_logged_run(store,
  * &run, error) reads the newest RUN that was logged into this campaign, not imported, and not
  * disarmed before the gear arrived. store_newest_logged_session reads the newest session that was
  * not imported. store_newest_session reads the newest session of all. */
-#define STORE_NUMBERS_OF_CAMPAIGN(X)                      \
+#define STORE_CAMPAIGN_NUMBER_FUNCTIONS(X)                \
     X(store_newest_logged_run, LOGGED_RUN_NEWEST)         \
     X(store_newest_logged_session, LOGGED_SESSION_NEWEST) \
     X(store_newest_session, SESSION_NEWEST)
-#define STORE_DECLARE_NUMBER(function, NAME) \
+#define STORE_DECLARE_CAMPAIGN_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t *value, struct error *error);
-STORE_NUMBERS_OF_CAMPAIGN(STORE_DECLARE_NUMBER)
+STORE_CAMPAIGN_NUMBER_FUNCTIONS(STORE_DECLARE_CAMPAIGN_NUMBER)
 
 /* Functions that read one number of a landing. store_blocks_count reads the number of its blocks.
  * store_block_first reads the index of its first block (-1: none). store_gage_loaded reads the host
  * time at which a gage survey was last sent to a board (0: never); `run` is the id of the
  * survey. */
-#define STORE_NUMBERS_OF_LANDING(X)     \
-    X(store_blocks_count, BLOCKS_COUNT) \
-    X(store_block_first, BLOCK_FIRST)   \
+#define STORE_LANDING_NUMBER_FUNCTIONS(X) \
+    X(store_blocks_count, BLOCKS_COUNT)   \
+    X(store_block_first, BLOCK_FIRST)     \
     X(store_gage_loaded, GAGE_LOADED)
-#define STORE_DECLARE_NUMBER_OF(function, NAME) \
+#define STORE_DECLARE_LANDING_NUMBER(function, NAME) \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error);
-STORE_NUMBERS_OF_LANDING(STORE_DECLARE_NUMBER_OF)
+STORE_LANDING_NUMBER_FUNCTIONS(STORE_DECLARE_LANDING_NUMBER)
 
 /* Functions that write one row of a landing: store_edge_put(store, run, &edge, error). Data that
  * both links deliver is stored once: tables.def defines how a put changes an existing row. A
  * calibration row has one value of a channel's calibration; `item` is an enum
  * mr_calibration_item. */
-#define STORE_PUT_OF_LANDING(X) \
-    X(quality)                  \
-    X(switch)                   \
-    X(edge)                     \
-    X(motion)                   \
-    X(zone)                     \
-    X(result)                   \
-    X(film_frame)               \
-    X(mat_temperature)          \
-    X(band)                     \
-    X(band_event)               \
+#define STORE_LANDING_PUT_FUNCTIONS(X) \
+    X(quality)                         \
+    X(switch)                          \
+    X(edge)                            \
+    X(motion)                          \
+    X(zone)                            \
+    X(result)                          \
+    X(film_frame)                      \
+    X(mat_temperature)                 \
+    X(band)                            \
+    X(band_event)                      \
     X(prediction) X(trust) X(risk) X(calibration) X(predict_item) X(risk_item) X(import)
-#define STORE_DECLARE_PUT(row)                                         \
+#define STORE_DECLARE_LANDING_PUT(row)                                 \
     enum mr_status store_##row##_put(struct store *store, int64_t run, \
                                      const struct store_##row *value, struct error *error);
-STORE_PUT_OF_LANDING(STORE_DECLARE_PUT)
+STORE_LANDING_PUT_FUNCTIONS(STORE_DECLARE_LANDING_PUT)
 
 /* Stores a whole configuration as text (host/board/config_text.h). Landings refer to it by the CRC.
  * An existing text is not changed. */
@@ -306,7 +306,7 @@ enum mr_status store_bundle_make(struct store *store, int64_t run, const char *p
 enum mr_status store_bundle_extract(struct store *store, int64_t run, const char *path, bool *found,
                                     struct error *error);
 
-/* Reads the number of errors of each kind (enum link_trouble) that a link detected during a
+/* Reads the number of errors of each kind (enum link_fault) that a link detected during a
  * landing. */
 enum mr_status store_link_errors(struct store *store, int64_t run, int link,
                                  struct store_link_error **rows, size_t *count,
@@ -431,7 +431,7 @@ void store_imported_channels_free(struct store_imported_channel *rows, size_t co
 
 /* Position in the campaign up to which all data has been read. */
 struct store_follow_position {
-    int64_t frame;                /* id of the newest frame read */
+    int64_t newest_frame_id;      /* id of the newest frame read */
     int64_t session, boot, index; /* position of the newest block read */
 };
 
@@ -485,13 +485,14 @@ enum store_file_state {
     STORE_FILE_EMPTIED,     /* the session's data is missing: store_has_session_data */
 };
 /* Device and inode numbers of a campaign's files; 0: there is no such file. */
-struct store_identity {
+struct store_file_identity {
     dev_t file_device, journal_device;
     ino_t file_inode, journal_inode, index_inode;
 };
 /* Gets the identity of the file at the path. Call it directly after store_open. */
-void store_identity_get(const char *path, struct store_identity *identity);
-enum store_file_state store_check_identity(const char *path, const struct store_identity *identity);
+void store_file_identity_get(const char *path, struct store_file_identity *identity);
+enum store_file_state store_check_file_identity(const char *path,
+                                                const struct store_file_identity *identity);
 
 /* Copies all committed data into a new file at `path`, and opens the copy to check it. It works
  * also if the open file was moved or deleted. Fails with MR_IO if `path` exists. */
@@ -505,7 +506,7 @@ void store_close_detached(struct store *store, bool moved);
 /* Removes the journal of the file at its old path; otherwise SQLite would write the journal into
  * any file created there. The journal of another file is not removed. Call it after
  * store_close_detached. */
-void store_journal_remove(const char *path, const struct store_identity *identity);
+void store_journal_remove(const char *path, const struct store_file_identity *identity);
 
 /* ---- detection of a file that was overwritten ---- */
 

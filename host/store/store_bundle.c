@@ -10,10 +10,10 @@
 #define COPY_ACTION "copy the landing from"
 
 /* part of the slow log in a bundle: from a day before the landing to an hour after it */
-#define SLOW_BEFORE_US   "86400000000"
-#define SLOW_AFTER_US    "3600000000"
-#define SELECT_ARMED_US  "(SELECT armed_us FROM main.landings WHERE id=?1)"
-#define SELECT_BOARD_UID "(SELECT board_uid FROM main.landings WHERE id=?1)"
+#define SLOW_LOG_BEFORE_US "86400000000"
+#define SLOW_LOG_AFTER_US  "3600000000"
+#define SELECT_ARMED_US    "(SELECT armed_us FROM main.landings WHERE id=?1)"
+#define SELECT_BOARD_UID   "(SELECT board_uid FROM main.landings WHERE id=?1)"
 /* Three surveys between the previous and the next landing of the board: the first one, from which
  * mat movement is measured, the last one before the landing, and the first one after it. Any other
  * survey would change the outcome (host/analyse/record.h). */
@@ -75,7 +75,7 @@ static const char *get_row_condition(const char *table, bool has_landing, bool h
         return "survey IN " SELECT_SURVEYS;
     if (strcmp(table, "slow_log") == 0)
         return "board_uid=" SELECT_BOARD_UID " AND time_us BETWEEN " SELECT_ARMED_US
-               "-" SLOW_BEFORE_US " AND " SELECT_ARMED_US "+" SLOW_AFTER_US;
+               "-" SLOW_LOG_BEFORE_US " AND " SELECT_ARMED_US "+" SLOW_LOG_AFTER_US;
     if (strcmp(table, "configurations") == 0)
         return "crc=(SELECT config_crc FROM main.landings WHERE id=?1)";
     return has_landing ? "landing=?1" : has_session ? "session=?2" : "0";
@@ -206,7 +206,7 @@ static enum mr_status compute_record_digest(struct store *store, int64_t run, ch
     SHA2_CTX hash;
     sqlite3_stmt *s;
     SHA256Init(&hash);
-    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, STORE_BIND(run));
     while (status == MR_OK && (status = STORE_READ_NEXT(store, error, BLOCKS, s, &row)) == MR_OK)
         SHA256Update(&hash, row.record.data, row.record.length);
     SHA256End(&hash, hex);
@@ -267,7 +267,7 @@ enum mr_status store_bundle_extract(struct store *store, int64_t run, const char
     *found = false;
     enum mr_status status = compute_record_digest(store, run, record, error);
     if (status == MR_OK)
-        status = STORE_QUERY(store, error, BUNDLED, &s, BIND(run));
+        status = STORE_QUERY(store, error, BUNDLED, &s, STORE_BIND(run));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, BUNDLED, s, &row);
     if (status != MR_OK)

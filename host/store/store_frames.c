@@ -43,7 +43,7 @@ static enum mr_status put_full_buffer(struct store *store, struct error *error)
     int at = 1;
     for (unsigned i = 0; i < STORE_FRAMES_PER_STATEMENT && status == MR_OK; i++) {
         if (store_bind_row(store->insert_frames, store_table(STORE_TABLE_frame_row), NULL,
-                           &store->buffered[i].row, STORE_WRITTEN_RULES, &at) != SQLITE_OK)
+                           &store->buffered[i].row, STORE_WRITTEN_MERGE_RULES, &at) != SQLITE_OK)
             status = store_set_error(store, "use", error);
     }
     if (status != MR_OK)
@@ -93,10 +93,10 @@ enum mr_status store_frames_assign(struct store *store, int64_t session, int64_t
                                    int64_t last, struct error *error)
 {
     enum mr_status status = store_frames_flush(store, error);
-    return status == MR_OK
-             ? STORE_RUN_STATEMENT(store, error, FRAMES_ASSIGN, BIND(session), BIND(run),
-                                   BIND(mark), BIND(MR_ID_LANDING), BIND(last))
-             : status;
+    return status == MR_OK ? STORE_RUN_STATEMENT(store, error, FRAMES_ASSIGN, STORE_BIND(session),
+                                                 STORE_BIND(run), STORE_BIND(mark),
+                                                 STORE_BIND(MR_ID_LANDING), STORE_BIND(last))
+                           : status;
 }
 
 /* ---- following a running log ---- */
@@ -109,17 +109,18 @@ enum mr_status store_follow_begin(struct store *store, int64_t frames,
     int64_t last = 0;
     struct store_frame_reception frame;
     struct store_block_position block = {.boot = -1, .index = -1};
-    *position = (struct store_follow_position){.frame = 0};
+    *position = (struct store_follow_position){.newest_frame_id = 0};
     enum mr_status status = STORE_READ_NUMBER(store, error, FRAMES_NEWEST, &last);
     if (status != MR_OK || last <= frames)
         return status;
-    position->frame = last - frames;
-    status = STORE_READ_ONE(store, error, FRAME_FROM, &frame, BIND(position->frame));
+    position->newest_frame_id = last - frames;
+    status = STORE_READ_ONE(store, error, FRAME_FROM, &frame,
+                            STORE_BIND(position->newest_frame_id));
     /* the newest block before the frame; the query searches backwards from the end, because a
      * session can be long */
     if (status == MR_OK)
-        status = STORE_READ_ONE(store, error, BLOCK_BEFORE, &block, BIND(frame.session),
-                                BIND(frame.host_us));
+        status = STORE_READ_ONE(store, error, BLOCK_BEFORE, &block, STORE_BIND(frame.session),
+                                STORE_BIND(frame.host_us));
     if (status != MR_OK && status != MR_TOO_FEW)
         return status;
     position->session = frame.session;
@@ -131,7 +132,7 @@ enum mr_status store_follow_begin(struct store *store, int64_t frames,
 /* Two queries in parallel, for frames and for blocks, with the next row of each. */
 struct follow_rows {
     struct store *store;
-    sqlite3_stmt *frames, *blocks;
+    sqlite3_stmt *frames_statement, *blocks_statement;
     enum mr_status frame_status,
         block_status; /* MR_OK: the next row is valid; MR_TOO_FEW: no more rows */
     struct store_frame_row frame;
@@ -140,13 +141,13 @@ struct follow_rows {
 
 static void read_next_frame(struct follow_rows *rows, struct error *error)
 {
-    rows->frame_status = STORE_READ_NEXT(rows->store, error, FRAMES_AFTER, rows->frames,
+    rows->frame_status = STORE_READ_NEXT(rows->store, error, FRAMES_AFTER, rows->frames_statement,
                                          &rows->frame);
 }
 
 static void read_next_block(struct follow_rows *rows, struct error *error)
 {
-    rows->block_status = STORE_READ_NEXT(rows->store, error, BLOCKS_AFTER, rows->blocks,
+    rows->block_status = STORE_READ_NEXT(rows->store, error, BLOCKS_AFTER, rows->blocks_statement,
                                          &rows->block);
 }
 
@@ -154,12 +155,13 @@ static enum mr_status begin_rows(struct follow_rows *rows,
                                  const struct store_follow_position *position, int64_t frames_max,
                                  struct error *error)
 {
-    enum mr_status status = STORE_QUERY(rows->store, error, FRAMES_AFTER, &rows->frames,
-                                        BIND(position->frame), BIND(frames_max));
+    enum mr_status status = STORE_QUERY(rows->store, error, FRAMES_AFTER, &rows->frames_statement,
+                                        STORE_BIND(position->newest_frame_id),
+                                        STORE_BIND(frames_max));
     if (status == MR_OK)
-        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks,
-                             BIND(position->session), BIND(position->boot), BIND(position->index),
-                             BIND(BLOCKS_PER_CALL_MAX));
+        status = STORE_QUERY(rows->store, error, BLOCKS_AFTER, &rows->blocks_statement,
+                             STORE_BIND(position->session), STORE_BIND(position->boot),
+                             STORE_BIND(position->index), STORE_BIND(BLOCKS_PER_CALL_MAX));
     if (status != MR_OK)
         return status;
     read_next_frame(rows, error);
@@ -170,8 +172,8 @@ static enum mr_status begin_rows(struct follow_rows *rows,
 /* Resets both statements. Returns the error that ended one of them, if there was one. */
 static enum mr_status end_rows(struct follow_rows *rows)
 {
-    sqlite3_reset(rows->frames);
-    sqlite3_reset(rows->blocks);
+    sqlite3_reset(rows->frames_statement);
+    sqlite3_reset(rows->blocks_statement);
     if (rows->frame_status != MR_OK && rows->frame_status != MR_TOO_FEW)
         return rows->frame_status;
     return rows->block_status == MR_TOO_FEW ? MR_OK : rows->block_status;
@@ -204,7 +206,7 @@ static void deliver_frame(const struct follow_rows *rows, struct store_follow_po
                                       .data = row->data.data,
                                       .length = row->data.length,
                                       .board_us = row->board_us};
-    position->frame = row->id;
+    position->newest_frame_id = row->id;
     if (frame.direction == 0)
         follower->frame(follower->context, &frame);
 }

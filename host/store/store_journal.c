@@ -37,8 +37,8 @@ enum mr_status store_change_get(struct store *store, int64_t run, const char *fi
     value[0] = '\0';
     if (reason)
         reason[0] = '\0';
-    enum mr_status status = STORE_READ_ONE(store, error, CHANGE_NEWEST, &row, BIND(run),
-                                           BIND(field));
+    enum mr_status status = STORE_READ_ONE(store, error, CHANGE_NEWEST, &row, STORE_BIND(run),
+                                           STORE_BIND(field));
     if (status != MR_OK)
         return status == MR_TOO_FEW ? MR_OK : status;
     memcpy(value, row.value, sizeof row.value);
@@ -118,12 +118,12 @@ enum mr_status store_observation_withdraw(struct store *store, int64_t run, int6
 enum mr_status store_count_landings_since(struct store *store, int64_t since_us, int64_t *count,
                                           struct error *error)
 {
-    return STORE_READ_NUMBER(store, error, LANDINGS_COUNT_SINCE, count, BIND(since_us));
+    return STORE_READ_NUMBER(store, error, LANDINGS_COUNT_SINCE, count, STORE_BIND(since_us));
 }
 
 /* Overrides a field of the series with the entry for the landing itself, if there is one. */
-static enum mr_status apply_change(struct store *store, int64_t run, const char *field, char *into,
-                                   size_t size, struct error *error)
+static enum mr_status apply_landing_change(struct store *store, int64_t run, const char *field,
+                                           char *into, size_t size, struct error *error)
 {
     char value[STORE_JOURNAL_TEXT_SIZE];
     enum mr_status status = store_change_get(store, run, field, value, NULL, error);
@@ -148,14 +148,14 @@ enum mr_status store_landing_series_get(struct store *store, const struct store_
     }
     free(rows);
     if (status == MR_OK)
-        status = apply_change(store, landing->id, "runway", series->runway, sizeof series->runway,
-                              error);
+        status = apply_landing_change(store, landing->id, "runway", series->runway,
+                                      sizeof series->runway, error);
     if (status == MR_OK)
-        status = apply_change(store, landing->id, "pattern", series->pattern,
-                              sizeof series->pattern, error);
+        status = apply_landing_change(store, landing->id, "pattern", series->pattern,
+                                      sizeof series->pattern, error);
     if (status == MR_OK)
-        status = apply_change(store, landing->id, "modification", series->modification,
-                              sizeof series->modification, error);
+        status = apply_landing_change(store, landing->id, "modification", series->modification,
+                                      sizeof series->modification, error);
     return status;
 }
 
@@ -166,7 +166,8 @@ static enum mr_status read_same_number(struct store *store, const struct store_l
                                        struct store_landing **rows, size_t *count,
                                        struct error *error)
 {
-    STORE_RETURN_ROWS(LANDINGS_SAME_NUMBER, BIND(landing->id), BIND(landing->board_landing));
+    STORE_RETURN_ROWS(LANDINGS_SAME_NUMBER, STORE_BIND(landing->id),
+                      STORE_BIND(landing->board_landing));
 }
 
 static bool is_same_landing(const struct store_landing *a, const struct store_edge *a_edge,
@@ -266,11 +267,11 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
     if (old->kind != MR_KIND_TENSION || how->changes_gage_zeros)
         becomes.zero_code = new->zero_code;
     *changed = 0;
-    enum mr_status status = put_recalibration(store, run, index, STORE_ITEM_UNIT,
+    enum mr_status status = put_recalibration(store, run, index, STORE_ITEM_UNIT_PER_CODE,
                                               old->unit_per_code, becomes.unit_per_code, how,
                                               changed, error);
     if (status == MR_OK)
-        status = put_recalibration(store, run, index, STORE_ITEM_ZERO, old->zero_code,
+        status = put_recalibration(store, run, index, STORE_ITEM_ZERO_CODE, old->zero_code,
                                    becomes.zero_code, how, changed, error);
     for (unsigned item = 0; item < MR_CALIBRATION_ITEMS && status == MR_OK; item++) {
         float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
@@ -287,7 +288,7 @@ enum mr_status store_recalibrated_channels(struct store *store, int64_t run, int
                                            struct error *error)
 {
     *channels = 0;
-    return STORE_READ_NUMBER(store, error, RECALIBRATED, channels, BIND(run));
+    return STORE_READ_NUMBER(store, error, RECALIBRATED, channels, STORE_BIND(run));
 }
 
 /* ---- surveys ---- */
@@ -312,7 +313,8 @@ enum mr_status store_gage_survey_add(struct store *store, struct store_gage_surv
 enum mr_status store_gage_survey_end(struct store *store, int64_t survey, int64_t ended_us,
                                      struct error *error)
 {
-    return STORE_RUN_STATEMENT(store, error, GAGE_SURVEY_END, BIND(ended_us), BIND(survey));
+    return STORE_RUN_STATEMENT(store, error, GAGE_SURVEY_END, STORE_BIND(ended_us),
+                               STORE_BIND(survey));
 }
 
 enum mr_status store_gage_reading_add(struct store *store, int64_t survey,

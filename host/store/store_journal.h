@@ -52,8 +52,9 @@ enum mr_status store_find_duplicate(struct store *store, int64_t run, int64_t *d
  * Readings are computed from the stored integers with the landing's calibration, so a new
  * calibration changes them. The replaced values are kept, one row per value. */
 
-#define STORE_ITEM_UNIT (-1) /* unit_per_code; items 0 and higher: enum mr_calibration_item */
-#define STORE_ITEM_ZERO (-2) /* zero_code */
+#define STORE_ITEM_UNIT_PER_CODE \
+    (-1)                          /* unit_per_code; items 0 and higher: enum mr_calibration_item */
+#define STORE_ITEM_ZERO_CODE (-2) /* zero_code */
 
 struct store_recalibration {
     int64_t made_us;

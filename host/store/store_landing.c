@@ -9,61 +9,62 @@
 #include "host/store/store.h"
 #include "host/store/table.h"
 
-#define DEFINE_ROWS(function, row, NAME)                                                 \
+#define DEFINE_LANDING_ROWS(function, row, NAME)                                         \
     enum mr_status function(struct store *store, int64_t run, struct store_##row **rows, \
                             size_t *count, struct error *error)                          \
     {                                                                                    \
-        STORE_RETURN_ROWS(NAME, BIND(run));                                              \
+        STORE_RETURN_ROWS(NAME, STORE_BIND(run));                                        \
     }
-STORE_ROWS_OF_LANDING(DEFINE_ROWS)
+STORE_LANDING_ROW_FUNCTIONS(DEFINE_LANDING_ROWS)
 
-#define DEFINE_PUT(row)                                                                    \
+#define DEFINE_LANDING_PUT(row)                                                            \
     enum mr_status store_##row##_put(struct store *store, int64_t run,                     \
                                      const struct store_##row *value, struct error *error) \
     {                                                                                      \
         return STORE_PUT(store, error, row, value, run);                                   \
     }
-STORE_PUT_OF_LANDING(DEFINE_PUT)
+STORE_LANDING_PUT_FUNCTIONS(DEFINE_LANDING_PUT)
 
-#define DEFINE_ALL_ROWS(function, row, NAME)                                               \
+#define DEFINE_CAMPAIGN_ROWS(function, row, NAME)                                          \
     enum mr_status function(struct store *store, struct store_##row **rows, size_t *count, \
                             struct error *error)                                           \
     {                                                                                      \
         STORE_RETURN_ROWS(NAME);                                                           \
     }
-STORE_ROWS_OF_CAMPAIGN(DEFINE_ALL_ROWS)
+STORE_CAMPAIGN_ROW_FUNCTIONS(DEFINE_CAMPAIGN_ROWS)
 
-#define DEFINE_ADD(function, row)                                                 \
+#define DEFINE_CAMPAIGN_PUT(function, row)                                        \
     enum mr_status function(struct store *store, const struct store_##row *value, \
                             struct error *error)                                  \
     {                                                                             \
         return STORE_PUT(store, error, row, value);                               \
     }
-STORE_PUT_OF_CAMPAIGN(DEFINE_ADD)
+STORE_CAMPAIGN_PUT_FUNCTIONS(DEFINE_CAMPAIGN_PUT)
 
-#define DEFINE_NUMBER(function, NAME)                                                 \
+#define DEFINE_CAMPAIGN_NUMBER(function, NAME)                                        \
     enum mr_status function(struct store *store, int64_t *value, struct error *error) \
     {                                                                                 \
         return STORE_READ_NUMBER(store, error, NAME, value);                          \
     }
-STORE_NUMBERS_OF_CAMPAIGN(DEFINE_NUMBER)
+STORE_CAMPAIGN_NUMBER_FUNCTIONS(DEFINE_CAMPAIGN_NUMBER)
 
-#define DEFINE_NUMBER_OF(function, NAME)                                                           \
+#define DEFINE_LANDING_NUMBER(function, NAME)                                                      \
     enum mr_status function(struct store *store, int64_t run, int64_t *value, struct error *error) \
     {                                                                                              \
-        return STORE_READ_NUMBER(store, error, NAME, value, BIND(run));                            \
+        return STORE_READ_NUMBER(store, error, NAME, value, STORE_BIND(run));                      \
     }
-STORE_NUMBERS_OF_LANDING(DEFINE_NUMBER_OF)
+STORE_LANDING_NUMBER_FUNCTIONS(DEFINE_LANDING_NUMBER)
 
 enum mr_status store_landing_get(struct store *store, int64_t run, struct store_landing *landing,
                                  struct error *error)
 {
     int64_t found = 0;
     char number[60] = "";
-    enum mr_status status = STORE_READ_ONE(store, error, LANDING_GET, landing, BIND(run));
+    enum mr_status status = STORE_READ_ONE(store, error, LANDING_GET, landing, STORE_BIND(run));
     if (status != MR_TOO_FEW)
         return status;
-    if (STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found, BIND(run)) == MR_OK && found > 0)
+    if (STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found, STORE_BIND(run)) == MR_OK &&
+        found > 0)
         snprintf(number, sizeof number, " (landing %lld of the board is RUN %lld)", (long long)run,
                  (long long)found);
     return error_set(error, MR_UNKNOWN,
@@ -74,8 +75,9 @@ enum mr_status store_landing_get(struct store *store, int64_t run, struct store_
 enum mr_status store_find_run(struct store *store, int64_t *run, struct error *error)
 {
     int64_t number = -*run, found = 0;
-    enum mr_status status =
-        *run < 0 ? STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found, BIND(number)) : MR_OK;
+    enum mr_status status = *run < 0 ? STORE_READ_NUMBER(store, error, LANDING_BY_NUMBER, &found,
+                                                         STORE_BIND(number))
+                                     : MR_OK;
     if (status != MR_OK || *run >= 0)
         return status;
     *run = found;
@@ -90,7 +92,7 @@ enum mr_status store_find_run(struct store *store, int64_t *run, struct error *e
 enum mr_status store_session_get(struct store *store, int64_t session,
                                  struct store_session_row *row, struct error *error)
 {
-    enum mr_status status = STORE_READ_ONE(store, error, SESSION_GET, row, BIND(session));
+    enum mr_status status = STORE_READ_ONE(store, error, SESSION_GET, row, STORE_BIND(session));
     return status != MR_TOO_FEW ? status
                                 : error_set(error, MR_MALFORMED,
                                             "session %lld is missing: %s; the database is damaged",
@@ -100,8 +102,8 @@ enum mr_status store_session_get(struct store *store, int64_t session,
 enum mr_status store_link_get(struct store *store, int64_t session, int link,
                               struct store_link_counts *counts, bool *found, struct error *error)
 {
-    enum mr_status status = STORE_READ_ONE(store, error, LINK_GET, counts, BIND(session),
-                                           BIND(link));
+    enum mr_status status = STORE_READ_ONE(store, error, LINK_GET, counts, STORE_BIND(session),
+                                           STORE_BIND(link));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -111,7 +113,7 @@ static enum mr_status read_calibration(struct store *store, int64_t run,
 {
     sqlite3_stmt *s;
     struct store_calibration row;
-    enum mr_status status = STORE_QUERY(store, error, CALIBRATION, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, CALIBRATION, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
         if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 &&
@@ -128,7 +130,7 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
     struct store_channel row;
     memset(channels, 0, MR_CHANNELS * sizeof *channels);
     *found = 0;
-    enum mr_status status = STORE_QUERY(store, error, CHANNELS, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, CHANNELS, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, CHANNELS, s, &row)) == MR_OK) {
         if (row.index < 0 || row.index >= (int64_t)MR_CHANNELS)
@@ -149,13 +151,14 @@ enum mr_status store_channels(struct store *store, int64_t run, struct mr_channe
 enum mr_status store_faults(struct store *store, const struct store_landing *landing,
                             struct store_fault **rows, size_t *count, struct error *error)
 {
-    STORE_RETURN_ROWS(FAULTS, BIND(landing->session), BIND(landing->boot), BIND(landing->id));
+    STORE_RETURN_ROWS(FAULTS, STORE_BIND(landing->session), STORE_BIND(landing->boot),
+                      STORE_BIND(landing->id));
 }
 
 enum mr_status store_link_errors(struct store *store, int64_t run, int link,
                                  struct store_link_error **rows, size_t *count, struct error *error)
 {
-    STORE_RETURN_ROWS(LINK_ERRORS, BIND(store_link_error_kind(link)), BIND(run));
+    STORE_RETURN_ROWS(LINK_ERRORS, STORE_BIND(store_link_error_kind(link)), STORE_BIND(run));
 }
 
 const char *store_link_error_kind(int link)
@@ -166,7 +169,7 @@ const char *store_link_error_kind(int link)
 enum mr_status store_result_get(struct store *store, int64_t run, struct store_result *result,
                                 bool *found, struct error *error)
 {
-    enum mr_status status = STORE_READ_ONE(store, error, RESULT_GET, result, BIND(run));
+    enum mr_status status = STORE_READ_ONE(store, error, RESULT_GET, result, STORE_BIND(run));
     *found = status == MR_OK;
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -174,20 +177,21 @@ enum mr_status store_result_get(struct store *store, int64_t run, struct store_r
 enum mr_status store_find_block_within(struct store *store, int64_t run, int64_t from, int64_t to,
                                        int64_t *index, struct error *error)
 {
-    return STORE_READ_NUMBER(store, error, BLOCK_WITHIN, index, BIND(run), BIND(from), BIND(to));
+    return STORE_READ_NUMBER(store, error, BLOCK_WITHIN, index, STORE_BIND(run), STORE_BIND(from),
+                             STORE_BIND(to));
 }
 
 enum mr_status store_frames_count(struct store *store, int64_t run, int link, int64_t *count,
                                   struct error *error)
 {
-    return STORE_READ_NUMBER(store, error, FRAMES_COUNT, count, BIND(run), BIND(link));
+    return STORE_READ_NUMBER(store, error, FRAMES_COUNT, count, STORE_BIND(run), STORE_BIND(link));
 }
 
 enum mr_status store_can_base_get(struct store *store, int64_t run, uint16_t *base,
                                   struct error *error)
 {
     int64_t number = 0;
-    enum mr_status status = STORE_READ_NUMBER(store, error, CAN_BASE, &number, BIND(run));
+    enum mr_status status = STORE_READ_NUMBER(store, error, CAN_BASE, &number, STORE_BIND(run));
     *base = (uint16_t)number;
     return status;
 }
@@ -199,7 +203,7 @@ enum mr_status store_blocks_each(struct store *store, int64_t run,
 {
     sqlite3_stmt *s;
     struct store_block_record row;
-    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, BLOCKS, &s, STORE_BIND(run));
     while (status == MR_OK && (status = STORE_READ_NEXT(store, error, BLOCKS, s, &row)) == MR_OK) {
         status = each(context, row.record.data, row.record.length, row.link);
         if (status != MR_OK)
@@ -214,7 +218,7 @@ enum mr_status store_block_indexes_each(struct store *store, int64_t run,
 {
     sqlite3_stmt *s;
     struct store_block_index row;
-    enum mr_status status = STORE_QUERY(store, error, BLOCK_INDEXES, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, BLOCK_INDEXES, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, BLOCK_INDEXES, s, &row)) == MR_OK)
         each(context, row.index);
@@ -228,7 +232,8 @@ enum mr_status store_frames_each(struct store *store, int64_t run, int link,
 {
     sqlite3_stmt *s;
     struct store_received_frame row;
-    enum mr_status status = STORE_QUERY(store, error, FRAMES, &s, BIND(run), BIND(link));
+    enum mr_status status = STORE_QUERY(store, error, FRAMES, &s, STORE_BIND(run),
+                                        STORE_BIND(link));
     while (status == MR_OK && (status = STORE_READ_NEXT(store, error, FRAMES, s, &row)) == MR_OK) {
         struct store_frame frame = {
             .run = run,
@@ -265,8 +270,8 @@ enum mr_status store_session_add(struct store *store, struct store_session *sess
 enum mr_status store_session_end(struct store *store, int64_t session, int64_t ended_us,
                                  const char *ended_by, struct error *error)
 {
-    return STORE_RUN_STATEMENT(store, error, SESSION_END, BIND(ended_us), BIND(ended_by),
-                               BIND(session));
+    return STORE_RUN_STATEMENT(store, error, SESSION_END, STORE_BIND(ended_us),
+                               STORE_BIND(ended_by), STORE_BIND(session));
 }
 
 enum mr_status store_link_put(struct store *store, int64_t session, int link,
@@ -314,7 +319,7 @@ enum mr_status store_segment_put(struct store *store, int64_t run,
                                  const struct store_segment *segment, struct error *error)
 {
     int64_t survey = STORE_NONE;
-    enum mr_status status = STORE_READ_NUMBER(store, error, SURVEY_OF, &survey, BIND(run));
+    enum mr_status status = STORE_READ_NUMBER(store, error, SURVEY_OF, &survey, STORE_BIND(run));
     return status == MR_OK || status == MR_TOO_FEW
              ? STORE_PUT(store, error, segment, segment, survey)
              : status;
@@ -337,7 +342,7 @@ enum mr_status store_block_put(struct store *store, int64_t session, int64_t boo
 enum mr_status store_edge_reject(struct store *store, int64_t run, int64_t count,
                                  struct error *error)
 {
-    return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, BIND(run), BIND(count));
+    return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, STORE_BIND(run), STORE_BIND(count));
 }
 
 enum mr_status store_gap_put(struct store *store, int64_t session, int64_t run,
@@ -361,7 +366,8 @@ enum mr_status store_configuration_get(struct store *store, uint32_t crc, char *
     sqlite3_stmt *statement;
     struct store_configuration row;
     *text = NULL;
-    enum mr_status status = STORE_QUERY(store, error, CONFIGURATION_GET, &statement, BIND(crc));
+    enum mr_status status = STORE_QUERY(store, error, CONFIGURATION_GET, &statement,
+                                        STORE_BIND(crc));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, CONFIGURATION_GET, statement, &row);
     if (status != MR_OK)
@@ -383,7 +389,7 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
 /* clang-format off */
 #define LANDING_MEAN(name, NAME, quantity, table, column, error_column, why) \
     case MR_QUANTITY_##quantity:                                             \
-        return STORE_READ_ONE(store, error, MEAN_##quantity, mean, BIND(run));
+        return STORE_READ_ONE(store, error, MEAN_##quantity, mean, STORE_BIND(run));
 /* clang-format on */
 #include "common/catalogue.def"
     default: return MR_OK;
@@ -393,14 +399,14 @@ enum mr_status store_mean_get(struct store *store, int64_t run, enum mr_quantity
 enum mr_status store_slow_rows(struct store *store, const char *board_uid, struct store_slow **rows,
                                size_t *count, struct error *error)
 {
-    STORE_RETURN_ROWS(SLOW_ROWS, BIND(board_uid));
+    STORE_RETURN_ROWS(SLOW_ROWS, STORE_BIND(board_uid));
 }
 
 /* ---- comparisons of landings with a simulation ---- */
 
 /* Fields that struct store_simulation and struct store_simulation_channel have in common. */
 /* clang-format off */
-#define COMMON_FIELDS(from)                                                                 \
+#define SIMULATION_COMMON_FIELDS(from) \
     .number = (from)->number, .station_ft = (from)->station_ft,                            \
     .peak_measured_in = (from)->peak_measured_in,                                          \
     .peak_measured_error_in = (from)->peak_measured_error_in,                              \
@@ -416,7 +422,7 @@ static enum mr_status put_simulation_channel(struct store *store, int64_t simula
 {
     const size_t bytes = from->length * sizeof *from->series_in;
     const struct store_simulation_channel row = {
-        COMMON_FIELDS(from),
+        SIMULATION_COMMON_FIELDS(from),
         .series_in = {from->series_in, bytes},
         .spread_in = {from->spread_in, from->spread_in ? bytes : 0},
     };
@@ -458,7 +464,7 @@ static float *copy_floats(const struct store_bytes *bytes, size_t *length)
 static struct store_simulation make_simulation(const struct store_simulation_channel *row)
 {
     struct store_simulation simulation = {
-        COMMON_FIELDS(row),
+        SIMULATION_COMMON_FIELDS(row),
     };
     size_t spreads = 0;
     simulation.series_in = copy_floats(&row->series_in, &simulation.length);
@@ -477,7 +483,7 @@ enum mr_status store_simulations(struct store *store, int64_t run, struct store_
     struct store_simulation_channel row;
     *rows = NULL;
     *count = 0;
-    enum mr_status status = STORE_QUERY(store, error, SIMULATIONS, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, SIMULATIONS, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, SIMULATIONS, s, &row)) == MR_OK) {
         if (!list_grow(rows, *count, sizeof **rows)) {
@@ -513,7 +519,7 @@ enum mr_status store_simulation_head_get(struct store *store, int64_t run,
     size_t values;
     *head = (struct store_simulation_head){
         .seeds = STORE_NONE, .run_ms = (double)NAN, .error_in = (double)NAN};
-    enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, SIMULATION_HEAD, &s, STORE_BIND(run));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, SIMULATION_HEAD, s, &row);
     if (status != MR_OK)
@@ -543,13 +549,13 @@ enum mr_status store_shunts_before(struct store *store, int64_t session, int64_t
                                    int64_t block, struct store_shunt **rows, size_t *count,
                                    struct error *error)
 {
-    STORE_RETURN_ROWS(SHUNTS_BEFORE, BIND(session), BIND(boot), BIND(block));
+    STORE_RETURN_ROWS(SHUNTS_BEFORE, STORE_BIND(session), STORE_BIND(boot), STORE_BIND(block));
 }
 
 enum mr_status store_shunts_after(struct store *store, int64_t session, int64_t boot, int64_t block,
                                   struct store_shunt **rows, size_t *count, struct error *error)
 {
-    STORE_RETURN_ROWS(SHUNTS_AFTER, BIND(session), BIND(boot), BIND(block));
+    STORE_RETURN_ROWS(SHUNTS_AFTER, STORE_BIND(session), STORE_BIND(boot), STORE_BIND(block));
 }
 
 /* ---- the predictor ---- */
@@ -576,7 +582,7 @@ enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_pred
     struct store_runway row;
     uint32_t sequence;
     *found = false;
-    enum mr_status status = STORE_QUERY(store, error, RUNWAY_GET, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, RUNWAY_GET, &s, STORE_BIND(run));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, RUNWAY_GET, s, &row);
     if (status != MR_OK)
@@ -627,7 +633,7 @@ enum mr_status store_import_get(struct store *store, int64_t session, struct sto
                                 bool *found, struct error *error)
 {
     sqlite3_stmt *s;
-    enum mr_status status = STORE_QUERY(store, error, IMPORT_GET, &s, BIND(session));
+    enum mr_status status = STORE_QUERY(store, error, IMPORT_GET, &s, STORE_BIND(session));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, IMPORT_GET, s, import);
     *found = status == MR_OK;
@@ -641,9 +647,9 @@ enum mr_status store_import_find(struct store *store, const struct store_import 
                                  uint16_t can_base, int64_t *session, struct error *error)
 {
     *session = 0;
-    enum mr_status status = STORE_READ_NUMBER(store, error, IMPORT_FIND, session,
-                                              BIND(import->sha256), BIND(import->mapping),
-                                              BIND(import->bus), BIND((int64_t)can_base));
+    enum mr_status status = STORE_READ_NUMBER(
+        store, error, IMPORT_FIND, session, STORE_BIND(import->sha256), STORE_BIND(import->mapping),
+        STORE_BIND(import->bus), STORE_BIND((int64_t)can_base));
     return status == MR_TOO_FEW ? MR_OK : status;
 }
 
@@ -689,7 +695,7 @@ enum mr_status store_imported_channels(struct store *store, int64_t run,
     struct store_imported_row row;
     *rows = NULL;
     *count = 0;
-    enum mr_status status = STORE_QUERY(store, error, IMPORTED, &s, BIND(run));
+    enum mr_status status = STORE_QUERY(store, error, IMPORTED, &s, STORE_BIND(run));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, IMPORTED, s, &row)) == MR_OK) {
         status = append_imported(store, &row, rows, count, error);

@@ -16,8 +16,8 @@
 #include "host/store/store.h"
 #include "host/store/table.h"
 
-#define PROBE_BYTES 4096
-#define COPY_BYTES  (1024 * 1024)
+#define PROBE_MAPPING_BYTES 4096
+#define COPY_BUFFER_BYTES   (1024 * 1024)
 
 static void get_folder(const char *path, char folder[PATH_MAX])
 {
@@ -94,7 +94,7 @@ void store_describe_lock_holder(const char *path, char out[STORE_TEXT_SIZE])
 
 /* Tries the two functions of the file system that SQLite needs: locks and shared memory. Returns
  * the name of the missing one (NULL: none), and its error number. */
-static const char *probe_file(int fd, int *number)
+static const char *probe_file_system(int fd, int *number)
 {
     struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_len = 1};
     *number = 0;
@@ -103,13 +103,13 @@ static const char *probe_file(int fd, int *number)
         return "locks";
     }
     void *shared = MAP_FAILED;
-    if (ftruncate(fd, PROBE_BYTES) == 0) {
-        shared = mmap(NULL, PROBE_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+    if (ftruncate(fd, PROBE_MAPPING_BYTES) == 0) {
+        shared = mmap(NULL, PROBE_MAPPING_BYTES, PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
         /* ENOMEM is not an error of the file system */
         *number = shared == MAP_FAILED && errno != ENOMEM ? errno : 0;
     }
     if (shared != MAP_FAILED)
-        munmap(shared, PROBE_BYTES);
+        munmap(shared, PROBE_MAPPING_BYTES);
     return *number ? "shared memory" : NULL;
 }
 
@@ -132,7 +132,7 @@ enum mr_status store_check_writable(const char *path, struct error *error)
     int fd = open(name, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
     if (fd < 0)
         return MR_OK; /* the reason is unknown here; SQLite reports it later */
-    const char *lacks = probe_file(fd, &number);
+    const char *lacks = probe_file_system(fd, &number);
     close(fd);
     unlink(name);
     if (!lacks)
@@ -170,11 +170,11 @@ static int copy_file(const char *path, const char *suffix, const char *folder, i
     snprintf(from, sizeof from, "%s%s", path, suffix);
     snprintf(to, sizeof to, "%s/copy%s", folder, suffix);
     int in = open(from, O_RDONLY | O_CLOEXEC), out = -1;
-    char *bytes = malloc(COPY_BYTES);
+    char *bytes = malloc(COPY_BUFFER_BYTES);
     ssize_t length = -1;
     if (in >= 0 && bytes)
         out = open(to, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    while (out >= 0 && (length = read(in, bytes, COPY_BYTES)) > 0) {
+    while (out >= 0 && (length = read(in, bytes, COPY_BUFFER_BYTES)) > 0) {
         if (write(out, bytes, (size_t)length) != length) {
             length = -1;
             break;

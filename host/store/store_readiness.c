@@ -7,7 +7,7 @@
 #include "host/base/monotonic_clock.h"
 
 /* virtual machine instructions of SQLite between two checks of the time */
-#define STEPS_PER_TIME_CHECK 20000
+#define SQL_STEPS_PER_TIME_CHECK 20000
 
 enum mr_status store_readiness_put(struct store *store, const char *board_uid, const char *kind,
                                    const struct store_readiness *row, struct error *error)
@@ -27,8 +27,9 @@ enum mr_status store_readiness_get(struct store *store, const char *board_uid, c
     int64_t from_us = only_valid ? until_us - STORE_READINESS_VALID_US : 0;
     *row = (struct store_readiness){0};
     *found = false;
-    enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, BIND(board_uid),
-                                        BIND(kind), BIND(from_us), BIND(until_us));
+    enum mr_status status = STORE_QUERY(store, error, READINESS_GET, &s, STORE_BIND(board_uid),
+                                        STORE_BIND(kind), STORE_BIND(from_us),
+                                        STORE_BIND(until_us));
     if (status == MR_OK)
         status = STORE_READ_NEXT(store, error, READINESS_GET, s, &stored);
     if (status != MR_OK)
@@ -56,7 +57,7 @@ enum mr_status store_certificates(struct store *store, const char *board_uid,
                                   struct store_certificate **rows, size_t *count,
                                   struct error *error)
 {
-    STORE_RETURN_ROWS(CERTIFICATES, BIND(board_uid));
+    STORE_RETURN_ROWS(CERTIFICATES, STORE_BIND(board_uid));
 }
 
 enum mr_status store_newest_board(struct store *store, char board_uid[25], struct error *error)
@@ -76,7 +77,7 @@ enum mr_status store_newest_shunt_spans(struct store *store, const char *board_u
     *started_us = STORE_NONE;
     for (unsigned i = 0; i < MR_GAGES; i++)
         span_lb[i] = NAN;
-    enum mr_status status = STORE_QUERY(store, error, BOARD_SHUNTS, &s, BIND(board_uid));
+    enum mr_status status = STORE_QUERY(store, error, BOARD_SHUNTS, &s, STORE_BIND(board_uid));
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, BOARD_SHUNTS, s, &row)) == MR_OK) {
         if (row.gage >= 1 && row.gage <= (int64_t)MR_GAGES)
@@ -103,8 +104,8 @@ static int is_time_over(void *until_s)
     return monotonic_s() > *(double *)until_s;
 }
 
-enum mr_status store_check(struct store *store, double duration_max_s, bool *complete,
-                           struct error *error)
+enum mr_status store_check_integrity(struct store *store, double duration_max_s, bool *complete,
+                                     struct error *error)
 {
     double until_s = monotonic_s() + duration_max_s;
     sqlite3_stmt *s = NULL;
@@ -112,9 +113,9 @@ enum mr_status store_check(struct store *store, double duration_max_s, bool *com
     *complete = false;
     if (sqlite3_prepare_v2(store->database, "PRAGMA quick_check(1)", -1, &s, NULL) != SQLITE_OK)
         return store_set_error(store, "check", error);
-    sqlite3_progress_handler(store->database, STEPS_PER_TIME_CHECK, is_time_over, &until_s);
+    sqlite3_progress_handler(store->database, SQL_STEPS_PER_TIME_CHECK, is_time_over, &until_s);
     int step = sqlite3_step(s);
-    store_limit_steps(store); /* restores the normal progress handler */
+    store_limit_sql_steps(store); /* restores the normal progress handler */
     const char *text = step == SQLITE_ROW ? (const char *)sqlite3_column_text(s, 0) : NULL;
     *complete = text && strcmp(text, "ok") == 0;
     if (text && !*complete)

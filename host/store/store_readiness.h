@@ -49,7 +49,7 @@ enum mr_status store_size_get(struct store *store, int64_t *bytes, int64_t *land
 void store_set_wait_s(struct store *store, double wait_s);
 /* Checks the database for damage, for at most `duration_max_s`. *complete is true if the time was
  * enough for all pages. Fails with MR_MALFORMED and the details if the database is damaged. */
-enum mr_status store_check(struct store *store, double duration_max_s, bool *complete,
-                           struct error *error);
+enum mr_status store_check_integrity(struct store *store, double duration_max_s, bool *complete,
+                                     struct error *error);
 
 #endif

@@ -12,9 +12,9 @@
 /* Pages of a damaged file can form a loop, so a statement is stopped after many more steps than an
  * undamaged file of the same size needs. A scan needs less than 2 steps per byte; sorting and
  * look-ups for each row need less than ten times as many. */
-#define STEPS_MIN          20000000
-#define STEPS_PER_BYTE     32
-#define STEPS_PER_CALLBACK 10000
+#define SQL_STEP_LIMIT_MIN           20000000
+#define SQL_STEP_LIMIT_PER_FILE_BYTE 32
+#define SQL_STEPS_PER_CALLBACK       10000
 
 /* 2^53: a double represents every smaller integer exactly */
 #define EXACT_INTEGER_MAX 9007199254740992.0
@@ -31,15 +31,15 @@
              bool: STORE_BOOL,                                               \
              double: STORE_DOUBLE,                                           \
              const char *: _Generic(&((const struct store_##row *)0)->field, \
-                                    const char *const *: STORE_POINTER,      \
-                                    default: STORE_CHARACTERS),              \
+                                    const char *const *: STORE_TEXT_POINTER,      \
+                                    default: STORE_TEXT_ARRAY),              \
              struct store_bytes: STORE_BLOB)
 /* clang-format on */
 
 /* Compile-time check that each field has the right type for its column. */
 #define IS_INTEGER(kind) ((kind) == STORE_INT64 || (kind) == STORE_INT || (kind) == STORE_BOOL)
 #define IS_REAL(kind)    ((kind) == STORE_DOUBLE)
-#define IS_TEXT(kind)    ((kind) == STORE_CHARACTERS || (kind) == STORE_POINTER)
+#define IS_TEXT(kind)    ((kind) == STORE_TEXT_ARRAY || (kind) == STORE_TEXT_POINTER)
 #define IS_BLOB(kind)    ((kind) == STORE_BLOB)
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
     _Static_assert(IS_##type(FIELD_KIND(row, field)),                                 \
@@ -58,14 +58,14 @@
 #define TABLE(row, table) const struct store_##row store_blank_##row = {
 #define COLUMN(row, column, declaration, field, type, constraint, merge, empty, read) \
     BLANK_##type(row, field)
-#define END(row, key, put) };
+#define TABLE_END(row, key, put) };
 #include "host/store/tables.def"
 
-#define EMPTY_TEXT false
-#define EMPTY_NOTHING true
+#define EMPTY_AS_TEXT false
+#define EMPTY_AS_NULL true
 #define FIELD_LAYOUT(row, name)                          \
-    .offset = offsetof(struct store_##row, name), \
-        .size = sizeof(((const struct store_##row *)0)->name), .kind = FIELD_KIND(row, name)
+    .field_offset = offsetof(struct store_##row, name), \
+        .field_size = sizeof(((const struct store_##row *)0)->name), .kind = FIELD_KIND(row, name)
 #define TABLE(row, table) static const struct store_column columns_of_##row[] = {
 #define OWNER(row, column, words)                                                           \
     {.name = #column, .type = "INTEGER", .constraint = words, .field = #column, .read_sql = "", \
@@ -77,7 +77,7 @@
 #define COMPUTED(row, declaration, member, words) \
     {.field = #member, .read_sql = words, .merge = STORE_MERGE_READ_ONLY,                   \
      FIELD_LAYOUT(row, member)},
-#define END(row, key, put) };
+#define TABLE_END(row, key, put) };
 /* clang-format on */
 #include "host/store/tables.def"
 
@@ -88,8 +88,8 @@ static const struct store_table tables[STORE_TABLE_COUNT] = {
         .row_size = sizeof(struct store_##row),
 #define VIEW(row) \
     [STORE_TABLE_##row] = {.columns = columns_of_##row, .row_size = sizeof(struct store_##row),
-#define END(row, key_text, put_rule)                                                \
-    .count = sizeof columns_of_##row / sizeof columns_of_##row[0], .key = key_text, \
+#define TABLE_END(row, key_text, put_rule)                                                \
+    .column_count = sizeof columns_of_##row / sizeof columns_of_##row[0], .key = key_text, \
         .put = STORE_PUT_##put_rule},
 /* clang-format on */
 #include "host/store/tables.def"
@@ -103,7 +103,7 @@ const struct store_table *store_table(enum store_table_number which)
 /* ---- SQL text from the descriptions ---- */
 
 /* True if a put with these rules writes the column. */
-static bool is_written(const struct store_column *column, unsigned rules)
+static bool is_column_written(const struct store_column *column, unsigned rules)
 {
     return (rules >> column->merge & 1u) != 0;
 }
@@ -111,8 +111,8 @@ static bool is_written(const struct store_column *column, unsigned rules)
 static void write_column_names(sqlite3_str *sql, const struct store_table *table)
 {
     bool first = true;
-    for (unsigned i = 0; i < table->count; i++) {
-        if (!is_written(&table->columns[i], STORE_WRITTEN_RULES))
+    for (unsigned i = 0; i < table->column_count; i++) {
+        if (!is_column_written(&table->columns[i], STORE_WRITTEN_MERGE_RULES))
             continue;
         sqlite3_str_appendf(sql, "%s%s", first ? "" : ", ", table->columns[i].name);
         first = false;
@@ -122,8 +122,8 @@ static void write_column_names(sqlite3_str *sql, const struct store_table *table
 static void write_placeholders(sqlite3_str *sql, const struct store_table *table)
 {
     const char *before = "(";
-    for (unsigned i = 0; i < table->count; i++) {
-        if (!is_written(&table->columns[i], STORE_WRITTEN_RULES))
+    for (unsigned i = 0; i < table->column_count; i++) {
+        if (!is_column_written(&table->columns[i], STORE_WRITTEN_MERGE_RULES))
             continue;
         sqlite3_str_appendf(sql, "%s?", before);
         before = ",";
@@ -138,7 +138,7 @@ static void write_merge(sqlite3_str *sql, const struct store_table *table)
                                           [STORE_MERGE_REPLACE] = "excluded.%s",
                                           [STORE_MERGE_BITS] = "%s|excluded.%s"};
     const char *before = " ON CONFLICT DO UPDATE SET ";
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         if (column->kind == STORE_OWNER || column->merge == STORE_MERGE_KEEP ||
             column->merge == STORE_MERGE_READ_ONLY)
@@ -173,8 +173,8 @@ static char *make_update_sql(const struct store_table *table)
     sqlite3_str *sql = sqlite3_str_new(NULL);
     const char *before = " SET ";
     sqlite3_str_appendf(sql, "UPDATE %s", table->name);
-    for (unsigned i = 0; i < table->count; i++) {
-        if (!is_written(&table->columns[i], 1u << STORE_MERGE_REPLACE))
+    for (unsigned i = 0; i < table->column_count; i++) {
+        if (!is_column_written(&table->columns[i], 1u << STORE_MERGE_REPLACE))
             continue;
         sqlite3_str_appendf(sql, "%s%s=?", before, table->columns[i].name);
         before = ", ";
@@ -187,7 +187,7 @@ char *store_make_column_list(const struct store_table *table)
 {
     sqlite3_str *sql = sqlite3_str_new(NULL);
     const char *before = "";
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         if (column->kind == STORE_OWNER)
             continue;
@@ -220,13 +220,13 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
     case STORE_INT: return sqlite3_bind_int(statement, at, *(const int *)field);
     case STORE_BOOL: return sqlite3_bind_int(statement, at, *(const bool *)field);
     case STORE_DOUBLE: return bind_real(statement, at, *(const double *)field);
-    case STORE_POINTER:
+    case STORE_TEXT_POINTER:
         return sqlite3_bind_text(statement, at, *(const char *const *)field, -1, SQLITE_STATIC);
     case STORE_BLOB:
         bytes = field;
         return sqlite3_bind_blob64(statement, at, bytes->length ? bytes->data : "", bytes->length,
                                    SQLITE_STATIC);
-    case STORE_CHARACTERS: break;
+    case STORE_TEXT_ARRAY: break;
     case STORE_INT64:
     case STORE_OWNER: abort(); /* not reached: store_bind_row binds owners */
     }
@@ -238,12 +238,12 @@ static int bind_field(sqlite3_stmt *statement, int at, const struct store_column
 int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
                    const void *row, unsigned rules, int *at)
 {
-    const struct store_column *end = table->columns + table->count;
+    const struct store_column *end = table->columns + table->column_count;
     int code = SQLITE_OK, place = *at;
     for (const struct store_column *column = table->columns; column < end && code == SQLITE_OK;
          column++) {
-        const void *field = (const char *)row + column->offset;
-        if (!is_written(column, rules))
+        const void *field = (const char *)row + column->field_offset;
+        if (!is_column_written(column, rules))
             continue;
         if (column->kind == STORE_INT64) /* fast path: most columns are integers */
             code = bind_integer(statement, place++, *(const int64_t *)field);
@@ -300,10 +300,10 @@ static void read_field(sqlite3_stmt *statement, int at, const struct store_colum
     case STORE_INT: *(int *)field = (int)read_integer(statement, at); break;
     case STORE_BOOL: *(bool *)field = read_integer(statement, at) != 0; break;
     case STORE_DOUBLE: *(double *)field = read_real(statement, at); break;
-    case STORE_POINTER:
+    case STORE_TEXT_POINTER:
         *(const char **)field = (const char *)sqlite3_column_text(statement, at);
         break;
-    case STORE_CHARACTERS: store_copy_text(statement, at, field, column->size); break;
+    case STORE_TEXT_ARRAY: store_copy_text(statement, at, field, column->field_size); break;
     case STORE_BLOB: /* the pointer before the length, because SQLite may convert the value */
         ((struct store_bytes *)field)->data = sqlite3_column_blob(statement, at);
         ((struct store_bytes *)field)->length = (size_t)sqlite3_column_bytes(statement, at);
@@ -315,10 +315,10 @@ static void read_field(sqlite3_stmt *statement, int at, const struct store_colum
 
 void store_read_row(sqlite3_stmt *statement, const struct store_table *table, void *row)
 {
-    const struct store_column *end = table->columns + table->count;
+    const struct store_column *end = table->columns + table->column_count;
     int at = 0;
     for (const struct store_column *column = table->columns; column < end; column++) {
-        void *field = (char *)row + column->offset;
+        void *field = (char *)row + column->field_offset;
         if (column->kind == STORE_INT64) /* fast path: most columns are integers */
             *(int64_t *)field = read_integer(statement, at++);
         else if (column->kind != STORE_OWNER)
@@ -363,7 +363,7 @@ enum mr_status store_set_error(struct store *store, const char *action, struct e
     if (number == EIO)
         code = SQLITE_IOERR;
     text = number ? strerror(number) : text;
-    store->failed_code = code;
+    store->last_failed_code = code;
     store->size_limit_reached = number == EFBIG;
     if (store->size_limit_reached || code == SQLITE_FULL || number)
         store_describe_file_system(store->path, system);
@@ -411,35 +411,37 @@ static int64_t get_file_bytes(const struct store *store)
     return bytes + (stat(journal, &info) == 0 ? (int64_t)info.st_size : 0);
 }
 
-static int has_too_many_steps(void *context)
+static int is_step_limit_exceeded(void *context)
 {
     struct store *store = context;
-    store->step_count += STEPS_PER_CALLBACK;
-    return store->step_count > STEPS_MIN &&
-           store->step_count > STEPS_MIN + STEPS_PER_BYTE * get_file_bytes(store);
+    store->sql_step_count += SQL_STEPS_PER_CALLBACK;
+    return store->sql_step_count > SQL_STEP_LIMIT_MIN &&
+           store->sql_step_count >
+               SQL_STEP_LIMIT_MIN + SQL_STEP_LIMIT_PER_FILE_BYTE * get_file_bytes(store);
 }
 
 /* Called when a statement starts. Keeps the count of steps if another statement is still
  * running. */
-static int reset_steps(unsigned event, void *context, void *begins, void *text)
+static int reset_step_count(unsigned event, void *context, void *begins, void *text)
 {
     struct store *store = context;
     (void)event, (void)text;
-    if (store->step_count == 0)
+    if (store->sql_step_count == 0)
         return 0;
     for (sqlite3_stmt *s = sqlite3_next_stmt(store->database, NULL); s;
          s = sqlite3_next_stmt(store->database, s)) {
         if (s != begins && sqlite3_stmt_busy(s))
             return 0;
     }
-    store->step_count = 0;
+    store->sql_step_count = 0;
     return 0;
 }
 
-void store_limit_steps(struct store *store)
+void store_limit_sql_steps(struct store *store)
 {
-    sqlite3_progress_handler(store->database, STEPS_PER_CALLBACK, has_too_many_steps, store);
-    sqlite3_trace_v2(store->database, SQLITE_TRACE_STMT, reset_steps, store);
+    sqlite3_progress_handler(store->database, SQL_STEPS_PER_CALLBACK, is_step_limit_exceeded,
+                             store);
+    sqlite3_trace_v2(store->database, SQLITE_TRACE_STMT, reset_step_count, store);
 }
 
 enum mr_status store_execute(struct store *store, const char *sql, const char *action,
@@ -506,7 +508,7 @@ static void check_columns(sqlite3_stmt *statement, const struct store_table *tab
                           const char *name)
 {
     int at = 0;
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         if (column->kind == STORE_OWNER)
             continue;
@@ -542,7 +544,7 @@ static enum mr_status prepare_insert(struct store *store, struct error *error,
 {
     if (store->insert[which])
         return MR_OK;
-    if (STORE_IS_ON_DEMAND(which) && !store_has_on_demand_tables(store->database) &&
+    if (STORE_TABLE_IS_ON_DEMAND(which) && !store_has_on_demand_tables(store->database) &&
         store_create_tables(store->database, true) != SQLITE_OK)
         return store_set_error(store, "set up", error);
     return prepare_sql(store, store_make_insert_sql(store_table(which), 1), &store->insert[which],
@@ -605,7 +607,7 @@ enum mr_status store_insert(struct store *store, struct error *error, enum store
     sqlite3_stmt *statement = store->insert[which];
     return run_prepared(
         store, error, statement,
-        store_bind_row(statement, store_table(which), owners, row, STORE_WRITTEN_RULES, &at));
+        store_bind_row(statement, store_table(which), owners, row, STORE_WRITTEN_MERGE_RULES, &at));
 }
 
 enum mr_status store_update(struct store *store, struct error *error, enum store_table_number which,
@@ -651,7 +653,7 @@ enum mr_status store_query(struct store *store, struct error *error, enum store_
                            sqlite3_stmt **statement, const struct store_value *values, size_t count)
 {
     enum mr_status status = store_frames_flush(store, error);
-    if (status == MR_OK && STORE_IS_ON_DEMAND(statements[which].row) &&
+    if (status == MR_OK && STORE_TABLE_IS_ON_DEMAND(statements[which].row) &&
         !store_has_on_demand_tables(store->database))
         status = MR_TOO_FEW;
     if (status == MR_OK)
@@ -684,8 +686,8 @@ enum mr_status store_read_next(struct store *store, struct error *error, enum st
 static void check_no_pointers(enum store_statement which)
 {
     const struct store_table *table = store_table(statements[which].row);
-    for (unsigned i = 0; i < table->count; i++) {
-        if (table->columns[i].kind == STORE_POINTER || table->columns[i].kind == STORE_BLOB)
+    for (unsigned i = 0; i < table->column_count; i++) {
+        if (table->columns[i].kind == STORE_TEXT_POINTER || table->columns[i].kind == STORE_BLOB)
             abort_statement(statements[which].name,
                             "its rows have pointers, which hold until the next one only");
     }
@@ -752,7 +754,7 @@ enum mr_status store_read_all(struct store *store, struct error *error, enum sto
 static void write_column_definitions(sqlite3_str *sql, const struct store_table *table)
 {
     bool first = true;
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         if (!column->name)
             continue;
@@ -779,9 +781,9 @@ int store_create_tables(sqlite3 *database, bool on_demand)
 {
     int code = SQLITE_OK;
     bool wanted = false; /* `wanted` also applies to the indexes and triggers that follow a table */
-#define TABLE(row, table)                                        \
-    wanted = STORE_IS_ON_DEMAND(STORE_TABLE_##row) == on_demand; \
-    if (wanted && code == SQLITE_OK)                             \
+#define TABLE(row, table)                                              \
+    wanted = STORE_TABLE_IS_ON_DEMAND(STORE_TABLE_##row) == on_demand; \
+    if (wanted && code == SQLITE_OK)                                   \
         code = create_table(database, STORE_TABLE_##row);
 #define NO_VIEWS
 #define INDEX_OR_TRIGGER(sql)        \

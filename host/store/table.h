@@ -30,7 +30,7 @@ enum store_table_number {
 /* clang-format off */
 #define TABLE(row, table) enum { STORE_OWNERS_##row = 0
 #define OWNER(row, column, constraint) +1
-#define END(row, key, put) };
+#define TABLE_END(row, key, put) };
 /* clang-format on */
 #include "host/store/tables.def"
 
@@ -49,8 +49,8 @@ enum store_field_kind {
     STORE_INT,
     STORE_BOOL,
     STORE_DOUBLE,
-    STORE_CHARACTERS,
-    STORE_POINTER,
+    STORE_TEXT_ARRAY,
+    STORE_TEXT_POINTER,
     STORE_BLOB
 };
 
@@ -58,7 +58,7 @@ struct store_column {
     const char *name; /* NULL: the field is computed by SQL and has no column */
     const char *type, *constraint;
     const char *field, *read_sql; /* SQL expression that is read instead of the column; "": none */
-    size_t offset, size;          /* position and size of the field in the struct, bytes */
+    size_t field_offset, field_size; /* position and size of the field in the struct, bytes */
     uint8_t kind, merge;
     bool empty_is_null;
 };
@@ -66,7 +66,7 @@ struct store_column {
 struct store_table {
     const char *name; /* name of the table; NULL: the rows exist only as results of a query */
     const struct store_column *columns;
-    unsigned count;
+    unsigned column_count;
     size_t row_size;
     const char *key;
     enum store_put put;
@@ -76,7 +76,7 @@ const struct store_table *store_table(enum store_table_number which);
 
 /* A table on demand is created when its first row is written. Until then a query returns no
  * rows. */
-#define STORE_IS_ON_DEMAND(which) ((which) == STORE_TABLE_record)
+#define STORE_TABLE_IS_ON_DEMAND(which) ((which) == STORE_TABLE_record)
 /* Creates the tables, indexes and triggers that are on demand, or all others. Returns SQLite's
  * code. */
 int store_create_tables(sqlite3 *database, bool on_demand);
@@ -92,7 +92,7 @@ char *store_make_column_list(const struct store_table *table);
  * must stay valid until the statement has run. Returns SQLite's code. */
 int store_bind_row(sqlite3_stmt *statement, const struct store_table *table, const int64_t *owners,
                    const void *row, unsigned rules, int *at);
-#define STORE_WRITTEN_RULES (~(1u << STORE_MERGE_READ_ONLY))
+#define STORE_WRITTEN_MERGE_RULES (~(1u << STORE_MERGE_READ_ONLY))
 /* Reads the current row of a SELECT whose columns are those of store_make_column_list. */
 void store_read_row(sqlite3_stmt *statement, const struct store_table *table, void *row);
 
@@ -147,11 +147,11 @@ static inline struct store_value store_value_real(double value)
 }
 static inline struct store_value store_value_text(const char *value)
 {
-    return (struct store_value){.kind = STORE_POINTER, .text = value};
+    return (struct store_value){.kind = STORE_TEXT_POINTER, .text = value};
 }
-/* BIND makes a parameter of any type. STORE_NONE, NaN and NULL become SQL NULL. */
+/* STORE_BIND makes a parameter of any type. STORE_NONE, NaN and NULL become SQL NULL. */
 /* clang-format off */
-#define BIND(value)                         \
+#define STORE_BIND(value)                         \
     _Generic((value),                       \
              int64_t: store_value_integer,  \
              int: store_value_integer,      \
@@ -259,15 +259,15 @@ struct store {
     struct store_buffered_frame buffered[STORE_FRAMES_PER_STATEMENT];
     unsigned buffered_count;
     /* number of steps since a statement started while no other one was running */
-    int64_t step_count;
+    int64_t sql_step_count;
     struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */
     bool is_overwritten;
     struct store_guard guard;
     int64_t session; /* session being logged; 0: none */
     /* newest data of the session: already committed, and in the open transaction */
-    struct store_session_progress committed, pending;
+    struct store_session_progress committed_progress, pending_progress;
     int64_t data_version; /* PRAGMA data_version when the data of the session was last checked */
-    int failed_code;      /* SQLite's code of the last call that failed; 0: none */
+    int last_failed_code; /* SQLite's code of the last call that failed; 0: none */
 };
 
 /* Sets `error` from SQLite's last error and returns its status. `action` is the verb after "cannot"
@@ -279,7 +279,7 @@ enum mr_status store_execute(struct store *store, const char *sql, const char *a
 
 /* Makes SQLite interrupt a statement that needs more steps than an undamaged file of the same size
  * can. */
-void store_limit_steps(struct store *store);
+void store_limit_sql_steps(struct store *store);
 
 /* Writes the buffered frames. Call it before any read and before a commit. */
 enum mr_status store_frames_flush(struct store *store, struct error *error);

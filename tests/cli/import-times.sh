@@ -74,7 +74,7 @@ blank_lines_count() { # title, blank line, names
 comments_do_not() { by_lines 1 $'# a comment\n\n'"$rows" && eleven_taken <"$tmp/out"; }
 a_row_is_no_header() {
     by_lines 2 $'t,d\n'"$rows"
-    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a row among the header lines; see header_lines; 1 line was skipped' "$tmp/err"
+    [ $? = 4 ] && grep -q 'malformed at line 2, column 1: a data row among the header lines; see header_lines; 1 line was skipped' "$tmp/err"
 }
 numbers_may_be_names() { by_lines 1 $'0,1\n'"$rows" && eleven_taken <"$tmp/out"; }
 names_are_looked_for_there() {

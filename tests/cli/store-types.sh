@@ -27,8 +27,8 @@ refused() {
 }
 good() {
     compiles 'return STORE_PUT(store, error, edge, edge, run);' &&
-        compiles 'return STORE_READ_ONE(store, error, RESULT_GET, (struct store_result *)0, BIND(run));' &&
-        compiles 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, BIND(run), BIND(3));'
+        compiles 'return STORE_READ_ONE(store, error, RESULT_GET, (struct store_result *)0, STORE_BIND(run));' &&
+        compiles 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, STORE_BIND(run), STORE_BIND(3));'
 }
 # describes SED: tables.def as SED changes it, described by table.c
 describes() {
@@ -47,8 +47,8 @@ field_of_another_kind() {
 check "what is right compiles" good
 check "a row of another table is not put" refused 'pointer' 'return STORE_PUT(store, error, edge, zone, run);'
 check "a row that is not said whose is not put" refused 'negative|size of array' 'return STORE_PUT(store, error, edge, edge);'
-check "rows are not read into another struct" refused 'pointer' 'return STORE_READ_ONE(store, error, RESULT_GET, zone, BIND(run));'
-check "a statement takes no pointer to a row" refused '_Generic' 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, BIND(run), BIND(edge));'
-check "a statement takes no float, which would be rounded unseen" refused '_Generic' 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, BIND(run), BIND(f));'
+check "rows are not read into another struct" refused 'pointer' 'return STORE_READ_ONE(store, error, RESULT_GET, zone, STORE_BIND(run));'
+check "a statement takes no pointer to a row" refused '_Generic' 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, STORE_BIND(run), STORE_BIND(edge));'
+check "a statement takes no float, which would be rounded unseen" refused '_Generic' 'return STORE_RUN_STATEMENT(store, error, EDGE_REJECT, STORE_BIND(run), STORE_BIND(f));'
 check "a field that cannot hold its column does not compile" field_of_another_kind
 finish

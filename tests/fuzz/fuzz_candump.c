@@ -8,10 +8,10 @@
 static void parse(const char *line, size_t length)
 {
     struct link_frame frame, again;
-    char text[CANDUMP_LINE_MAX];
+    char text[CANDUMP_LINE_SIZE];
     if (candump_parse(line, length, &frame) != MR_OK || frame.length > 8)
         return;
-    size_t printed = candump_print(&frame, text);
+    size_t printed = candump_write_line(&frame, text);
     FUZZ_REQUIRE(printed > 0 && printed < sizeof text && text[printed - 1] == '\n');
     FUZZ_REQUIRE(candump_parse(text, printed - 1, &again) == MR_OK);
     FUZZ_REQUIRE(again.id == frame.id && again.length == frame.length &&

@@ -30,7 +30,7 @@ static void import(const uint8_t *data, size_t size, struct mapping *mapping)
     struct error error = {0};
     enum mr_status status = mapping->reads_signals
                               ? import_read_signals(&file, &request, mapping, &result, &error)
-                              : csv_read(file.text, size, request.path, mapping, &result.rows,
+                              : csv_read(file.text, size, request.path, mapping, &result.row_count,
                                          &result.parsed, &error);
     if (status == MR_OK && is_short(mapping))
         status = import_landing(fuzz_store(), mapping, &request, &result, &error);

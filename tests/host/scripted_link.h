@@ -125,8 +125,10 @@ static inline enum mr_status scripted_send(struct link *link, const uint8_t *byt
     return MR_OK;
 }
 
-static const struct link_ops scripted_ops = {
-    .kinds = 3, .receive_frame = scripted_frame, .read = scripted_read, .send = scripted_send};
+static const struct link_ops scripted_ops = {.carried_kinds = 3,
+                                             .receive_frame = scripted_frame,
+                                             .read = scripted_read,
+                                             .send = scripted_send};
 
 /* As link_open makes one. The caller's dialogue closes it. */
 static inline struct link *scripted_open(struct scripted *s, enum link_kind kind)

@@ -61,7 +61,8 @@ static inline void session_log(struct session *session, const char *db)
         bool serial_left = serial < session->serial_length;
         if (!can_left && !serial_left)
             break;
-        if (can_left && (!serial_left || collector_lagging_link(session->collector) == LINK_CAN)) {
+        if (can_left &&
+            (!serial_left || collector_get_lagging_link(session->collector) == LINK_CAN)) {
             session_feed_line(session, &can);
         } else {
             size_t length = session->serial_length - serial < 100 ? session->serial_length - serial

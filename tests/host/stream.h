@@ -54,7 +54,7 @@ struct stream_truth {
 static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t *payload,
                               size_t length)
 {
-    char line[CANDUMP_LINE_MAX];
+    char line[CANDUMP_LINE_SIZE];
     struct link_frame frame = {.id = id, .length = (uint8_t)length, .host_us = stream->host_us};
     memcpy(frame.data, payload, length);
     stream->can_sent++;
@@ -62,7 +62,7 @@ static inline void stream_can(struct stream *stream, uint16_t id, const uint8_t 
         stream->take_can(stream, &frame);
     if (!stream->can || (stream->drop_can && stream->drop_can(stream, id)))
         return;
-    candump_print(&frame, line);
+    candump_write_line(&frame, line);
     fputs(line, stream->can);
 }
 

@@ -50,9 +50,9 @@ TEST(serial_drops_are_the_boards)
 {
     struct account account;
     account_start(&account, LINK_SERIAL);
-    account_apply_dropped(&account, 3, 100); /* before logging began */
+    account_apply_dropped_count(&account, 3, 100); /* before logging began */
     assert_int_equal(account.counts.dropped, 0);
-    account_apply_dropped(&account, 10, 200);
+    account_apply_dropped_count(&account, 10, 200);
     assert_int_equal(account.counts.dropped, 7);
     assert_string_equal(account.gap[0].cause, "board");
     assert_int_equal(account.gap[0].from_block, 100);
@@ -83,7 +83,7 @@ TEST(can_without_loss)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 7, 7, 0, 43); /* frames 0..6, then number 7 */
-    assert_int_equal(account.before_first, 0);
+    assert_int_equal(account.frames_before_log, 0);
     can_interval(&account, 99, 107, 0, 143);
     can_interval(&account, 0, 108, 0, 243);
     account_end(&account);
@@ -97,7 +97,7 @@ TEST(can_loss_by_count)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 1010, 5, 43); /* joins late: 1000 went before */
-    assert_int_equal(account.before_first, 1000);
+    assert_int_equal(account.frames_before_log, 1000);
     assert_int_equal(account.counts.lost, 0);
     can_interval(&account, 50, 1071, 5, 143); /* 60 were sent between the two */
     assert_int_equal(account.counts.lost, 10);
@@ -207,7 +207,7 @@ TEST(counts_of_a_board_that_begins_again)
     account_add_message(&account, MR_INDEX_MOTION);
     assert_false(count(&account, MR_ID_ZONE, 0));
     assert_false(count(&account, MR_ID_MOTION, 3));
-    account_confirm_time(&account); /* it was none */
+    account_confirm_board_time(&account); /* it was none */
     assert_true(count(&account, MR_ID_MOTION, 3));
     assert_int_equal(account.missing_count[motion], 2);
     assert_false(count(&account, MR_ID_ZONE, 0)); /* now it has: no count goes back */
@@ -230,8 +230,8 @@ TEST(time_unwraps)
     assert_int_equal(timebase_unwrap(&time, 65534), 65534); /* one that waited in a queue */
     assert_int_equal(timebase_now_us(&time), 65538000);
     /* 84 ticks to a microsecond, forwards, backwards and over the wrap of the counter */
-    assert_near(timebase_tick_us(&time, 1000 + 84 * 1500), 65530000.0 + 1500.0, 1e-6);
-    assert_near(timebase_tick_us(&time, 1000u - 2000u), 65530000.0 - 2000.0 / 84.0, 1e-6);
+    assert_near(timebase_tick_to_us(&time, 1000 + 84 * 1500), 65530000.0 + 1500.0, 1e-6);
+    assert_near(timebase_tick_to_us(&time, 1000u - 2000u), 65530000.0 - 2000.0 / 84.0, 1e-6);
     assert_true(timebase_apply_block(&time, 64000)); /* more than a second back: began again */
     assert_false(timebase_apply_block(&time, 64600));
 }
@@ -243,8 +243,8 @@ TEST(losses_have_their_causes)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
-    account_add_trouble(&account, LINK_QUEUE_LOST, 5);
-    account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
+    account_add_link_fault(&account, LINK_QUEUE_LOST, 5);
+    account_add_link_fault(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
     assert_int_equal(account.gap_count, 2);
@@ -259,12 +259,12 @@ TEST(losses_have_their_causes)
     can_interval(&account, 98, 300, 0, 3000);
     assert_int_equal(account.counts.lost, 10);
     assert_string_equal(account.gap[2].cause, "link");
-    account_add_trouble(&account, LINK_QUEUE_LOST, 50);
+    account_add_link_fault(&account, LINK_QUEUE_LOST, 50);
     can_interval(&account, 99, 400, 0, 4000);
     assert_int_equal(account.counts.lost, 10);
     assert_int_equal(account.gap_count, 3);
-    account_add_trouble(&account, LINK_BUS_OFF, 1);
-    account_add_trouble(&account, LINK_RX_OVERFLOW, 1);
+    account_add_link_fault(&account, LINK_BUS_OFF, 1);
+    account_add_link_fault(&account, LINK_RX_OVERFLOW, 1);
     can_interval(&account, 0, 500, 0, 5000);
     assert_int_equal(account.counts.lost, 109);
     assert_string_equal(account.gap[3].cause, "bus-off");
@@ -278,8 +278,8 @@ TEST(losses_by_a_full_queue)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 99, 100, 0, 1000);
-    account_add_trouble(&account, LINK_LOST_LOCK, 6);
-    account_add_trouble(&account, LINK_LOST_FULL_DISK, 2);
+    account_add_link_fault(&account, LINK_LOST_LOCK, 6);
+    account_add_link_fault(&account, LINK_LOST_FULL_DISK, 2);
     can_interval(&account, 90, 200, 0, 2000);
     assert_int_equal(account.counts.lost, 9);
     assert_int_equal(account.gap_count, 3);
@@ -291,17 +291,17 @@ TEST(losses_by_a_full_queue)
 
     account_start(&account, LINK_SERIAL);
     for (unsigned seq = 0; seq < 100; seq++) {
-        account.bytes += 100;
+        account.received_bytes += 100;
         account_add_serial_frame(&account, (uint16_t)seq, seq);
     }
-    account_add_trouble(&account, LINK_LOST_SLOW_DISK, 7000000);
-    account.bytes += 100;
+    account_add_link_fault(&account, LINK_LOST_SLOW_DISK, 7000000);
+    account.received_bytes += 100;
     account_add_serial_frame(&account, (uint16_t)(100u + 70000u), 200);
     assert_int_equal(account.counts.lost, 70000);
     assert_int_equal(account.gap_count, 1);
     assert_string_equal(account.gap[0].cause, "slow disk");
     assert_int_equal(account.gap[0].count, 70000);
-    account.bytes += 100;
+    account.received_bytes += 100;
     /* without such a loss a step back is a sender that began again */
     account_add_serial_frame(&account, 5, 201);
     assert_int_equal(account.counts.lost, 70000);
@@ -313,7 +313,7 @@ TEST(troubles_at_the_end)
     struct account account;
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_add_trouble(&account, LINK_QUEUE_LOST, 7);
+    account_add_link_fault(&account, LINK_QUEUE_LOST, 7);
     account_end(&account);
     assert_int_equal(account.counts.lost, 7);
     assert_int_equal(account.gap_count, 1);
@@ -322,7 +322,7 @@ TEST(troubles_at_the_end)
 
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_add_trouble(&account, LINK_BUS_OFF, 1);
+    account_add_link_fault(&account, LINK_BUS_OFF, 1);
     account_end(&account);
     assert_int_equal(account.counts.lost, 0);
     assert_int_equal(account.gap_count, 1);
@@ -332,7 +332,7 @@ TEST(troubles_at_the_end)
 
     account_start(&account, LINK_CAN);
     can_interval(&account, 10, 11, 0, 1000);
-    account_add_trouble(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
+    account_add_link_fault(&account, LINK_ARBITRATION_LOST, 1); /* part of every busy bus */
     account_end(&account);
     assert_int_equal(account.gap_count, 0);
 }
@@ -343,9 +343,9 @@ TEST(queue_losses_while_joining)
 {
     struct account account;
     account_start(&account, LINK_CAN);
-    account_add_trouble(&account, LINK_QUEUE_LOST, 20);
+    account_add_link_fault(&account, LINK_QUEUE_LOST, 20);
     can_interval(&account, 30, 1050, 0, 500); /* 1050 before it: 30 came, 20 lost, 1000 earlier */
-    assert_int_equal(account.before_first, 1000);
+    assert_int_equal(account.frames_before_log, 1000);
     assert_int_equal(account.counts.lost, 20);
     assert_string_equal(account.gap[0].cause, "queue");
 }
@@ -377,10 +377,10 @@ TEST(bytes_lost_before_a_restart)
 {
     struct account account;
     account_start(&account, LINK_SERIAL);
-    account.bytes = 2000;
+    account.received_bytes = 2000;
     for (uint16_t seq = 0; seq < 100; seq++)
         account_add_serial_frame(&account, seq, 700 + seq);
-    account_add_trouble(&account, LINK_LOST_LOCK, 400);
+    account_add_link_fault(&account, LINK_LOST_LOCK, 400);
     account_restart(&account, true);
     account_add_serial_frame(&account, 0, -1);
     assert_int_equal(account.counts.lost, 20);

@@ -304,7 +304,7 @@ static size_t behind_frame(const struct session *session, unsigned n)
 TEST(a_port_that_comes_back_begins_anew)
 {
     struct session s;
-    struct link_counters counters = {.troubles = 2};
+    struct link_counters counters = {.fault_total = 2};
     char path[200];
     session_begin(&s, false, true);
     stream_hello(&s.stream, MR_LAYOUT);
@@ -321,8 +321,8 @@ TEST(a_port_that_comes_back_begins_anew)
     collector_open(s.store, NULL, 0, "file:serial", &s.collector, &s.error);
     collector_receive_bytes(s.collector, (const uint8_t *)s.serial, torn, 1700000000000000u,
                             &s.error);
-    counters.trouble[LINK_AWAY] = counters.trouble[LINK_BACK] = 1;
-    collector_account_troubles(s.collector, LINK_SERIAL, &counters, &s.error);
+    counters.fault_count[LINK_AWAY] = counters.fault_count[LINK_BACK] = 1;
+    collector_account_link_faults(s.collector, LINK_SERIAL, &counters, &s.error);
     collector_receive_bytes(s.collector, (const uint8_t *)s.serial + anew, s.serial_length - anew,
                             1700000000000000u, &s.error);
     collector_end_link(s.collector, LINK_SERIAL, &s.error);
@@ -609,9 +609,9 @@ TEST(two_landings_in_turn)
     assert_int_equal(landing_count(&s), 2);
     assert_int_equal(landing_of(&s, 1).state, 4);
     assert_int_equal(landing_of(&s, 2).board_landing, 5);
-    assert_int_equal(collector_pop_finished(s.collector), 1);
-    assert_int_equal(collector_pop_finished(s.collector), 2);
-    assert_int_equal(collector_pop_finished(s.collector), 0);
+    assert_int_equal(collector_pop_finished_run(s.collector), 1);
+    assert_int_equal(collector_pop_finished_run(s.collector), 2);
+    assert_int_equal(collector_pop_finished_run(s.collector), 0);
     session_end(&s);
 }
 

@@ -16,17 +16,19 @@ TEST(bits_lie_as_dbc_says)
         struct link_frame frame;
         double value;
     } cases[] = {
-        {{.id = 1, .start_bit = 4, .bits = 12},
+        {{.id = 1, .start_bit = 4, .bit_count = 12},
          {.length = 4, .data = {0x12, 0x34, 0x56, 0x78}},
          0x341},
-        {{.id = 1, .start_bit = 3, .bits = 12, .big_endian = true},
+        {{.id = 1, .start_bit = 3, .bit_count = 12, .is_big_endian = true},
          {.length = 4, .data = {0x12, 0x34, 0x56, 0x78}},
          0x234},
-        {{.id = 1, .start_bit = 7, .bits = 16, .big_endian = true, .is_signed = true},
+        {{.id = 1, .start_bit = 7, .bit_count = 16, .is_big_endian = true, .is_signed = true},
          {.length = 2, .data = {0xff, 0xfe}},
          -2},
-        {{.id = 1, .bits = 32, .is_float = true}, {.length = 4, .data = {0, 0, 0x20, 0xc0}}, -2.5},
-        {{.id = 1, .start_bit = 24, .bits = 16}, {.length = 4}, (double)NAN},
+        {{.id = 1, .bit_count = 32, .is_float = true},
+         {.length = 4, .data = {0, 0, 0x20, 0xc0}},
+         -2.5},
+        {{.id = 1, .start_bit = 24, .bit_count = 16}, {.length = 4}, (double)NAN},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct link_frame frame = cases[i].frame;
@@ -35,8 +37,8 @@ TEST(bits_lie_as_dbc_says)
         assert_int_equal(signal_value(&cases[i].signal, &frame, &value), !isnan(cases[i].value));
         assert_true(isnan(cases[i].value) || value == cases[i].value);
     }
-    assert_false(
-        signal_fits(&(struct import_signal){.start_bit = 0, .bits = 9, .big_endian = true}, 1));
+    assert_false(signal_fits_frame(
+        &(struct import_signal){.start_bit = 0, .bit_count = 9, .is_big_endian = true}, 1));
 }
 
 /* From 5 kHz the mean of each block, from 250 Hz straight lines, and nothing where samples are
@@ -85,7 +87,7 @@ TEST(damage_in_a_log)
     while (candump_log_next(&log, &file, &at, &line))
         sum += line.frame.data[0] + 16;
     assert_int_equal(sum, 0x05 + 2 * 16);
-    assert_int_equal(log.other_interface, 1);
+    assert_int_equal(log.other_interface_frames, 1);
     parse_result_text(&log.result, verdict, sizeof verdict);
     assert_string_equal(
         verdict, "malformed at line 4, column 5: not a line of `candump -L`; 2 lines were skipped");

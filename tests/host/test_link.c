@@ -168,9 +168,9 @@ TEST(candump_there_and_back)
         {.host_us = 2, .id = 0x123u | LINK_ID_REMOTE, .length = 3},
     };
     for (size_t i = 0; i < COUNT_OF(frames); i++) {
-        char line[CANDUMP_LINE_MAX];
+        char line[CANDUMP_LINE_SIZE];
         struct link_frame back;
-        size_t length = candump_print(&frames[i], line);
+        size_t length = candump_write_line(&frames[i], line);
         assert_int_equal(length, strlen(line));
         assert_int_equal(line[length - 1], '\n');
         assert_int_equal(candump_parse(line, length - 1, &back), MR_OK);
@@ -179,8 +179,8 @@ TEST(candump_there_and_back)
         assert_int_equal(back.length, frames[i].length);
         assert_memory_equal(back.data, frames[i].data, 8);
     }
-    char line[CANDUMP_LINE_MAX];
-    candump_print(&frames[0], line);
+    char line[CANDUMP_LINE_SIZE];
+    candump_write_line(&frames[0], line);
     assert_string_equal(line, "(0000000011.203000) can0 0A0#01010500EE2B0000\n");
 }
 
@@ -207,7 +207,7 @@ TEST(file_ends_well)
     assert_int_equal(frame.id, 2);
     assert_int_equal(link_receive_frame(link, &frame, &error), MR_CLOSED);
     assert_no_error(&error);
-    assert_int_equal(link_counters(link)->received, 2);
+    assert_int_equal(link_counters(link)->received_count, 2);
     assert_int_equal(link_send_bytes(link, (const uint8_t *)"x", 1, &error), MR_NOT_NOW);
     link_close(link);
 }
@@ -270,10 +270,10 @@ TEST(another_file_is_no_log)
  * documentation of error frames (Documentation/networking/can.rst, linux/can/error.h). */
 TEST(error_frames_are_counted)
 {
-#define BIT(trouble) (1u << (trouble))
+#define BIT(fault) (1u << (fault))
     static const struct {
         const char *frame;
-        uint32_t troubles;
+        uint32_t faults;
     } cases[] = {
         {"20000040#", BIT(LINK_BUS_OFF)},
         {"20000100#", BIT(LINK_RESTARTED)},
@@ -299,9 +299,9 @@ TEST(error_frames_are_counted)
         snprintf(line, sizeof line, "(1.0) can0 %s\n", cases[i].frame);
         struct link *link = open_text(line);
         assert_int_equal(link_receive_frame(link, &frame, &error), MR_OK);
-        for (unsigned k = 0; k < LINK_TROUBLES; k++)
-            assert_int_equal(link_counters(link)->trouble[k], cases[i].troubles >> k & 1u);
-        assert_int_equal(link_counters(link)->received, 0);
+        for (unsigned k = 0; k < LINK_FAULT_COUNT; k++)
+            assert_int_equal(link_counters(link)->fault_count[k], cases[i].faults >> k & 1u);
+        assert_int_equal(link_counters(link)->received_count, 0);
         assert_int_equal(link_counters(link)->error_frames, 1);
         link_close(link);
     }
@@ -309,7 +309,7 @@ TEST(error_frames_are_counted)
     assert_int_equal(LINK_BUS_OFF, 0);
     assert_int_equal(LINK_QUEUE_LOST, 14);
     assert_int_equal(LINK_BACK, 18);
-    assert_string_equal(link_fault_text(LINK_TROUBLES), "unknown trouble");
+    assert_string_equal(link_fault_text(LINK_FAULT_COUNT), "unknown trouble");
 }
 
 /* A board's end of a socket: `far` is what it writes to. */
@@ -424,7 +424,7 @@ TEST(socket_carries_bytes)
     assert_memory_equal(bytes, "ij", 2);
     close(far);
     assert_int_equal(link_receive_bytes(link, bytes, 8, &length, &host_us, &error), MR_CLOSED);
-    assert_int_equal(link_counters(link)->received, 10);
+    assert_int_equal(link_counters(link)->received_count, 10);
     link_close(link);
 }
 

@@ -101,14 +101,14 @@ TEST(taken_back)
         assert_false(item.is_repeated);
     }
     link_queue_rewind(queue);
-    link_queue_put_clock(queue, -5);
+    link_queue_put_clock_jump(queue, -5);
     for (uint32_t i = 4; i < 10; i++) {
         assert_true(link_queue_read(queue, &item));
         assert_int_equal(number_of(&item), i);
         assert_int_equal(item.is_repeated, i < 7);
     }
     assert_true(link_queue_read(queue, &item));
-    assert_int_equal(item.kind, LINK_ITEM_CLOCK);
+    assert_int_equal(item.kind, LINK_ITEM_CLOCK_JUMP);
     assert_int_equal(item.jump_us, -5);
     link_queue_close(queue);
 }
@@ -152,7 +152,8 @@ TEST(what_was_written_is_kept_for_a_while)
     link_queue_close(queue);
 }
 
-/* A link of LINK_QUEUE_S at its fullest fits, and no more than a twentieth beyond that of CAN. */
+/* A link of LINK_QUEUE_CAPACITY_S at its fullest fits, and no more than a twentieth beyond that of
+ * CAN. */
 TEST(holds_a_minute)
 {
     struct link_queue *can = queue_of(LINK_QUEUE_CAN_BYTES, -1),
@@ -199,8 +200,8 @@ TEST(news_when_somebody_listens)
 
 /* ---- the reader ---- */
 
-static enum link_trouble blamed;
-static enum link_trouble blame(void *context)
+static enum link_fault blamed;
+static enum link_fault blame(void *context)
 {
     (void)context;
     return blamed;
@@ -231,7 +232,7 @@ static int open_wire(struct link **link)
 
 static bool is_full_and_loses(void *context)
 {
-    return link_reader_lost(context) > 0;
+    return link_reader_lost_count(context) > 0;
 }
 
 static uint64_t put_all(int fd, size_t length)
@@ -281,12 +282,12 @@ TEST(a_full_queue_loses_and_says_so)
     uint64_t sent = put_all(wire, SENT);
     assert_true(eventually(is_full_and_loses, reader));
     /* All is read when it is either in the queue or lost. */
-    for (int i = 0;
-         i < WAIT_MS / 5 &&
-         link_queue_depth(link_reader_queue(reader)).serial_bytes + link_reader_lost(reader) < sent;
+    for (int i = 0; i < WAIT_MS / 5 && link_queue_depth(link_reader_queue(reader)).serial_bytes +
+                                               link_reader_lost_count(reader) <
+                                           sent;
          i++)
         poll(NULL, 0, 5);
-    uint64_t lost = link_reader_lost(reader);
+    uint64_t lost = link_reader_lost_count(reader);
     assert_int_equal(link_queue_depth(link_reader_queue(reader)).serial_bytes + lost, sent);
     assert_true(lost > SENT - CAPACITY);
     uint64_t came = drain(reader, &counters, sent - lost);
@@ -294,9 +295,9 @@ TEST(a_full_queue_loses_and_says_so)
     blamed = LINK_LOST_PROCESSOR;
     sent = put_all(wire, 500);
     assert_int_equal(drain(reader, &counters, sent), sent);
-    assert_int_equal(counters.trouble[LINK_LOST_LOCK], lost);
-    assert_int_equal(counters.trouble[LINK_LOST_PROCESSOR], 0);
-    assert_int_equal(link_reader_lost(reader), lost);
+    assert_int_equal(counters.fault_count[LINK_LOST_LOCK], lost);
+    assert_int_equal(counters.fault_count[LINK_LOST_PROCESSOR], 0);
+    assert_int_equal(link_reader_lost_count(reader), lost);
     link_reader_close(reader);
     link_close(link);
     close(wire);
@@ -347,8 +348,8 @@ TEST(a_sender_that_can_wait_waits)
     assert_false(atomic_load(&sender.done));
     assert_int_equal(drain(reader, &counters, SENT), SENT);
     pthread_join(thread, NULL);
-    assert_int_equal(link_reader_lost(reader), 0);
-    assert_int_equal(counters.troubles, 0);
+    assert_int_equal(link_reader_lost_count(reader), 0);
+    assert_int_equal(counters.fault_total, 0);
     /* One that waits for room is stopped all the same. */
     sender = (struct sender){.fd = sender.fd, .length = 100000};
     assert_int_equal(pthread_create(&thread, NULL, send_all, &sender), 0);

@@ -57,7 +57,7 @@ static int all_well(void **state)
         (struct ready_channel){.block_count = 100, .mean = 101.0f, .noise_codes = 0.7f};
     f.channel[22] = (struct ready_channel){.block_count = 100, .mean = 62.3f, .noise_codes = 0.3f};
     f.time_fit = (struct timemap_fit){
-        .refusal = TIMEMAP_OK, .pairs = 30, .rate_ppm = {.value = 20.0, .half_width = 50.0}};
+        .refusal = TIMEMAP_OK, .pair_count = 30, .rate_ppm = {.value = 20.0, .half_width = 50.0}};
     f.shunts.count = 2;
     for (unsigned i = 0; i < MR_GAGES; i++)
         f.previous_span_lb[i] = NAN;

@@ -40,8 +40,8 @@ static void fill_field(const struct store_column *column, unsigned i, void *fiel
     case STORE_INT64: *(int64_t *)field = 1000 + i; break;
     case STORE_INT: *(int *)field = (int)(1000 + i); break;
     case STORE_DOUBLE: *(double *)field = i + 0.5; break;
-    case STORE_CHARACTERS: snprintf(field, column->size, "%s", texts[i]); break;
-    case STORE_POINTER: *(const char **)field = texts[i]; break;
+    case STORE_TEXT_ARRAY: snprintf(field, column->field_size, "%s", texts[i]); break;
+    case STORE_TEXT_POINTER: *(const char **)field = texts[i]; break;
     case STORE_BLOB:
         *(struct store_bytes *)field = (struct store_bytes){texts[i], strlen(texts[i])};
         break;
@@ -75,10 +75,10 @@ static void put_and_look(enum store_table_number which)
     assert_in_range(table->row_size, 1, ROOM);
     for (unsigned i = 0; i < 8; i++)
         owners[i] = 7 + i;
-    for (unsigned i = 0; i < table->count; i++)
-        fill_field(&table->columns[i], i, row + table->columns[i].offset);
+    for (unsigned i = 0; i < table->column_count; i++)
+        fill_field(&table->columns[i], i, row + table->columns[i].field_offset);
     assert_int_equal(store_insert(store, &error, which, row, owners), MR_OK);
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         if (!column->name)
             continue;
@@ -96,14 +96,15 @@ static void put_and_look(enum store_table_number which)
     assert_int_equal(sqlite3_prepare_v2(store->database, sql, -1, &s, NULL), SQLITE_OK);
     assert_int_equal(sqlite3_step(s), SQLITE_ROW);
     store_read_row(s, table, back);
-    for (unsigned i = 0; i < table->count; i++) {
+    for (unsigned i = 0; i < table->column_count; i++) {
         const struct store_column *column = &table->columns[i];
         bool there = column->kind == STORE_INT64 || column->kind == STORE_INT ||
-                     column->kind == STORE_DOUBLE || column->kind == STORE_CHARACTERS;
+                     column->kind == STORE_DOUBLE || column->kind == STORE_TEXT_ARRAY;
         if (there && column->merge != STORE_MERGE_READ_ONLY)
-            assert_memory_equal(back + column->offset, row + column->offset,
-                                column->kind == STORE_CHARACTERS ? strlen(row + column->offset) + 1
-                                                                 : column->size);
+            assert_memory_equal(back + column->field_offset, row + column->field_offset,
+                                column->kind == STORE_TEXT_ARRAY
+                                    ? strlen(row + column->field_offset) + 1
+                                    : column->field_size);
     }
     sqlite3_finalize(s);
     sqlite3_free(list);

@@ -69,7 +69,7 @@ static double draw_session(struct timemap *map, double (*delay_us)(void), unsign
 
 static bool holds(const struct timemap_fit *fit, double begin_us, double since_us, double gain_ppm)
 {
-    struct timemap_value host = timemap_host_us(fit, begin_us + since_us);
+    struct timemap_value host = timemap_to_host_us(fit, begin_us + since_us);
     double truth_us = since_us * (1.0 + gain_ppm * 1e-6);
     return fabs(host.value - (double)EPOCH_US - truth_us) <= host.half_width;
 }
@@ -89,7 +89,7 @@ static void check(const char *name, double (*delay_us)(void), unsigned pairs, do
         held.middle += holds(&fit, begin_us, 0.4 * span_us, gain_ppm);
         held.end += holds(&fit, begin_us, span_us, gain_ppm);
         held.after += holds(&fit, begin_us, 1.3 * span_us, gain_ppm);
-        held.half_us += timemap_host_us(&fit, begin_us + span_us).half_width / ROUNDS;
+        held.half_us += timemap_to_host_us(&fit, begin_us + span_us).half_width / ROUNDS;
         held.half_ppm += fit.rate_ppm.half_width / ROUNDS;
     }
     const unsigned counts[] = {held.rate, held.middle, held.end, held.after};
@@ -139,7 +139,7 @@ static struct timemap_fit refused_of(double rate, double (*delay_us)(void), unsi
 
 TEST(what_is_no_map_is_refused)
 {
-    assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW);
+    assert_int_equal(refused_of(1.0, exponential, 11, EPOCH_US, 0).refusal, TIMEMAP_TOO_FEW_PAIRS);
     assert_int_equal(refused_of(1.0, exponential, 12, EPOCH_US, 0).refusal, TIMEMAP_OK);
     assert_int_equal(refused_of(1.0, exponential, 60, 0, 0).refusal, TIMEMAP_NO_DATE);
     /* emulated: four board seconds in one */
@@ -168,7 +168,7 @@ TEST(without_delays_it_is_exact)
     struct timemap_fit fit = refused_of(1.0, none, 60, EPOCH_US, 0);
     assert_int_equal(fit.refusal, TIMEMAP_OK);
     assert_near(fit.rate_ppm.value, 0.0, 0.001);
-    struct timemap_value host = timemap_host_us(&fit, 59e6);
+    struct timemap_value host = timemap_to_host_us(&fit, 59e6);
     assert_near(host.value - (double)EPOCH_US, 59e6, 1.0);
     assert_true(host.half_width < 1.0);
 }
@@ -182,7 +182,7 @@ TEST(the_newest_count)
         timemap_add(&map, 1e6 * i, EPOCH_US + (int64_t)(1e6 * i * (i < 100 ? 1.0001 : 1.0)));
     timemap_add(&map, 500e6, 0); /* not later than the last */
     timemap_fit(&map, 500.0, &fit);
-    assert_int_equal(fit.pairs, TIMEMAP_PAIRS_MAX);
+    assert_int_equal(fit.pair_count, TIMEMAP_PAIRS_MAX);
     assert_near(fit.from_us, 100e6, 0.5);
     assert_near(fit.to_us, 699e6, 0.5);
     assert_near(fit.rate_ppm.value, 0.0, 0.01);

@@ -51,17 +51,17 @@ static void log_in_transactions(const char *db, bool failing, char path[200])
         for (int i = 1; failing && i <= 2; i++) {
             const char *again = at;
             store_begin(s.store, &s.error);
-            collector_save_mark(s.collector, &s.error);
+            collector_save_state(s.collector, &s.error);
             feed_frames(&s, &again, FRAMES_A_TRANSACTION * i / 2 + 1);
-            collector_put_counts(s.collector, &s.error);
+            collector_store_counts(s.collector, &s.error);
             assert_no_error(&s.error);
             store_roll_back(s.store);
-            collector_restore_mark(s.collector);
+            collector_restore_state(s.collector);
         }
         store_begin(s.store, &s.error);
-        collector_save_mark(s.collector, &s.error);
+        collector_save_state(s.collector, &s.error);
         feed_frames(&s, &at, FRAMES_A_TRANSACTION);
-        collector_put_counts(s.collector, &s.error);
+        collector_store_counts(s.collector, &s.error);
         store_commit(s.store, &s.error);
         assert_no_error(&s.error);
     }
@@ -103,7 +103,7 @@ TEST(taken_back_and_written_again)
 }
 
 /* A session that is open, with a row that is only in the journal. */
-static struct store *open_campaign(const char *path, struct store_identity *identity)
+static struct store *open_campaign(const char *path, struct store_file_identity *identity)
 {
     struct store *store = NULL;
     struct error error = {0};
@@ -113,8 +113,8 @@ static struct store *open_campaign(const char *path, struct store_identity *iden
     store_session_add(store, &session, &error);
     store_commit(store, &error);
     assert_no_error(&error);
-    store_identity_get(path, identity);
-    assert_int_equal(store_check_identity(path, identity), STORE_FILE_SAME);
+    store_file_identity_get(path, identity);
+    assert_int_equal(store_check_file_identity(path, identity), STORE_FILE_SAME);
     return store;
 }
 
@@ -129,23 +129,23 @@ static void write_text(const char *path, const char *text)
 TEST(a_campaign_taken_away_is_found_out)
 {
     char path[200], elsewhere[200], copy[200], journal[220], where[4096];
-    struct store_identity identity;
+    struct store_file_identity identity;
     struct error error = {0};
     scratch_path(elsewhere, sizeof elsewhere, "writing-elsewhere.db");
     scratch_path(copy, sizeof copy, "writing-copy.db");
     struct store *store = open_campaign(scratch_path(path, sizeof path, "writing-away.db"),
                                         &identity);
     assert_int_equal(rename(path, elsewhere), 0);
-    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_MISSING);
+    assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_MISSING);
     store_find_current_path(store, where, sizeof where);
     assert_non_null(strstr(where, "/writing-elsewhere.db"));
     write_text(path, "somebody's");
-    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_REPLACED);
+    assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_REPLACED);
     assert_int_equal(rename(elsewhere, path), 0);
-    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_SAME); /* put back */
+    assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_SAME); /* put back */
     snprintf(journal, sizeof journal, "%s-wal", path);
     assert_int_equal(unlink(journal), 0);
-    assert_int_equal(store_check_identity(path, &identity), STORE_FILE_NO_JOURNAL);
+    assert_int_equal(store_check_file_identity(path, &identity), STORE_FILE_NO_JOURNAL);
     assert_int_equal(unlink(path), 0);
     store_find_current_path(store, where, sizeof where);
     assert_string_equal(where, "");

@@ -261,7 +261,7 @@ static void serial_frame_came(struct soak *soak, const struct mr_frame *frame)
         begin_boot(soak, LINK_SERIAL, true);
     account_add_serial_frame(account, frame->seq, -1);
     if (timed)
-        account_confirm_time(account);
+        account_confirm_board_time(account);
     understand(soak, LINK_SERIAL, frame->type, frame->payload, frame->length);
 }
 
@@ -431,7 +431,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         memset(&soak->wire[link], 0, sizeof soak->wire[link]);
         soak->wire[link].whole = true;
         account_start(&soak->account[link], (enum link_kind)link);
-        soak->account[link].complete_from_start = true;
+        soak->account[link].logged_since_start = true;
         soak->time[link] = (struct timebase){0};
     }
     uint64_t end_ps = (uint64_t)(length_s * 1e12), slice_ps = HIL_SECOND_PS;
