@@ -80,10 +80,11 @@ enum mr_status identity_check_layout(const struct identity *identity, const char
 {
     if (identity->hello.layout == MR_LAYOUT)
         return MR_OK;
-    return error_set(error, MR_VERSION,
-                     "the board uses layout %u, this matrig layout %u: %s; use the matrig version "
-                     "that belongs to the board's firmware",
-                     identity->hello.layout, MR_LAYOUT, spec);
+    return error_set(
+        error, MR_VERSION,
+        "the board uses layout %u, but this matrig uses layout %u: %s; use the matrig version "
+        "that belongs to the board's firmware",
+        identity->hello.layout, MR_LAYOUT, spec);
 }
 
 void identity_uid_text(const struct identity *identity, char out[IDENTITY_UID_SIZE])

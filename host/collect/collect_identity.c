@@ -38,8 +38,8 @@ static enum mr_status handle_hello(struct collector *collector, struct link_side
     }
     if (message->layout != MR_LAYOUT)
         return error_set(error, MR_VERSION,
-                         "the board uses layout %u, this matrig layout %u: %s; use firmware and "
-                         "matrig of the same version",
+                         "the board uses layout %u, but this matrig uses layout %u: %s; use "
+                         "firmware and matrig of the same version",
                          message->layout, MR_LAYOUT, side->link_spec);
     collector->reported.hello_known = true;
     collector->reported.identity.clock_source = message->clock_source;

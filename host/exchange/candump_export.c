@@ -53,11 +53,11 @@ static void report_untimed(const struct candump_export *export, bool known, cons
             cli,
             "times of day unknown: time stamps are board time after 2001-09-09 01:46:40 UTC; %s",
             known ? timemap_refusal_text((unsigned)export->time_map.refusal)
-                  : "the clock of the board was not tracked");
+                  : "the board's clock was not tracked");
     if (export->base)
         cli_note(cli,
-                 "identifiers are those on the bus, with base 0x%03x; to import this file, use "
-                 "matrig import --base 0x%03x",
+                 "the identifiers include base 0x%03x; to import this file, use matrig import "
+                 "--base 0x%03x",
                  export->base, export->base);
     if (export->frames_without_time)
         cli_note(cli, "%ld frames from before the board's first clock message are left out",

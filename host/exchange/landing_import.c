@@ -93,7 +93,7 @@ static enum mr_status compute_time_base(struct import_work *w,
     double edge_s = find_edge_time_s(channel);
     if (!w->request->template_run)
         return error_set(error, MR_USAGE,
-                         "align needs a landing: %s; give --like RUN, whose switches are used",
+                         "align needs the switches of a landing: %s; give --like RUN",
                          w->request->path);
     if (isnan(edge_s))
         return error_set(error, MR_MALFORMED,
@@ -127,10 +127,10 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
                          "no reading of d1 to d8 or t1 to t14: %s; see channels in the mapping",
                          w->request->path);
     if ((last_s - first_s) * 1e6 / BLOCK_US >= LANDING_BLOCKS_MAX)
-        return error_set(
-            error, MR_MALFORMED,
-            "record of %.0f s, longer than an hour: %s; check the unit of time in the mapping",
-            last_s - first_s, w->request->path);
+        return error_set(error, MR_MALFORMED,
+                         "the record of %.0f s is longer than an hour: %s; check the unit of time "
+                         "in the mapping",
+                         last_s - first_s, w->request->path);
     w->base_us = w->request->template_run ? (double)w->template.t0_us
                                           : BLOCK_CENTER_US - 1e6 * first_s;
     if (by) {
@@ -143,13 +143,13 @@ static enum mr_status compute_blocks(struct import_work *w, struct error *error)
            to = floor((w->base_us + 1e6 * last_s) / BLOCK_US);
     if (!(to <= BLOCK_INDEX_MAX))
         return error_set(error, MR_USAGE,
-                         "record ends at board time %.3g s: %s; board time is at most %.0f s, see "
-                         "unit, shift_s and align in the mapping",
+                         "the record ends at board time %.3g s: %s; board time is at most %.0f s: "
+                         "see unit, shift_s and align in the mapping",
                          1e-3 * to, w->request->path, 1e-3 * BLOCK_INDEX_MAX);
     if (to < 0.0)
         return error_set(error, MR_USAGE,
-                         "record ends %.3f s before the start of board time: %s; see shift_s and "
-                         "align in the mapping",
+                         "the record ends %.3f s before the start of board time: %s; see shift_s "
+                         "and align in the mapping",
                          -1e-6 * (w->base_us + 1e6 * last_s), w->request->path);
     if (from < 0.0) {
         cli_note(w->request->cli, "%.3f s before the start of board time are left out",
@@ -306,7 +306,7 @@ static enum mr_status put_channels(struct import_work *w, struct error *error)
     }
     if (unknown)
         cli_note(w->request->cli,
-                 "%u channels have no stated error: their standard errors include only their "
+                 "the mapping states no error for %u channels: their standard errors include only "
                  "noise; see error in the mapping",
                  unknown);
     free(reading);

@@ -310,7 +310,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
                                                            : ",");
     m->comment_char = read_character(r, "comment", comment);
     if ((m->decimal_mark != '.' && m->decimal_mark != ',') || m->decimal_mark == m->separator)
-        refuse_value(r, "", "decimal", "give . or , and a different separator");
+        refuse_value(r, "", "decimal", "give '.' or ',', but not the separator");
     if (header_lines < 0 || header_lines > 1000)
         refuse_value(r, "", "header_lines", "give 0 to 1000");
     m->header_lines = (unsigned)header_lines;

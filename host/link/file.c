@@ -251,7 +251,7 @@ static enum mr_status file_open(struct link *link, const char *spec_text, struct
     }
     if (named && (!*named || strlen(named) >= CANDUMP_INTERFACE_SIZE))
         return error_set(error, MR_USAGE,
-                         "no interface: '%s' of %s; write file:PATH,interface=can0", named,
+                         "missing interface: '%s' of %s; write file:PATH,interface=can0", named,
                          link->spec);
     if (link->text)
         return detect_bus(link, named, error);
@@ -301,7 +301,7 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
     return (ssize_t)count;
 }
 
-/* Reads the first bus of a pipe until a board says hello on another bus, because it is not known
+/* Reads the first bus of a pipe until a board sends a hello on another bus, because it is not known
  * which bus has the board. */
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {

@@ -86,8 +86,8 @@ enum mr_status link_read_base(const char *text, const char *where, uint16_t *bas
                          text, where);
     if (value > MR_CAN_BASE_MAX)
         return error_set(error, MR_USAGE,
-                         "base 0x%03lx is too large: %s; give at most 0x%03x, so that identifiers "
-                         "stay up to 0x%x",
+                         "base 0x%03lx is too large: %s; give at most 0x%03x, so that no "
+                         "identifier exceeds 0x%x",
                          value, where, MR_CAN_BASE_MAX, MR_CAN_ID_MAX);
     *base = (uint16_t)value;
     return MR_OK;
@@ -380,8 +380,8 @@ static enum mr_status reopen_device(struct link *link, uint64_t now_us, struct e
     if (now_us - link->absent_since_us < link->absence_max_us)
         return MR_TOO_FEW;
     return error_set(error, link->absence_reason.status,
-                     "%.400s (waited %.3g s for it; now: %.400s)", link->absence_reason.text,
-                     (double)link->absence_max_us / 1e6, why.text);
+                     "%.400s (waited %.3g s for the device; now: %.400s)",
+                     link->absence_reason.text, (double)link->absence_max_us / 1e6, why.text);
 }
 
 enum mr_status link_service(struct link *link, struct error *error)

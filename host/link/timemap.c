@@ -12,7 +12,7 @@
 #define EARLIEST_DATE_US          946684800000000
 #define UNCERTAINTY_MAX_US        50000.0
 #define BISECTION_COUNT           60
-/* a larger rate difference is not a clock setting: the board's time is emulated */
+/* a larger rate difference is not a change of the clock: the board's time is emulated */
 #define EMULATED_RATE_MIN_PPM     20000.0
 /* A clock change is assumed if it reduces the delays by this factor. Without a change, the factor
  * was at most 2.8 in 50,000 sessions of 18 pairs or more, with any delays. */
@@ -270,8 +270,7 @@ const char *timemap_refusal_text(unsigned refusal)
 {
     switch (refusal) {
     case TIMEMAP_OK: return "good";
-    case TIMEMAP_TOO_FEW_PAIRS:
-        return "too few clock messages; log for a quarter of a minute or more";
+    case TIMEMAP_TOO_FEW_PAIRS: return "too few clock messages; log for at least 15 s";
     case TIMEMAP_NO_DATE: return "the record has no times of day";
     case TIMEMAP_OTHER_RATE:
         return "board time and the clock of this computer ran at different rates: the board was "

@@ -42,10 +42,11 @@ static enum mr_status unix_open(struct link *link, const char *path, struct erro
         poll(NULL, 0, OPEN_PAUSE_MS);
     }
     if (reason == EAGAIN)
-        return error_set(error, MR_IO,
-                         "cannot connect (other programs are waiting): %s; an emulated board "
-                         "serves only its first program: end the programs and restart the board",
-                         link->spec);
+        return error_set(
+            error, MR_IO,
+            "cannot connect (other programs are waiting): %s; an emulated board serves only the "
+            "first program that connects: end the programs and restart the board",
+            link->spec);
     return error_set(error, MR_IO,
                      "cannot connect (%s): %s; start the emulated board on this socket first",
                      strerror(reason), link->spec);

@@ -188,9 +188,10 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
     char refused[200];
     if ((!arm && !disarm) || (landing && (!json_is_integer(landing) || !arm)) || number < 0 ||
         number > LANDING_NUMBER_MAX || !json_is_integer(until)) {
-        json_object_set_new(json, "error",
-                            json_string("a command is arm, with a landing from 0 to 65535, or "
-                                        "disarm, and until_us, the time limit for its execution"));
+        json_object_set_new(
+            json, "error",
+            json_string("give command (arm or disarm), until_us (time limit for the execution) "
+                        "and, optionally for arm, landing (0 to 65535)"));
         return MHD_HTTP_BAD_REQUEST;
     }
     enum mr_status status =
@@ -200,7 +201,7 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
     const char *error = status == MR_TIMEOUT ? "the board did not answer within 3 s"
                       : status == MR_LIMIT   ? "the command arrived too late: repeat it"
                       : status != MR_OK
-                          ? "another command is in progress, or this page may only watch"
+                          ? "another command is in progress, or this page cannot send commands"
                       : of_board != MR_OK ? refused
                                           : NULL;
     json_object_set_new(json, "done", json_boolean(!error));
@@ -226,7 +227,7 @@ static enum MHD_Result serve_command(struct live_server *server, struct MHD_Conn
         return respond_text(connection, MHD_HTTP_FORBIDDEN,
                             "commands need the token: open the address that matrig printed\n");
     if (request->is_too_long)
-        return respond_text(connection, MHD_HTTP_CONTENT_TOO_LARGE, "too long for a command\n");
+        return respond_text(connection, MHD_HTTP_CONTENT_TOO_LARGE, "the command is too long\n");
     json_t *json = json_object(), *body = json_loadb(request->body, request->length, 0, NULL);
     unsigned code = run_command(server, body, json);
     char *text = json_dumps(json, JSON_COMPACT);
@@ -282,7 +283,7 @@ static enum MHD_Result serve_request(void *context, struct MHD_Connection *conne
     if (!is_local_host(get_request_header(connection, "Host")))
         return respond_text(
             connection, MHD_HTTP_FORBIDDEN,
-            "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel to it\n");
+            "this page is served only to this computer: use 127.0.0.1, or an ssh tunnel\n");
     bool post = strcmp(method, "POST") == 0 && strcmp(url, "/command") == 0;
     if (!post && strcmp(method, "GET") != 0)
         return respond_text(connection, MHD_HTTP_METHOD_NOT_ALLOWED,

@@ -1,5 +1,5 @@
-/* Output of matrig log for its user: troubles, landings, progress, and a summary of the session at
- * the end. This file also starts the page of --page and handles typed commands. */
+/* Output of matrig log for its user: link faults, landings, progress, and a summary of the session
+ * at the end. This file also starts the page of --page and handles typed commands. */
 #include "host/log/logger.h"
 
 #include <fcntl.h>
@@ -328,7 +328,7 @@ void logger_note_health(struct logger *logger)
                  mr_can_state_text(alarm->state), alarm->tec);
     else if (alarm && alarm->outages)
         cli_note(logger->cli,
-                 "CAN state reported by the board: good again after %.2f s; %u %s since its reset",
+                 "CAN state reported by the board: good again after %.2f s; %u %s since reset",
                  (double)alarm->outage_s, alarm->outages,
                  alarm->outages == 1 ? "outage" : "outages");
 }
@@ -417,8 +417,8 @@ enum mr_status logger_check_received(const struct logger *logger, struct error *
     if (c[LINK_CAN].foreign > 0 || (!line && c[LINK_SERIAL].bad + c[LINK_SERIAL].foreign > 0)) {
         if (c[LINK_CAN].received + c[LINK_SERIAL].received == 0)
             return error_set(error, MR_MALFORMED,
-                             "no data of a matrig board: %s%s%s; check that this is the link of "
-                             "the board, at its bit rate",
+                             "no data from a matrig board: %s%s%s; check that this is the board's "
+                             "link and the bit rate is right",
                              can ? link_spec(can) : "", and, serial ? link_spec(serial) : "");
     }
     diagnose_links(logger, &link);
@@ -503,8 +503,8 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
         logger_clear_progress(logger);
         if (now_silent)
             cli_note(logger->cli,
-                     "the board is SILENT, no data for %.1f s; its last state was %s: nothing is "
-                     "recorded until it sends again; check its power and cables",
+                     "the board is SILENT: no data for %.1f s, last state %s; nothing is recorded "
+                     "until the board sends again: check power and cables",
                      (double)(now_us - newest) / 1e6, state);
         else
             cli_note(logger->cli, "the board sends again: %s", state);
@@ -521,7 +521,7 @@ static void note_silence(struct logger *logger, const char *state, uint64_t now_
             cli_note(logger->cli,
                      lost ? "no more data over %s, while the other link continues: check the cable "
                             "of the silent link"
-                          : "%s: data of the board is received again",
+                          : "%s: data from the board is received again",
                      link_spec(logger->link[link]));
         }
         logger->link_silence_reported[link] = lost;
@@ -808,7 +808,7 @@ static void handle_command(struct logger *logger, const char *line)
     typed->deadline_us = typed->typing_until_us = monotonic_us() + CONFIRM_TIMEOUT_US;
     if (!arm)
         print_reply(logger,
-                    "disarm? The board is %s; this ends its recording. Type yes: ", recording);
+                    "disarm? The board is %s; this ends the recording. Type yes: ", recording);
     else if (typed->command.argument)
         print_reply(
             logger,

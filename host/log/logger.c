@@ -92,7 +92,7 @@ enum mr_status logger_commit(struct logger *logger, struct error *error)
                                        error);
     if (status == MR_OK &&
         store_is_overwritten(logger->store)) /* write nothing more into an overwritten file */
-        status = error_set(error, MR_IO, "file was overwritten: %s; log to a different file",
+        status = error_set(error, MR_IO, "the file was overwritten: %s; log to a different file",
                            store_path(logger->store));
     if (status != MR_OK)
         return status;
@@ -193,7 +193,7 @@ static enum mr_status end_link(struct logger *logger, unsigned link, const struc
     return status;
 }
 
-/* Records and reports the link's troubles since the last call. */
+/* Records and reports the link's faults since the last call. */
 static enum mr_status record_link_faults(struct logger *logger, unsigned link, struct error *error)
 {
     if (!logger->faults_changed[link])
@@ -606,8 +606,9 @@ static enum mr_status continue_in_new_campaign(struct logger *logger, enum store
     logger->collector = collector;
     if (place == STORE_FILE_OVERWRITTEN)
         close_overwritten_campaign(logger->store, original, kept);
+    /* only SQLite wrote to the file, so it is intact */
     else
-        store_close(logger->store); /* only SQLite wrote to the file, so it is intact */
+        store_close(logger->store);
     switch_store(logger, store, saved);
     if (again)
         discard_landings(logger);

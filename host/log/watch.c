@@ -53,11 +53,11 @@ static void write_queue_amount(const struct watch *watch, bool lost, char *out, 
     }
     const unsigned long long frames = count[LINK_CAN], bytes = count[LINK_SERIAL];
     if (frames && bytes)
-        snprintf(out, size, "%llu frames of CAN and %llu bytes of serial", frames, bytes);
+        snprintf(out, size, "%llu CAN frames and %llu serial bytes", frames, bytes);
     else if (frames)
-        snprintf(out, size, "%llu frames of CAN", frames);
+        snprintf(out, size, "%llu CAN frames", frames);
     else if (bytes)
-        snprintf(out, size, "%llu bytes of serial", bytes);
+        snprintf(out, size, "%llu serial bytes", bytes);
     else
         snprintf(out, size, "nothing");
 }
@@ -283,7 +283,8 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
     watch->is_running = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
     return watch->is_running
              ? MR_OK
-             : error_set(error, MR_IO, "no thread: logging to %s; check the limits of this system",
+             : error_set(error, MR_IO,
+                         "cannot create a thread: logging to %s; check the limits of this system",
                          path);
 }
 

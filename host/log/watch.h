@@ -84,7 +84,7 @@ enum link_fault watch_find_cause(void *watch);
 
 /* Returns the current fill of the fuller queue, in thousandths. */
 unsigned watch_fill_permille(struct watch *watch);
-/* Writes the amount of waiting data: "12 frames of CAN and 480 bytes of serial", or "nothing"; with
+/* Writes the amount of waiting data: "12 CAN frames and 480 serial bytes", or "nothing"; with
  * `lost`, the amount of lost data. */
 void watch_write_queue_amount(struct watch *watch, bool lost, char *out, size_t size);
 json_t *watch_json(struct watch *watch);

@@ -100,8 +100,8 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
                          strerror(errno), board->elf_path);
     if (access(board->program, X_OK) != 0)
         return error_set(error, MR_IO,
-                         "no emulated board (%s): %s; build it with make all, install the package "
-                         "matrig-board",
+                         "no emulated board (%s): %s; build it with make all, or install the "
+                         "package matrig-board",
                          strerror(errno), board->program);
     return MR_OK;
 }

@@ -141,7 +141,7 @@ struct comparison {
     /* counts of queued frames at the first message; NaN: no message yet */
     double queued_frames_recorded, queued_frames_replayed;
     bool are_links_faultless;
-    int64_t bus_delay_blocks; /* see delay_blocks in struct diff */
+    int64_t bus_delay_blocks; /* see bus_delay_blocks in struct diff */
     /* the record ends before its landing: one link may have continued without the other */
     bool is_landing_incomplete;
 };
@@ -654,8 +654,8 @@ void diff_to_answer(const struct diff *diff, struct answer *answer)
     if (diff->bus_delay_blocks)
         answer_sentence(answer, NULL,
                         "the bus was full in the record or in the replay, so messages sent in "
-                        "rotation (channels, joints and others) were up to %lld ms later; their "
-                        "order is compared, but not their times and the counts of frames",
+                        "rotation (channels, joints and others) were up to %lld ms late; only "
+                        "their order is compared, not their times or the frame counts",
                         (long long)diff->bus_delay_blocks);
     answer_words(answer, NULL, "result", "%lld of %lld fields differ, in %lld messages",
                  (long long)diff->differing_fields, (long long)diff->compared_fields,

@@ -178,7 +178,7 @@ static enum mr_status report_version(struct store *store, int64_t version, struc
     return error_set(
         error, MR_VERSION,
         "campaign database of version %lld, written by matrig %s; this is matrig " VERSION_TEXT
-        " and reads version %d: %s; use the matrig that wrote it",
+        " and reads version %d: %s; use the matrig version that wrote it",
         (long long)version, by, STORE_VERSION, store->path);
 }
 

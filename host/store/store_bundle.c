@@ -254,7 +254,7 @@ static enum mr_status write_image(const struct store_bundled *row, const char *p
     FILE *file = fopen(path, "wb");
     bool written = file && fwrite(row->image.data, row->image.length, 1, file) == 1;
     if ((file && fclose(file) != 0) || !written)
-        return error_set(error, MR_IO, "cannot be written: %s; check the free disk space", path);
+        return error_set(error, MR_IO, "cannot write: %s; check the free disk space", path);
     return MR_OK;
 }
 

@@ -123,7 +123,7 @@ enum mr_status store_check_writable(const char *path, struct error *error)
         number = errno;
         store_describe_file_system(path, system);
         return error_set(
-            error, MR_IO, "cannot be written (%s; %s): %s; %s", strerror(number), system, path,
+            error, MR_IO, "cannot write (%s; %s): %s; %s", strerror(number), system, path,
             exists ? "matrig show, report and export can read it; to write to it, copy "
                      "it to a writable folder"
                    : "give a writable folder");

@@ -514,7 +514,7 @@ static void check_columns(sqlite3_stmt *statement, const struct store_table *tab
             continue;
         const char *is = sqlite3_column_name(statement, at++);
         if (!is || strcmp(is, column->field) != 0)
-            abort_statement(name, "its columns are not those of its struct");
+            abort_statement(name, "its columns differ from the fields of its struct");
     }
     if (sqlite3_column_count(statement) != at)
         abort_statement(name, "it has more columns than its struct");
@@ -634,7 +634,7 @@ static enum mr_status bind_statement(struct store *store, struct error *error,
     if (status != MR_OK)
         return status;
     if (sqlite3_bind_parameter_count(store->statement[which]) != (int)count)
-        abort_statement(statements[which].name, "it takes another number of values");
+        abort_statement(statements[which].name, "it takes a different number of values");
     return bind_values(store->statement[which], values, count) == SQLITE_OK
              ? MR_OK
              : store_set_error(store, "use", error);
@@ -689,7 +689,7 @@ static void check_no_pointers(enum store_statement which)
     for (unsigned i = 0; i < table->column_count; i++) {
         if (table->columns[i].kind == STORE_TEXT_POINTER || table->columns[i].kind == STORE_BLOB)
             abort_statement(statements[which].name,
-                            "its rows have pointers, which hold until the next one only");
+                            "its rows have pointers, which are valid only until the next row");
     }
 }
 

@@ -113,7 +113,7 @@ typed_and_meant() {
     said 'arm for landing 21\? .*yes: ' && echo 'yes' >&8 && said 'matrig: armed$'
 }
 typed_and_refused() { echo 'arm 22' >&8 && said 'arm for landing 22\?' && echo ' yes ' >&8 && said 'arm refused: not possible in the present state of the board: it is armed'; }
-typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? The board is armed; this ends its recording' && echo yes >&8 && said 'matrig: disarmed$'; }
+typed_disarm_asks() { echo 'disarm' >&8 && said 'disarm\? The board is armed; this ends the recording' && echo yes >&8 && said 'matrig: disarmed$'; }
 not_yes_sends_nothing() { # after it the board still arms for 24
     echo 'arm 23' >&8 && said 'arm for landing 23\?' && echo y >&8 && said 'the answer was not yes.: nothing was sent' &&
         over_can board arm 24 && over_can board disarm && sleep 0.3 && ! $matrig landing "$work/x.db" | grep -q 'landing 23,'

@@ -49,7 +49,7 @@ not_another_one() { # the same kind, without serial numbers: it may be anybody's
     python3 tests/link/unplugged.py "$here/port" "$tmp/short.serial" 200000 0.3 1e9 "1a86 7523 -" >"$tmp/port.txt" 2>&1 &
     local port=$!
     await test -e "$here/port"
-    PORTS=$here LD_PRELOAD=build/tests/link/ports.so fails_with 3 'waited 0.5 s for it; now: no serial port \(No such file or directory\): serial:.*/port; there are .*/port2' \
+    PORTS=$here LD_PRELOAD=build/tests/link/ports.so fails_with 3 'waited 0.5 s for the device; now: no serial port \(No such file or directory\): serial:.*/port; there are .*/port2' \
         $matrig --quiet log --listen --serial "serial:$here/port" --db "$tmp/other.db" --wait 0.5
     local status=$?
     kill $port
@@ -94,7 +94,7 @@ os.close(main)
 print(log.communicate()[1].decode(), log.returncode)
 PYTHON
     cat "$tmp/away"
-    says "the device was disconnected: serial:/tmp/.*/port; plug it in again \(waited 0.5 s for it; now: no serial port \(No such file or directory\): .*; there (is none|are /dev/)" "$tmp/away" &&
+    says "the device was disconnected: serial:/tmp/.*/port; plug it in again \(waited 0.5 s for the device; now: no serial port \(No such file or directory\): .*; there (is none|are /dev/)" "$tmp/away" &&
         says '^ 3$' "$tmp/away"
 }
 check "one that stays away is told with the ports that there are" it_stays_away

@@ -81,7 +81,7 @@ writing_is_refused() { # WHAT WORDS
     [ ! -e "$there/new.db" ] && cmp "$there/c.db" "$tmp/kept.db"
 }
 cp "$there/c.db" "$tmp/kept.db"
-check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot be written \(Read-only file system; [a-z0-9.]+ at /'
+check "what writes says that it is read-only, on which file system" writing_is_refused read-only 'cannot write \(Read-only file system; [a-z0-9.]+ at /'
 check "that there are no locks" writing_is_refused no-locks 'this file system has no locks \(No locks available; [a-z0-9.]+ at /.*log to a local disk'
 check "that there is no shared memory" writing_is_refused no-shared 'this file system has no shared memory \(No such device; [a-z0-9.]+ at /.*log to a local disk'
 

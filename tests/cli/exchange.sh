@@ -42,7 +42,7 @@ dbc_of_a_base() {
     shift_dbc 400 <"$tmp/matrig.dbc" | sed 's/\(for missing data\.\)";$/\1 All identifiers include base 0x190 of the board.";/' | diff - "$tmp/second.dbc"
 }
 dbc_refuses() {
-    fails_with 2 "^matrig: base 0x3ff is too large: --base; give at most 0x3fe, so that identifiers stay up to 0x7ff$" build/matrig export --format dbc --base 0x3ff &&
+    fails_with 2 "^matrig: base 0x3ff is too large: --base; give at most 0x3fe, so that no identifier exceeds 0x7ff$" build/matrig export --format dbc --base 0x3ff &&
         fails_with 2 "^matrig: base 0x3ff is too large: --base" build/matrig export --format dbc --base 1023 && fails_with 2 "'19g' of --base; write a number such as 0x190" build/matrig export --format dbc --base 19g &&
         fails_with 2 "'-1'" build/matrig export --format dbc --base=-1 && fails_with 2 "'0x'" build/matrig export --format dbc --base 0x && fails_with 2 "''" build/matrig export --format dbc --base '' &&
         build/matrig export --format dbc --base 0x3fe | grep -qx 'BO_ 2047 config_word: 8 HOST'

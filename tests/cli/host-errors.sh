@@ -14,9 +14,9 @@ check "what came before the truncation is kept" test "$(sqlite3 "$tmp/b.db" 'sel
 head -c 4000 /dev/zero | tr '\0' 'x' >"$tmp/foreign.bin"
 check "foreign serial bytes" fails_with 4 "foreign.bin" $matrig --quiet log --serial "file:$tmp/foreign.bin" --db "$tmp/c.db"
 printf '(1.0) can0 123#00\n(1.0) can0 124#00\n' >"$tmp/other.log"
-check "another bus" fails_with 4 "no data of a matrig board.*other.log" $matrig --quiet log --can "file:$tmp/other.log" --db "$tmp/d.db"
+check "another bus" fails_with 4 "no data from a matrig board.*other.log" $matrig --quiet log --can "file:$tmp/other.log" --db "$tmp/d.db"
 printf '(1.0) can0 180#0500000000000100\n(1.1) can0 1F0#0800090807000000\n(1.2) can0 1F1#1100000022000000\n' >"$tmp/layout.log"
-check "board of another layout" fails_with 4 "the board uses layout 8, this matrig layout 7: file:.*layout.log" \
+check "board of another layout" fails_with 4 "the board uses layout 8, but this matrig uses layout 7: file:.*layout.log" \
     $matrig --quiet log --can "file:$tmp/layout.log" --db "$tmp/e.db"
 check "what came before the refusal is kept" test "$(sqlite3 "$tmp/e.db" 'select count(*) from frames')" = 2
 

@@ -131,10 +131,10 @@ overflows() {
     echo "send $tmp/wire.serial 1" >&8
     await finished wire 1 && hold wire IMMEDIATE || return 1
     echo "send $tmp/wire.serial $((20000000 / $(stat -c %s "$tmp/wire.serial") + 2))" >&8 # 19.2 MB are held
-    await told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ bytes of serial: $dbs/wire.db$" && await all_sent 2
+    await told wire "queue [0-9]+ % full, lost so far in this session: [0-9]+ serial bytes: $dbs/wire.db$" && await all_sent 2
     local early=$?
     let_go
-    await told wire "^matrig: the campaign can be written again after .*lost so far in this session: [0-9]+ bytes of serial$" || early=1
+    await told wire "^matrig: the campaign can be written again after .*lost so far in this session: [0-9]+ serial bytes$" || early=1
     await told wire "frames or bytes that a full queue lost" || early=1 # which stands behind all that the queue held
     came=$(db wire "select count(*) from landings where state = 4")
     tail -c 300000 "$tmp/wire.serial" >"$tmp/wire.rest" # the end of the landing that was cut off
@@ -146,7 +146,7 @@ overflows() {
     cat "$tmp/wire.err"
     lost=$(db wire "select sum(detail) from events where kind = 'serial-link' and code = 19")
     echo "lost $lost bytes; gaps $(db wire "select group_concat(cause || ' ' || count) from gaps where message = 'frame'")"
-    [ $early = 0 ] && [ "$lost" -gt 0 ] && [ "$(db wire "select count(*), sum(count) > 0 from gaps where cause = 'lock'")" = "1|1" ] && [ "$(grep -c "lost so far in this session: $lost bytes of serial$" "$tmp/wire.err")" -ge 1 ] &&
+    [ $early = 0 ] && [ "$lost" -gt 0 ] && [ "$(db wire "select count(*), sum(count) > 0 from gaps where cause = 'lock'")" = "1|1" ] && [ "$(grep -c "lost so far in this session: $lost serial bytes$" "$tmp/wire.err")" -ge 1 ] &&
         [ "$(json wire 'links.serial.troubles')" = "{\"went away\":1,\"frames or bytes that a full queue lost (another program held the campaign)\":$lost}" ] &&
         [ "$(db wire 'select sum(bad) <= 1 from links')" = 1 ] && [ "$(db wire 'pragma integrity_check')" = ok ]
 }
@@ -204,7 +204,7 @@ hung() {
     wait $sender
     cat "$tmp/hung.err"
     echo "exit $status after $((SECONDS - from)) s"
-    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; the newest [0-9]+ frames of CAN and [0-9]+ bytes of serial are not saved"
+    [ $status = 3 ] && told hung "^matrig: the disk has accepted no data for 1[0-9] s: $dbs/hung.db; the newest [0-9]+ CAN frames and [0-9]+ serial bytes are not saved"
 }
 
 # The campaign is taken away: told, saved beside, gone on with; the exit code says so, and nothing of anybody's is overwritten.

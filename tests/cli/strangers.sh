@@ -31,7 +31,7 @@ hello_before_the_board() { # serial will say whose board it is
     { sed -n 1p "$tmp/all.can" | awk '{ print $1, $2, "1F0#0300010000000100" }'; cat "$tmp/all.can"; } >"$tmp/first.can"
     log first "$tmp/first.can" "${both[@]}" || return 1
     cat "$tmp/first.err"
-    grep -q '^RUN 1: landing 5, done' "$tmp/first.txt" && fails_with 4 'uses layout 3, this matrig layout' \
+    grep -q '^RUN 1: landing 5, done' "$tmp/first.txt" && fails_with 4 'uses layout 3, but this matrig uses layout' \
         $matrig --quiet log --can "file:$tmp/first.can" --db "$tmp/refused.db"
 }
 landing_from_elsewhere() { # split the landing, and stated 37.988 +- 0.112 ft/s

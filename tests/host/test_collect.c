@@ -192,9 +192,9 @@ TEST(another_layout_is_refused_and_the_rest_kept)
     stream_hello(&s.stream, MR_LAYOUT + 1);
     one_landing(&s, 1);
     session_log(&s, "collect.db");
-    char wanted[60];
-    snprintf(wanted, sizeof wanted, "layout %u, this matrig layout %u: file:can", MR_LAYOUT + 1,
-             MR_LAYOUT);
+    char wanted[80];
+    snprintf(wanted, sizeof wanted, "layout %u, but this matrig uses layout %u: file:can",
+             MR_LAYOUT + 1, MR_LAYOUT);
     assert_error(&s.error, MR_VERSION, wanted);
     s.error = (struct error){0};
     assert_int_equal(landing_count(&s), 0);

@@ -192,7 +192,7 @@ TEST_IN(a_board_of_another_layout_is_refused, begin, end)
     struct error error = {0};
     say_hello(&board, MR_LAYOUT + 1u);
     assert_int_equal(dialogue_wait_for_hello(&dialogue, NULL, NULL, &error), MR_VERSION);
-    assert_error(&error, MR_VERSION, "this matrig layout");
+    assert_error(&error, MR_VERSION, "this matrig uses layout");
     say_hello(&board, MR_LAYOUT + 1u);
     error = (struct error){0};
     dialogue.accepts_any_layout = true; /* to be flashed */

@@ -260,7 +260,7 @@ gone() {
     wait $logger
     status=$?
     cat usb.err
-    [ $status -eq 3 ] && says "the device was disconnected: serial:$plugged; plug it in again \(waited 10 s for it; now: .*\)" usb.err
+    [ $status -eq 3 ] && says "the device was disconnected: serial:$plugged; plug it in again \(waited 10 s for the device; now: .*\)" usb.err
 }
 check "one that stays away ends the log with one clear error" gone
 
