@@ -220,8 +220,8 @@ enum mr_status collect_write_parameters(struct collector *collector,
 enum mr_status collect_write_configuration(struct collector *collector,
                                            const struct landing_slot *slot, struct error *error);
 
-/* Pairs of board and host time, and film frames. collect_put_time_map writes the resulting clock of
- * a landing that is over (`slot` NULL: of the boot that is over). */
+/* Pairs of board and host time, and film frames. collect_put_time_map writes the time map of a
+ * landing that is over (`slot` NULL: of the boot that is over). */
 void collect_handle_sync(struct link_side *side, const struct mr_sync *sync, uint64_t host_us);
 void collect_handle_sync_at(struct link_side *side, const struct mr_sync_at *sync_at);
 void collect_handle_clock(struct link_side *side, const struct mr_clock *clock, uint64_t host_us);

@@ -46,13 +46,13 @@ struct link {
     char *spec;    /* the LINK text with the base */
     uint16_t base; /* base of its board on CAN */
     struct link_counters counters;
-    /* Protects the counters and `absence`: one thread may diagnose a link while a second thread
-     * reads it. */
+    /* Protects the counters and absence_reason: one thread may diagnose a link while a second
+     * thread reads it. */
     pthread_mutex_t counters_lock;
     /* Held while the device is opened, closed or written to: one thread may read a link while a
      * second thread sends. */
     pthread_mutex_t device_lock;
-    /* bytes read from fd that the caller has not received yet: from `start` to `end` */
+    /* bytes read from fd that the caller has not received yet: from buffer_start to buffer_end */
     uint8_t buffer[LINK_BUFFER_SIZE];
     size_t buffer_start;
     size_t buffer_end;
