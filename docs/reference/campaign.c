@@ -169,12 +169,12 @@ void reference_campaign(FILE *out)
                    "`host/store/tables.def` and `host/store/tables_journal.def`");
     fputs(
         "A campaign is one SQLite file. Each bold name is a table of this file. The rows below it "
-        "explain columns whose name is not enough. `sqlite3 campaign.db .schema` prints all "
+        "explain columns, if the name is not enough. `sqlite3 campaign.db .schema` prints all "
         "columns with types, keys and constraints.\n\n"
-        "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` refer to the "
-        "`id` of `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
+        "- `id` is the primary key. `session`, `landing`, `survey` and `simulation` are the `id` "
+        "of a row in `sessions`, `landings`, `surveys` or `gage_surveys`, and `simulations`. In "
         "commands, RUN is the `id` of a landing.\n"
-        "- In a table of [messages](messages.md), each field is a column. A column name ends with "
+        "- A table of [messages](messages.md) has a column for each field. A column name ends with "
         "the unit.\n"
         "- Columns ending in `_us` are times in microseconds. Board times count from the first "
         "scan; host times (`host_us`, `made_us`, `started_us`, `taken_us`) count from 1970. "

@@ -18,13 +18,12 @@ static void write_row(FILE *out, const char *field, const char *type, const char
 void reference_configuration(FILE *out)
 {
     reference_head(out, "Configuration", "`common/config.def`");
-    fputs(
-        "`matrig board config get` prints the configuration as text, one field per line: "
-        "`site.mats = 420`. If a group has several members, they are numbered from 1: "
-        "`gate[3].station_ft = 12.5`. `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` "
-        "the gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig "
-        "board config check FILE` reports the wrong lines of a file and shows the correct form.\n",
-        out);
+    fputs("`matrig board config get` prints the configuration as text, one field per line: "
+          "`site.mats = 420`. Members of a group are numbered from 1: "
+          "`gate[3].station_ft = 12.5`. `channel[1]` to `[8]` are the transducers, `[9]` to `[22]` "
+          "the gages, `[23]` the staircase, `[24]` the reference. `#` begins a comment. `matrig "
+          "board config check FILE` reports wrong lines and shows their correct form.\n",
+          out);
 #define GROUP(name, count)                      \
     fputs("\n## " #name "\n\n", out);           \
     if ((count) > 1)                            \

@@ -32,10 +32,10 @@ void reference_exit_codes(FILE *out)
 #undef ROW
     };
     reference_head(out, "Exit codes", "the table of statuses in `common/status.h`");
-    fputs("The exit code of a `matrig` command gives the result, and the kind of an error gives "
-          "the reason. An error is one line on standard error, with cause and remedy. With "
+    fputs("The exit code of a `matrig` command shows the result; the kind of an error shows the "
+          "reason. An error is one line on standard error, with cause and remedy. With "
           "`--json`, the object on standard output also contains `error` (the line), `kind` and "
-          "`exit` (the exit code). A message of the board contains the status code.\n\n"
+          "`exit` (the exit code). Messages of the board contain the status code.\n\n"
           "| Exit code | Kind | Status code | Meaning |\n|--:|---|--:|---|\n",
           out);
     for (int code = 0; code <= EXIT_CODE_MAX; code++) {

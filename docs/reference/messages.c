@@ -35,6 +35,19 @@ static size_t stem_length(const char *text)
     return length;
 }
 
+/* Length of the text before the final number or sum: "transducer ", or "gap of joint " of "gap of
+ * joint `index` + 2". */
+static size_t length_before_end(const char *text)
+{
+    size_t length = stem_length(text);
+    if (length > 3 && strncmp(text + length - 3, " + ", 3) == 0) {
+        length -= 3;
+        while (length > 0 && text[length - 1] != ' ')
+            length--;
+    }
+    return length;
+}
+
 static bool is_listed(const struct mr_field_info *field)
 {
     return strncmp(field->name, "reserved", strlen("reserved")) != 0 &&
@@ -75,7 +88,7 @@ static size_t write_fields(FILE *out, const struct mr_field_info *field, size_t 
     mr_field_text(&field[alike - 1], last, sizeof last);
     reference_cell(out, text);
     if (strcmp(last, text) != 0)
-        fprintf(out, " to %s", last + stem_length(last));
+        fprintf(out, " to %s", last + length_before_end(last));
     fputs(" |\n", out);
     return alike;
 }
@@ -130,7 +143,7 @@ static void write_commands(FILE *out)
                                              [MR_LINKS_JUMPER] = "serial with the jumper",
                                              [MR_LINKS_REPLAY] = "either, after `replay`"};
     fputs(
-        "\n## Commands to the board\n\nThe message `command` carries a code. The board accepts a "
+        "\n## Commands to the board\n\nThe message `command` contains a code. The board accepts a "
         "command only in the state of the landing and over the link that the table lists. Jumper: "
         "MAINTENANCE ([pins](pins.md)).\n\n| Code | Name | Allowed for | State | Link | Effect |\n"
         "|--:|---|---|---|---|---|\n",
@@ -157,14 +170,15 @@ void reference_messages(FILE *out)
     fprintf(
         out,
         "Layout version %u. A row with a bold name begins a message: CAN identifier (also the type "
-        "of the serial frame), name, period, contents. The rows below describe its fields.\n\n"
-        "- A message has 8 bytes and is sent on CAN and serial, unless its third column states "
+        "of the serial frame), name, period, contents. The rows below it describe the fields.\n\n"
+        "- A message has 8 bytes and is sent on CAN and serial, unless the column *Type, unit* "
+        "states "
         "otherwise. A board with a CAN base adds the base to every CAN identifier "
         "([base](../howto/configure.md#can-base)).\n"
         "- Integers are little-endian. A unit that begins with a number is the resolution of a "
         "scaled integer; 65535 (u16) or -32768 (i16) then means \"missing\". Reserved bytes are 0 "
         "and not listed.\n"
-        "- A block is one millisecond of acquisition. With `block16` in the third column, bytes 6 "
+        "- A block is one millisecond of acquisition. With `block16` in that column, bytes 6 "
         "and 7 are the low 16 bits of the message's block index (u16, ms).\n"
         "- `tick` is a count of timer TIM2 (84 MHz). [Status codes](exit-codes.md) are negative; "
         "an unsigned field holds the code without its sign.\n"

@@ -21,7 +21,7 @@ void reference_units(FILE *out)
     reference_head(out, "Units", "the tables of units in `host/base/quantity.c`");
     fputs(
         "A number in an option, in typed input or in a table of readings may have a unit, with or "
-        "without a blank: `15mm`, `15 mm`. In a JSON file, write it in quotes: `\"15 mm\"`. A "
+        "without a blank: `15mm`, `15 mm`. In JSON, write both in quotes: `\"15 mm\"`. A "
         "number without a unit is in the unit that the help of the option, the name of the key or "
         "the column head states.\n\n"
         "- A unit of the wrong kind is an error: `3 lb` is not a length.\n"
@@ -31,7 +31,7 @@ void reference_units(FILE *out)
         "`kip` 1000 lb, `slug` 1 lb s2/ft. `lb` is a force, 4.4482216152605 N. Where a force is "
         "expected, `kg` is the weight of that mass (`kgf`).\n"
         "- `ft`, `in`, `mm`, `cm`, `m`, `lb`, `N`, `kN`, `kgf` and `kg` may be in capitals, but a "
-        "lone `M` is an error (it could mean mega). The others are case-sensitive: `g` is an "
+        "lone `M` is an error (it could mean mega). Other units are case-sensitive: `g` is an "
         "acceleration, `kn` "
         "a knot.\n"
         "- Units may be spelled out: inches, feet, metres, pounds, newtons, seconds, degrees.\n"

@@ -231,8 +231,9 @@ const struct element element_gear_ground = {
             .offset = ELEMENT_FIELD(gear_ground),
             .high = SIM_VALUE_MAX,
             .unit = "lb/ft",
-            .meaning = "stiffness along the runway of the elastic ground under a mat that carries "
-                       "one axle; 0: no elastic ground, one axle with Coulomb friction"},
+            .meaning =
+                "stiffness, along the runway, of the elastic ground under a mat that carries "
+                "one axle; 0: Coulomb friction, one axle"},
     .describe = describe,
     .has_memory = true,
 };

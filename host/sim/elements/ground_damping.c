@@ -37,8 +37,7 @@ const struct element element_ground_damping = {
             .offset = ELEMENT_FIELD(ground_damping),
             .high = SIM_VALUE_MAX,
             .unit = "lb s/ft",
-            .meaning = "viscous damping of each mat that rests on the ground, in the direction of "
-                       "the runway"},
+            .meaning = "viscous damping, along the runway, of each mat that rests on the ground"},
     .force_lb = force_lb,
     .slope_lb_s_ft = slope_lb_s_ft,
     .max_slope_lb_s_ft = max_slope_lb_s_ft,
