@@ -99,15 +99,14 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
     int nine = sim_time_digits(result->start_s, 9), six = sim_time_digits(result->start_s, 6);
     if (result->status == SIM_INTERRUPTED && deadline->is_exceeded) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s, because the limit of %g s of computing was "
-                  "reached; the result up to this time is given; give a longer limit, an earlier "
-                  "tend or a looser rtol",
+                  "interrupted: %s: at %.*g of %.*g s, by the computing limit of %g s; the result "
+                  "ends at that time; give a longer limit, an earlier tend or a looser rtol",
                   name, nine, result->t_s, nine, result->t_end_s,
                   deadline->requested_options->time_limit_s);
     } else if (result->status == SIM_INTERRUPTED) {
         error_set(error, MR_NUMERICS,
-                  "interrupted: %s: at %.*g of %.*g s; the result up to this time is given", name,
-                  nine, result->t_s, nine, result->t_end_s);
+                  "interrupted: %s: at %.*g of %.*g s; the result ends at that time", name, nine,
+                  result->t_s, nine, result->t_end_s);
     } else if (result->status == SIM_UNPREDICTABLE) {
         error_set(error, MR_NUMERICS,
                   "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
@@ -465,11 +464,11 @@ struct answer *sim_to_answer(const struct sim_scene *scene, const struct sim_res
         answer_remark(answer, " at %.*g s: the results below are unchecked and end at this time",
                       six, result->t_s);
     if (result->status == SIM_UNPREDICTABLE)
-        answer_remark(answer,
-                      " beyond %.*g s: after this time runs with different steps disagree, and the "
-                      "errors are "
-                      "their differences",
-                      six, result->t_s);
+        answer_remark(
+            answer,
+            " beyond %.*g s: after this time, runs with different steps disagree; the errors "
+            "are the differences between these runs",
+            six, result->t_s);
     if (result->status != SIM_OK) {
         answer_count(answer, "mat", NULL, result->mat);
         answer_value(answer, "t", NULL, UNIT_TIME, result->t_s, -six)->digits = twelve;

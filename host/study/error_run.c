@@ -126,10 +126,10 @@ static void add_cheapest_runs(struct answer *answer, const struct error_study *s
     answer_open_table(
         answer, NULL,
         study->has_lift
-            ? "shortest run time (ms) with an error of lift up to the value above the "
-              "column (fixed steps: the worst error of the step and its two neighbours)"
-            : "shortest run time (ms) with an error of u up to the value above the column "
-              "(fixed steps: the worst error of the step and its two neighbours)");
+            ? "shortest run time (ms) with an error of lift up to the column heading "
+              "(fixed steps: largest error of a step and the next steps on both sides)"
+            : "shortest run time (ms) with an error of u up to the column heading "
+              "(fixed steps: largest error of a step and the next steps on both sides)");
     for (size_t i = 0; i <= count; i++) {
         answer_open_row(answer);
         answer_words(answer, NULL, "solver", "%s", i < count ? names[i] : "cheapest");
@@ -243,9 +243,9 @@ static enum mr_status write_plot(const char *path, const char *name,
 static void show_progress(void *ctx, size_t runs_begun)
 {
     if (runs_begun == 0)
-        progress_set(ctx, "refining two methods until they agree, as reference");
+        progress_set(ctx, "reference: refining two methods until they agree");
     else
-        progress_set(ctx, "run %zu of solvers against the reference", runs_begun);
+        progress_set(ctx, "run %zu, compared with the reference", runs_begun);
 }
 
 int error_command(int argc, char **argv, const struct cli *cli)

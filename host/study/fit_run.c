@@ -281,8 +281,8 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
     if (misfit->is_rejected)
         answer_sentence(
             answer, NULL,
-            "Do not use the intervals. --plot shows where the residuals are large: check the "
-            "transducers, dirt, the path of the gear and elastic ground there");
+            "Do not use the intervals. --plot shows where the residuals are large: check "
+            "transducers, dirt, gear path and elastic ground there");
     if (misfit->is_rejected && list->landing[0].has_earlier_landings)
         answer_sentence(answer, NULL,
                         "RUN %lld began with joints that earlier landings had moved: start the fit "

@@ -34,10 +34,11 @@ static enum mr_status check_version(const char *version, const char *matrig, str
 {
     if (strcmp(version, VERSION_TEXT) == 0)
         return MR_OK;
-    return error_set(error, MR_USAGE,
-                     "matrig-study is of version %s, %s of version %s; install both from one build "
-                     "(make install)",
-                     VERSION_TEXT, matrig, version);
+    return error_set(
+        error, MR_USAGE,
+        "matrig-study is version %s, but %s is version %s; install both from one build "
+        "(make install)",
+        VERSION_TEXT, matrig, version);
 }
 
 static int run_study(int argc, char **argv)

@@ -404,8 +404,9 @@ static enum mr_status add_axis(struct sweep *sweep, const char *path, const char
                                const char *name, const json_t *value, struct error *error)
 {
     if (sweep->axis_count == SWEEP_AXES_MAX)
-        return error_set(error, MR_MALFORMED, "too many: %s: %s varies more than %d keys; fix some",
-                         path, part, SWEEP_AXES_MAX);
+        return error_set(error, MR_MALFORMED,
+                         "too many: %s: %s varies more than %d keys; vary fewer", path, part,
+                         SWEEP_AXES_MAX);
     for (size_t i = 0; i < sweep->axis_count; i++) {
         if (strcmp(sweep->axis[i].name, name) == 0)
             return error_set(error, MR_MALFORMED,

@@ -16,7 +16,7 @@ fast() { # ERRORS COMMAND...: the command on that clock
 error_goes_on() { fast "$tmp/error.txt" $m error "$tmp/short.json" && cat "$tmp/error.txt"; }
 says() { grep -E "^matrig: $1: running for [1-9][0-9]* s: $2; $3 would be quicker$" "$tmp/$1.txt" || { cat "$tmp/$1.txt" && false; }; }
 check "error: takes more than half a minute" error_goes_on
-check "and says how far it is and what is quicker" says error "run [0-9]+ of solvers against the reference" "a smaller tend"
+check "and says how far it is and what is quicker" says error "run [0-9]+, compared with the reference" "a smaller tend"
 quiet_error() { fast "$tmp/quiet.txt" $m --quiet error "$tmp/short.json" && cat "$tmp/quiet.txt" && [ ! -s "$tmp/quiet.txt" ]; }
 check "with --quiet it says nothing" quiet_error
 

@@ -14,7 +14,7 @@ board_says() { build/matrig-board --version | grep -Fx "matrig-board $version"; 
 study_takes_it() { # and goes on to the command that it does not know
     fails_with 2 'unknown' build/matrig-study --started-by "$version" /x/matrig fit --no-such-option && ! grep 'of version' "$tmp/err"
 }
-study_takes_no_other() { fails_with 2 "matrig-study is of version $version, /x/matrig of version 9\.9\.9" build/matrig-study --started-by 9.9.9 /x/matrig fit; }
+study_takes_no_other() { fails_with 2 "matrig-study is version $version, but /x/matrig is version 9\.9\.9" build/matrig-study --started-by 9.9.9 /x/matrig fit; }
 in_image() { # FILE: bytes 20 to 22 of the header at 0x200 (common/image.h)
     local magic numbers
     magic=$(od -An -c -j 512 -N 4 "$1" | tr -d ' ')

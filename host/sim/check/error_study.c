@@ -220,11 +220,11 @@ static enum mr_status find_reference(struct reference *reference,
 static enum mr_status refuse_failed(const struct sim_scene *scene, const char *name,
                                     const struct pass_outcome *failed, struct error *error)
 {
-    return error_set(error, MR_NUMERICS,
-                     "no reference: %s: %s ends %s at a tight tolerance, mat %d at %.9g s; give an "
-                     "smaller tend or a different scene",
-                     sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat,
-                     failed->t_s);
+    return error_set(
+        error, MR_NUMERICS,
+        "no reference: %s: %s at a tight tolerance: %s, mat %d at %.9g s; give a smaller "
+        "tend or a different scene",
+        sim_scene_name(scene), name, sim_status_name(failed->status), failed->mat, failed->t_s);
 }
 
 static enum mr_status find_planar_reference(struct reference *reference, struct error_study *study,
@@ -279,8 +279,8 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
         const struct error_run *run = &study->runs[study->run_count - 1];
         if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
             run->steps > request.max_steps / 2 && e < TIGHTEST_EXPONENT) {
-            add_note(study, "%s: tolerances below %g left out: they need even more steps",
-                     kind->name, run->rtol);
+            add_note(study, "%s: tolerances below %g left out: too many steps", kind->name,
+                     run->rtol);
             break;
         }
     }

@@ -26,7 +26,7 @@ static double push_at_rest_lb(double c)
 
 static void describe(double c, struct sim_result *result)
 {
-    sim_result_add_note(result, "ground damping: %g lb s/ft on each mat that the ground carries",
+    sim_result_add_note(result, "ground damping: %g lb s/ft on each mat that rests on the ground",
                         c);
 }
 

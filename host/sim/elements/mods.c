@@ -660,7 +660,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         const struct mods_bands *b = &m->band[g];
         if (b->segments > 0)
             sim_result_add_note(
-                result, "bands: %g on the strip, riveted to %d mats, %.4g lb/ft between two rivets",
+                result, "bands: %g, each riveted to %d mats; stiffness between rivets: %.4g lb/ft",
                 b->scene->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
     }
     if (m->has_cleats)
@@ -679,11 +679,10 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     if (m->has_stiffeners)
         sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
                             s->stiff_lines, s->stiff_span,
-                            m->scene->model == SIM_MODEL_CHAIN
-                                ? "chain includes their stretch, but not their bending"
-                                : "consistent");
+                            m->scene->model == SIM_MODEL_CHAIN ? "chain: stretch, but no bending"
+                                                               : "consistent");
     if (m->has_diagonal_lay)
-        sim_result_add_note(result, "joints at %g degrees slide at %g lb + %g times their load",
+        sim_result_add_note(result, "joints at %g degrees slide at %g lb + %g times the joint load",
                             s->lay_deg, s->lay_slide_lb, s->lay_mu);
 }
 

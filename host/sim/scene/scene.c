@@ -193,7 +193,7 @@ static const struct sim_key keys[] = {
           "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
           "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
     RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
-          "rotation above which a cleat springs back; needs cleat_power"),
+          "bending up to this angle springs back; needs cleat_power"),
     LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
          "share of cleat_hold that each cleat still has at the start"),
     INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats",
@@ -729,8 +729,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
         return MR_OK;
     if (connections == 0)
         return error_set(error, MR_MALFORMED,
-                         "bands without rivets: %s: the first riveted mat is %d of %d (%s_first, "
-                         "%s_every); give a smaller number",
+                         "bands without rivets: %s: first riveted mat %d of a runway of %d mats "
+                         "(%s_first, %s_every); give a smaller number",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
     if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
                      where, error) != MR_OK ||

@@ -398,7 +398,7 @@ enum mr_status landing_run(const struct sim_scene *scene, const struct sim_optio
         result->t_end_s = sim_scene_end_s(scene);
         sim_result_add_note(
             result, "error estimate: the largest difference between runs at 1, 1.9, 2.6 and "
-                    "3.6 times the step, twice the difference of the first two");
+                    "3.6 times the step; the difference of the first two counts double");
         if (l.mods)
             mods_describe(l.mods, result);
         run_engine(&l, options, result, error);

@@ -568,7 +568,7 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
                             "friction law 'stick' is used: it is the exact form of the law 'sign'");
     }
     sim_result_add_note(result,
-                        "error estimate: three times the largest difference to runs with 1.9 "
+                        "error estimate: three times the largest difference from runs with 1.9 "
                         "and 3.6 times the step");
     for (int i = 0; i < MOREAU_MAX_RUNS; i++) {
         struct pass_outcome run = {0};
@@ -719,9 +719,9 @@ static enum mr_status run_fixed_step_solver(struct model *m, const struct sim_op
             "or --solver implicit",
             sim_scene_name(m->scene), end, dt);
     sim_result_add_note(
-        result, given ? "error estimate: from the largest difference to runs with a smaller step "
+        result, given ? "error estimate: from the largest difference from runs with a smaller step "
                         "(1/1.9) and, where needed and stable, a larger step (1.9 times)"
-                      : "error estimate: from the largest difference to runs with larger steps "
+                      : "error estimate: from the largest difference from runs with larger steps "
                         "(1.9 times and, where needed and stable, 3.6 times)");
     if (dt > result->dt_limit_s) {
         result->dt_s = dt;
@@ -743,7 +743,7 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
     sim_result_add_note(
         result,
-        "error estimate: largest difference to the same run at a 30 times looser tolerance");
+        "error estimate: largest difference from the same run at a 30 times looser tolerance");
     for (int i = 0;; i++) {
         result->status = SIM_OK;
         run_coarse_and_fine(m, options, request, false, !given && i == MAX_TIGHTENINGS,
