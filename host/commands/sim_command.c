@@ -85,9 +85,9 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
     int digits = sim_time_digits(result->start_s, 9);
     fputs("t_s", file);
     for (size_t i = 0; i < result->station_count; i++)
-        fprintf(file, ",u_%d_%s", sim_shown_mat(scene, i), cli->si ? "m" : "ft");
+        fprintf(file, ",u_%d_%s", sim_output_mat(scene, i), cli->si ? "m" : "ft");
     for (size_t i = 0; result->sample_y_ft && i < result->station_count; i++)
-        fprintf(file, ",y_%d_%s", sim_shown_mat(scene, i), cli->si ? "m" : "ft");
+        fprintf(file, ",y_%d_%s", sim_output_mat(scene, i), cli->si ? "m" : "ft");
     fputc('\n', file);
     for (size_t k = 0; k < result->sample_count; k++) {
         fprintf(file, "%.*g", digits, result->start_s + (double)k * result->sample_dt_s);
@@ -104,10 +104,10 @@ static enum mr_status write_csv(const struct request *request, const struct sim_
 static void request_history(struct request *request, const struct sim_scene *scene,
                             double **stations)
 {
-    size_t count = sim_shown_count(scene);
+    size_t count = sim_output_mat_count(scene);
     *stations = xcalloc(count, sizeof **stations);
     for (size_t i = 0; i < count; i++)
-        (*stations)[i] = (sim_shown_mat(scene, i) - 0.5) * scene->length_ft;
+        (*stations)[i] = (sim_output_mat(scene, i) - 0.5) * scene->length_ft;
     request->options.station_ft = *stations;
     request->options.station_count = count;
     request->options.sample_dt_s =

@@ -123,7 +123,7 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
 
 /* Converts the times of a result, which the engines count from the start of the run, to times in
  * the scene. */
-static void to_scene_times(struct sim_result *result)
+static void convert_to_scene_times(struct sim_result *result)
 {
     result->t_s += result->start_s;
     result->t_end_s += result->start_s;
@@ -169,7 +169,7 @@ enum mr_status sim_run(const struct sim_scene *scene, const struct sim_options *
     else
         planar_run(&counted, &deadline.options, result, error);
     sim_scene_shift_times_free(&counted, scene);
-    to_scene_times(result);
+    convert_to_scene_times(result);
     return finish_result(result, scene, &deadline, error);
 }
 
@@ -181,13 +181,13 @@ bool sim_progress(void *progress, int pass, double part)
 
 /* ---- the answer of `matrig sim` ---- */
 
-#define DIGITS 9
+#define JSON_DIGITS 9
 
 static json_t *numbers_to_json(const double *values, size_t count)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < count; i++)
-        json_array_append_new(list, cli_json_number(values[i], DIGITS));
+        json_array_append_new(list, cli_json_number(values[i], JSON_DIGITS));
     return list;
 }
 
@@ -203,8 +203,8 @@ static json_t *flagged_to_json(const double *flags, const double *names, size_t 
 
 /* Adds one group of bands to the answer. Its values begin at `segment` and `connection` in the
  * arrays. */
-static void add_group(struct answer *answer, int group, const struct mods_state *s, size_t segment,
-                      size_t connection, size_t count)
+static void add_band_group(struct answer *answer, int group, const struct mods_state *s,
+                           size_t segment, size_t connection, size_t count)
 {
     const struct {
         const char *name;
@@ -250,7 +250,7 @@ static void add_bands(struct answer *answer, const struct mods_state *s)
     answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
     answer_remark(answer, ", in segment %zu", most + 1);
     answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
-        DIGITS;
+        JSON_DIGITS;
     answer_value(answer, NULL, "largest load", UNIT_TENSION, s->band_load_lb[load], -4);
     answer_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
     answer_value(answer, NULL, "largest slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
@@ -304,7 +304,7 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         size_t count = (size_t)mods_connections(scene, g);
         if (count == 0)
             continue;
-        add_group(answer, g, s, segment, connection, count);
+        add_band_group(answer, g, s, segment, connection, count);
         segment += count + 1;
         connection += count;
     }
@@ -323,14 +323,14 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
     answer_close_group(answer);
 }
 
-#define ROWS_MAX 12 /* largest number of mats that are printed */
+#define PRINTED_MATS_MAX 12 /* largest number of mats that are printed */
 
-size_t sim_shown_count(const struct sim_scene *scene)
+size_t sim_output_mat_count(const struct sim_scene *scene)
 {
     return scene->u_mats.count > 0 ? scene->u_mats.count : (size_t)scene->mats;
 }
 
-int sim_shown_mat(const struct sim_scene *scene, size_t i)
+int sim_output_mat(const struct sim_scene *scene, size_t i)
 {
     return scene->u_mats.count > 0 ? (int)scene->u_mats.values[i] : (int)i + 1;
 }
@@ -342,9 +342,9 @@ static json_t *outputs_to_json(const struct sim_scene *scene, const struct sim_r
     for (size_t k = 0; k < result->output_count; k++) {
         const struct sim_output *output = &result->outputs[k];
         json_t *u = json_object();
-        for (size_t i = 0; i < sim_shown_count(scene); i++) {
+        for (size_t i = 0; i < sim_output_mat_count(scene); i++) {
             char key[16];
-            int mat = sim_shown_mat(scene, i);
+            int mat = sim_output_mat(scene, i);
             snprintf(key, sizeof key, "%d", mat);
             json_object_set_new(u, key, cli_json_number(output->u_ft[mat], 12));
         }
@@ -361,15 +361,16 @@ static json_t *outputs_to_json(const struct sim_scene *scene, const struct sim_r
 static void add_outputs(struct answer *answer, const struct sim_scene *scene,
                         const struct sim_result *result)
 {
-    int every = scene->u_mats.count == 0 ? (scene->mats + ROWS_MAX - 1) / ROWS_MAX : 1;
+    int every = scene->u_mats.count == 0 ? (scene->mats + PRINTED_MATS_MAX - 1) / PRINTED_MATS_MAX
+                                         : 1;
     answer_json_value(answer, "outputs", outputs_to_json(scene, result));
     for (size_t k = 0; k < result->output_count; k++) {
         char label[40];
         snprintf(label, sizeof label, "movement at %.*g s", sim_time_digits(result->start_s, 6),
                  result->outputs[k].t_s);
         answer_open_table(answer, NULL, label);
-        for (size_t i = 0; i < sim_shown_count(scene); i++) {
-            int mat = sim_shown_mat(scene, i);
+        for (size_t i = 0; i < sim_output_mat_count(scene); i++) {
+            int mat = sim_output_mat(scene, i);
             if (every > 1 && (mat - 1) % every != 0)
                 continue;
             answer_open_row(answer);
@@ -382,7 +383,7 @@ static void add_outputs(struct answer *answer, const struct sim_scene *scene,
 }
 
 /* Returns the error estimate, or NaN (null in JSON) for a failed run. */
-static double estimate_or_nan(const struct sim_result *result, double error)
+static double error_or_nan(const struct sim_result *result, double error)
 {
     return result->status == SIM_OK || result->status == SIM_UNPREDICTABLE ||
                    (result->status != SIM_INTERRUPTED && error > 0.0)
@@ -418,10 +419,10 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     }
     answer_open_group(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
-                 estimate_or_nan(result, result->error_u_ft), -2);
+                 error_or_nan(result, result->error_u_ft), -2);
     answer_remark(answer, ", estimated against steps of %.4g s", result->checked_dt_s);
     answer_value(answer, "lift", lifts ? "error of lift" : NULL, UNIT_MOVEMENT,
-                 estimate_or_nan(result, result->error_lift_ft), -2);
+                 error_or_nan(result, result->error_lift_ft), -2);
     answer_close_group(answer);
     if (result->speed_end_ft_s > 0.0)
         answer_value(answer, NULL, "moving at the end", UNIT_SPEED, result->speed_end_ft_s, -3)

@@ -25,8 +25,8 @@ bool sim_progress(void *progress, int pass_from_1, double part);
 
 /* Number of mats that a scene selects for output (u_mats; all by default), and the number of the
  * i-th of these mats. */
-size_t sim_shown_count(const struct sim_scene *scene);
-int sim_shown_mat(const struct sim_scene *scene, size_t i);
+size_t sim_output_mat_count(const struct sim_scene *scene);
+int sim_output_mat(const struct sim_scene *scene, size_t i);
 
 /* Makes an answer from a result with any status; the caller frees it. In the JSON, lengths are in
  * ft, times in s and forces in lb, even with `si`. */

@@ -20,15 +20,16 @@ static double value_or_nan(bool known, double value)
 /* Adds an error. `agreement_ft` is the difference between the two reference solutions. Text shows
  * an error too small to be distinguished from this difference as "less than" it. */
 static void add_error(struct answer *answer, const char *name, const char *label,
-                      const struct error_run *run, double error_ft, double agreement_ft)
+                      const struct error_run *run, double run_error_ft, double agreement_ft)
 {
-    answer_value(answer, name, NULL, UNIT_NUMBER, value_or_nan(run->status == SIM_OK, error_ft), 0);
-    if (run->status != SIM_OK || isnan(error_ft))
+    answer_value(answer, name, NULL, UNIT_NUMBER, value_or_nan(run->status == SIM_OK, run_error_ft),
+                 0);
+    if (run->status != SIM_OK || isnan(run_error_ft))
         answer_words(answer, NULL, label, "%9s", "-");
-    else if (error_ft <= ERROR_FLOOR * agreement_ft)
-        answer_words(answer, NULL, label, "<%8.1e", ERROR_FLOOR * agreement_ft);
+    else if (run_error_ft <= ERROR_RESOLUTION_FACTOR * agreement_ft)
+        answer_words(answer, NULL, label, "<%8.1e", ERROR_RESOLUTION_FACTOR * agreement_ft);
     else
-        answer_words(answer, NULL, label, "%9.2e", error_ft);
+        answer_words(answer, NULL, label, "%9.2e", run_error_ft);
 }
 
 static void add_run(struct answer *answer, const struct error_study *study,
@@ -78,8 +79,8 @@ static json_t *slope_to_json(const struct error_slope *slope)
     if (slope->point_count == 0)
         return json_null();
     return json_pack("{s:o,s:o,s:o,s:o,s:i}", "slope", cli_json_number(slope->slope, 4), "scatter",
-                     cli_json_number(slope->scatter, 3), "from", cli_json_number(slope->from, 6),
-                     "to", cli_json_number(slope->to, 6), "points", slope->point_count);
+                     cli_json_number(slope->scatter, 3), "from", cli_json_number(slope->fit_min, 6),
+                     "to", cli_json_number(slope->fit_max, 6), "points", slope->point_count);
 }
 
 static void format_slope(const char *what, const struct error_slope *slope,
@@ -92,8 +93,8 @@ static void format_slope(const char *what, const struct error_slope *slope,
                  slope->point_count, slope->scatter);
     else
         snprintf(text, size, "%s: %.2f (%d runs, %s %.3g to %.3g, scatter %.2f decades)", what,
-                 slope->slope, slope->point_count, order->is_of_step ? "dt" : "rtol", slope->from,
-                 slope->to, slope->scatter);
+                 slope->slope, slope->point_count, order->is_of_step ? "dt" : "rtol",
+                 slope->fit_min, slope->fit_max, slope->scatter);
 }
 
 static void add_slopes(struct answer *answer, const struct error_study *study)
@@ -156,7 +157,7 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
     answer_count(answer, NULL, "mats", scene->mats);
     answer_value(answer, NULL, "end", UNIT_TIME, study->end_s, -6);
     answer_open_group(answer, "reference", "reference");
-    answer_sentence(answer, "method", "%s", study->method);
+    answer_sentence(answer, "method", "%s", study->reference_method);
     answer_open_group(answer, "agreement", "");
     answer_value(answer, "u", "agreement of u", UNIT_STATION, study->disagreement_u_ft, -2);
     answer_value(answer, "lift", "of lift", UNIT_STATION, study->disagreement_lift_ft, -2);
@@ -179,7 +180,7 @@ static struct answer *make_answer(const struct sim_scene *scene, const struct er
 
 #define PLOT_MIN_FT 1e-16 /* ft; shown for an error of 0, on the logarithmic axis */
 
-static double error_ft(const struct error_run *run, bool lift)
+static double run_error_ft(const struct error_run *run, bool lift)
 {
     return fmax(PLOT_MIN_FT, lift ? run->lift_ft : run->u_ft);
 }
@@ -197,7 +198,7 @@ static void plot_solver(struct plot *plot, const struct error_study *study, cons
         if (strcmp(run->solver, solver) != 0 || run->is_unstable != beyond)
             continue;
         ms[count] = ok ? run->ms : (double)NAN;
-        error[count++] = ok ? error_ft(run, lift) : (double)NAN;
+        error[count++] = ok ? run_error_ft(run, lift) : (double)NAN;
     }
     plot_add_series(plot, &(struct plot_series){.kind = beyond ? PLOT_POINTS : PLOT_LINE_POINTS,
                                                 .key = beyond ? NULL : solver,

@@ -34,7 +34,7 @@ static void read_request(int argc, char **argv, const struct cli *cli, struct fi
     output_check(request->out_scene, request->scene, fatal);
 }
 
-static int find_key(const char *option, const char *name, size_t length)
+static int find_fit_key(const char *option, const char *name, size_t length)
 {
     for (int k = 0; k < FIT_KEYS; k++) {
         if (strlen(fit_names[k].key) == length && strncmp(fit_names[k].key, name, length) == 0)
@@ -47,13 +47,13 @@ static int find_key(const char *option, const char *name, size_t length)
 
 /* Reads the names of the parameters to be fitted: "gap,f". The others keep the values of their
  * priors. */
-static void set_fitted(const char *text, struct fit_landings *list)
+static void set_fitted_keys(const char *text, struct fit_landings *list)
 {
     for (int k = 0; k < FIT_KEYS && text; k++)
         list->parameter[k].is_fitted = false;
     while (text) {
         size_t length = strcspn(text, ",");
-        list->parameter[find_key("--fit", text, length)].is_fitted = true;
+        list->parameter[find_fit_key("--fit", text, length)].is_fitted = true;
         text = text[length] == ',' ? text + length + 1 : NULL;
     }
 }
@@ -82,7 +82,7 @@ static void set_priors(const char *text, struct fit_landings *list)
     bool given[FIT_KEYS] = {false};
     while (text) {
         size_t length = strcspn(text, "=,"), whole = strcspn(text, ",");
-        int key = find_key("--prior", text, length);
+        int key = find_fit_key("--prior", text, length);
         double value, spread;
         const char *unit = unit_of(fit_names[key].unit, false)->text;
         if (!read_prior(text + length, whole - length, unit, &value, &spread))
@@ -160,15 +160,15 @@ static void load_landings(const struct fit_request *request, const struct cli *c
     if (!request->words[1])
         add_all_landings(store, request, cli, list);
     fit_campaign_set_gap(list);
-    set_fitted(request->fitted, list);
+    set_fitted_keys(request->fitted, list);
     set_priors(request->prior, list);
 }
 
 /* ---- output: an answer, a scene, a plot ---- */
 
-#define NORMAL_95     1.959963984540054
-#define NEAREST_DRAWS 50u
-#define PLOT_BAND     1.96 /* half width of the plotted band, in standard deviations */
+#define NORMAL_95_QUANTILE 1.959963984540054
+#define NEAREST_DRAWS      50u
+#define PLOT_BAND_SIGMAS   1.96 /* half width of the plotted band, in standard deviations */
 
 static void add_landings(struct answer *answer, const struct fit_landings *list)
 {
@@ -179,15 +179,15 @@ static void add_landings(struct answer *answer, const struct fit_landings *list)
         char run[32];
         for (size_t s = 0; s < MR_SEGMENTS; s++) {
             before += isnan(landing->survey_in[s]) ? 0 : 1;
-            after += isnan(landing->after_in[s]) ? 0 : 1;
+            after += isnan(landing->survey_after_in[s]) ? 0 : 1;
         }
         snprintf(run, sizeof run, "RUN %lld", (long long)landing->run);
-        answer_words(answer, NULL, run,
-                     "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
-                     "(%zu from gage points), %zu after%s",
-                     landing->channels, landing->windows, before, landing->gage_segments, after,
-                     landing->is_consecutive ? "; initial gaps are those after the previous landing"
-                                             : "");
+        answer_words(
+            answer, NULL, run,
+            "%zu transducers, %zu statistics, %zu segments surveyed before the landing "
+            "(%zu from gage points), %zu after%s",
+            landing->channels, landing->window_count, before, landing->gage_segment_count, after,
+            landing->is_consecutive ? "; initial gaps are those after the previous landing" : "");
         json_array_append_new(runs, json_integer(landing->run));
     }
     answer_json_value(answer, "runs", runs);
@@ -214,11 +214,11 @@ static void add_parameters(struct answer *answer, const struct fit_landings *lis
                       {"low", "from", fit->low[i]},
                       {"high", "to", fit->high[i]},
                       {"prior", NULL, 0.0},
-                      {"prior_low", "prior|from", -NORMAL_95},
-                      {"prior_high", "prior|to", NORMAL_95}};
+                      {"prior_low", "prior|from", -NORMAL_95_QUANTILE},
+                      {"prior_high", "prior|to", NORMAL_95_QUANTILE}};
         answer_open_row(answer);
         answer_words(answer, "name", NULL, "%s", name->key);
-        answer_words(answer, NULL, "parameter", "%-5s %s", name->key, name->words);
+        answer_words(answer, NULL, "parameter", "%-5s %s", name->key, name->description);
         answer_words(answer, "unit", "unit", "%s", unit->text);
         for (size_t k = 0; k < sizeof values / sizeof values[0]; k++)
             answer_value(answer, values[k].name, values[k].label, UNIT_NUMBER,
@@ -263,7 +263,7 @@ static void format_misfit(const struct misfit *misfit, char *text, size_t size)
         snprintf(text, size,
                  "the model was not checked: it generated %zu data sets, but %u are needed; narrow "
                  "the priors",
-                 misfit->replicas, MISFIT_REPLICAS_MIN);
+                 misfit->replica_count, MISFIT_REPLICAS_MIN);
     else
         snprintf(text, size,
                  "the model %s describe the data: p = %.0f %% (share of simulated data sets at "
@@ -294,7 +294,7 @@ static void add_misfit(struct answer *answer, const struct fit_landings *list,
     answer_value(answer, "share", NULL, UNIT_NUMBER,
                  misfit->is_checked ? misfit->p_value : (double)NAN, 2);
     answer_value(answer, "false_alarms", NULL, UNIT_NUMBER, MISFIT_LEVEL, 2);
-    answer_count(answer, "replicas", NULL, (int64_t)misfit->replicas);
+    answer_count(answer, "replicas", NULL, (int64_t)misfit->replica_count);
     answer_close_group(answer);
 }
 
@@ -303,17 +303,17 @@ static struct answer *describe_fit(const struct fit_landings *list, const struct
 {
     struct answer *answer = answer_new(si);
     add_landings(answer, list);
-    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated_draws);
-    answer_remark(answer, " data sets in %u rounds%s", fit->rounds,
-                  fit->failed_draws ? "; some data sets failed" : "");
-    answer_count(answer, "rounds", NULL, fit->rounds);
+    answer_count(answer, "simulated", "simulated", (int64_t)fit->simulated_draw_count);
+    answer_remark(answer, " data sets in %u rounds%s", fit->round_count,
+                  fit->failed_draw_count ? "; some data sets failed" : "");
+    answer_count(answer, "rounds", NULL, fit->round_count);
     answer_flag(answer, "stopped", NULL, fit->not_converged);
     answer_flag(answer, "intervals_trusted", NULL, misfit->is_checked && !misfit->is_rejected);
     add_parameters(answer, list, fit, misfit);
     add_correlations(answer, list, fit);
     if (fit->not_converged)
         answer_sentence(answer, NULL, "the fit did not converge in %u rounds: give narrower priors",
-                        fit->rounds);
+                        fit->round_count);
     add_misfit(answer, list, misfit);
     return answer;
 }
@@ -343,16 +343,16 @@ static json_t *list_to_json(const struct sim_list *list)
 static uint64_t find_nearest_draw(const struct fit_landings *list, const struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
-    double *statistic = xcalloc(FIT_BATCH * list->statistics, sizeof *statistic),
-           z[FIT_BATCH * FIT_PARAMETERS_MAX], least = (double)INFINITY;
-    uint64_t best = 1, draw[FIT_BATCH];
-    bool good[FIT_BATCH];
-    for (uint64_t first = 1; first <= NEAREST_DRAWS; first += FIT_BATCH) {
-        size_t count = NEAREST_DRAWS + 1 - first < FIT_BATCH ? NEAREST_DRAWS + 1 - first
-                                                             : FIT_BATCH;
+    double *statistic = xcalloc(FIT_BATCH_MAX * list->statistics, sizeof *statistic),
+           z[FIT_BATCH_MAX * FIT_PARAMETERS_MAX], least = (double)INFINITY;
+    uint64_t best = 1, draw[FIT_BATCH_MAX];
+    bool good[FIT_BATCH_MAX];
+    for (uint64_t first = 1; first <= NEAREST_DRAWS; first += FIT_BATCH_MAX) {
+        size_t count = NEAREST_DRAWS + 1 - first < FIT_BATCH_MAX ? NEAREST_DRAWS + 1 - first
+                                                                 : FIT_BATCH_MAX;
         for (size_t i = 0; i < count; i++) {
             draw[i] = first + i;
-            memcpy(z + i * model.parameters, answer->z, model.parameters * sizeof *z);
+            memcpy(z + i * model.parameter_count, answer->z, model.parameter_count * sizeof *z);
         }
         model.simulate(model.context, count, z, draw, statistic, good);
         for (size_t i = 0; i < count; i++) {
@@ -371,16 +371,17 @@ static uint64_t find_nearest_draw(const struct fit_landings *list, const struct 
     return best;
 }
 
-static void set_scene(json_t *scene, const struct fit_landings *list, const double value[FIT_KEYS],
-                      const struct sim_scene *joints, double share)
+static void set_scene_values(json_t *scene, const struct fit_landings *list,
+                             const double value[FIT_KEYS], const struct sim_scene *joints,
+                             double share)
 {
     char note[240];
     snprintf(note, sizeof note,
              "matrig fit determined f, KL, gap0, grit and the thrust in path from RUN %lld: mean "
              "gap %.4g in, mean resistance %.4g lb, share %.4g. Of %u draws of the joints, this "
              "one is nearest to the measurements",
-             (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT], value[FIT_SHARE],
-             NEAREST_DRAWS);
+             (long long)list->landing[0].run, value[FIT_GAP], value[FIT_GRIT],
+             value[FIT_THRUST_SHARE], NEAREST_DRAWS);
     json_object_set_new(scene, "_fit", json_string(note));
     json_object_set_new(scene, "gap0", list_to_json(&joints->gap0_ft));
     json_object_set_new(scene, "grit", list_to_json(&joints->grit_lb));
@@ -407,7 +408,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
     fit_landings_sample_joints(list, answer->z, find_nearest_draw(list, answer), &joints, &share);
-    set_scene(scene, list, value, &joints, share);
+    set_scene_values(scene, list, value, &joints, share);
     output_write_json(path, scene, 9, error);
     sim_scene_free(&joints);
     json_decref(scene);
@@ -429,7 +430,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
     char text[200], key[60];
     double *station_ft = xcalloc(2 * list->statistics, sizeof *station_ft),
            *residual = station_ft + list->statistics;
-    const double limits[] = {-PLOT_BAND, PLOT_BAND};
+    const double limits[] = {-PLOT_BAND_SIGMAS, PLOT_BAND_SIGMAS};
     format_misfit(misfit, text, sizeof text);
     struct plot *plot = plot_new("residuals of a fit", 900, 420, 1);
     plot_begin_panel(plot, text, (struct plot_axis){.label = "station (ft)"},
@@ -438,7 +439,7 @@ static enum mr_status fit_write_plot(const struct fit_landings *list,
         const struct fit_landing *landing = &list->landing[l];
         for (int sums = 0; sums < 2; sums++) {
             size_t count = 0;
-            for (size_t w = 0; w < landing->windows; w++) {
+            for (size_t w = 0; w < landing->window_count; w++) {
                 size_t s = landing->first_statistic + w;
                 if ((landing->window[w].channel == SIZE_MAX) != sums)
                     continue;
@@ -484,7 +485,7 @@ int fit_command(int argc, char **argv, const struct cli *cli)
     read_request(argc, argv, cli, &request);
     load_landings(&request, cli, &list);
     struct fit_model model = fit_landings_model(&list);
-    struct fit_options options = {.draws = (size_t)request.draws,
+    struct fit_options options = {.draw_count = (size_t)request.draws,
                                   .seed = (uint64_t)request.seed,
                                   .progress = show_progress,
                                   .progress_context = &progress};

@@ -10,7 +10,7 @@
 #include "host/commands/program.h"
 #include "host/commands/studies.h"
 
-static int (*find_run(const char *name))(int argc, char **argv, const struct cli *cli)
+static int (*find_study_command(const char *name))(int argc, char **argv, const struct cli *cli)
 {
     static const struct {
         const struct command *command;
@@ -56,7 +56,8 @@ static int run_study(int argc, char **argv)
     cli_begin(&before.cli);
     if (error.status != MR_OK)
         return cli_fail(&error);
-    int (*run)(int argc, char **argv, const struct cli *cli) = i < argc ? find_run(argv[i]) : NULL;
+    int (*run)(int argc, char **argv,
+               const struct cli *cli) = i < argc ? find_study_command(argv[i]) : NULL;
     if (!run) {
         error_set(&error, MR_USAGE,
                   "not a study: '%s'; use matrig, which starts matrig-study when needed",

@@ -69,7 +69,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
 {
     size_t first = 0, end = 0, failed = 0;
     struct output output;
-    read_cases(r->cases, sweep->cases, &first, &end);
+    read_cases(r->cases, sweep->case_count, &first, &end);
     output_begin(&output, r->output, fatal);
     json_t *all = cli->json && !r->output ? json_array() : NULL;
     for (size_t i = first; i < end; i++) {
@@ -92,7 +92,7 @@ static int run_cases(const struct sweep_request *r, const struct sweep *sweep,
 static int list_cases(const struct sweep *sweep, const struct cli *cli)
 {
     json_t *all = cli->json ? json_array() : NULL;
-    for (size_t i = 0; i < sweep->cases; i++)
+    for (size_t i = 0; i < sweep->case_count; i++)
         write_line(
             json_pack("{s:I,s:o}", "case", (json_int_t)i + 1, "values", sweep_values(sweep, i)),
             all, stdout);
@@ -111,7 +111,7 @@ static int show_table(const struct sweep_request *r, const struct sweep *sweep,
         output_end(&output, fatal);
     }
     struct answer *answer = sweep_table_to_answer(&table, !r->output);
-    int code = table.missing ? mr_status_exit_code(MR_LIMIT) : 0;
+    int code = table.missing_count ? mr_status_exit_code(MR_LIMIT) : 0;
     sweep_table_free(&table);
     return answer_show(cli, answer, code);
 }

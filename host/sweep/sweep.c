@@ -30,7 +30,7 @@ static bool read_next_part(const char **path, char part[JSONPATH_MAX])
     return true;
 }
 
-static bool find_index(const json_t *list, const char *part, size_t *place)
+static bool parse_list_index(const json_t *list, const char *part, size_t *place)
 {
     char *end;
     long number = strtol(part, &end, 10);
@@ -46,8 +46,9 @@ static json_t *get_child(const json_t *parent, const char *part)
     size_t place;
     if (json_is_object(parent))
         return json_object_get(parent, part);
-    return json_is_array(parent) && find_index(parent, part, &place) ? json_array_get(parent, place)
-                                                                     : NULL;
+    return json_is_array(parent) && parse_list_index(parent, part, &place)
+             ? json_array_get(parent, place)
+             : NULL;
 }
 
 static bool set_child(json_t *parent, const char *part, json_t *value)
@@ -55,7 +56,7 @@ static bool set_child(json_t *parent, const char *part, json_t *value)
     size_t place;
     if (json_is_object(parent))
         return json_object_set_new(parent, part, value) == 0;
-    if (json_is_array(parent) && find_index(parent, part, &place))
+    if (json_is_array(parent) && parse_list_index(parent, part, &place))
         return json_array_set_new(parent, place, value) == 0;
     json_decref(value);
     return false;
@@ -256,7 +257,8 @@ static void fill_design_latin(double *u, size_t n, uint64_t seed, const char *na
         u[i] = (u[i] + mr_splitmix64_uniform(&state)) / (double)n;
 }
 
-void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name)
+void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed,
+                        const char *name)
 {
     fill_design_latin(u, n, seed, name);
     fill_design_latin(u + n, n, ~seed, name);
@@ -266,7 +268,7 @@ void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, 
 
 /* ---- sweep ---- */
 
-#define SCAN_MAX 1000
+#define SCAN_PARTS_MAX 1000
 
 /* ---- base and keys ---- */
 
@@ -317,8 +319,8 @@ static enum mr_status read_base(struct sweep *sweep, const char *path, struct er
 
 /* Refuses an unknown key of a scene, because every case would fail. Keys of a study are paths; the
  * first case shows whether they are valid. */
-static enum mr_status check_key(const struct sweep *sweep, const char *where, const char *key,
-                                struct error *error)
+static enum mr_status check_varied_key(const struct sweep *sweep, const char *where,
+                                       const char *key, struct error *error)
 {
     char first[JSONPATH_MAX];
     snprintf(first, sizeof first, "%.*s", (int)strcspn(key, "."), key);
@@ -330,7 +332,7 @@ static enum mr_status check_key(const struct sweep *sweep, const char *where, co
     return MR_OK;
 }
 
-static bool is_factor(const json_t *factor)
+static bool is_scale_factor(const json_t *factor)
 {
     if (json_is_number(factor))
         return true;
@@ -341,25 +343,25 @@ static bool is_factor(const json_t *factor)
     return json_array_size(factor) > 0;
 }
 
-static enum mr_status read_set(struct sweep *sweep, struct sweep_axis *axis, const json_t *value,
-                               const char *where, struct error *error)
+static enum mr_status read_axis_factors(struct sweep *sweep, struct sweep_axis *axis,
+                                        const json_t *value, const char *where, struct error *error)
 {
     const char *key;
     json_t *factor;
     axis->factors = json_is_object(value) ? json_object_get(value, "set") : NULL;
     if (!axis->factors)
-        return check_key(sweep, where, axis->name, error);
+        return check_varied_key(sweep, where, axis->name, error);
     if (!json_is_object(axis->factors) || json_object_size(axis->factors) == 0)
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: set; give {\"KEY\": FACTOR} or {\"KEY\": [FACTOR, ...]}",
                          where);
     json_object_foreach(axis->factors, key, factor)
     {
-        if (!is_factor(factor))
+        if (!is_scale_factor(factor))
             return error_set(error, MR_MALFORMED,
                              "wrong type: %s: set %s; give a number or a list of numbers", where,
                              key);
-        if (check_key(sweep, where, key, error) != MR_OK)
+        if (check_varied_key(sweep, where, key, error) != MR_OK)
             return error->status;
     }
     for (size_t i = 0; i < json_array_size(axis->range.levels); i++) {
@@ -397,7 +399,7 @@ static enum mr_status read_axis(struct sweep *sweep, struct sweep_axis *axis, co
     if (design_range_read(&axis->range, values ? values : value, get_axis_unit(sweep, name), where,
                           error) != MR_OK)
         return error->status;
-    return read_set(sweep, axis, value, where, error);
+    return read_axis_factors(sweep, axis, value, where, error);
 }
 
 static enum mr_status add_axis(struct sweep *sweep, const char *path, const char *part,
@@ -416,12 +418,12 @@ static enum mr_status add_axis(struct sweep *sweep, const char *path, const char
     return read_axis(sweep, &sweep->axis[sweep->axis_count++], path, part, name, value, error);
 }
 
-static enum mr_status read_vary(struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status read_varied_axes(struct sweep *sweep, const char *path, struct error *error)
 {
     const json_t *vary = json_object_get(sweep->root, "vary");
     const char *name;
     json_t *value;
-    sweep->grid_cases = 1;
+    sweep->grid_case_count = 1;
     if (vary && !json_is_object(vary))
         return error_set(error, MR_MALFORMED,
                          "wrong type: %s: vary; give {\"KEY\": [VALUE, ...], ...}", path);
@@ -435,11 +437,11 @@ static enum mr_status read_vary(struct sweep *sweep, const char *path, struct er
         if (levels == 0)
             return error_set(error, MR_MALFORMED, "key missing: %s: vary %s; give \"count\"", path,
                              name);
-        if (sweep->grid_cases > SWEEP_CASES_MAX / levels)
+        if (sweep->grid_case_count > SWEEP_CASES_MAX / levels)
             return error_set(error, MR_MALFORMED,
                              "too many cases: %s: more than %d; split the sweep", path,
                              SWEEP_CASES_MAX);
-        sweep->grid_cases *= levels;
+        sweep->grid_case_count *= levels;
     }
     return MR_OK;
 }
@@ -454,8 +456,8 @@ static size_t count_keys(const json_t *keys)
 }
 
 /* Reads the sampled keys from the part `lhs` or `sobol`. */
-static enum mr_status read_sampled(struct sweep *sweep, const char *path, const char *part,
-                                   struct error *error)
+static enum mr_status read_sampled_axes(struct sweep *sweep, const char *path, const char *part,
+                                        struct error *error)
 {
     const json_t *sampled = json_object_get(sweep->root, part), *n = json_object_get(sampled, "n"),
                  *seed = json_object_get(sampled, "seed");
@@ -471,9 +473,9 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
                          "{\"KEY\": {\"from\": A, \"to\": B}}}",
                          path, part);
     size_t points = (size_t)json_integer_value(n);
-    sweep->index_points = indices ? points : 0;
-    sweep->samples = indices ? points * (count + 2) : points;
-    if (sweep->grid_cases > SWEEP_CASES_MAX / sweep->samples)
+    sweep->index_point_count = indices ? points : 0;
+    sweep->sample_count = indices ? points * (count + 2) : points;
+    if (sweep->grid_case_count > SWEEP_CASES_MAX / sweep->sample_count)
         return error_set(error, MR_MALFORMED, "too many cases: %s: more than %d; split the sweep",
                          path, SWEEP_CASES_MAX);
     json_object_foreach((json_t *)(uintptr_t)keys, name, value)
@@ -488,23 +490,26 @@ static enum mr_status read_sampled(struct sweep *sweep, const char *path, const 
                              "wrong type: %s: %s is a list, but a Sobol sweep needs a range, so "
                              "that all cases differ",
                              path, name);
-        axis->u = xcalloc(sweep->samples, sizeof *axis->u);
+        axis->sample_fractions = xcalloc(sweep->sample_count, sizeof *axis->sample_fractions);
         if (indices)
-            design_radial(axis->u, points, count, key++, (uint64_t)json_integer_value(seed), name);
+            design_fill_radial(axis->sample_fractions, points, count, key++,
+                               (uint64_t)json_integer_value(seed), name);
         else
-            fill_design_latin(axis->u, points, (uint64_t)json_integer_value(seed), name);
+            fill_design_latin(axis->sample_fractions, points, (uint64_t)json_integer_value(seed),
+                              name);
     }
     return MR_OK;
 }
 
-static enum mr_status read_samples(struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status read_sampling_design(struct sweep *sweep, const char *path,
+                                           struct error *error)
 {
     bool lhs = json_object_get(sweep->root, "lhs"), sobol = json_object_get(sweep->root, "sobol");
-    sweep->samples = 1;
+    sweep->sample_count = 1;
     if (lhs && sobol)
         return error_set(error, MR_MALFORMED, "given twice: %s: lhs and sobol; give only one",
                          path);
-    return lhs || sobol ? read_sampled(sweep, path, lhs ? "lhs" : "sobol", error) : MR_OK;
+    return lhs || sobol ? read_sampled_axes(sweep, path, lhs ? "lhs" : "sobol", error) : MR_OK;
 }
 
 /* ---- the search ---- */
@@ -523,7 +528,8 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
     if (json_unpack_ex(root, &wrong, 0, "{s:s,s:s,s?F,s?F,s?b,s?F,s?F,s?o}", "key", &name, "field",
                        &find->field, "above", &above, "below", &below, "is", &is, "scan", &scan,
                        "tolerance", &find->tolerance, "beyond_when", &when) != 0 ||
-        !isnan(above) + !isnan(below) + (is >= 0) != 1 || !(scan >= 1.0 && scan <= SCAN_MAX) ||
+        !isnan(above) + !isnan(below) + (is >= 0) != 1 ||
+        !(scan >= 1.0 && scan <= SCAN_PARTS_MAX) ||
         !(find->tolerance >= 1e-9 && find->tolerance <= 1.0) || (when && !json_is_array(when)))
         return error_set(
             error, MR_MALFORMED,
@@ -532,7 +538,7 @@ static enum mr_status read_search(struct sweep *sweep, const char *path, struct 
             "\"is\": true or false}; \"scan\" is 1 to %d, \"tolerance\" at most 1, "
             "\"beyond_when\" a list",
             path, wrong.text[0] ? wrong.text : "not exactly one condition, or a value out of range",
-            SCAN_MAX);
+            SCAN_PARTS_MAX);
     if (read_axis(sweep, &find->key, path, "find", name, root, error) != MR_OK)
         return error->status;
     if (find->key.range.levels || find->key.range.from > find->key.range.to)
@@ -572,7 +578,8 @@ static enum mr_status read_outputs(struct sweep *sweep, const char *path, struct
                      path, sweep->is_study ? "study" : "sim");
 }
 
-static enum mr_status check_names(const struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status check_key_names(const struct sweep *sweep, const char *path,
+                                      struct error *error)
 {
     static const char *const known[] = {"name", "base", "vary", "lhs", "sobol", "find", "outputs"};
     const char *name;
@@ -598,11 +605,11 @@ static enum mr_status check_names(const struct sweep *sweep, const char *path, s
 static json_t *get_axis_value(const struct sweep *sweep, size_t axis, size_t index)
 {
     const struct sweep_axis *a = &sweep->axis[axis];
-    if (a->u)
-        return get_design_value(&a->range, a->u[index % sweep->samples]);
-    size_t place = index / sweep->samples;
+    if (a->sample_fractions)
+        return get_design_value(&a->range, a->sample_fractions[index % sweep->sample_count]);
+    size_t place = index / sweep->sample_count;
     for (size_t k = sweep->axis_count; k-- > axis + 1;) {
-        if (!sweep->axis[k].u)
+        if (!sweep->axis[k].sample_fractions)
             place /= count_design_levels(&sweep->axis[k].range);
     }
     return design_level(&a->range, place % count_design_levels(&a->range));
@@ -684,7 +691,8 @@ static uint64_t hash_json(const json_t *root)
     return hash;
 }
 
-static enum mr_status check_first(const struct sweep *sweep, const char *path, struct error *error)
+static enum mr_status check_first_case(const struct sweep *sweep, const char *path,
+                                       struct error *error)
 {
     char where[PATH_MAX + 40];
     struct sim_scene scene;
@@ -712,17 +720,18 @@ static enum mr_status check_first(const struct sweep *sweep, const char *path, s
 
 static enum mr_status read_file(struct sweep *sweep, const char *path, struct error *error)
 {
-    if (check_names(sweep, path, error) != MR_OK || read_base(sweep, path, error) != MR_OK ||
-        read_vary(sweep, path, error) != MR_OK || read_samples(sweep, path, error) != MR_OK ||
+    if (check_key_names(sweep, path, error) != MR_OK || read_base(sweep, path, error) != MR_OK ||
+        read_varied_axes(sweep, path, error) != MR_OK ||
+        read_sampling_design(sweep, path, error) != MR_OK ||
         read_search(sweep, path, error) != MR_OK || read_outputs(sweep, path, error) != MR_OK)
         return error->status;
     if (sweep->axis_count == 0)
         return error_set(error, MR_MALFORMED,
                          "key missing: %s varies nothing; give \"vary\", \"lhs\" or \"sobol\"",
                          path);
-    sweep->cases = sweep->grid_cases * sweep->samples;
+    sweep->case_count = sweep->grid_case_count * sweep->sample_count;
     sweep->hash = hash_json(sweep->root);
-    return check_first(sweep, path, error);
+    return check_first_case(sweep, path, error);
 }
 
 enum mr_status sweep_load(struct sweep *sweep, const char *path, struct error *error)
@@ -738,7 +747,7 @@ void sweep_free(struct sweep *sweep)
 {
     for (size_t i = 0; i < sweep->axis_count; i++) {
         design_range_free(&sweep->axis[i].range);
-        free(sweep->axis[i].u);
+        free(sweep->axis[i].sample_fractions);
     }
     design_range_free(&sweep->search.key.range);
     json_decref(sweep->root);

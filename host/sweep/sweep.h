@@ -59,7 +59,8 @@ double design_number(const struct design_range *range, double u);
 /* Fills u with a column of a design for sensitivity indices (Saltelli 2010): two Latin hypercubes A
  * and B of n points, and for each of `keys` keys a copy of A with that key's column from B. u has n
  * (keys + 2) values, block by block, for the key with index `key`. */
-void design_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed, const char *name);
+void design_fill_radial(double *u, size_t n, size_t keys, size_t key, uint64_t seed,
+                        const char *name);
 
 #define SWEEP_NAME_MAX  64
 #define SWEEP_AXES_MAX  32
@@ -71,7 +72,7 @@ struct sweep_axis {
     /* object whose keys are the base's keys that are set, and whose values are factors; NULL: the
      * value is set in the key `name`. Borrowed from the sweep's root */
     json_t *factors;
-    double *u; /* samples of this axis, u[sample]; NULL in the Cartesian part */
+    double *sample_fractions; /* samples of this axis, u[sample]; NULL in the Cartesian part */
 };
 
 /* A search for the smallest value of a key for which a field is beyond a level. */
@@ -95,14 +96,14 @@ struct sweep {
     bool is_study; /* the base is a study; false: a scene */
     struct sweep_axis axis[SWEEP_AXES_MAX];
     size_t axis_count;
-    size_t grid_cases; /* number of cases in the Cartesian part */
+    size_t grid_case_count; /* number of cases in the Cartesian part */
     /* number of samples of the Latin hypercube, or of the design for the indices; otherwise 1 */
-    size_t samples;
-    /* Points of the design for sensitivity indices; `samples` is then points times (number of
+    size_t sample_count;
+    /* Points of the design for sensitivity indices; `sample_count` is then points times (number of
      * sampled keys + 2). 0: no indices. */
-    size_t index_points;
+    size_t index_point_count;
     struct sweep_search search;
-    size_t cases;
+    size_t case_count;
     uint64_t hash; /* hash of the sweep file and its base scene */
 };
 

@@ -12,9 +12,9 @@
 #include "host/landing_series/ensemble.h"
 #include "host/sim/sim.h"
 
-#define MIN_POINTS      8
-#define BOOTSTRAP_DRAWS 1000
-#define REASONS_MAX     20
+#define INDEX_POINTS_MIN 8
+#define BOOTSTRAP_DRAWS  1000
+#define REASONS_MAX      20
 
 /* ---- one simulation ---- */
 
@@ -90,14 +90,14 @@ static json_t *simulate_study(const json_t *input)
     return object;
 }
 
-sweep_simulate *sweep_get_simulation(const struct sweep *sweep)
+sweep_simulator *sweep_get_simulation(const struct sweep *sweep)
 {
     return sweep->is_study ? simulate_study : simulate_scene;
 }
 
 /* ---- stored part of a result ---- */
 
-static bool is_ok(const json_t *result)
+static bool is_result_ok(const json_t *result)
 {
     const char *status = json_string_value(json_object_get(result, "status"));
     return status && strcmp(status, "ok") == 0;
@@ -122,7 +122,7 @@ static json_t *collect_output_values(const struct sweep *sweep, const json_t *re
 {
     const json_t *outputs = sweep_outputs(sweep);
     json_t *values = json_object();
-    if (!is_ok(result)) {
+    if (!is_result_ok(result)) {
         json_t *outcome = json_pack("{s:O}", "status", json_object_get(result, "status"));
         json_object_set(outcome, "reason", json_object_get(result, "reason"));
         json_decref(values);
@@ -145,12 +145,12 @@ static json_t *collect_output_values(const struct sweep *sweep, const json_t *re
 struct search {
     const struct sweep *sweep;
     const json_t *input;
-    sweep_simulate *simulate;
-    int runs;
-    json_t *failed; /* outcome of the failed run that ended the search */
-    json_t *first;  /* result of the lowest value so far that is beyond the level */
+    sweep_simulator *simulate;
+    int run_count;
+    json_t *failed_outcome; /* outcome of the failed run that ended the search */
+    json_t *first_beyond;   /* result of the lowest value so far that is beyond the level */
     /* field at the lowest value that is beyond the level, and at the highest value that is not */
-    json_t *first_field, *last_field;
+    json_t *first_beyond_field, *last_not_beyond_field;
 };
 
 static bool counts_as_beyond(const struct sweep_search *find, const json_t *result)
@@ -171,7 +171,7 @@ static void replace_json(json_t **where, json_t *value)
 
 /* Returns true if the field is beyond its level at a value of the key. If the run fails, sets
  * s->failed and returns false. */
-static bool is_beyond(struct search *s, double value)
+static bool is_field_beyond(struct search *s, double value)
 {
     const struct sweep_search *find = &s->sweep->search;
     json_t *input = sweep_input_at(s->sweep, s->input, value);
@@ -182,22 +182,22 @@ static bool is_beyond(struct search *s, double value)
                   : json_is_number(field)  ? json_number_value(field)
                                            : (double)NAN;
     bool counts = counts_as_beyond(find, result), is = counts;
-    s->runs++;
-    if (!counts && !is_ok(result)) {
-        s->failed = collect_output_values(s->sweep, result);
-        json_object_set_new(s->failed, "reason",
+    s->run_count++;
+    if (!counts && !is_result_ok(result)) {
+        s->failed_outcome = collect_output_values(s->sweep, result);
+        json_object_set_new(s->failed_outcome, "reason",
                             json_sprintf("at %s = %.12g: %s", find->key.name, value,
                                          json_string_value(json_object_get(result, "reason"))));
     } else if (!counts && isnan(number)) {
-        s->failed = make_missing_field_json(s->sweep, "number", find->field);
+        s->failed_outcome = make_missing_field_json(s->sweep, "number", find->field);
     } else if (!counts) {
         is = find->is_below_level ? number < find->level : number > find->level;
     }
-    if (!s->failed && is) {
-        replace_json(&s->first, result);
-        replace_json(&s->first_field, counts ? json_object_get(result, "status") : field);
-    } else if (!s->failed) {
-        replace_json(&s->last_field, field);
+    if (!s->failed_outcome && is) {
+        replace_json(&s->first_beyond, result);
+        replace_json(&s->first_beyond_field, counts ? json_object_get(result, "status") : field);
+    } else if (!s->failed_outcome) {
+        replace_json(&s->last_not_beyond_field, field);
     }
     json_decref(result);
     json_decref(input);
@@ -205,7 +205,7 @@ static bool is_beyond(struct search *s, double value)
 }
 
 /* Returns the midpoint of two values on the scale of the range. */
-static double compute_middle(const struct design_range *range, double low, double high)
+static double range_midpoint(const struct design_range *range, double low, double high)
 {
     return range->is_logarithmic ? sqrt(low * high) : low + (high - low) / 2.0;
 }
@@ -218,19 +218,20 @@ static bool search_range(struct search *s, double *low, double *high)
     const struct design_range *range = &find->key.range;
     bool found = false;
     *low = (double)NAN;
-    for (unsigned i = 0; i <= find->part_count && !found && !s->failed; i++) {
+    for (unsigned i = 0; i <= find->part_count && !found && !s->failed_outcome; i++) {
         double value = design_number(range, (double)i / find->part_count);
-        found = is_beyond(s, value);
+        found = is_field_beyond(s, value);
         *(found ? high : low) = value;
     }
-    while (found && !s->failed && !isnan(*low) && *high - *low > find->tolerance * fabs(*high)) {
-        double middle = compute_middle(range, *low, *high);
+    while (found && !s->failed_outcome && !isnan(*low) &&
+           *high - *low > find->tolerance * fabs(*high)) {
+        double middle = range_midpoint(range, *low, *high);
         if (middle <= *low || middle >= *high)
             break;
-        bool is = is_beyond(s, middle);
+        bool is = is_field_beyond(s, middle);
         *(is ? high : low) = middle;
     }
-    return found && !s->failed;
+    return found && !s->failed_outcome;
 }
 
 static json_t *run_search(struct search *s)
@@ -238,11 +239,11 @@ static json_t *run_search(struct search *s)
     const struct design_range *range = &s->sweep->search.key.range;
     double low = (double)NAN, high = (double)NAN;
     bool found = search_range(s, &low, &high);
-    if (s->failed)
-        return s->failed;
-    json_t *outcome = found ? counts_as_beyond(&s->sweep->search, s->first)
+    if (s->failed_outcome)
+        return s->failed_outcome;
+    json_t *outcome = found ? counts_as_beyond(&s->sweep->search, s->first_beyond)
                                 ? json_pack("{s:s}", "status", "ok")
-                                : collect_output_values(s->sweep, s->first)
+                                : collect_output_values(s->sweep, s->first_beyond)
                             : json_pack("{s:s}", "status", "ok");
     json_t *bracket = json_object();
     json_object_set_new(bracket, "key", json_string(s->sweep->search.key.name));
@@ -253,14 +254,16 @@ static json_t *run_search(struct search *s)
     json_object_set_new(bracket, "low",
                         found && isnan(low) ? json_null() : json_real(found ? low : range->to));
     json_object_set_new(bracket, "high", found ? json_real(high) : json_null());
-    json_object_set(bracket, "field_low", s->last_field ? s->last_field : json_null());
-    json_object_set(bracket, "field_high", s->first_field ? s->first_field : json_null());
-    json_object_set_new(bracket, "runs", json_integer(s->runs));
+    json_object_set(bracket, "field_low",
+                    s->last_not_beyond_field ? s->last_not_beyond_field : json_null());
+    json_object_set(bracket, "field_high",
+                    s->first_beyond_field ? s->first_beyond_field : json_null());
+    json_object_set_new(bracket, "runs", json_integer(s->run_count));
     json_object_set_new(outcome, "find", bracket);
     return outcome;
 }
 
-json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *simulate)
+json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulator *simulate)
 {
     json_t *outcome, *input = sweep_input(sweep, index);
     if (!input)
@@ -269,9 +272,9 @@ json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *
     if (sweep->search.is_present) {
         struct search s = {.sweep = sweep, .input = input, .simulate = simulate};
         outcome = run_search(&s);
-        json_decref(s.first);
-        json_decref(s.first_field);
-        json_decref(s.last_field);
+        json_decref(s.first_beyond);
+        json_decref(s.first_beyond_field);
+        json_decref(s.last_not_beyond_field);
     } else {
         json_t *result = simulate(input);
         outcome = collect_output_values(sweep, result);
@@ -316,18 +319,18 @@ static enum mr_status add_line(struct sweep_table *table, const char *path, size
         return error_set(error, MR_MALFORMED,
                          "not a result: %s line %zu; give files that matrig sweep --cases wrote",
                          path, number);
-    if (strcmp(of, hash) != 0 || index < 1 || (size_t)index > table->sweep->cases)
+    if (strcmp(of, hash) != 0 || index < 1 || (size_t)index > table->sweep->case_count)
         return error_set(error, MR_MALFORMED,
                          "results of a different sweep: %s line %zu; run its cases again, or give "
                          "the original sweep file",
                          path, number);
     if (table->line[index - 1]) {
-        table->repeated++;
+        table->repeated_count++;
         return MR_OK;
     }
     table->line[index - 1] = json_incref(line);
-    table->count++;
-    table->failed += strcmp(get_status(line), "ok") != 0;
+    table->line_count++;
+    table->failed_count += strcmp(get_status(line), "ok") != 0;
     return MR_OK;
 }
 
@@ -349,7 +352,7 @@ enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *s
                                 const char *const *paths, struct error *error)
 {
     *table = (struct sweep_table){.sweep = sweep};
-    table->line = xcalloc(sweep->cases, sizeof *table->line);
+    table->line = xcalloc(sweep->case_count, sizeof *table->line);
     for (; *paths && error->status == MR_OK; paths++) {
         FILE *file = fopen(*paths, "r");
         if (!file)
@@ -358,13 +361,13 @@ enum mr_status sweep_table_load(struct sweep_table *table, const struct sweep *s
         read_lines(table, *paths, file, error);
         fclose(file);
     }
-    table->missing = sweep->cases - table->count;
+    table->missing_count = sweep->case_count - table->line_count;
     return error->status;
 }
 
 void sweep_table_free(struct sweep_table *table)
 {
-    for (size_t i = 0; i < table->sweep->cases; i++)
+    for (size_t i = 0; i < table->sweep->case_count; i++)
         json_decref(table->line[i]);
     free(table->line);
     *table = (struct sweep_table){0};
@@ -418,7 +421,7 @@ static void set_interval(struct sweep_index *index, double *drawn, size_t count)
 
 static void estimate_indices(const double *values, size_t points, size_t key, const size_t *row,
                              size_t count, size_t *picked, double *drawn,
-                             struct sweep_influence *result)
+                             struct sweep_key_indices *result)
 {
     uint64_t state = 0x9e3779b97f4a7c15u;
     size_t good = 0;
@@ -453,12 +456,13 @@ static size_t select_complete(const double *values, size_t points, size_t keys, 
 }
 
 bool sweep_compute_indices(const double *values, size_t points, size_t keys,
-                           struct sweep_influence *influence, size_t *used)
+                           struct sweep_key_indices *influence, size_t *used)
 {
     size_t *row = xcalloc(2 * points + 1, sizeof *row);
     double *drawn = xcalloc(2 * (size_t)BOOTSTRAP_DRAWS, sizeof *drawn);
     *used = select_complete(values, points, keys, row);
-    bool good = *used >= MIN_POINTS && !isnan(compute_indices(values, points, 0, row, *used).first);
+    bool good = *used >= INDEX_POINTS_MIN &&
+                !isnan(compute_indices(values, points, 0, row, *used).first);
     for (size_t k = 0; good && k < keys; k++)
         estimate_indices(values, points, k, row, *used, row + points, drawn, &influence[k]);
     free(row);
@@ -493,11 +497,11 @@ static void add_index(struct answer *answer, const char *name, const char *label
 }
 
 /* Returns the values of the stepped keys in one combination. */
-static json_t *make_place_json(const struct sweep *sweep, size_t place)
+static json_t *make_combination_json(const struct sweep *sweep, size_t place)
 {
-    json_t *values = sweep_values(sweep, place * sweep->samples);
+    json_t *values = sweep_values(sweep, place * sweep->sample_count);
     for (size_t i = 0; i < sweep->axis_count; i++) {
-        if (sweep->axis[i].u)
+        if (sweep->axis[i].sample_fractions)
             json_object_del(values, sweep->axis[i].name);
     }
     return values;
@@ -509,22 +513,22 @@ static void add_indices(struct answer *answer, const struct sweep_table *table, 
                         size_t place)
 {
     const struct sweep *sweep = table->sweep;
-    size_t first = place * sweep->samples, keys = sweep->samples / sweep->index_points - 2, used,
-           key = 0;
-    double *values = xcalloc(sweep->samples, sizeof *values);
-    struct sweep_influence *influence = xcalloc(keys, sizeof *influence);
-    for (size_t i = 0; i < sweep->samples; i++)
+    size_t first = place * sweep->sample_count,
+           keys = sweep->sample_count / sweep->index_point_count - 2, used, key = 0;
+    double *values = xcalloc(sweep->sample_count, sizeof *values);
+    struct sweep_key_indices *influence = xcalloc(keys, sizeof *influence);
+    for (size_t i = 0; i < sweep->sample_count; i++)
         values[i] = get_number(table->line[first + i], field);
-    bool known = sweep_compute_indices(values, sweep->index_points, keys, influence, &used);
-    json_t *at = make_place_json(sweep, place);
+    bool known = sweep_compute_indices(values, sweep->index_point_count, keys, influence, &used);
+    json_t *at = make_combination_json(sweep, place);
     char *where = json_dumps(at, JSON_COMPACT | JSON_REAL_PRECISION(6));
     for (size_t i = 0; known && i < sweep->axis_count; i++) {
-        if (!sweep->axis[i].u)
+        if (!sweep->axis[i].sample_fractions)
             continue;
         answer_open_row(answer);
         answer_words(answer, "output", "output", "%s", field ? field : "threshold");
         answer_json_value(answer, "at", json_incref(at));
-        if (sweep->grid_cases > 1)
+        if (sweep->grid_case_count > 1)
             answer_words(answer, NULL, "at", "%s", where);
         answer_words(answer, "key", "key", "%s", sweep->axis[i].name);
         add_index(answer, "first", "first order (95 %)", &influence[key].first);
@@ -544,7 +548,7 @@ static void add_all_indices(struct answer *answer, const struct sweep_table *tab
     answer_open_table(answer, "indices",
                       "sensitivity indices: share of the variance that the key causes alone (first "
                       "order) and together with other keys (total)");
-    for (size_t place = 0; place < table->sweep->grid_cases; place++) {
+    for (size_t place = 0; place < table->sweep->grid_case_count; place++) {
         if (table->sweep->search.is_present)
             add_indices(answer, table, NULL, place);
         for (size_t i = 0; i < json_array_size(outputs); i++)
@@ -555,16 +559,16 @@ static void add_all_indices(struct answer *answer, const struct sweep_table *tab
 
 /* ---- the table ---- */
 
-struct reason {
+struct failure_reason {
     const char *status, *text;
-    size_t first, count;
+    size_t first_case, count;
 };
 
 static void add_failures(struct answer *answer, const struct sweep_table *table)
 {
-    struct reason reasons[REASONS_MAX];
+    struct failure_reason reasons[REASONS_MAX];
     size_t count = 0;
-    for (size_t i = 0; i < table->sweep->cases; i++) {
+    for (size_t i = 0; i < table->sweep->case_count; i++) {
         const char *status = get_status(table->line[i]);
         const char *text = json_string_value(json_object_get(table->line[i], "reason"));
         size_t k = 0;
@@ -577,7 +581,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
         if (k == REASONS_MAX)
             continue;
         if (k == count)
-            reasons[count++] = (struct reason){status, text, i + 1, 0};
+            reasons[count++] = (struct failure_reason){status, text, i + 1, 0};
         reasons[k].count++;
     }
     answer_open_table(answer, NULL, "failed cases");
@@ -585,7 +589,7 @@ static void add_failures(struct answer *answer, const struct sweep_table *table)
         answer_open_row(answer);
         answer_words(answer, NULL, "status", "%s", reasons[k].status);
         answer_count(answer, NULL, "cases", (int64_t)reasons[k].count);
-        answer_count(answer, NULL, "first", (int64_t)reasons[k].first);
+        answer_count(answer, NULL, "first", (int64_t)reasons[k].first_case);
         answer_words(answer, NULL, "reason", "%s", reasons[k].text);
     }
     answer_close_group(answer);
@@ -636,16 +640,17 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     const char *name = json_string_value(json_object_get(table->sweep->root, "name"));
     json_t *lines = json_array();
     answer_words(answer, NULL, "sweep", "%s", name ? name : "no name");
-    answer_count(answer, "cases", "cases", (int64_t)table->count);
-    answer_remark(answer, " of %zu", table->sweep->cases);
-    answer_count(answer, "failed", "failed", (int64_t)table->failed);
-    answer_count(answer, "missing", "missing", (int64_t)table->missing);
-    answer_count(answer, "repeated", table->repeated ? "repeated" : NULL, (int64_t)table->repeated);
+    answer_count(answer, "cases", "cases", (int64_t)table->line_count);
+    answer_remark(answer, " of %zu", table->sweep->case_count);
+    answer_count(answer, "failed", "failed", (int64_t)table->failed_count);
+    answer_count(answer, "missing", "missing", (int64_t)table->missing_count);
+    answer_count(answer, "repeated", table->repeated_count ? "repeated" : NULL,
+                 (int64_t)table->repeated_count);
     add_failures(answer, table);
-    if (table->sweep->index_points)
+    if (table->sweep->index_point_count)
         add_all_indices(answer, table);
     answer_open_table(answer, NULL, "all cases");
-    for (size_t i = 0; i < table->sweep->cases; i++) {
+    for (size_t i = 0; i < table->sweep->case_count; i++) {
         if (!table->line[i])
             continue;
         json_array_append(lines, table->line[i]);
@@ -659,15 +664,15 @@ struct answer *sweep_table_to_answer(const struct sweep_table *table, bool rows)
     return answer;
 }
 
-struct csv {
+struct csv_writer {
     FILE *out;
-    bool heads, has_cells;
+    bool writes_heads, has_cells;
 };
 
 static void write_csv_cell(void *ctx, const char *head, const json_t *value)
 {
-    struct csv *csv = ctx;
-    char *text = csv->heads ? xstrdup(head) : make_cell_text(value);
+    struct csv_writer *csv = ctx;
+    char *text = csv->writes_heads ? xstrdup(head) : make_cell_text(value);
     fputs(csv->has_cells ? "," : "", csv->out);
     csv_write_cell(csv->out, text);
     csv->has_cells = true;
@@ -676,12 +681,14 @@ static void write_csv_cell(void *ctx, const char *head, const json_t *value)
 
 void sweep_table_write_csv(const struct sweep_table *table, FILE *out)
 {
-    for_each_cell(table->sweep, NULL, write_csv_cell, &(struct csv){.out = out, .heads = true});
+    for_each_cell(table->sweep, NULL, write_csv_cell,
+                  &(struct csv_writer){.out = out, .writes_heads = true});
     fputc('\n', out);
-    for (size_t i = 0; i < table->sweep->cases; i++) {
+    for (size_t i = 0; i < table->sweep->case_count; i++) {
         if (!table->line[i])
             continue;
-        for_each_cell(table->sweep, table->line[i], write_csv_cell, &(struct csv){.out = out});
+        for_each_cell(table->sweep, table->line[i], write_csv_cell,
+                      &(struct csv_writer){.out = out});
         fputc('\n', out);
     }
 }

@@ -14,19 +14,19 @@
  * peak_u_ft; for a study, the output of `matrig study --json` with a status, "incomplete" if a
  * runway could not be simulated to its end. The status is "refused" for an input that the
  * simulation does not accept; "reason" accompanies every status except "ok". */
-typedef json_t *sweep_simulate(const json_t *input);
+typedef json_t *sweep_simulator(const json_t *input);
 
 /* Returns the function that simulates the sweep's base: a scene or a study. */
-sweep_simulate *sweep_get_simulation(const struct sweep *sweep);
+sweep_simulator *sweep_get_simulation(const struct sweep *sweep);
 
 /* Runs a case in this process. Returns a new object: "status", "reason" unless the status is "ok",
  * "result" with the wanted outputs, and for a search "find" (README.md). */
-json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulate *simulate);
+json_t *sweep_run_case(const struct sweep *sweep, size_t index, sweep_simulator *simulate);
 
 struct sweep_table {
     const struct sweep *sweep;
     json_t **line; /* one line per case, which the table owns; NULL: missing */
-    size_t count, failed, missing, repeated;
+    size_t line_count, failed_count, missing_count, repeated_count;
 };
 
 /* Makes the line of a finished case; takes ownership of `outcome`. */
@@ -55,14 +55,14 @@ struct sweep_index {
     double value, low, high;
 };
 
-struct sweep_influence {
+struct sweep_key_indices {
     struct sweep_index first, total;
 };
 
-/* `values` is in blocks, as in design_radial: A, B, AB1 ..; NaN: no value. A point with a missing
- * value is not used. Writes `keys` results to `influence`, and the number of used points to *used.
- * Returns false if there are fewer than 8 points, or no variance. */
+/* `values` is in blocks, as in design_fill_radial: A, B, AB1 ..; NaN: no value. A point with a
+ * missing value is not used. Writes `keys` results to `influence`, and the number of used points to
+ * *used. Returns false if there are fewer than 8 points, or no variance. */
 bool sweep_compute_indices(const double *values, size_t points, size_t keys,
-                           struct sweep_influence *influence, size_t *used);
+                           struct sweep_key_indices *influence, size_t *used);
 
 #endif

@@ -37,7 +37,7 @@ void cheap_priors(struct fit_parameter parameter[FIT_KEYS])
     parameter[FIT_GAP] = (struct fit_parameter){true, 0.010, 0.35};
     parameter[FIT_GRIT] = (struct fit_parameter){true, 6.0, 0.4};
     parameter[FIT_FRICTION] = (struct fit_parameter){true, 0.5, 0.3};
-    parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
+    parameter[FIT_THRUST_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
     parameter[FIT_STIFFNESS] = (struct fit_parameter){true, 4e3, 0.4};
 }
 
@@ -140,10 +140,10 @@ bool cheap_landing(const double z[FIT_KEYS], uint64_t seed, bool surveyed,
         value[k] = prior[k].value *
                    exp(prior[k].spread * (surveyed && k == FIT_GAP ? cheap_normal(&random) : z[k]));
     for (size_t s = 0; s < MR_SEGMENTS; s++)
-        landing.survey_in[s] = landing.after_in[s] = (double)NAN;
+        landing.survey_in[s] = landing.survey_after_in[s] = (double)NAN;
     set_scene(&landing.scene, value, gap_ft, grit_lb, &random);
-    bool good = run_scene(&landing.scene, value[FIT_SHARE], station_ft, value_in, &samples, &random,
-                          error);
+    bool good = run_scene(&landing.scene, value[FIT_THRUST_SHARE], station_ft, value_in, &samples,
+                          &random, error);
     if (good && surveyed)
         prior[FIT_GAP] = (struct fit_parameter){
             true, survey(gap_ft, exp(CHEAP_SURVEY_SPREAD * z[FIT_GAP]), landing.survey_in, &random),

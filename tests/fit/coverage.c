@@ -53,13 +53,13 @@ int main(int argc, char **argv)
                 fmod(0.5 + (double)(first + n) * pow(KRONECKER, -(k + 1)), 1.0));
         bool good = cheap_landing(z, first + n, (first + n) % 2 == 1, &list, &error);
         struct fit_model model = fit_landings_model(&list);
-        struct fit_options options = {.draws = draws, .seed = first + n};
+        struct fit_options options = {.draw_count = draws, .seed = first + n};
         if (good && fit_run(&model, list.measured, &options, &answer, &error) == MR_OK) {
             struct misfit misfit = misfit_check(&list, &answer, first + n);
             fitted++;
             checked += misfit.is_checked;
             cannot += misfit.is_rejected;
-            simulated += (double)answer.simulated_draws;
+            simulated += (double)answer.simulated_draw_count;
             for (int k = 0; k < FIT_KEYS; k++) {
                 double miss = answer.z[k] - z[k];
                 tally[k].held += answer.low[k] <= z[k] && z[k] <= answer.high[k];
@@ -72,7 +72,7 @@ int main(int argc, char **argv)
                     printf("%zu %s true %.3f est %.3f [%.3f, %.3f] bias %.3f sd %.3f rounds %u "
                            "share %.3f\n",
                            n, fit_names[k].key, z[k], answer.z[k], answer.low[k], answer.high[k],
-                           answer.bias[k], sqrt(answer.covariance[k][k]), answer.rounds,
+                           answer.bias[k], sqrt(answer.covariance[k][k]), answer.round_count,
                            misfit.p_value);
             }
         } else {

@@ -30,7 +30,7 @@ struct head {
 static bool fit(const struct fit_landings *list, uint64_t seed, struct fit_result *answer)
 {
     struct fit_model model = fit_landings_model(list);
-    struct fit_options options = {.draws = DRAWS, .replicas = REPLICAS, .seed = seed};
+    struct fit_options options = {.draw_count = DRAWS, .replica_count = REPLICAS, .seed = seed};
     struct error error = {0};
     if (fit_run(&model, list->measured, &options, answer, &error) == MR_OK)
         return true;
@@ -49,9 +49,9 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_r
     good = good && answer->residual &&
            fread(answer->residual, sizeof(double), count, file) == count;
     if (good) {
-        answer->statistics = head.statistics;
-        answer->parameters = head.parameters;
-        answer->replicas = head.rows - 1;
+        answer->statistic_count = head.statistics;
+        answer->parameter_count = head.parameters;
+        answer->replica_count = head.rows - 1;
         memcpy(answer->z, head.z, sizeof head.z);
         memcpy(answer->low, head.low, sizeof head.low);
         memcpy(answer->high, head.high, sizeof head.high);
@@ -67,15 +67,15 @@ static bool load(const char *path, const struct fit_landings *list, struct fit_r
 static bool save(const char *path, struct fit_result *answer)
 {
     if (!answer->residual) {
-        answer->replicas = 0;
-        answer->residual = calloc(answer->statistics, sizeof(double));
+        answer->replica_count = 0;
+        answer->residual = calloc(answer->statistic_count, sizeof(double));
     }
     if (!answer->residual)
         return false;
     struct head head = {.version = VERSION,
-                        .statistics = (uint32_t)answer->statistics,
-                        .rows = (uint32_t)answer->replicas + 1,
-                        .parameters = (uint32_t)answer->parameters};
+                        .statistics = (uint32_t)answer->statistic_count,
+                        .rows = (uint32_t)answer->replica_count + 1,
+                        .parameters = (uint32_t)answer->parameter_count};
     char made[600];
     memcpy(head.z, answer->z, sizeof head.z);
     memcpy(head.low, answer->low, sizeof head.low);

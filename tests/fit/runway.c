@@ -52,7 +52,7 @@ static void set_priors(struct fit_parameter parameter[FIT_KEYS])
     parameter[FIT_GAP] = (struct fit_parameter){true, 0.018, SURVEY_SPREAD};
     parameter[FIT_GRIT] = (struct fit_parameter){true, 10.0, 0.4};
     parameter[FIT_FRICTION] = (struct fit_parameter){true, 0.5, 0.1};
-    parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.1};
+    parameter[FIT_THRUST_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.1};
     parameter[FIT_STIFFNESS] = (struct fit_parameter){false, 2.9e5, 0.0};
 }
 
@@ -141,8 +141,8 @@ static double thrust_factor(const struct truth *truth, const struct sim_scene *s
 {
     double half_s = 0.5 * scene->path[scene->path_count - 1].t_s;
     if (truth->kind != RUNWAY_BRAKING)
-        return truth->value[FIT_SHARE];
-    return truth->value[FIT_SHARE] * (scene->path[row].t_s < half_s ? 2.0 / 3.0 : 4.0 / 3.0);
+        return truth->value[FIT_THRUST_SHARE];
+    return truth->value[FIT_THRUST_SHARE] * (scene->path[row].t_s < half_s ? 2.0 / 3.0 : 4.0 / 3.0);
 }
 
 /* What the transducers show; the runway is left as the landing leaves it. */
@@ -188,11 +188,11 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     struct fit_landing landing = {.run = (int64_t)number + 1,
                                   .thrust_error = THRUST_ERROR,
                                   .is_consecutive = number > 0,
-                                  .survey_error_in = SURVEY_READING_ERROR_IN,
+                                  .before_error_in = SURVEY_READING_ERROR_IN,
                                   .after_error_in = SURVEY_READING_ERROR_IN};
     size_t samples = 0;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
-        landing.survey_in[s] = landing.after_in[s] = (double)NAN;
+        landing.survey_in[s] = landing.survey_after_in[s] = (double)NAN;
     if (surveyed && number == 0)
         read_survey(truth, landing.survey_in);
     for (size_t c = 0; c < MR_TRANSDUCERS; c++)
@@ -201,7 +201,7 @@ static bool add_landing(struct truth *truth, size_t number, bool last, bool surv
     set_scene(&landing.scene, truth, number);
     bool good = land(truth, &landing.scene, station_ft, &value_in, &samples, error);
     if (good && surveyed && last)
-        read_survey(truth, landing.after_in);
+        read_survey(truth, landing.survey_after_in);
     for (size_t c = 0; c < MR_TRANSDUCERS && good; c++)
         series[c] = (struct fit_series){.station_ft = station_ft[c],
                                         .dt_s = SAMPLE_S,

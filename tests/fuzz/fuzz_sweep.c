@@ -25,9 +25,9 @@ static enum mr_status read_sweep(const uint8_t *data, size_t size, struct error 
     enum mr_status status = sweep_load(&sweep, fuzz_file("sweep.json", data, size), error);
     if (status != MR_OK)
         return status;
-    FUZZ_REQUIRE(sweep.cases > 0);
-    json_decref(sweep_values(&sweep, sweep.cases - 1));
-    json_decref(sweep_input(&sweep, sweep.cases - 1));
+    FUZZ_REQUIRE(sweep.case_count > 0);
+    json_decref(sweep_values(&sweep, sweep.case_count - 1));
+    json_decref(sweep_input(&sweep, sweep.case_count - 1));
     sweep_free(&sweep);
     return MR_OK;
 }

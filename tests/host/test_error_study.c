@@ -87,8 +87,8 @@ TEST(references_agree_and_errors_fall)
     run(&scene);
     assert_true(study.disagreement_u_ft < 1e-10 && study.disagreement_lift_ft < 1e-10);
     assert_true(study.max_lift_ft > 0.02);
-    assert_non_null(strstr(study.method, "event"));
-    assert_non_null(strstr(study.method, "implicit"));
+    assert_non_null(strstr(study.reference_method, "event"));
+    assert_non_null(strstr(study.reference_method, "implicit"));
     for (size_t i = 0; i < COUNT_OF(solvers); i++) {
         const struct error_run *loose = find(solvers[i], 1e-4), *tight = find(solvers[i], 1e-9);
         assert_int_equal(loose->status, SIM_OK);

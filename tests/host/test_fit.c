@@ -55,7 +55,7 @@ static void fit_linear(const struct linear *linear, const double *measured, size
                        unsigned threads, struct fit_result *answer)
 {
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, linear};
-    struct fit_options options = {.draws = draws, .threads = threads, .seed = 5};
+    struct fit_options options = {.draw_count = draws, .thread_count = threads, .seed = 5};
     struct error error = {0};
     fit_run(&model, measured, &options, answer, &error);
     assert_no_error(&error);
@@ -130,9 +130,9 @@ TEST(slopes_are_those_of_the_misfit)
 {
     struct linear curved = plain;
     struct fit_model model = {2, LINEAR_STATISTICS, simulate_linear, &curved};
-    struct fit_options options = {.draws = 200, .threads = 1, .seed = 3};
+    struct fit_options options = {.draw_count = 200, .thread_count = 1, .seed = 3};
     struct ensemble_region place = {
-        .parameters = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
+        .parameter_count = 2, .middle = {0.2, -0.1}, .spread = {{0.8}, {0.3, 0.6}}};
     struct ensemble ensemble;
     struct surface surface;
     struct solve solve;
@@ -182,8 +182,8 @@ TEST(surface_slopes_are_those_of_means)
     struct ensemble ensemble;
     struct surface surface;
     struct error error = {0};
-    struct fit_options options = {.draws = DRAWS, .seed = 9};
-    struct ensemble_region place = {.parameters = FIT_KEYS};
+    struct fit_options options = {.draw_count = DRAWS, .seed = 9};
+    struct ensemble_region place = {.parameter_count = FIT_KEYS};
     double middle[FIT_KEYS] = {0.0}, expected[STATISTICS], slope[STATISTICS * FIT_KEYS],
            one[STATISTICS];
     const double step = 0.6;
@@ -195,7 +195,8 @@ TEST(surface_slopes_are_those_of_means)
     assert_int_equal(ensemble_simulate(&model, &place, &options, 0, &ensemble, &error), MR_OK);
     assert_int_equal(surface_make(&ensemble, &surface, &error), MR_OK);
     surface_evaluate(&surface, middle, expected, slope);
-    for (int i = 0; i < FIT_KEYS; i += FIT_SHARE) { /* gaps, share: the rest goes the same way */
+    /* gaps, share: the rest goes the same way */
+    for (int i = 0; i < FIT_KEYS; i += FIT_THRUST_SHARE) {
         double sum[2][STATISTICS] = {{0.0}}, square[2][STATISTICS] = {{0.0}}, squares = 0.0;
         for (uint64_t n = 0; n < 2 * DRAWS; n++) {
             double z[FIT_KEYS] = {0.0};
@@ -222,7 +223,8 @@ TEST(surface_slopes_are_those_of_means)
             squares += pow(difference / error_of, 2.0);
             assert_true(fabs(difference) < 5.0 * error_of);
         }
-        assert_true(squares / (double)list.statistics < 4.0); /* they are correlated: of order 1 */
+        /* they are correlated: of order 1 */
+        assert_true(squares / (double)list.statistics < 4.0);
     }
     surface_free(&surface);
     ensemble_free(&ensemble);
@@ -260,7 +262,7 @@ static void fit_cheap(const double truth[FIT_KEYS], uint64_t seed, unsigned of, 
                       struct fit_landings *list, struct fit_result *answer)
 {
     struct error error = {0};
-    struct fit_options options = {.draws = 200, .seed = 11};
+    struct fit_options options = {.draw_count = 200, .seed = 11};
     assert_true(cheap_landing(truth, seed, false, list, &error));
     for (int k = 0; k < FIT_KEYS; k++) {
         list->parameter[k].is_fitted = of >> k & 1u;
@@ -317,7 +319,7 @@ TEST(windows_follow_the_wheel)
     landing.scene.t_dwell_s = 0.5;
     sim_scene_set_path(&landing.scene, path, 2);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
-        landing.survey_in[s] = landing.after_in[s] = (double)NAN;
+        landing.survey_in[s] = landing.survey_after_in[s] = (double)NAN;
     fit_landings_begin(&list, &landing.scene);
     for (int i = 2200; i < 2500; i++) /* three quarters of 8 to 4 ft ahead */
         value[i] = (double)NAN;
@@ -391,18 +393,18 @@ TEST(bad_input_is_refused)
 {
     const double measured[LINEAR_STATISTICS] = {0.0};
     struct fit_model model = {2, 1, simulate_linear, &plain};
-    struct fit_options options = {.draws = 100, .threads = 1};
+    struct fit_options options = {.draw_count = 100, .thread_count = 1};
     struct fit_result answer;
     struct error few = {0}, draws = {0}, failed = {0};
     fit_run(&model, measured, &options, &answer, &few);
     assert_error(&few, MR_TOO_FEW, "measured statistics: 1 for 2 parameters");
     fit_free(&answer);
-    model.statistics = LINEAR_STATISTICS;
-    options.draws = 20;
+    model.statistic_count = LINEAR_STATISTICS;
+    options.draw_count = 20;
     fit_run(&model, measured, &options, &answer, &draws);
     assert_error(&draws, MR_USAGE, "too few draws");
     fit_free(&answer);
-    options.draws = 100;
+    options.draw_count = 100;
     model.simulate = fail_always;
     fit_run(&model, measured, &options, &answer, &failed);
     assert_error(&failed, MR_NUMERICS, "100 of 100 simulations failed");
@@ -476,10 +478,10 @@ TEST(nothing_is_known)
     struct fit_survey found;
     int64_t run = land(store, 1);
     assert_int_equal(fit_load_survey(store, run, false, run, &found, &failure), MR_OK);
-    assert_int_equal(found.segments, 0);
+    assert_int_equal(found.segment_count, 0);
     assert_true(isnan(found.sum_in[0]) && found.error_in == 0.0);
     assert_int_equal(fit_load_survey(store, run, true, STORE_NONE, &found, &failure), MR_OK);
-    assert_int_equal(found.segments, 0);
+    assert_int_equal(found.segment_count, 0);
     store_close(store);
 }
 
@@ -499,15 +501,15 @@ TEST(the_newest_between_two_landings)
     survey(store, 2500, 42, 0.05, 0.004);
 
     assert_int_equal(fit_load_survey(store, first, false, first, &found, &failure), MR_OK);
-    assert_int_equal(found.gage_segments, 42);
+    assert_int_equal(found.gage_segment_count, 42);
     assert_near(found.sum_in[0], 0.26, 1e-9);
     assert_near(found.sum_in[41], 0.26, 1e-9);
     /* two lines 0.02 in apart say more than 0.004/sqrt 2 */
     assert_near(found.error_in, 0.01, 1e-9);
 
     assert_int_equal(fit_load_survey(store, first, true, second, &found, &failure), MR_OK);
-    assert_int_equal(found.gage_segments, 10);
-    assert_int_equal(found.segments, 42);
+    assert_int_equal(found.gage_segment_count, 10);
+    assert_int_equal(found.segment_count, 42);
     assert_near(found.sum_in[9], 0.16, 1e-9);
     assert_near(found.sum_in[10], 0.18, 1e-6); /* not read: the board's */
     assert_near(found.error_in, 0.1 / sqrt(2.0), 1e-9);
@@ -518,7 +520,7 @@ TEST(the_newest_between_two_landings)
         assert_near(before.sum_in[s], found.sum_in[s], 0.0);
 
     assert_int_equal(fit_load_survey(store, second, true, STORE_NONE, &found, &failure), MR_OK);
-    assert_int_equal(found.gage_segments, 42);
+    assert_int_equal(found.gage_segment_count, 42);
     assert_near(found.sum_in[20], 0.06, 1e-9);
     store_close(store);
 }
@@ -541,7 +543,7 @@ static void begin(struct rows *rows, uint64_t seed)
     struct cheap_random random = {seed};
     assert_true(runway_campaign(&wanted, seed, z, &rows->list, &error));
     size_t p = rows->list.statistics;
-    rows->answer = (struct fit_result){.statistics = p, .replicas = REPLICAS};
+    rows->answer = (struct fit_result){.statistic_count = p, .replica_count = REPLICAS};
     rows->answer.residual = calloc(ROWS * p, sizeof(double));
     assert_non_null(rows->answer.residual);
     for (size_t i = 0; i < ROWS; i++) {
@@ -616,7 +618,7 @@ TEST(too_few_are_not_checked)
 {
     struct rows rows;
     begin(&rows, 15);
-    rows.answer.replicas = MISFIT_REPLICAS_MIN - 1;
+    rows.answer.replica_count = MISFIT_REPLICAS_MIN - 1;
     struct misfit misfit = check(&rows);
     assert_false(misfit.is_checked || misfit.is_rejected);
     end(&rows);
@@ -630,7 +632,7 @@ TEST(gaps_in_stretches)
                                              .surveyed = true,
                                              .landings = 1,
                                              .mats = 100};
-        struct fit_options options = {.draws = 60, .replicas = 59, .seed = 3};
+        struct fit_options options = {.draw_count = 60, .replica_count = 59, .seed = 3};
         struct rows rows = {0};
         struct error error = {0};
         double z[FIT_KEYS];
@@ -664,8 +666,8 @@ static double *simulated(struct fit_landings *list)
         for (int k = 0; k < FIT_KEYS; k++)
             z[n * FIT_KEYS + (unsigned)k] = 0.5 * sin(3.0 * n + 2.0 * k);
     }
-    for (unsigned n = 0; n < DRAWS; n += FIT_BATCH)
-        model.simulate(model.context, FIT_BATCH, z + n * FIT_KEYS, draw + n,
+    for (unsigned n = 0; n < DRAWS; n += FIT_BATCH_MAX)
+        model.simulate(model.context, FIT_BATCH_MAX, z + n * FIT_KEYS, draw + n,
                        statistic + n * list->statistics, good + n);
     for (unsigned n = 0; n < DRAWS; n++)
         assert_true(good[n]);

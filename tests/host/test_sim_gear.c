@@ -118,7 +118,7 @@ static double stored_lb_ft(const struct gear *gear)
     for (int i = 0; i < gear->loaded_count; i++) {
         int mat = gear->loaded_mats[i];
         double k = gear->scene->element[ELEMENT_gear_ground] *
-                   pow(gear->touching[mat], gear->scene->gear.axle_law);
+                   pow(gear->touching_axles[mat], gear->scene->gear.axle_law);
         sum += gear->scene->gear.unloading * gear->ground_force_lb[mat] *
                gear->ground_force_lb[mat] / (2.0 * k);
     }
@@ -141,8 +141,8 @@ TEST(its_energy_never_grows)
         gear->loaded_mats[0] = gear->loaded_count = 1;
         for (int i = 0; i < 400; i++) {
             double before = 0.5 * v * v + (i > 0 ? stored_lb_ft(gear) : 0.0);
-            gear_press_mat(gear, 1,
-                           throw(0, 1) < 0.2 ? throw(0.1, 3) : fmax(gear->touching[1], 0.1));
+            gear_set_touching_axles(
+                gear, 1, throw(0, 1) < 0.2 ? throw(0.1, 3) : fmax(gear->touching_axles[1], 0.1));
             double x = throw(-200, 200), limit = throw(0, 100);
             v = gear_speed_ft_s(gear, 1, v, x, limit, h);
             double after = 0.5 * v * v + stored_lb_ft(gear), work = x * v * h;
@@ -321,23 +321,23 @@ TEST(lines_stand_behind_the_lead)
     assert_true(touch[0].mat == 6 && touch[1].mat == 5 && gear->lead_mat == 6);
     near(touch[0].thrust_lb, 60.0, 1e-9);
     near(touch[1].thrust_lb, 120.0, 1e-9);
-    near(gear->share[5], 2.0, 1e-12);
+    near(gear->load_share[5], 2.0, 1e-12);
     /* 15.9 to 16.1 ft: over the joint; 13.4 to 13.6; 3.9 to 4.1: over a joint too */
     assert_int_equal(gear_span(gear, 0.59, 0.61, touch), 5);
-    near(gear->share[8], 0.5, 1e-9);
-    near(gear->share[9], 0.5, 1e-9);
-    near(gear->share[7], 2.0, 1e-9);
-    near(gear->share[2] + gear->share[3], 4.0, 1e-9);
-    near(gear->share[5] + gear->share[6], 0.0, 0.0);
+    near(gear->load_share[8], 0.5, 1e-9);
+    near(gear->load_share[9], 0.5, 1e-9);
+    near(gear->load_share[7], 2.0, 1e-9);
+    near(gear->load_share[2] + gear->load_share[3], 4.0, 1e-9);
+    near(gear->load_share[5] + gear->load_share[6], 0.0, 0.0);
     /* a foot of 3 ft in 11.0 to 11.4 ft: 9.7 to 12.7 ft, and 7.2 to 10.2 */
     scene.gear.foot_ft = 3.0;
     gear_start(gear, 0.01);
     gear_span(gear, 0.06, 0.1, touch);
     assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 6);
-    near(gear->share[5], (0.3 + 2.0 * 2.0) / 3.0, 1e-9); /* 8 to 10 ft */
-    near(gear->touching[5], 3.0, 1e-12);
-    near(gear->share[7], 0.7 / 3.0, 1e-9);
-    near(gear->touching[7], 1.0, 1e-12);
+    near(gear->load_share[5], (0.3 + 2.0 * 2.0) / 3.0, 1e-9); /* 8 to 10 ft */
+    near(gear->touching_axles[5], 3.0, 1e-12);
+    near(gear->load_share[7], 0.7 / 3.0, 1e-9);
+    near(gear->touching_axles[7], 1.0, 1e-12);
     assert_int_equal(gear->lead_mat, 6);
     gear_free(gear);
     sim_scene_free(&scene);

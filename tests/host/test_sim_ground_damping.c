@@ -272,7 +272,7 @@ TEST(a_lifted_mat_is_not_damped)
         z[4] = z[6] = -0.05; /* nodes 3 and 4 are up: mat 3 flies, mat 2 has its left foot down */
         for (int n = 0; n < 3; n++)
             z[7 + 2 * n + 1] = 0.5 * (n + 1);
-        model_sample(&model, 0.0, z);
+        model_sample_modes(&model, 0.0, z);
         model_rates(&model, 0.0, z, damped);
         model.elements.count = 0;
         model_rates(&model, 0.0, z, bare);

@@ -60,12 +60,12 @@ TEST(the_linearisation_is_the_derivative)
             if (kind == SIM_MODEL_CONSISTENT)
                 s.friction_normal = SIM_NORMAL_SOIL;
             struct model model;
-            double z[2 * SIZE], accel[SIZE], mass[SIZE * MODEL_ROW], by_p[SIZE * MODEL_ROW],
-                by_v[SIZE * MODEL_ROW];
+            double z[2 * SIZE], accel[SIZE], mass[SIZE * MODEL_ROW_LENGTH],
+                by_p[SIZE * MODEL_ROW_LENGTH], by_v[SIZE * MODEL_ROW_LENGTH];
             double drift[SIZE];
             make(&model, &s, z);
             scattered(z);
-            model_sample(&model, 0.0, z);
+            model_sample_modes(&model, 0.0, z);
             model_rates(&model, 0.0, z, accel);
             model_linearise(&model, 0.0, z, accel, mass, by_p, by_v, drift);
             /* M d accel/dx = dR/dx: both sides as products with a direction */
@@ -84,15 +84,16 @@ TEST(the_linearisation_is_the_derivative)
                 model_rates(&model, -t, down, c);
                 for (int i = 0; i < SIZE; i++) {
                     double left = 0.0, right = k == 2 * SIZE ? drift[i] : 0.0;
-                    for (int r = 0; r < MODEL_ROW; r++) {
-                        int column = i + r - MODEL_BAND;
+                    for (int r = 0; r < MODEL_ROW_LENGTH; r++) {
+                        int column = i + r - MODEL_HALF_BANDWIDTH;
                         if (column < 0 || column >= SIZE)
                             continue;
-                        left += mass[i * MODEL_ROW + r] * (a[column] - c[column]) / (2.0 * e);
+                        left += mass[i * MODEL_ROW_LENGTH + r] * (a[column] - c[column]) /
+                                (2.0 * e);
                         if (column == k)
-                            right = by_p[i * MODEL_ROW + r];
+                            right = by_p[i * MODEL_ROW_LENGTH + r];
                         if (column == k - SIZE)
-                            right = by_v[i * MODEL_ROW + r];
+                            right = by_v[i * MODEL_ROW_LENGTH + r];
                     }
                     near(left, right, 5e-7 * (100.0 + fabs(right)));
                 }
@@ -115,7 +116,7 @@ static struct pass_outcome pass(struct model *model, double rtol, const struct s
 /* What springs, soil, weight and motion hold. */
 static double energy_lb_ft(const struct model *m, const double *z)
 {
-    const double *p = z, *v = z + m->size;
+    const double *p = z, *v = z + m->coordinate_count;
     double energy = 0.0;
     struct kernel_mat left = kernel_outside(m, -1);
     for (int n = 0; n <= m->mats; n++) {
@@ -123,23 +124,23 @@ static double energy_lb_ft(const struct model *m, const double *z)
         struct kernel_mat mat = ground ? kernel_outside(m, n)
                                        : kernel_mat(p, v, n, 1.0 / m->length_ft);
         bool free_end = (n == 0 && m->is_left_free) || (ground && m->is_right_free);
-        if (!free_end && !(m->slack_ft > 0.0 && m->joint[n] == 0)) {
+        if (!free_end && !(m->slack_ft > 0.0 && m->joint_mode[n] == 0)) {
             double g = kernel_gap_ft(m, n, &left, &mat, m->has_full_profile) -
-                       (m->joint[n] > 0 ? m->slack_ft : 0.0);
-            energy += 0.5 * m->kl * g * g;
+                       (m->joint_mode[n] > 0 ? m->slack_ft : 0.0);
+            energy += 0.5 * m->kl_lb_ft * g * g;
         }
         if (m->torsion[n]) {
-            double wound = hinge_effective_turn_rad(m->torsion_jumps, m->torsion[n],
+            double wound = hinge_effective_turn_rad(m->does_torsion_jump, m->torsion[n],
                                                     kernel_turn_rad(&left, &mat), m->tad_rad);
-            energy += 0.5 * m->kt * wound * wound;
+            energy += 0.5 * m->kt_lb_ft_rad * wound * wound;
         }
         double ends = n == 0 || ground ? 1.0 : 2.0;
         if (m->contact[n])
-            energy += 0.5 * m->kv * ends * p[2 * n] * p[2 * n];
+            energy += 0.5 * m->kv_lb_ft * ends * p[2 * n] * p[2 * n];
         if (!ground) {
             double middle = 0.5 * (v[2 * n] + v[2 * n + 2]);
             energy += 0.5 * (m->mass_slug * (mat.v * mat.v + middle * middle) +
-                             m->inertia * mat.w * mat.w);
+                             m->inertia_slug_ft2 * mat.w * mat.w);
             energy -= 0.5 * m->weight_lb * (p[2 * n] + p[2 * n + 2]);
         }
         left = mat;

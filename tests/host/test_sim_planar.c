@@ -397,7 +397,11 @@ TEST(mats_that_collide_part_again)
 static double step_s(enum sim_friction law, double turn_veps, double v_ft_s, double a_ft_s2)
 {
     const struct stepper_kind kind = {.reversal_speed_veps = turn_veps};
-    struct model model = {.law = law, .veps_ft_s = 0.01, .mats = MATS, .size = SIZE, .last = 1};
+    struct model model = {.friction_law = law,
+                          .veps_ft_s = 0.01,
+                          .mats = MATS,
+                          .coordinate_count = SIZE,
+                          .last_mat = 1};
     double z[2 * SIZE] = {0.0}, rate[2 * SIZE] = {0.0};
     z[SIZE + 3] = v_ft_s;
     rate[SIZE + 3] = a_ft_s2;

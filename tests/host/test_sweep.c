@@ -121,7 +121,7 @@ struct found {
     json_t *outcome;
 };
 
-static struct found search(const char *condition, sweep_simulate *simulate)
+static struct found search(const char *condition, sweep_simulator *simulate)
 {
     struct sweep sweep;
     char text[600];
@@ -183,14 +183,14 @@ static double ishigami(double u1, double u2, double u3)
 }
 
 /* Its indices on `points` points; the design is the sweeps'. */
-static void ishigami_indices(size_t points, uint64_t seed, struct sweep_influence result[3])
+static void ishigami_indices(size_t points, uint64_t seed, struct sweep_key_indices result[3])
 {
     static const char *const names[] = {"x1", "x2", "x3"};
     size_t count = 5 * points, used;
     double *u[3], *values = calloc(count, sizeof *values);
     for (size_t k = 0; k < 3; k++) {
         u[k] = calloc(count, sizeof *u[k]);
-        design_radial(u[k], points, 3, k, seed, names[k]);
+        design_fill_radial(u[k], points, 3, k, seed, names[k]);
     }
     for (size_t i = 0; i < count; i++)
         values[i] = ishigami(u[0][i], u[1][i], u[2][i]);
@@ -208,7 +208,7 @@ static const double ishigami_first[] = {0.3139, 0.4424, 0.0},
 
 TEST(indices_are_as_published)
 {
-    struct sweep_influence found[3];
+    struct sweep_key_indices found[3];
     ishigami_indices(20000, 1, found);
     for (size_t k = 0; k < 3; k++) {
         assert_near(found[k].first.value, ishigami_first[k], 0.02);
@@ -221,7 +221,7 @@ TEST(intervals_of_indices_hold)
 {
     unsigned held = 0;
     for (uint64_t seed = 1; seed <= 200; seed++) {
-        struct sweep_influence found[3];
+        struct sweep_key_indices found[3];
         ishigami_indices(64, seed, found);
         for (size_t k = 0; k < 3; k++) {
             held += found[k].first.low <= ishigami_first[k] &&
@@ -237,7 +237,7 @@ TEST(intervals_of_indices_hold)
 TEST(nothing_varies_nothing_is_said)
 {
     double values[40] = {0.0};
-    struct sweep_influence found[2];
+    struct sweep_key_indices found[2];
     size_t used;
     assert_false(sweep_compute_indices(values, 10, 2, found, &used));
     for (size_t i = 0; i < 7 * 4; i++)

@@ -89,7 +89,7 @@ static void compare(const char *path, unsigned seed)
         if (span->t0_s >= s.tend)
             continue;
         model_enter_span(&model, (size_t)k % model.spans.count, z);
-        model_sample(&model, t, z);
+        model_sample_modes(&model, t, z);
         model_rates(&model, t, z, accel);
         struct ref_wheel wheel = ref_wheel_between(&s, t, t);
         to_reference(&s, y, y_rate, u, u_rate, q, v);

@@ -12,41 +12,41 @@
 #include "host/sim/solvers/pass.h"
 
 /* The reference is accurate enough if its two methods agree within this, ft */
-#define TARGET_FT           1e-10
+#define REFERENCE_AGREEMENT_FT  1e-10
 /* The reference uses this tolerance or a smaller one. The runs of the study use far larger
  * tolerances: with equal tolerances, two errors can agree by chance. */
-#define TARGET_RTOL         1e-12
-#define LOOSEST_EXPONENT    3
-#define TIGHTEST_EXPONENT   9
-#define REPEAT_MS           25.0 /* ms; shorter runs are repeated to measure their time */
-#define REPEATS_MAX         5
+#define REFERENCE_RTOL_MAX      1e-12
+#define LOOSEST_RTOL_EXPONENT   3
+#define TIGHTEST_RTOL_EXPONENT  9
+#define REPEATED_RUN_MAX_MS     25.0 /* ms; shorter runs are repeated to measure their time */
+#define REPEATS_MAX             5
 /* Steps times mats of a reference run. A larger run is not repeated at a smaller tolerance. */
-#define REFERENCE_MAT_STEPS 2e7
-#define TABLE_MAT_STEPS     6e7   /* limit of a run in the table, steps times mats */
-#define MAX_RUN_STEPS       30000 /* limit of every run, steps */
-#define TABLE_STEPS_PER_MAT 700   /* additional steps for each mat */
+#define REFERENCE_MAT_STEPS_MAX 2e7
+#define TABLE_MAT_STEPS_MAX     6e7   /* limit of a run in the table, steps times mats */
+#define MAX_RUN_STEPS           30000 /* limit of every run, steps */
+#define TABLE_STEPS_PER_MAT     700   /* additional steps for each mat */
 /* Largest stable step of `event` / shortest time constant, approximately */
-#define EXPLICIT_REACH      6.0
+#define EVENT_STABILITY         6.0
 /* End of the stability region of the classical method on the negative real axis. */
-#define RK4_REAL            2.785
-#define FIXED_STEP_RUNS     24 /* number of fixed steps below the limit */
+#define RK4_STABILITY           2.785
+#define FIXED_STEP_RUNS         24 /* number of fixed steps below the limit */
 /* The first steps are a fifth of an octave apart, to show which runs are accurate by chance. The
  * others are half an octave apart. */
-#define CLOSE_STEP_RUNS     15
-#define FIRST_STEP_FRACTION 0.97 /* first step / stability limit */
-#define MIN_STEPS           20.0
-#define RK4_MAT_STEPS       6e7 /* limit of a run of rk4, steps times mats */
+#define CLOSE_STEP_RUNS         15
+#define FIRST_STEP_FRACTION     0.97 /* first step / stability limit */
+#define MIN_STEPS               20.0
+#define RK4_MAT_STEPS_MAX       6e7 /* limit of a run of rk4, steps times mats */
 /* Steps beyond the stability limit / limit. */
 static const double steps_beyond_limit[] = {1.12, 1.05};
 
-/* Slopes are fitted to errors above MIN_PER_AGREEMENT times the difference of the references and
- * below MAX_PER_PEAK times the peak. The largest error must be at least MIN_RANGE times the
- * smallest. */
-#define MIN_PER_AGREEMENT 10.0
-#define MAX_PER_PEAK      0.1
+/* Slopes are fitted to errors above SLOPE_ERROR_MIN_RATIO times the difference of the references
+ * and below SLOPE_ERROR_MAX_SHARE times the peak. The largest error must be at least
+ * SLOPE_ERROR_RANGE_MIN times the smallest. */
+#define SLOPE_ERROR_MIN_RATIO 10.0
+#define SLOPE_ERROR_MAX_SHARE 0.1
 /* possible sum of rounding errors over 1e5 steps, as a fraction of the largest value */
-#define ROUNDING_ERROR    3e-12
-#define MIN_RANGE         3.0
+#define ROUNDING_ERROR        3e-12
+#define SLOPE_ERROR_RANGE_MIN 3.0
 
 const double error_levels_ft[] = {1e-3, 1e-5, 5e-6, 1e-7};
 const size_t error_level_count = sizeof error_levels_ft / sizeof error_levels_ft[0];
@@ -118,9 +118,9 @@ static enum mr_status find_fastest_rate(const struct sim_scene *scene, double *r
     struct model model;
     if (model_make(&model, scene, false, error) != MR_OK)
         return error->status;
-    double *z = xcalloc(2 * (size_t)model.size, sizeof *z);
+    double *z = xcalloc(2 * (size_t)model.coordinate_count, sizeof *z);
     model_start(&model, z);
-    *rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
+    *rate = model_fastest_rate(&model, z, MODEL_RATE_EXPLICIT);
     free(z);
     model_free(&model);
     return error->status;
@@ -153,7 +153,8 @@ static enum mr_status measure_run(struct error_study *study, const struct refere
                  run->rtol, (unsigned long long)outcome.steps, outcome.t_s);
     }
     pass_outcome_free(&outcome);
-    for (int i = 1; i < REPEATS_MAX && run->ms < REPEAT_MS && run->status == SIM_OK; i++) {
+    for (int i = 1; i < REPEATS_MAX && run->ms < REPEATED_RUN_MAX_MS && run->status == SIM_OK;
+         i++) {
         if (run_one_pass(&outcome, scene, request, error) == MR_OK)
             run->ms = fmin(run->ms, outcome.ms);
         pass_outcome_free(&outcome);
@@ -163,7 +164,7 @@ static enum mr_status measure_run(struct error_study *study, const struct refere
 
 /* ---- reference ---- */
 
-static uint64_t reference_steps(const struct sim_scene *scene)
+static uint64_t reference_steps_max(const struct sim_scene *scene)
 {
     if (scene->friction_law == SIM_FRICTION_SIGN && scene->friction > 0.0)
         return 50000; /* the state chatters, so no method can finish */
@@ -183,7 +184,7 @@ static enum mr_status find_reference(struct reference *reference,
     for (size_t k = 0; k < sizeof rtols / sizeof rtols[0]; k++) {
         double rtol = rtols[k];
         for (size_t i = 0; i < 2; i++) {
-            const struct pass_request request = {pair[i], rtol, 0.0, reference_steps(scene),
+            const struct pass_request request = {pair[i], rtol, 0.0, reference_steps_max(scene),
                                                  0,       0.0};
             both[i] = (struct pass_outcome){0};
             if (run_one_pass(&both[i], scene, &request, error) != MR_OK ||
@@ -202,7 +203,8 @@ static enum mr_status find_reference(struct reference *reference,
                            scene->mats;
         /* keep the runs with the smaller tolerance, unless they differ much more */
         if (!reference->is_found ||
-            fmax(u, lift) <= fmax(TARGET_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
+            fmax(u, lift) <=
+                fmax(REFERENCE_AGREEMENT_FT, 2.0 * fmax(reference->u_ft, reference->lift_ft))) {
             sim_record_free(&reference->record);
             *reference = (struct reference){true,          rtol, u, lift, both[0].max_lift_ft,
                                             both[0].record};
@@ -210,15 +212,16 @@ static enum mr_status find_reference(struct reference *reference,
         }
         pass_outcome_free(&both[0]);
         pass_outcome_free(&both[1]);
-        if ((fmax(u, lift) <= TARGET_FT && rtol <= 1.01 * TARGET_RTOL) ||
-            mat_steps > REFERENCE_MAT_STEPS)
+        if ((fmax(u, lift) <= REFERENCE_AGREEMENT_FT && rtol <= 1.01 * REFERENCE_RTOL_MAX) ||
+            mat_steps > REFERENCE_MAT_STEPS_MAX)
             break;
     }
     return MR_OK;
 }
 
-static enum mr_status refuse_failed(const struct sim_scene *scene, const char *name,
-                                    const struct pass_outcome *failed, struct error *error)
+static enum mr_status refuse_failed_reference(const struct sim_scene *scene, const char *name,
+                                              const struct pass_outcome *failed,
+                                              struct error *error)
 {
     return error_set(
         error, MR_NUMERICS,
@@ -239,7 +242,8 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
     *reference = (struct reference){0};
     if (find_fastest_rate(scene, &rate, error) != MR_OK)
         return error->status;
-    bool hopeless = rate * sim_scene_end_s(scene) / EXPLICIT_REACH > (double)reference_steps(scene);
+    bool hopeless = rate * sim_scene_end_s(scene) / EVENT_STABILITY >
+                    (double)reference_steps_max(scene);
     if (hopeless || find_reference(reference, pair, scene, &failed, &name, error) != MR_OK ||
         (!reference->is_found && name == stepper_event.name &&
          failed.status == SIM_STEP_UNDERFLOW)) {
@@ -251,16 +255,16 @@ static enum mr_status find_planar_reference(struct reference *reference, struct 
     if (error->status != MR_OK)
         return error->status;
     if (!reference->is_found)
-        return refuse_failed(scene, name ? name : "event", &failed, error);
+        return refuse_failed_reference(scene, name ? name : "event", &failed, error);
     if (reference->u_ft > ERROR_LIMIT_U_FT || reference->lift_ft > ERROR_LIMIT_LIFT_FT)
         return error_set(error, MR_NUMERICS,
                          "no reference: %s: %s and %s still differ by %.2g ft (u) and %.2g ft "
                          "(lift) at rtol %g; give a smaller tend or a different scene",
                          sim_scene_name(scene), pair[0]->name, pair[1]->name, reference->u_ft,
                          reference->lift_ft, reference->rtol);
-    snprintf(study->method, sizeof study->method, "%s (%s) at rtol %g; agrees with %s (%s)",
-             pair[0]->name, pair[0]->description, reference->rtol, pair[1]->name,
-             pair[1]->description);
+    snprintf(study->reference_method, sizeof study->reference_method,
+             "%s (%s) at rtol %g; agrees with %s (%s)", pair[0]->name, pair[0]->description,
+             reference->rtol, pair[1]->name, pair[1]->description);
     return MR_OK;
 }
 
@@ -271,14 +275,14 @@ static enum mr_status run_tolerances(struct error_study *study, const struct ref
                                      struct error *error)
 {
     double most = fmin(MAX_RUN_STEPS + TABLE_STEPS_PER_MAT * scene->mats,
-                       fmax(20000.0, TABLE_MAT_STEPS / scene->mats));
-    for (int e = LOOSEST_EXPONENT; e <= TIGHTEST_EXPONENT; e++) {
+                       fmax(20000.0, TABLE_MAT_STEPS_MAX / scene->mats));
+    for (int e = LOOSEST_RTOL_EXPONENT; e <= TIGHTEST_RTOL_EXPONENT; e++) {
         const struct pass_request request = {kind, pow(10.0, -e), 0.0, (uint64_t)most, 0, 0.0};
         if (measure_run(study, reference, scene, &request, error) != MR_OK)
             return error->status;
         const struct error_run *run = &study->runs[study->run_count - 1];
-        if (e > LOOSEST_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
-            run->steps > request.max_steps / 2 && e < TIGHTEST_EXPONENT) {
+        if (e > LOOSEST_RTOL_EXPONENT && run->status != SIM_OK && run[-1].status == SIM_OK &&
+            run->steps > request.max_steps / 2 && e < TIGHTEST_RTOL_EXPONENT) {
             add_note(study, "%s: tolerances below %g left out: too many steps", kind->name,
                      run->rtol);
             break;
@@ -294,12 +298,12 @@ static double step_octaves(int rung)
 }
 
 /* Adds runs of rk4 with fixed steps. */
-static enum mr_status run_steps(struct error_study *study, const struct reference *reference,
-                                const struct sim_scene *scene, struct error *error)
+static enum mr_status run_fixed_steps(struct error_study *study, const struct reference *reference,
+                                      const struct sim_scene *scene, struct error *error)
 {
     struct pass_request request = {.kind = &stepper_rk4, .max_steps = UINT64_MAX};
     double end_s = study->end_s, limit_s = study->dt_limit_s;
-    double least_s = end_s * scene->mats / RK4_MAT_STEPS;
+    double least_s = end_s * scene->mats / RK4_MAT_STEPS_MAX;
     double first_s = FIRST_STEP_FRACTION * fmin(limit_s, end_s / MIN_STEPS);
     if (first_s < least_s) {
         add_note(study, "rk4 left out: its stability limit of %.3g s requires %.3g steps", limit_s,
@@ -327,7 +331,7 @@ static enum mr_status run_steps(struct error_study *study, const struct referenc
 
 /* ---- the chain ---- */
 
-#define CHAIN_TIMES           64
+#define CHAIN_COMPARED_TIMES  64
 /* Error / tolerance; small errors grow over thousands of switches */
 #define CHAIN_TOLERANCE_RATIO 10.0
 /* Number of runs of event; each has a tenth of the previous tolerance */
@@ -355,7 +359,7 @@ static double run_chain_pass(struct error_run *run, const struct sim_scene *scen
     if (status == MR_NUMERICS)
         /* a failed run is a row of the table and not an error of the study */
         error->status = MR_OK;
-    for (size_t k = 0; status == MR_OK && k < CHAIN_TIMES; k++)
+    for (size_t k = 0; status == MR_OK && k < CHAIN_COMPARED_TIMES; k++)
         memcpy(u_ft + k * row, result.outputs[k].u_ft, row * sizeof *u_ft);
     double limit_s = result.dt_limit_s;
     sim_result_free(&result);
@@ -366,7 +370,7 @@ static double chain_difference_ft(const struct sim_scene *scene, const double *a
 {
     size_t row = (size_t)scene->mats + 1;
     double most = 0.0;
-    for (size_t i = 0; i < CHAIN_TIMES * row; i++)
+    for (size_t i = 0; i < CHAIN_COMPARED_TIMES * row; i++)
         most = i % row == 0 ? most : fmax(most, fabs(a[i] - b[i]));
     return most;
 }
@@ -377,21 +381,21 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
                                       struct error *error)
 {
     struct sim_scene timed = *whole, *scene = &timed;
-    size_t size = CHAIN_TIMES * ((size_t)scene->mats + 1);
+    size_t size = CHAIN_COMPARED_TIMES * ((size_t)scene->mats + 1);
     double *reference = xcalloc(size, sizeof *reference), *u = xcalloc(size, sizeof *u);
     struct error_run run = {0}, check = {0};
     struct sim_options options = {.solver = "event", .is_single_pass = true, .rtol = 1e-12};
-    double times_s[CHAIN_TIMES];
-    for (int k = 0; k < CHAIN_TIMES; k++)
-        times_s[k] = study->end_s * (k + 1) / CHAIN_TIMES;
-    timed.t_out_s = (struct sim_list){times_s, CHAIN_TIMES};
+    double times_s[CHAIN_COMPARED_TIMES];
+    for (int k = 0; k < CHAIN_COMPARED_TIMES; k++)
+        times_s[k] = study->end_s * (k + 1) / CHAIN_COMPARED_TIMES;
+    timed.t_out_s = (struct sim_list){times_s, CHAIN_COMPARED_TIMES};
     study->dt_limit_s = run_chain_pass(&check, scene, &options, u, error);
     options.rtol = 1e-13;
     run_chain_pass(&run, scene, &options, reference, error);
     study->disagreement_u_ft = chain_difference_ft(scene, u, reference);
     for (size_t i = 0; i < size; i++)
         study->peak_u_ft = fmax(study->peak_u_ft, fabs(reference[i]));
-    snprintf(study->method, sizeof study->method,
+    snprintf(study->reference_method, sizeof study->reference_method,
              "event (every event located) at rtol 1e-13; agrees with rtol 1e-12");
     if (error->status == MR_OK &&
         (run.status != SIM_OK || check.status != SIM_OK ||
@@ -413,7 +417,8 @@ static enum mr_status run_chain_study(struct error_study *study, const struct si
         struct error_run *row = add_run(study);
         run_chain_pass(row, scene, &options, u, error);
         row->u_ft = row->status == SIM_OK ? chain_difference_ft(scene, u, reference) : (double)NAN;
-        for (int k = 1; k < REPEATS_MAX && row->ms < REPEAT_MS && row->status == SIM_OK; k++) {
+        for (int k = 1; k < REPEATS_MAX && row->ms < REPEATED_RUN_MAX_MS && row->status == SIM_OK;
+             k++) {
             run_chain_pass(&run, scene, &options, u, error);
             row->ms = fmin(row->ms, run.ms);
         }
@@ -447,11 +452,11 @@ enum mr_status error_study_run(struct error_study *study, const struct sim_scene
         study->disagreement_lift_ft = reference.lift_ft;
         study->peak_u_ft = sim_record_peak(&reference.record).u_ft;
         study->max_lift_ft = reference.max_lift_ft;
-        study->dt_limit_s = rate > 0.0 ? RK4_REAL / rate : HUGE_VAL;
+        study->dt_limit_s = rate > 0.0 ? RK4_STABILITY / rate : HUGE_VAL;
         for (size_t i = 0; i < sizeof kinds / sizeof kinds[0] && error->status == MR_OK; i++)
             run_tolerances(study, &reference, &counted, kinds[i], error);
         if (error->status == MR_OK)
-            run_steps(study, &reference, &counted, error);
+            run_fixed_steps(study, &reference, &counted, error);
     }
     sim_record_free(&reference.record);
     sim_scene_shift_times_free(&counted, scene);
@@ -475,28 +480,29 @@ size_t error_study_solvers(const struct error_study *study, const char **names, 
     return count;
 }
 
-static bool is_usable(const struct error_run *run)
+static bool is_run_usable(const struct error_run *run)
 {
     return run->status == SIM_OK && !run->is_unstable;
 }
 
 static struct error_slope fit_slope(const struct error_study *study, const char *solver, bool lift)
 {
-    struct error_slope s = {.from = HUGE_VAL, .to = 0.0};
-    double least =
-        fmax(MIN_PER_AGREEMENT * (lift ? study->disagreement_lift_ft : study->disagreement_u_ft),
-             ROUNDING_ERROR * (lift ? study->max_lift_ft : study->peak_u_ft));
-    double most = MAX_PER_PEAK * (lift ? study->max_lift_ft : study->peak_u_ft);
+    struct error_slope s = {.fit_min = HUGE_VAL, .fit_max = 0.0};
+    double least = fmax(SLOPE_ERROR_MIN_RATIO *
+                            (lift ? study->disagreement_lift_ft : study->disagreement_u_ft),
+                        ROUNDING_ERROR * (lift ? study->max_lift_ft : study->peak_u_ft));
+    double most = SLOPE_ERROR_MAX_SHARE * (lift ? study->max_lift_ft : study->peak_u_ft);
     double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0, syy = 0.0;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];
         double error = lift ? run->lift_ft : run->u_ft;
-        if (strcmp(run->solver, solver) != 0 || !is_usable(run) || !(error > least && error < most))
+        if (strcmp(run->solver, solver) != 0 || !is_run_usable(run) ||
+            !(error > least && error < most))
             continue;
         double at = run->dt_s > 0.0 ? run->dt_s : run->rtol, x = log10(at), y = log10(error);
         s.point_count++;
-        s.from = fmin(s.from, at);
-        s.to = fmax(s.to, at);
+        s.fit_min = fmin(s.fit_min, at);
+        s.fit_max = fmax(s.fit_max, at);
         sx += x;
         sy += y;
         sxx += x * x;
@@ -504,7 +510,7 @@ static struct error_slope fit_slope(const struct error_study *study, const char 
         syy += y * y;
     }
     double n = s.point_count, width = sxx - sx * sx / n;
-    if (s.point_count < 3 || s.to < MIN_RANGE * s.from) {
+    if (s.point_count < 3 || s.fit_max < SLOPE_ERROR_RANGE_MIN * s.fit_min) {
         s.point_count = 0;
         return s;
     }
@@ -529,22 +535,22 @@ void error_study_fit_slopes(struct error_study *study)
     }
 }
 
-static double own_error_ft(const struct error_study *study, const struct error_run *run)
+static double error_of_run_ft(const struct error_study *study, const struct error_run *run)
 {
-    return !is_usable(run) ? (double)NAN : study->has_lift ? run->lift_ft : run->u_ft;
+    return !is_run_usable(run) ? (double)NAN : study->has_lift ? run->lift_ft : run->u_ft;
 }
 
 double error_study_attributed_ft(const struct error_study *study, size_t i)
 {
     const struct error_run *run = &study->runs[i];
-    double own = own_error_ft(study, run);
+    double own = error_of_run_ft(study, run);
     if (run->dt_s == 0.0 || isnan(own))
         return own;
     for (int side = 0; side < 2; side++) {
         if (side == 0 ? i == 0 : i + 1 == study->run_count)
             return (double)NAN;
         const struct error_run *next = &study->runs[side == 0 ? i - 1 : i + 1];
-        double error = own_error_ft(study, next);
+        double error = error_of_run_ft(study, next);
         if (strcmp(next->solver, run->solver) != 0 || isnan(error))
             return (double)NAN;
         own = fmax(own, error);
@@ -556,8 +562,8 @@ const struct error_run *error_study_find_cheapest(const struct error_study *stud
                                                   const char *solver, double level_ft)
 {
     const struct error_run *best = NULL;
-    if (level_ft <
-        ERROR_FLOOR * (study->has_lift ? study->disagreement_lift_ft : study->disagreement_u_ft))
+    if (level_ft < ERROR_RESOLUTION_FACTOR *
+                       (study->has_lift ? study->disagreement_lift_ft : study->disagreement_u_ft))
         return NULL;
     for (size_t i = 0; i < study->run_count; i++) {
         const struct error_run *run = &study->runs[i];

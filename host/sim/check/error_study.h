@@ -21,14 +21,14 @@
 #include "host/sim/scene/result.h"
 #include "host/sim/scene/scene.h"
 
-#define ERROR_RUNS_MAX      96
-#define ERROR_ORDERS_MAX    16
-#define ERROR_NOTES_MAX     8
-#define ERROR_LIMIT_U_FT    1e-6 /* ft; there is no reference if its runs differ more in u */
-#define ERROR_LIMIT_LIFT_FT 1e-5 /* ft; there is no reference if its runs differ more in lift */
+#define ERROR_RUNS_MAX          96
+#define ERROR_ORDERS_MAX        16
+#define ERROR_NOTES_MAX         8
+#define ERROR_LIMIT_U_FT        1e-6 /* ft; there is no reference if its runs differ more in u */
+#define ERROR_LIMIT_LIFT_FT     1e-5 /* ft; there is no reference if its runs differ more in lift */
 /* Errors below this multiple of the difference between the reference runs cannot be distinguished
  * from the difference. */
-#define ERROR_FLOOR         2.0
+#define ERROR_RESOLUTION_FACTOR 2.0
 
 struct error_run {
     const char *solver; /* static text */
@@ -51,8 +51,8 @@ struct error_run {
  * value. */
 struct error_slope {
     double slope;
-    double scatter;  /* rms deviation from the line, decades */
-    double from, to; /* smallest and largest step or tolerance of the fit */
+    double scatter;          /* rms deviation from the line, decades */
+    double fit_min, fit_max; /* smallest and largest step or tolerance of the fit */
     /* number of points; 0: no slope, because there are fewer than 3 points or their range is less
      * than a factor of 3 */
     int point_count;
@@ -68,7 +68,7 @@ struct error_order {
 typedef void error_study_progress(void *ctx, size_t runs_begun);
 
 struct error_study {
-    char method[240]; /* description of the reference, as text */
+    char reference_method[240]; /* description of the reference, as text */
     double disagreement_u_ft, disagreement_lift_ft;
     double peak_u_ft, max_lift_ft; /* largest values of the reference */
     double end_s;
@@ -93,7 +93,8 @@ extern const size_t error_level_count;
  * disagree. Other statuses: those of sim_run for an invalid scene. The scene is not changed. There
  * is nothing to free. */
 enum mr_status error_study_run(struct error_study *study, const struct sim_scene *scene,
-                               error_study_progress *told, void *told_ctx, struct error *error);
+                               error_study_progress *progress, void *progress_ctx,
+                               struct error *error);
 
 /* Error of lift (model chain: of u) of run i. For a fixed step, returns the largest error of the
  * run and its two neighbours, because a single error can be small by chance. NaN: the run failed,

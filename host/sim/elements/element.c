@@ -10,12 +10,12 @@ static const struct element *const table[] = {ELEMENT_TABLE(ELEMENT_ADDRESS)};
 
 #define ELEMENT_KEY(name) &element_##name.key,
 const struct sim_key *const sim_element_keys[] = {ELEMENT_TABLE(ELEMENT_KEY)};
-const size_t sim_element_key_count = ELEMENTS;
+const size_t sim_element_key_count = ELEMENT_COUNT;
 
 struct element_set element_set_of(const struct sim_scene *scene)
 {
     struct element_set set = {0};
-    for (int i = 0; i < ELEMENTS; i++) {
+    for (int i = 0; i < ELEMENT_COUNT; i++) {
         if (scene->element[i] > 0.0 && !table[i]->has_memory) {
             set.element[set.count] = table[i];
             set.value[set.count++] = scene->element[i];
@@ -59,7 +59,7 @@ bool element_can_rest(const struct element_set *set)
 
 void element_describe(const struct sim_scene *scene, struct sim_result *result)
 {
-    for (int i = 0; i < ELEMENTS; i++) {
+    for (int i = 0; i < ELEMENT_COUNT; i++) {
         if (scene->element[i] > 0.0)
             table[i]->describe(scene->element[i], result);
     }

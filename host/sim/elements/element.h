@@ -26,9 +26,9 @@
  * (sim_scene.element[ELEMENT_name]), its key in scene files, and its functions. */
 #define ELEMENT_TABLE(ROW) ROW(ground_damping) ROW(gear_ground)
 
-#define ELEMENT_PLACE(name) ELEMENT_##name,
-enum element_index { ELEMENT_TABLE(ELEMENT_PLACE) ELEMENTS };
-_Static_assert(ELEMENTS <= SIM_ELEMENTS_MAX, "a scene has room for every element");
+#define ELEMENT_INDEX(name) ELEMENT_##name,
+enum element_index { ELEMENT_TABLE(ELEMENT_INDEX) ELEMENT_COUNT };
+_Static_assert(ELEMENT_COUNT <= SIM_ELEMENTS_MAX, "a scene has room for every element");
 
 /* The state of a mat on which an element's force depends. */
 struct element_mat {

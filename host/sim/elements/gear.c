@@ -8,7 +8,7 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/element.h"
 
-static double gear_parameter(const struct sim_scene *scene)
+static double gear_ground_lb_ft(const struct sim_scene *scene)
 {
     return scene->element[ELEMENT_gear_ground];
 }
@@ -17,7 +17,7 @@ struct gear *gear_make(const struct sim_scene *scene)
 {
     const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
     size_t mats = (size_t)scene->mats + 2;
-    if (!(gear_parameter(scene) > 0.0))
+    if (!(gear_ground_lb_ft(scene) > 0.0))
         return NULL;
     struct gear *gear = xmalloc(sizeof *gear);
     double *storage = xcalloc(3 * mats, sizeof *storage);
@@ -25,14 +25,14 @@ struct gear *gear_make(const struct sim_scene *scene)
     struct sim_path_row *rows = xcalloc(count * (scene->path_count + 1), sizeof *rows);
     *gear = (struct gear){.scene = scene,
                           .mass_slug = scene->weight_lb / scene->g_ft_s2,
-                          .lines = (int)count,
+                          .line_count = (int)count,
                           .rows = rows,
                           .storage = storage,
-                          .share = storage,
-                          .touching = storage + mats,
+                          .load_share = storage,
+                          .touching_axles = storage + mats,
                           .ground_force_lb = storage + 2 * mats};
     for (size_t i = 0; i < count; i++)
-        gear->axles[i] = axles->count > 0 ? axles->values[i] : 1.0;
+        gear->axle_counts[i] = axles->count > 0 ? axles->values[i] : 1.0;
     return gear;
 }
 
@@ -51,7 +51,7 @@ void gear_start(struct gear *gear, double drift_s)
     gear->drift_s = drift_s;
     gear->loaded_count = gear->lead_mat = 0;
     memset(gear->storage, 0, 3 * ((size_t)scene->mats + 2) * sizeof *gear->storage);
-    for (int i = 0; i < gear->lines; i++) {
+    for (int i = 0; i < gear->line_count; i++) {
         struct sim_wheel *line = &gear->line[i];
         double behind_ft = scene->gear.lines_ft.count > 0 ? scene->gear.lines_ft.values[i] : 0.0;
         struct sim_path_row *rows = gear->rows + (size_t)i * scene->path_count;
@@ -69,19 +69,19 @@ void gear_start(struct gear *gear, double drift_s)
 
 double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching)
 {
-    double power = scene->gear.axle_law, k_lb_ft = gear_parameter(scene);
+    double power = scene->gear.axle_law, k_lb_ft = gear_ground_lb_ft(scene);
     if (touching == 1.0 || power == 0.0)
         return touching > 0.0 ? k_lb_ft : 0.0;
     return k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
 }
 
-void gear_press_mat(struct gear *gear, int mat, double touching)
+void gear_set_touching_axles(struct gear *gear, int mat, double touching)
 {
-    double before = gear->touching[mat];
+    double before = gear->touching_axles[mat];
     if (touching < before)
         gear->ground_force_lb[mat] *= gear_stiffness_lb_ft(gear->scene, touching) /
                                       gear_stiffness_lb_ft(gear->scene, before);
-    gear->touching[mat] = touching;
+    gear->touching_axles[mat] = touching;
 }
 
 /* Distributes the thrust of one axle, given in `parts`, over the axle's contact length
@@ -96,14 +96,15 @@ static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *t
     int first = (int)fmax(1.0, floor(from_ft / length_ft) + 1.0);
     for (int n = first; parts > 0 && n <= mats && (n - 1) * length_ft < to_ft; n++) {
         double part = (fmin(to_ft, n * length_ft) - fmax(from_ft, (n - 1) * length_ft)) / foot_ft;
-        if (part > 0.0 && count < SIM_WHEEL_TOUCHES)
+        if (part > 0.0 && count < SIM_WHEEL_TOUCHES_MAX)
             touch[count++] = (struct sim_touch){n, part * thrust_lb, part};
     }
     return count;
 }
 
 /* Computes the action of one axle line on the mats: that of one axle, times the number of axles. */
-static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct sim_touch *touch)
+static int compute_line_action(struct gear *gear, int i, double t0_s, double t1_s,
+                               struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];
     double x0_ft = line->reached_ft, foot_ft = gear->scene->gear.foot_ft;
@@ -113,8 +114,8 @@ static int span_line(struct gear *gear, int i, double t0_s, double t1_s, struct 
         parts = spread_load(gear, follows ? 0.5 * (x0_ft + line->reached_ft) : line->reached_ft,
                             touch, parts);
     for (int k = 0; k < parts; k++) {
-        touch[k].thrust_lb *= gear->axles[i];
-        touch[k].load_share *= gear->axles[i];
+        touch[k].thrust_lb *= gear->axle_counts[i];
+        touch[k].load_share *= gear->axle_counts[i];
     }
     return parts;
 }
@@ -125,8 +126,8 @@ struct pressed_mat {
     double share, touching;
 };
 
-static int add_pressed(struct pressed_mat *pressed_mat, int found, const struct sim_touch *touch,
-                       double touching)
+static int add_pressed_mat(struct pressed_mat *pressed_mat, int found,
+                           const struct sim_touch *touch, double touching)
 {
     int at = 0;
     if (!(touch->load_share > 0.0))
@@ -148,12 +149,12 @@ static void press_mats(struct gear *gear, const struct pressed_mat *pressed_mat,
             at++;
         if (at < found)
             continue;
-        gear_press_mat(gear, gear->loaded_mats[k], 0.0);
-        gear->share[gear->loaded_mats[k]] = 0.0;
+        gear_set_touching_axles(gear, gear->loaded_mats[k], 0.0);
+        gear->load_share[gear->loaded_mats[k]] = 0.0;
     }
     for (int at = 0; at < found; at++) {
-        gear_press_mat(gear, pressed_mat[at].mat, pressed_mat[at].touching);
-        gear->share[pressed_mat[at].mat] = pressed_mat[at].share;
+        gear_set_touching_axles(gear, pressed_mat[at].mat, pressed_mat[at].touching);
+        gear->load_share[pressed_mat[at].mat] = pressed_mat[at].share;
         gear->loaded_mats[at] = pressed_mat[at].mat;
     }
     gear->loaded_count = found;
@@ -166,11 +167,11 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
     int count = 0, found = 0;
     double most = 0.0;
     gear->lead_mat = 0;
-    for (int i = 0; i < gear->lines; i++) {
-        int parts = span_line(gear, i, t0_s, t1_s, touch + count);
+    for (int i = 0; i < gear->line_count; i++) {
+        int parts = compute_line_action(gear, i, t0_s, t1_s, touch + count);
         for (int k = count; k < count + parts; k++) {
-            found = add_pressed(pressed_mat, found, &touch[k],
-                                foot ? gear->axles[i] : touch[k].load_share);
+            found = add_pressed_mat(pressed_mat, found, &touch[k],
+                                    foot ? gear->axle_counts[i] : touch[k].load_share);
             if (i == 0 && touch[k].load_share > most) {
                 most = touch[k].load_share;
                 gear->lead_mat = touch[k].mat;
@@ -185,11 +186,11 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
 /* Speed at the end of a step and ground force q there, for one linear piece of the ground's law, q
  * = at + slope v. */
 struct ground_piece {
-    double v_ft_s, q_lb;
+    double v_ft_s, ground_force_lb;
 };
 
-static struct ground_piece step_piece(double free_ft_s, double per_lb, double damping, double at_lb,
-                                      double slope_lb_s_ft)
+static struct ground_piece solve_ground_piece(double free_ft_s, double per_lb, double damping,
+                                              double at_lb, double slope_lb_s_ft)
 {
     double v = (free_ft_s - per_lb * at_lb) / (1.0 + damping + per_lb * slope_lb_s_ft);
     return (struct ground_piece){v, at_lb + slope_lb_s_ft * v};
@@ -199,7 +200,7 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
                        double equivalent_s)
 {
     double rho = gear->scene->gear.unloading,
-           k = gear_stiffness_lb_ft(gear->scene, gear->touching[mat]);
+           k = gear_stiffness_lb_ft(gear->scene, gear->touching_axles[mat]);
     double per_lb = equivalent_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
     double load = k * gear->drift_s, q = gear->ground_force_lb[mat];
@@ -208,12 +209,15 @@ double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, d
         q = copysign(limit_lb, q);
     /* q(v) is piecewise linear; the sign of the speed at the present q selects the piece */
     bool loads = (free_ft_s - per_lb * q) * q >= 0.0;
-    struct ground_piece end = step_piece(free_ft_s, per_lb, damping, q, loads ? load : load / rho);
-    if (!loads && end.q_lb * q < 0.0) /* q passes through 0 and loads in the other direction */
-        end = step_piece(free_ft_s, per_lb, damping, rho * q, load);
-    if (fabs(end.q_lb) > limit_lb)
-        end = step_piece(free_ft_s, per_lb, damping, copysign(limit_lb, end.q_lb), 0.0);
-    gear->ground_force_lb[mat] = end.q_lb;
+    struct ground_piece end = solve_ground_piece(free_ft_s, per_lb, damping, q,
+                                                 loads ? load : load / rho);
+    /* q passes through 0 and loads in the other direction */
+    if (!loads && end.ground_force_lb * q < 0.0)
+        end = solve_ground_piece(free_ft_s, per_lb, damping, rho * q, load);
+    if (fabs(end.ground_force_lb) > limit_lb)
+        end = solve_ground_piece(free_ft_s, per_lb, damping,
+                                 copysign(limit_lb, end.ground_force_lb), 0.0);
+    gear->ground_force_lb[mat] = end.ground_force_lb;
     return end.v_ft_s;
 }
 

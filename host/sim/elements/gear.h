@@ -21,13 +21,13 @@ struct gear {
     const struct sim_scene *scene;
     double mass_slug;
     double drift_s; /* time for which the mats move at the speeds after a kick */
-    int lines;
+    int line_count;
     struct sim_wheel line[SIM_GEAR_LINES_MAX]; /* line[0] is the line of the lead axle */
-    double axles[SIM_GEAR_LINES_MAX];
+    double axle_counts[SIM_GEAR_LINES_MAX];
     struct sim_path_row *rows; /* path rows of all lines, one line after the other */
     size_t row_count;
-    double *share, *touching; /* of each mat in this step; [0] and [N + 1] are 0 */
-    double *ground_force_lb;  /* ground force q on each mat */
+    double *load_share, *touching_axles; /* of each mat in this step; [0] and [N + 1] are 0 */
+    double *ground_force_lb;             /* ground force q on each mat */
     int loaded_mats[SIM_TOUCH_MAX], loaded_count; /* mats with a load share, each listed once */
     int lead_mat;                                 /* mat under the lead axle; 0: none */
     double *storage;
@@ -49,7 +49,7 @@ int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *tou
 
 /* Sets the number of axles that touch the mat; gear_span calls it. An axle that leaves the mat
  * removes its part of q; an arriving axle adds none. */
-void gear_press_mat(struct gear *gear, int mat, double touching);
+void gear_set_touching_axles(struct gear *gear, int mat, double touching);
 
 /* Returns the speed of a loaded mat after a kick that lasts equivalent_s (element_step). v is the
  * speed before the kick, and x is the sum of all other forces. `limit_lb` is the largest force that

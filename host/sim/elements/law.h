@@ -27,9 +27,9 @@
  * bit for bit. */
 /* clang 14 gives a clone a name that no caller refers to */
 #if defined __x86_64__ && !defined __clang__
-#define VECTOR __attribute__((target_clones("avx2", "default")))
+#define TARGET_CLONES __attribute__((target_clones("avx2", "default")))
 #else
-#define VECTOR
+#define TARGET_CLONES
 #endif
 
 /* Bounds of the rates that a law adds to a mat: `rate2` by restoring forces, 1/s2; `damping` by
@@ -84,7 +84,7 @@ LAW_INLINE struct law_pull joint_pull(enum joint_law law, struct law_joint joint
 }
 
 /* Depth to which the grit initially extends in a joint with opening g. */
-LAW_INLINE double joint_first_reach_ft(double g_ft, double slack_ft)
+LAW_INLINE double joint_initial_reach_ft(double g_ft, double slack_ft)
 {
     return fmin(fmax(g_ft, 0.0), slack_ft);
 }

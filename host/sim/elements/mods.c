@@ -20,12 +20,12 @@ static double view_v_ft_s(const struct mods_view *view, int mats, int mat)
 }
 
 /* Tension of a segment, which cannot be negative: 0 if the segment is slack. */
-static double clip_tension_lb(double raw_lb)
+static double clip_tension_lb(double unclipped_tension_lb)
 {
-    return raw_lb > 0.0 ? raw_lb : 0.0;
+    return unclipped_tension_lb > 0.0 ? unclipped_tension_lb : 0.0;
 }
 
-#define RADIANS (3.14159265358979323846 / 180.0)
+#define RAD_PER_DEG (3.14159265358979323846 / 180.0)
 
 /* --- restraints --- */
 
@@ -46,7 +46,7 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
  * neighbours. */
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
-    double ends;
+    double spring_end_count;
 } restraint_kinds[SIM_RESTRAINTS] = {
     [SIM_ANCHORS] = {true, false, 1.0},
     [SIM_TIES] = {true, true, 1.0},
@@ -60,7 +60,7 @@ static void reset_restraints(struct restraints *r, const struct sim_scene *scene
         int at = mods_place(r->parameters->first, r->parameters->every, i);
         double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
         r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
-        r->at[i] = at;
+        r->place[i] = at;
         r->load_lb[i] = 0.0;
         r->stretch_ft[i] = start_ft - r->zero_ft[i];
     }
@@ -97,29 +97,29 @@ static double restraints_energy_lb_ft(const struct restraints *r)
 }
 
 /* Bands: MODIFICATIONS.md, "Bands". All bands of a group are alike; tensions are per band.
- * SWEEPS_MAX is the largest number of passes over all connections of a group until nothing
- * slips. */
-#define SWEEPS_MAX   200
-#define SETTLED_SLIP 1e-12 /* slip / mat length that counts as no slip */
+ * CONNECTION_SWEEPS_MAX is the largest number of passes over all connections of a group until
+ * nothing slips. */
+#define CONNECTION_SWEEPS_MAX 200
+#define SLIP_TOLERANCE        1e-12 /* slip / mat length that counts as no slip */
 
 /* Lists the mats with rivets or anchors in order. Such a mat has one brace: the sum of its
  * forces. */
 static void find_braces(struct mods *m)
 {
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        for (int c = 0; c < m->band[g].segments - 1; c++)
-            m->brace_force_lb[m->band[g].mat[c]] = 1.0;
+        for (int c = 0; c < m->band[g].segment_count - 1; c++)
+            m->brace_force_lb[m->band[g].connection_mat[c]] = 1.0;
     }
     const struct sim_restraint *anchors = &m->scene->mods.restraint[SIM_ANCHORS];
     for (int i = 0; i < mods_restraints(m->scene, SIM_ANCHORS); i++)
         m->brace_force_lb[mods_place(anchors->first, anchors->every, i)] = 1.0;
     for (int mat = 1; mat <= m->mats; mat++) {
         if (m->brace_force_lb[mat] > 0.0)
-            m->brace_mat[m->braces++] = mat;
+            m->brace_mat[m->brace_count++] = mat;
     }
 }
 
-static void mods_place_bands(struct mods *m, double *at)
+static void init_bands(struct mods *m, double *at)
 {
     size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
            connection = 0;
@@ -132,46 +132,47 @@ static void mods_place_bands(struct mods *m, double *at)
         if (count == 0)
             continue;
         m->band[g] = (struct mods_bands){
-            .scene = &m->scene->mods.band[g],
-            .segments = count + 1,
-            .mat = mat + connection,
+            .scene_bands = &m->scene->mods.band[g],
+            .segment_count = count + 1,
+            .connection_mat = mat + connection,
             .k_lb_ft = k + segment,
             .stretch_ft = stretch + segment,
-            .segment_lb = m->band_lb + segment,
+            .tension_lb = m->band_lb + segment,
             .min_lb = m->state->band_min_lb + segment,
             .max_lb = m->state->band_max_lb + segment,
             .slip_ft = m->state->band_slip_ft + connection,
             .load_lb = m->state->band_load_lb + connection,
-            .pulled_out = m->state->band_pulled_out + connection,
-            .riveted = m->state->band_mat + connection,
+            .is_pulled_out = m->state->band_pulled_out + connection,
+            .is_riveted = m->state->band_mat + connection,
         };
         for (int c = 0; c < count; c++)
-            m->band[g].mat[c] = mods_place(m->band[g].scene->first, m->band[g].scene->every, c);
+            m->band[g].connection_mat[c] = mods_place(m->band[g].scene_bands->first,
+                                                      m->band[g].scene_bands->every, c);
         segment += (size_t)count + 1;
         connection += (size_t)count;
     }
     find_braces(m);
 }
 
-static double raw_lb(const struct mods *m, const struct mods_bands *b, const struct mods_view *view,
-                     int segment)
+static double unclipped_tension_lb(const struct mods *m, const struct mods_bands *b,
+                                   const struct mods_view *view, int segment)
 {
-    int right = segment < b->segments - 1 ? b->mat[segment] : m->mats + 1;
-    int left = segment > 0 ? b->mat[segment - 1] : 0;
+    int right = segment < b->segment_count - 1 ? b->connection_mat[segment] : m->mats + 1;
+    int left = segment > 0 ? b->connection_mat[segment - 1] : 0;
     double longer_ft = view_u_ft(view, m->mats, right) - view_u_ft(view, m->mats, left);
     return b->k_lb_ft[segment] * (b->stretch_ft[segment] + longer_ft);
 }
 
 static double grip_lb(const struct mods_bands *b, int connection)
 {
-    return b->pulled_out[connection] != 0.0 ? 0.0 : b->scene->grip_lb;
+    return b->is_pulled_out[connection] != 0.0 ? 0.0 : b->scene_bands->grip_lb;
 }
 
 /* Length of band, ft, that slides from segment `from` to segment `to` until their tensions differ
  * by the grip. A slack segment first becomes straight without tension. */
-static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
+static double sliding_length_ft(const struct mods_bands *b, int from, int to, double grip)
 {
-    double t_from = b->segment_lb[from], t_to = b->segment_lb[to];
+    double t_from = b->tension_lb[from], t_to = b->tension_lb[to];
     double k_from = b->k_lb_ft[from], k_to = b->k_lb_ft[to];
     double to_limit_ft = (t_from - grip) / k_from; /* valid if the segment `to` remains slack */
     return t_to + k_to * to_limit_ft <= 0.0 ? to_limit_ft
@@ -182,15 +183,15 @@ static double slid_ft(const struct mods_bands *b, int from, int to, double grip)
 static double slide_connection(struct mods_bands *b, int c)
 {
     double grip = grip_lb(b, c);
-    double difference = clip_tension_lb(b->segment_lb[c + 1]) - clip_tension_lb(b->segment_lb[c]);
+    double difference = clip_tension_lb(b->tension_lb[c + 1]) - clip_tension_lb(b->tension_lb[c]);
     if (!(fabs(difference) > grip))
         return 0.0;
     int from = difference > 0.0 ? c + 1 : c, to = difference > 0.0 ? c : c + 1;
-    double s = slid_ft(b, from, to, grip);
+    double s = sliding_length_ft(b, from, to, grip);
     b->stretch_ft[from] -= s;
     b->stretch_ft[to] += s;
-    b->segment_lb[from] -= b->k_lb_ft[from] * s;
-    b->segment_lb[to] += b->k_lb_ft[to] * s;
+    b->tension_lb[from] -= b->k_lb_ft[from] * s;
+    b->tension_lb[to] += b->k_lb_ft[to] * s;
     b->slip_ft[c] += s;
     return s;
 }
@@ -199,75 +200,77 @@ static double slide_connection(struct mods_bands *b, int c)
  * over all connections alternate in direction until nothing slips. */
 static void slide_connections(const struct mods *m, struct mods_bands *b)
 {
-    for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
+    for (int sweep = 0; sweep < CONNECTION_SWEEPS_MAX; sweep++) {
         double most_ft = 0.0;
-        for (int i = 0; i < b->segments - 1; i++)
-            most_ft = fmax(most_ft, slide_connection(b, sweep % 2 ? b->segments - 2 - i : i));
-        if (!(most_ft > SETTLED_SLIP * m->scene->length_ft))
+        for (int i = 0; i < b->segment_count - 1; i++)
+            most_ft = fmax(most_ft, slide_connection(b, sweep % 2 ? b->segment_count - 2 - i : i));
+        if (!(most_ft > SLIP_TOLERANCE * m->scene->length_ft))
             return;
     }
 }
 
 /* The wheel turns a riveted mat by band_tilt against the band on both sides. This pulls the rivets
  * perpendicular to the mat. A hole that is worn by slip has less strength. */
-static void pull_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
+static void load_rivets(struct mods_bands *b, const struct sim_touch *touch, int count)
 {
-    const struct sim_bands *s = b->scene;
-    int first = b->mat[0];
+    const struct sim_bands *s = b->scene_bands;
+    int first = b->connection_mat[0];
     for (int i = 0; i < count; i++) {
         int c = (touch[i].mat - first) / s->every;
-        if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 || c >= b->segments - 1)
+        if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 ||
+            c >= b->segment_count - 1)
             continue;
-        double across_lb = s->tilt_rad * (clip_tension_lb(b->segment_lb[c]) +
-                                          clip_tension_lb(b->segment_lb[c + 1]));
+        double across_lb = s->tilt_rad * (clip_tension_lb(b->tension_lb[c]) +
+                                          clip_tension_lb(b->tension_lb[c + 1]));
         double worn = b->slip_ft[c] / s->wear_ft;
         if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
-            b->pulled_out[c] = 1.0;
+            b->is_pulled_out[c] = 1.0;
     }
 }
 
 /* Updates the smallest and largest tensions, and adds the forces of the group to its mats. */
 static void update_extremes(struct mods *m, const struct mods_bands *b)
 {
-    for (int i = 0; i < b->segments; i++) {
-        b->min_lb[i] = b->segment_lb[i] < b->min_lb[i] ? b->segment_lb[i] : b->min_lb[i];
-        b->max_lb[i] = b->segment_lb[i] > b->max_lb[i] ? b->segment_lb[i] : b->max_lb[i];
+    for (int i = 0; i < b->segment_count; i++) {
+        b->min_lb[i] = b->tension_lb[i] < b->min_lb[i] ? b->tension_lb[i] : b->min_lb[i];
+        b->max_lb[i] = b->tension_lb[i] > b->max_lb[i] ? b->tension_lb[i] : b->max_lb[i];
     }
-    for (int c = 0; c < b->segments - 1; c++) {
-        double carried_lb = clip_tension_lb(b->segment_lb[c + 1]) -
-                            clip_tension_lb(b->segment_lb[c]);
+    for (int c = 0; c < b->segment_count - 1; c++) {
+        double carried_lb = clip_tension_lb(b->tension_lb[c + 1]) -
+                            clip_tension_lb(b->tension_lb[c]);
         if (fabs(carried_lb) > b->load_lb[c])
             b->load_lb[c] = fabs(carried_lb);
-        m->brace_force_lb[b->mat[c]] += b->scene->count * carried_lb;
+        m->brace_force_lb[b->connection_mat[c]] += b->scene_bands->count * carried_lb;
     }
 }
 
 /* Sets a group to the start of the scene. A segment ends at the middles of its mats. The outer
  * segments end at the anchor springs, at the ends of the runway. */
-static void reset_group(const struct mods *m, struct mods_bands *b)
+static void reset_band_group(const struct mods *m, struct mods_bands *b)
 {
     const struct sim_scene *scene = m->scene;
-    const struct sim_bands *s = b->scene;
+    const struct sim_bands *s = b->scene_bands;
     double ea_lb = s->area_ft2 * s->e_lb_ft2;
-    for (int c = 0; c < b->segments - 1; c++) {
+    for (int c = 0; c < b->segment_count - 1; c++) {
         b->slip_ft[c] = s->slipped_ft.count ? sim_scene_joint(&s->slipped_ft, c + 1) : 0.0;
-        b->pulled_out[c] = 0.0;
+        b->is_pulled_out[c] = 0.0;
         b->load_lb[c] = 0.0;
-        b->riveted[c] = b->mat[c];
+        b->is_riveted[c] = b->connection_mat[c];
         for (size_t i = 0; i < s->pulled.count; i++)
-            b->pulled_out[c] = s->pulled.values[i] == b->mat[c] ? 1.0 : b->pulled_out[c];
+            b->is_pulled_out[c] = s->pulled.values[i] == b->connection_mat[c] ? 1.0
+                                                                              : b->is_pulled_out[c];
     }
-    for (int i = 0; i < b->segments; i++) {
-        double from_ft = i > 0 ? (b->mat[i - 1] - 0.5) * scene->length_ft : 0.0;
-        double to_ft = i < b->segments - 1 ? (b->mat[i] - 0.5) * scene->length_ft
-                                           : m->mats * scene->length_ft;
+    for (int i = 0; i < b->segment_count; i++) {
+        double from_ft = i > 0 ? (b->connection_mat[i - 1] - 0.5) * scene->length_ft : 0.0;
+        double to_ft = i < b->segment_count - 1 ? (b->connection_mat[i] - 0.5) * scene->length_ft
+                                                : m->mats * scene->length_ft;
         double give_ft_lb = (to_ft - from_ft) / ea_lb;
-        if (i == 0 || i == b->segments - 1)
+        if (i == 0 || i == b->segment_count - 1)
             give_ft_lb += 1.0 / s->k_lb_ft;
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
         b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
                            s->alpha_f * s->warming_degf * (to_ft - from_ft);
-        b->segment_lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
+        b->tension_lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->min_lb[i] = (double)INFINITY;
         b->max_lb[i] = -(double)INFINITY;
     }
@@ -278,24 +281,24 @@ static void reset_group(const struct mods *m, struct mods_bands *b)
 void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct sim_touch *touch,
                      int count)
 {
-    for (int i = 0; i < m->braces; i++)
+    for (int i = 0; i < m->brace_count; i++)
         m->brace_force_lb[m->brace_mat[i]] = 0.0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         struct mods_bands *b = &m->band[g];
-        if (b->segments == 0)
+        if (b->segment_count == 0)
             continue;
         if (!view)
-            reset_group(m, b);
-        for (int i = 0; view && i < b->segments; i++)
-            b->segment_lb[i] = raw_lb(m, b, view, i);
-        if (view && b->scene->pull_lb < HUGE_VAL)
-            pull_rivets(b, touch, count);
+            reset_band_group(m, b);
+        for (int i = 0; view && i < b->segment_count; i++)
+            b->tension_lb[i] = unclipped_tension_lb(m, b, view, i);
+        if (view && b->scene_bands->pull_lb < HUGE_VAL)
+            load_rivets(b, touch, count);
         slide_connections(m, b);
         update_extremes(m, b);
     }
     struct restraints *anchors = &m->restraint[SIM_ANCHORS];
     for (int i = 0; i < anchors->count; i++) {
-        int mat = (int)anchors->at[i];
+        int mat = (int)anchors->place[i];
         double u_ft = view ? view_u_ft(view, m->mats, mat) : 0.0,
                v_ft_s = view ? view_v_ft_s(view, m->mats, mat) : 0.0;
         m->brace_force_lb[mat] -= restraint_lb(anchors, i, u_ft, v_ft_s);
@@ -308,18 +311,18 @@ static double mods_band_energy_lb_ft(const struct mods *m, const struct mods_vie
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         double of_one = 0.0;
-        for (int i = 0; i < b->segments; i++) {
-            double t_lb = clip_tension_lb(raw_lb(m, b, view, i));
+        for (int i = 0; i < b->segment_count; i++) {
+            double t_lb = clip_tension_lb(unclipped_tension_lb(m, b, view, i));
             of_one += 0.5 * t_lb * t_lb / b->k_lb_ft[i];
         }
-        energy += b->segments > 0 ? b->scene->count * of_one : 0.0;
+        energy += b->segment_count > 0 ? b->scene_bands->count * of_one : 0.0;
     }
     return energy;
 }
 
 /* --- state --- */
 
-static void place_state(struct mods_state *s)
+static void assign_state_arrays(struct mods_state *s)
 {
     double *at = s->values;
     double **per_segment[] = {&s->band_lb, &s->band_min_lb, &s->band_max_lb};
@@ -361,7 +364,7 @@ static struct mods_state *make_state(const struct sim_scene *scene)
     for (int k = 0; k < SIM_RESTRAINTS; k++)
         s->restraints[k] = (size_t)mods_restraints(scene, k);
     s->restraint_count = restraints;
-    place_state(s);
+    assign_state_arrays(s);
     return s;
 }
 
@@ -377,7 +380,7 @@ struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
     struct mods_state *copy = xmalloc(size);
     memcpy(copy, from, size);
-    place_state(copy);
+    assign_state_arrays(copy);
     return copy;
 }
 
@@ -392,24 +395,24 @@ double mods_difference_lb(const struct mods_state *a, const struct mods_state *b
 
 /* --- making --- */
 
-static void assign_places(struct mods *m)
+static void assign_arrays(struct mods *m)
 {
     size_t joints = (size_t)m->mats + 2;
     double *at = m->storage;
     double **per_joint[] = {&m->spring_lb_ft,   &m->spring_gap_ft,    &m->spring_cap_lb,
                             &m->turn_lb_ft_rad, &m->turn_yield_lb_ft, &m->turn_rad,
                             &m->hull_points,    &m->cleat_rise_ft,    &m->brace_force_lb,
-                            &m->saved_lb};
+                            &m->saved_thrust_lb};
     for (size_t i = 0; i < 10; i++, at += joints)
         *per_joint[i] = at;
-    m->restraint_ft = at;
+    m->restraint_stretch_ft = at;
     at += m->state->restraint_count;
     if (m->has_bands)
-        mods_place_bands(m, at);
+        init_bands(m, at);
     size_t before = 0;
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
         const struct sim_restraint *made = &m->scene->mods.restraint[k];
-        double ends = m->state->restraints[k] > 0 ? restraint_kinds[k].ends : 0.0;
+        double ends = m->state->restraints[k] > 0 ? restraint_kinds[k].spring_end_count : 0.0;
         m->restraint[k] = (struct restraints){
             .kind = k,
             .parameters = made,
@@ -418,8 +421,8 @@ static void assign_places(struct mods *m)
             .count = (int)m->state->restraints[k],
             .zero_ft = m->state->restraint_zero_ft + before,
             .load_lb = m->state->restraint_load_lb + before,
-            .at = m->state->restraint_at + before,
-            .stretch_ft = m->restraint_ft + before,
+            .place = m->state->restraint_at + before,
+            .stretch_ft = m->restraint_stretch_ft + before,
         };
         before += m->state->restraints[k];
     }
@@ -441,7 +444,7 @@ struct mods *mods_make(const struct sim_scene *scene)
         .has_diagonal_lay = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
         .can_tear = s->tear_lb < HUGE_VAL || s->torn.count > 0,
         .mats = scene->mats,
-        .cleats = mods_cleats(scene),
+        .cleat_count = mods_cleats(scene),
         .state = make_state(scene),
     };
     m->has_joint_springs = m->has_stiffeners || m->has_diagonal_lay || m->can_tear || sprung ||
@@ -450,7 +453,7 @@ struct mods *mods_make(const struct sim_scene *scene)
     size_t bands = 3 * m->state->segments + 2 * m->state->connections +
                    2 * m->state->restraint_count;
     m->storage = xcalloc(bands + 10 * ((size_t)m->mats + 2), sizeof(double));
-    assign_places(m);
+    assign_arrays(m);
     mods_reset(m);
     return m;
 }
@@ -466,7 +469,7 @@ void mods_free(struct mods *m)
 
 /* Number of stiffener lines that cross a joint. A line connects mats first + k period .. first + k
  * period + span - 1. The lines of a strip are evenly staggered. */
-static int count_lines_across(const struct sim_mods *s, int joint)
+static int count_stiffener_lines(const struct sim_mods *s, int joint)
 {
     int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
@@ -491,12 +494,12 @@ static double laid_turn_rad(const struct sim_scene *scene, int joint)
 static void reset_joints(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
-    double tangent = elementary_tan(s->lay_deg * RADIANS);
+    double tangent = elementary_tan(s->lay_deg * RAD_PER_DEG);
     for (int j = 1; j <= m->mats + 1; j++) {
         bool inner = j > 1 && j <= m->mats; /* the outer mats are not connected to the ground */
         m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
-            int lines = count_lines_across(s, j);
+            int lines = count_stiffener_lines(s, j);
             m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
             m->spring_cap_lb[j] = lines > 0 ? lines * s->stiff_grip_lb : 0.0;
             m->turn_lb_ft_rad[j] = lines * s->stiff_kt_lb_ft_rad;
@@ -505,7 +508,7 @@ static void reset_joints(struct mods *m)
                 m->spring_gap_ft[j] = sim_scene_joint(&s->stiff_gap0_ft, j);
         } else if (m->has_diagonal_lay && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
-            m->spring_cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RADIANS);
+            m->spring_cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RAD_PER_DEG);
         } else if (!inner && (j == 1 ? m->scene->left : m->scene->right) == SIM_SPRING) {
             m->spring_lb_ft[j] = m->scene->end_k_lb_ft[j > 1];
             m->spring_cap_lb[j] = (double)INFINITY;
@@ -520,7 +523,7 @@ static void reset_joints(struct mods *m)
 void mods_reset(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
-    for (int i = 0; i < m->cleats; i++) {
+    for (int i = 0; i < m->cleat_count; i++) {
         m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1)
                                                       : 1.0;
         m->state->cleat_mat[i] = mods_place(s->cleat_first, s->cleat_every, i);
@@ -557,7 +560,7 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
     const struct sim_mods *s = &m->scene->mods;
     int begin = (int)m->state->cleat_mat[0], every = s->cleat_every;
     int from = first > begin ? (first - begin + every - 1) / every : 0;
-    for (int i = from; i < m->cleats && begin + i * every <= last; i++) {
+    for (int i = from; i < m->cleat_count && begin + i * every <= last; i++) {
         double moved_ft = fabs(view_v_ft_s(view, m->mats, begin + i * every)) * h_s;
         if (moved_ft > 0.0)
             m->state->cleat_left[i] *= elementary_exp(-moved_ft / s->cleat_travel_ft);
@@ -572,11 +575,11 @@ static double joint_opening_ft(const struct mods *m, const struct mods_view *vie
            view_u_ft(view, m->mats, j - 1);
 }
 
-static void pull_absorbers(struct mods *m, const struct mods_view *view, int first, int last)
+static void load_absorbers(struct mods *m, const struct mods_view *view, int first, int last)
 {
     struct restraints *r = &m->restraint[SIM_ABSORBERS];
     for (int i = 0; i < r->count; i++) {
-        int j = (int)r->at[i];
+        int j = (int)r->place[i];
         double rate_ft_s = view_v_ft_s(view, m->mats, j) - view_v_ft_s(view, m->mats, j - 1);
         if (j >= first && j <= last)
             view->tension_lb[j - view->joint_offset] +=
@@ -587,7 +590,7 @@ static void pull_absorbers(struct mods *m, const struct mods_view *view, int fir
 void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, int last)
 {
     const struct sim_mods *s = &m->scene->mods;
-    double tangent = m->has_diagonal_lay ? elementary_tan(s->lay_deg * RADIANS) : 0.0;
+    double tangent = m->has_diagonal_lay ? elementary_tan(s->lay_deg * RAD_PER_DEG) : 0.0;
     for (int j = first < 1 ? 1 : first; j <= last && j <= m->mats + 1; j++) {
         double *tension_lb = &view->tension_lb[j - view->joint_offset];
         double own_lb = *tension_lb;
@@ -601,7 +604,7 @@ void mods_pull_joints(struct mods *m, const struct mods_view *view, int first, i
                 m->spring_lb_ft[j], cap_lb, joint_opening_ft(m, view, j), &m->spring_gap_ft[j]);
         }
     }
-    pull_absorbers(m, view, first, last);
+    load_absorbers(m, view, first, last);
 }
 
 bool mods_is_torn(const struct mods *m, int joint)
@@ -640,9 +643,9 @@ double mods_stiffness_lb_ft(const struct mods *m)
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
         double most = 0.0;
-        for (int i = 0; i < b->segments - 1; i++)
+        for (int i = 0; i < b->segment_count - 1; i++)
             most = fmax(most, b->k_lb_ft[i] + b->k_lb_ft[i + 1]);
-        bands += most > 0.0 ? 2.0 * b->scene->count * most : 0.0;
+        bands += most > 0.0 ? 2.0 * b->scene_bands->count * most : 0.0;
     }
     return 4.0 * spring + bands + m->restraint[SIM_ANCHORS].row_k_lb_ft +
            m->restraint[SIM_ABSORBERS].row_k_lb_ft;
@@ -658,15 +661,15 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     const struct sim_mods *s = &m->scene->mods;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
-        if (b->segments > 0)
+        if (b->segment_count > 0)
             sim_result_add_note(
                 result, "bands: %g, each riveted to %d mats; stiffness between rivets: %.4g lb/ft",
-                b->scene->count, b->segments - 1, b->k_lb_ft[b->segments / 2]);
+                b->scene_bands->count, b->segment_count - 1, b->k_lb_ft[b->segment_count / 2]);
     }
     if (m->has_cleats)
-        sim_result_add_note(result,
-                            "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
-                            m->cleats, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
+        sim_result_add_note(
+            result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
+            m->cleat_count, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
         const struct restraints *r = &m->restraint[k];
         if (r->count > 0)
@@ -691,7 +694,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
 
 /* In the functions below, mats and nodes count from 0, as in the planar model, and Y points down. A
  * mat outside the heaving part is on the ground. */
-static double node_slope(const struct mods_heaving_part *h, int n)
+static double mat_height_slope(const struct mods_heaving_part *h, int n)
 {
     if (n < 0 || n >= h->mats)
         return 0.0;
@@ -703,15 +706,15 @@ static double node_slope(const struct mods_heaving_part *h, int n)
 
 static double group_tension_lb(const struct mods_bands *b, int segment)
 {
-    return b->scene->count * clip_tension_lb(b->segment_lb[segment]);
+    return b->scene_bands->count * clip_tension_lb(b->tension_lb[segment]);
 }
 
 /* Finds the segment that spans node j, which is between mats j and j + 1 (mats counted from 1). */
-static int find_segment_over(const struct mods_bands *b, int j)
+static int find_segment_over_joint(const struct mods_bands *b, int j)
 {
-    int first = b->mat[0], every = b->scene->every;
+    int first = b->connection_mat[0], every = b->scene_bands->every;
     int before = j < first ? 0 : (j - first) / every + 1; /* number of rivets in mats 1 to j */
-    return before < b->segments ? before : b->segments - 1;
+    return before < b->segment_count ? before : b->segment_count - 1;
 }
 
 /* Adds the forces of a band that follows the mats. At a crest it presses down with T times the
@@ -719,9 +722,9 @@ static int find_segment_over(const struct mods_bands *b, int j)
 static void press_crests(const struct mods_bands *b, const struct mods_heaving_part *h)
 {
     for (int j = h->first + 1; j <= h->last; j++) {
-        double kink = node_slope(h, j) - node_slope(h, j - 1);
+        double kink = mat_height_slope(h, j) - mat_height_slope(h, j - 1);
         if (kink > 0.0)
-            h->down_lb[j] += group_tension_lb(b, find_segment_over(b, j)) * kink;
+            h->down_lb[j] += group_tension_lb(b, find_segment_over_joint(b, j)) * kink;
     }
 }
 
@@ -735,7 +738,7 @@ static double node_height_ft(const struct mods_heaving_part *h, int node)
 
 /* Height of the band at a node, or at the middle of a riveted mat. `at`: position in mats from the
  * left end. */
-static double height_ft(const struct mods_heaving_part *h, double at)
+static double height_at_ft(const struct mods_heaving_part *h, double at)
 {
     int node = (int)floor(at);
     double left_ft = node_height_ft(h, node);
@@ -752,34 +755,34 @@ static void press_node(const struct mods_heaving_part *h, double at, double down
     }
 }
 
-static double slope_between(const struct mods_heaving_part *h, double from, double to)
+static double height_slope_between(const struct mods_heaving_part *h, double from, double to)
 {
-    return (height_ft(h, to) - height_ft(h, from)) / ((to - from) * h->length_ft);
+    return (height_at_ft(h, to) - height_at_ft(h, from)) / ((to - from) * h->length_ft);
 }
 
 /* Adds the forces of a band that is free between its rivets. The band follows the shortest line
  * over the nodes between them. */
-static void press_hull(const struct mods *m, const struct mods_bands *b,
-                       const struct mods_heaving_part *h, int segment)
+static void press_nodes_under_band(const struct mods *m, const struct mods_bands *b,
+                                   const struct mods_heaving_part *h, int segment)
 {
     double t_lb = group_tension_lb(b, segment), *line = m->hull_points;
-    double from = segment > 0 ? b->mat[segment - 1] - 0.5 : 0.0;
-    double to = segment < b->segments - 1 ? b->mat[segment] - 0.5 : m->mats;
+    double from = segment > 0 ? b->connection_mat[segment - 1] - 0.5 : 0.0;
+    double to = segment < b->segment_count - 1 ? b->connection_mat[segment] - 0.5 : m->mats;
     int count = 1;
     if (!(t_lb > 0.0) || to <= h->first || from >= h->last + 1 || !(to > from))
         return;
     line[0] = from;
     for (int j = (int)floor(from) + 1; j < to + 1.0; j++) {
         double at = j < to ? j : to;
-        while (count > 1 && slope_between(h, line[count - 2], line[count - 1]) <=
-                                slope_between(h, line[count - 1], at))
+        while (count > 1 && height_slope_between(h, line[count - 2], line[count - 1]) <=
+                                height_slope_between(h, line[count - 1], at))
             count--;
         line[count++] = at;
         if (at == to)
             break;
     }
     for (int i = 0; i + 1 < count; i++) {
-        double pulled_lb = t_lb * slope_between(h, line[i], line[i + 1]);
+        double pulled_lb = t_lb * height_slope_between(h, line[i], line[i + 1]);
         press_node(h, line[i], -pulled_lb);
         press_node(h, line[i + 1], pulled_lb);
     }
@@ -791,7 +794,7 @@ static void apply_tie_downs(struct restraints *r, const struct mods_heaving_part
 {
     const double *v = h->z + 2 * h->mats + 1;
     for (int i = 0; i < r->count; i++) {
-        int n = (int)r->at[i] - 1;
+        int n = (int)r->place[i] - 1;
         if (n < h->first || n > h->last)
             continue;
         double rise_ft = 0.5 * (h->rest_ft[n] + h->rest_ft[n + 1] - h->z[2 * n] - h->z[2 * n + 2]);
@@ -807,16 +810,16 @@ void mods_brace_heave(struct mods *m, const struct mods_heaving_part *h)
         h->down_lb[j] = 0.0;
         h->moment_lb_ft[j] = m->has_stiffeners
                                ? mods_moment_lb_ft(m, j + 1,
-                                                   elementary_asin(node_slope(h, j)) -
-                                                       elementary_asin(node_slope(h, j - 1)))
+                                                   elementary_asin(mat_height_slope(h, j)) -
+                                                       elementary_asin(mat_height_slope(h, j - 1)))
                                : 0.0;
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
-        if (b->segments > 0 && b->scene->over == SIM_OVER_JOINTS)
+        if (b->segment_count > 0 && b->scene_bands->over == SIM_OVER_JOINTS)
             press_crests(b, h);
-        for (int i = 0; i < b->segments && b->scene->over == SIM_OVER_RIVETS; i++)
-            press_hull(m, b, h, i);
+        for (int i = 0; i < b->segment_count && b->scene_bands->over == SIM_OVER_RIVETS; i++)
+            press_nodes_under_band(m, b, h, i);
     }
     apply_tie_downs(&m->restraint[SIM_TIES], h);
 }
@@ -829,7 +832,7 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
         turn = fmax(turn, m->turn_lb_ft_rad[j]);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         double most_lb = 0.0;
-        for (int i = 0; i < m->band[g].segments; i++)
+        for (int i = 0; i < m->band[g].segment_count; i++)
             most_lb = fmax(most_lb, group_tension_lb(&m->band[g], i));
         pull_lb += most_lb;
     }
@@ -843,11 +846,11 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
 /* Returns the share of a cleat's hold that remains after the wheel presses it back into the soil. A
  * part `out` of its depth was out of the soil. The tip stays in place in the soil, so the cleat
  * turns at its root: cos turn = 1 - out. A part of the turn springs back. */
-static double remaining_share(const struct sim_mods *s, double out)
+static double remaining_hold_share(const struct sim_mods *s, double out)
 {
     if (!(s->cleat_power > 0.0))
         return 1.0 - out;
-    double bent = elementary_acos(1.0 - out) - s->cleat_spring_deg * RADIANS;
+    double bent = elementary_acos(1.0 - out) - s->cleat_spring_deg * RAD_PER_DEG;
     return bent > 0.0 ? elementary_pow(elementary_cos(bent), s->cleat_power) : 1.0;
 }
 
@@ -874,15 +877,15 @@ void mods_press_cleats(struct mods *m, const struct sim_touch *touch, int count)
         if (cleat < 0 || !(m->cleat_rise_ft[cleat] > 0.0))
             continue;
         const struct sim_mods *s = &m->scene->mods;
-        m->state->cleat_left[cleat] *= remaining_share(s,
-                                                       m->cleat_rise_ft[cleat] / s->cleat_depth_ft);
+        m->state->cleat_left[cleat] *=
+            remaining_hold_share(s, m->cleat_rise_ft[cleat] / s->cleat_depth_ft);
         m->cleat_rise_ft[cleat] = 0.0;
     }
 }
 
 /* Copies the numbers whose flag is set to the list. */
-static void set_flagged(struct sim_list *list, const double *flags, const double *numbers,
-                        size_t count)
+static void set_flagged_numbers(struct sim_list *list, const double *flags, const double *numbers,
+                                size_t count)
 {
     double *found = xcalloc(count + 1, sizeof *found);
     size_t n = 0;
@@ -908,7 +911,8 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
             continue;
         sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
         sim_scene_set_list(&b->slipped_ft, s->band_slip_ft + connection, count);
-        set_flagged(&b->pulled, s->band_pulled_out + connection, s->band_mat + connection, count);
+        set_flagged_numbers(&b->pulled, s->band_pulled_out + connection, s->band_mat + connection,
+                            count);
         b->warming_degf = 0.0;
         segment += count + 1;
         connection += count;
@@ -928,5 +932,5 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         i += (int)count;
     }
     if (m->tear_lb < HUGE_VAL)
-        set_flagged(&m->torn, s->torn, NULL, s->joints + 1);
+        set_flagged_numbers(&m->torn, s->torn, NULL, s->joints + 1);
 }

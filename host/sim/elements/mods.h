@@ -61,13 +61,14 @@ struct mods_state {
 
 /* The bands of a group: pointers into the arrays of mods and of its state. */
 struct mods_bands {
-    const struct sim_bands *scene; /* the group in the scene */
-    int segments;                  /* number of connections + 1; 0: no bands */
-    int *mat;                      /* mat of each connection */
-    double *k_lb_ft, *stretch_ft;  /* for each segment: stiffness, and stretch at u = 0 */
-    double *segment_lb;            /* present tension of each segment; negative: slack */
+    const struct sim_bands *scene_bands; /* the group in the scene */
+    int segment_count;                   /* number of connections + 1; 0: no bands */
+    int *connection_mat;                 /* mat of each connection */
+    double *k_lb_ft, *stretch_ft;        /* for each segment: stiffness, and stretch at u = 0 */
+    double *tension_lb;                  /* present tension of each segment; negative: slack */
     double *min_lb, *max_lb;
-    double *slip_ft, *load_lb, *pulled_out, *riveted; /* for each connection, as in mods_state */
+    /* for each connection, as in mods_state */
+    double *slip_ft, *load_lb, *is_pulled_out, *is_riveted;
 };
 
 /* The restraints of one kind: pointers into the arrays of the state. A restraint exerts
@@ -79,8 +80,9 @@ struct restraints {
     int count;
     /* stiffness and damping that they add to the row of a mat, for the longest stable step */
     double row_k_lb_ft, row_c_lb_s_ft;
-    double *zero_ft, *load_lb, *at; /* load_lb: largest load so far; at: number of mat or joint */
-    double *stretch_ft;             /* present x - zero */
+    /* load_lb: largest load so far; at: number of mat or joint */
+    double *zero_ft, *load_lb, *place;
+    double *stretch_ft; /* present x - zero */
 };
 
 struct mods {
@@ -92,13 +94,13 @@ struct mods {
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
     struct restraints restraint[SIM_RESTRAINTS];
-    double *restraint_ft;   /* present stretch of all restraints */
-    double *band_lb;        /* tensions of all groups */
-    int braces;             /* number of mats with anchors or riveted bands */
-    int *brace_mat;         /* numbers of these mats, ascending */
-    double *brace_force_lb; /* for each mat: force of all bands and anchors */
-    double *saved_lb;       /* for each mat: memory for the engine */
-    int cleats;
+    double *restraint_stretch_ft; /* present stretch of all restraints */
+    double *band_lb;              /* tensions of all groups */
+    int brace_count;              /* number of mats with anchors or riveted bands */
+    int *brace_mat;               /* numbers of these mats, ascending */
+    double *brace_force_lb;       /* for each mat: force of all bands and anchors */
+    double *saved_thrust_lb;      /* for each mat: memory for the engine */
+    int cleat_count;
     /* for each joint: elastic-plastic spring across it */
     double *spring_lb_ft, *spring_gap_ft, *spring_cap_lb;
     /* for each cleat: largest rise since the wheel was on it; planar model only */

@@ -17,7 +17,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
     wheel->straight_path[1] = (struct sim_path_row){
         2.0 * end_s, scene->s0_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
     wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight_path;
-    wheel->count = scene->path_count > 0 ? scene->path_count : 2;
+    wheel->row_count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
     wheel->reached_s = (double)NAN;
     wheel->mat = 0;
@@ -33,7 +33,7 @@ void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
  * found. */
 static size_t find_row(struct sim_wheel *wheel, double t_s)
 {
-    while (wheel->cursor + 2 < wheel->count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
+    while (wheel->cursor + 2 < wheel->row_count && t_s >= wheel->rows[wheel->cursor + 1].t_s)
         wheel->cursor++;
     return wheel->cursor;
 }
@@ -58,9 +58,9 @@ static double mean_force_lb(const struct sim_wheel *wheel, size_t c, double t0_s
         return stop_s < t1_s ? force_lb * ((stop_s - t0_s) / length_s) : force_lb;
     }
     double sum = 0.0, low_lb = (double)INFINITY, high_lb = -(double)INFINITY;
-    if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->count - 1].t_s)
+    if (t0_s < only[0].t_s || stop_s < t1_s || t1_s > wheel->rows[wheel->row_count - 1].t_s)
         low_lb = high_lb = 0.0; /* there is no force during a part of the time */
-    for (; c + 1 < wheel->count && wheel->rows[c].t_s < stop_s; c++) {
+    for (; c + 1 < wheel->row_count && wheel->rows[c].t_s < stop_s; c++) {
         const struct sim_path_row *row = &wheel->rows[c];
         double from_s = law_max(t0_s, row[0].t_s);
         double to_s = law_min(stop_s, row[1].t_s);
@@ -103,7 +103,8 @@ static int add_touch(const struct sim_wheel *wheel, struct sim_touch *touch, int
 
 /* Computes the most common span quickly: it follows the previous span, on the same row of the path
  * and the same mat. Returns false for any other span. */
-static bool stays_on_mat(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch)
+static bool try_same_mat_span(struct sim_wheel *wheel, double t0_s, double t1_s,
+                              struct sim_touch *touch)
 {
     const struct sim_path_row *row = &wheel->rows[wheel->cursor];
     if (!(t0_s == wheel->reached_s && t0_s >= row[0].t_s && t1_s < row[1].t_s && t1_s > t0_s &&
@@ -125,7 +126,7 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
 {
     if (t1_s <= wheel->airborne_until_s)
         return 0;
-    if (stays_on_mat(wheel, t0_s, t1_s, touch))
+    if (try_same_mat_span(wheel, t0_s, t1_s, touch))
         return 1;
     size_t c0 = find_row(wheel, t0_s);
     const struct sim_path_row *first = &wheel->rows[c0];
@@ -171,15 +172,15 @@ int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim
     return count;
 }
 
-bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s)
+bool sim_wheel_is_past_path(const struct sim_wheel *wheel, double t_s)
 {
-    return t_s >= wheel->rows[wheel->count - 1].t_s;
+    return t_s >= wheel->rows[wheel->row_count - 1].t_s;
 }
 
-double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel)
+double sim_wheel_max_speed_ft_s(const struct sim_wheel *wheel)
 {
     double fastest = 0.0;
-    for (size_t i = 0; i + 1 < wheel->count; i++) {
+    for (size_t i = 0; i + 1 < wheel->row_count; i++) {
         const struct sim_path_row *row = &wheel->rows[i];
         double stopping_distance_ft = fabs(row[1].x_ft - row[0].x_ft);
         if (stopping_distance_ft > 0.0)
@@ -215,7 +216,7 @@ static enum mr_status append_span(struct span_list *list, const struct span *spa
 
 /* Finds the next x after `x_ft` (in the direction of motion) where the wheel reaches another mat.
  * With `shift` 0.5: where it passes the middle of a mat. */
-static double next_edge(double x_ft, double speed, double length_ft, double shift)
+static double next_edge_ft(double x_ft, double speed, double length_ft, double shift)
 {
     double w = x_ft / length_ft - shift;
     double edge = speed > 0.0 ? floor(w + EDGE_TOLERANCE) + 1.0 : ceil(w - EDGE_TOLERANCE) - 1.0;
@@ -224,8 +225,8 @@ static double next_edge(double x_ft, double speed, double length_ft, double shif
 
 /* Adds a part of the path with constant speed and linear force. Divides it where the wheel moves to
  * another mat. */
-static enum mr_status add_stretch(struct span_list *list, const struct sim_scene *scene,
-                                  struct span whole, bool airborne, struct error *error)
+static enum mr_status add_spans(struct span_list *list, const struct sim_scene *scene,
+                                struct span whole, bool airborne, struct error *error)
 {
     double length = scene->length_ft;
     while (whole.t1_s > whole.t0_s && error->status == MR_OK) {
@@ -233,9 +234,9 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
         double speed = whole.speed_ft_s;
         double runway = scene->mats * length;
         if (speed != 0.0) {
-            double edge = next_edge(whole.x0_ft, speed, length, 0.0);
+            double edge = next_edge_ft(whole.x0_ft, speed, length, 0.0);
             if (scene->thrust == SIM_THRUST_LINEAR) {
-                double other = next_edge(whole.x0_ft, speed, length, 0.5);
+                double other = next_edge_ft(whole.x0_ft, speed, length, 0.5);
                 edge = speed > 0.0 ? fmin(edge, other) : fmax(edge, other);
             }
             if (speed > 0.0 && whole.x0_ft >= runway * (1.0 - EDGE_TOLERANCE))
@@ -266,20 +267,20 @@ static enum mr_status add_stretch(struct span_list *list, const struct sim_scene
 }
 
 /* Adds a part of the path. Divides it where the thrust stops. */
-static enum mr_status add_stretch_to_stop(struct span_list *list, const struct sim_scene *scene,
-                                          struct span whole, bool airborne, struct error *error)
+static enum mr_status add_spans_until_stop(struct span_list *list, const struct sim_scene *scene,
+                                           struct span whole, bool airborne, struct error *error)
 {
     double stop = scene->force_stop_s;
     if (stop > whole.t0_s && stop < whole.t1_s) {
         struct span before = whole;
         before.t1_s = stop;
-        add_stretch(list, scene, before, airborne, error);
+        add_spans(list, scene, before, airborne, error);
         whole.x0_ft += whole.speed_ft_s * (stop - whole.t0_s);
         whole.t0_s = stop;
     }
     if (stop <= whole.t0_s)
         whole.force_lb = whole.force_lb_per_s = 0.0;
-    return add_stretch(list, scene, whole, airborne, error);
+    return add_spans(list, scene, whole, airborne, error);
 }
 
 enum mr_status span_list_make(struct span_list *list, const struct sim_scene *scene,
@@ -289,12 +290,12 @@ enum mr_status span_list_make(struct span_list *list, const struct sim_scene *sc
     *list = (struct span_list){0};
     if (scene->path_count == 0) {
         struct span whole = {0.0, end, scene->s0_ft, scene->vac_ft_s, scene->force_lb, 0.0, -1, -2};
-        add_stretch_to_stop(list, scene, whole, false, error);
+        add_spans_until_stop(list, scene, whole, false, error);
     } else {
         const struct sim_path_row *row = scene->path;
         const struct sim_path_row *last = row + scene->path_count - 1;
         struct span air = {0.0, fmin(row->t_s, end), row->x_ft, 0.0, 0.0, 0.0, -1, -2};
-        add_stretch_to_stop(list, scene, air, true, error);
+        add_spans_until_stop(list, scene, air, true, error);
         for (; row < last && row->t_s < end; row++) {
             double length_s = row[1].t_s - row[0].t_s;
             if (length_s <= 0.0)
@@ -307,10 +308,10 @@ enum mr_status span_list_make(struct span_list *list, const struct sim_scene *sc
                                 (row[1].force_lb - row[0].force_lb) / length_s,
                                 -1,
                                 -2};
-            add_stretch_to_stop(list, scene, part, false, error);
+            add_spans_until_stop(list, scene, part, false, error);
         }
         struct span stands = {last->t_s, end, last->x_ft, 0.0, 0.0, 0.0, -1, -2};
-        add_stretch_to_stop(list, scene, stands, false, error);
+        add_spans_until_stop(list, scene, stands, false, error);
     }
     if (error->status != MR_OK)
         span_list_free(list);

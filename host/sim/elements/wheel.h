@@ -14,9 +14,9 @@
 
 #include "host/sim/scene/scene.h"
 
-#define SIM_WHEEL_TOUCHES 6 /* largest number of mats that one axle line loads in a span */
+#define SIM_WHEEL_TOUCHES_MAX 6 /* largest number of mats that one axle line loads in a span */
 /* Largest number of entries for a whole gear. */
-#define SIM_TOUCH_MAX     (SIM_WHEEL_TOUCHES * SIM_GEAR_LINES_MAX)
+#define SIM_TOUCH_MAX         (SIM_WHEEL_TOUCHES_MAX * SIM_GEAR_LINES_MAX)
 
 /* The action of the aircraft on one mat. If a mat has several entries, they are added. */
 struct sim_touch {
@@ -26,7 +26,7 @@ struct sim_touch {
 };
 struct sim_wheel {
     const struct sim_path_row *rows; /* rows of the path in the scene, or `straight_path` */
-    size_t count;
+    size_t row_count;
     size_t cursor;
     double length_ft;
     int mats;
@@ -47,15 +47,15 @@ struct sim_wheel {
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene);
 
 /* Computes the action of the wheel on the mats over t0..t1 (t0 < t1). Returns the number of entries
- * in `touch`, at most SIM_WHEEL_TOUCHES. The aircraft must travel less than one mat in that
+ * in `touch`, at most SIM_WHEEL_TOUCHES_MAX. The aircraft must travel less than one mat in that
  * time. */
 int sim_wheel_span(struct sim_wheel *wheel, double t0_s, double t1_s, struct sim_touch *touch);
 
 /* Returns true if t_s is after the last row of the path, so that nothing changes any more. */
-bool sim_wheel_is_over(const struct sim_wheel *wheel, double t_s);
+bool sim_wheel_is_past_path(const struct sim_wheel *wheel, double t_s);
 
 /* Largest speed on the path; INFINITY if the path jumps. */
-double sim_wheel_fastest_ft_s(const struct sim_wheel *wheel);
+double sim_wheel_max_speed_ft_s(const struct sim_wheel *wheel);
 
 /* Mat under the wheel at t = 0, 1..N; 1 or N if the wheel is off the runway. */
 int sim_wheel_first_mat(const struct sim_wheel *wheel);

@@ -39,7 +39,8 @@ static inline __attribute__((always_inline)) vector4 vector_tanh_of(vector4 x)
     return (vector4)((vector4_bits)t | ((vector4_bits)x & sign));
 }
 
-VECTOR void vector_tanh(const double *restrict from, double scale, double *restrict to, int count)
+TARGET_CLONES void vector_tanh(const double *restrict from, double scale, double *restrict to,
+                               int count)
 {
     int i = 0;
     for (; i + VECTOR_SIZE <= count; i += VECTOR_SIZE) {
@@ -59,22 +60,23 @@ VECTOR void vector_tanh(const double *restrict from, double scale, double *restr
 KERNEL_INLINE bool is_staying_flat(const struct model *m, int n, const struct kernel_mat *mat)
 {
     return mat->s == 0.0 && mat->w == 0.0 && !m->torsion[n] && !m->torsion[n + 1] &&
-           m->lift[n] == 0 && m->contact[n] == m->contact[n + 1] && n != m->held_node - 1 &&
-           n != m->held_node;
+           m->lift_shear_sign[n] == 0 && m->contact[n] == m->contact[n + 1] &&
+           n != m->held_node - 1 && n != m->held_node;
 }
 
-KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, const double *z,
-                                             double *accel, const struct kernel_parts parts)
+KERNEL_INLINE void report_rates_kernel(const struct model *m, double t_s, const double *z,
+                                       double *accel, const struct kernel_parts parts)
 {
-    const double *p = z, *v = z + m->size;
+    const double *p = z, *v = z + m->coordinate_count;
     const double inverse_length = 1.0 / m->length_ft, inverse_mass = 1.0 / m->mass_slug;
-    const double inverse_inertia = 1.0 / m->inertia, h = m->half_ft;
-    const int first = m->first, last = m->last;
+    const double inverse_inertia = 1.0 / m->inertia_slug_ft2, h = m->half_ft;
+    const int first = m->first_mat, last = m->last_mat;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
-    kernel_prepare(m, v, parts.law);
+    kernel_prepare(m, v, parts.friction_law);
     struct kernel_mat before = kernel_outside(m, first - 1);
     struct kernel_mat mat = kernel_mat(p, v, first, inverse_length);
-    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.full, parts.slack);
+    double tension_l = kernel_tension_lb(m, first, &before, &mat, parts.has_full_profile,
+                                         parts.has_slack);
     double moment_l = m->torsion[first] ? kernel_moment(m, first, &before, &mat) : 0.0;
     double soil_l = kernel_soil_lb(m, p, v, first);
     /* up: share of the time in which the held node is off the ground */
@@ -83,14 +85,16 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
     for (int n = first; n <= last; n++) {
         struct kernel_mat after = n < last ? kernel_mat(p, v, n + 1, inverse_length)
                                            : kernel_outside(m, n + 1);
-        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.full, parts.slack);
+        double tension_r = kernel_tension_lb(m, n + 1, &mat, &after, parts.has_full_profile,
+                                             parts.has_slack);
         double moment_r = m->torsion[n + 1] ? kernel_moment(m, n + 1, &mat, &after) : 0.0;
         double push = tension_r - tension_l;
         if (n == thrust.mat_a)
             push += thrust.a_lb;
         if (n == thrust.mat_b)
             push += thrust.b_lb;
-        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.law) * inverse_mass;
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, 0.0, 0.0, parts.friction_law) *
+                           inverse_mass;
 
         if (is_staying_flat(m, n, &mat)) { /* there is no moment, so soil_l equals soil_r */
             if (n == first)
@@ -102,10 +106,11 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
             continue;
         }
         double soil_r = kernel_soil_lb(m, p, v, n + 1);
-        double lift = m->lift[n];
+        double lift = m->lift_shear_sign[n];
         if (n == m->held_node)
-            lift += up * (m->held_lift[1] - m->lift[n]);
-        double turning = moment_r - moment_l + h * mat.c * (soil_l - soil_r + lift * m->shear_lb) -
+            lift += up * (m->held_lift_shear_signs[1] - m->lift_shear_sign[n]);
+        double turning = moment_r - moment_l +
+                         h * mat.c * (soil_l - soil_r + lift * m->lift_shear_lb) -
                          h * mat.s * (tension_l + tension_r);
         /* second derivative of sin theta */
         double rise = mat.c * turning * inverse_inertia - mat.s * mat.w * mat.w;
@@ -113,8 +118,8 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
                         inverse_mass; /* n = 0: acceleration of the centre of mat 1 */
         if (n == m->held_node - 1) {
             double level = n == 0 ? -middle / h : -height * inverse_length;
-            double shear = h * mat.c * mat.c * m->shear_lb * (m->held_lift[0] - m->lift[n]) *
-                           inverse_inertia;
+            double shear = h * mat.c * mat.c * m->lift_shear_lb *
+                           (m->held_lift_shear_signs[0] - m->lift_shear_sign[n]) * inverse_inertia;
             up = shear != 0.0 ? (level - rise) / shear : 0.0;
             rise = level;
         }
@@ -134,70 +139,74 @@ KERNEL_INLINE void report_model_rates_kernel(const struct model *m, double t_s, 
 }
 
 void report_rates(const struct model *model, double t_s, const double *z,
-                  double *accel){KERNEL_DISPATCH(report_model_rates_kernel, model, t_s, z, accel)}
+                  double *accel){KERNEL_DISPATCH(report_rates_kernel, model, t_s, z, accel)}
 
 /* ---- consistent model: forces on the nodes, then one tridiagonal solve ---- */
 
-KERNEL_INLINE double tension(const struct model *m, int j, const struct kernel_mat *l,
-                             const struct kernel_mat *r, const struct kernel_parts parts)
+KERNEL_INLINE double joint_tension_lb(const struct model *m, int j, const struct kernel_mat *l,
+                                      const struct kernel_mat *r, const struct kernel_parts parts)
 {
-    return parts.given ? m->given_tension_lb[j]
-                       : kernel_tension_lb(m, j, l, r, parts.full, parts.slack);
+    return parts.are_tensions_given
+             ? m->given_tension_lb[j]
+             : kernel_tension_lb(m, j, l, r, parts.has_full_profile, parts.has_slack);
 }
 
-KERNEL_INLINE struct kernel_mat moving_mat(const struct model *m, const double *p, const double *v,
-                                           int n, double inverse_length,
-                                           const struct kernel_parts parts)
+KERNEL_INLINE struct kernel_mat moving_mat_state(const struct model *m, const double *p,
+                                                 const double *v, int n, double inverse_length,
+                                                 const struct kernel_parts parts)
 {
-    return parts.given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
-                                     : kernel_mat(p, v, n, inverse_length);
+    return parts.are_tensions_given && m->tilt_ft ? kernel_tilted_mat(m, p, v, n, inverse_length)
+                                                  : kernel_mat(p, v, n, inverse_length);
 }
 
 /* Kinematics of a mat outside the window: on the ground, with the tilt of the ground. If tensions
  * are given, only the angle is used. */
-KERNEL_INLINE struct kernel_mat resting_mat(const struct model *m, int n, double inverse_length,
-                                            const struct kernel_parts parts)
+KERNEL_INLINE struct kernel_mat resting_mat_state(const struct model *m, int n,
+                                                  double inverse_length,
+                                                  const struct kernel_parts parts)
 {
     struct kernel_mat mat = kernel_outside(m, n);
-    if (parts.given && m->rest_tilt_ft && n >= 0 && n < m->mats) {
+    if (parts.are_tensions_given && m->rest_tilt_ft && n >= 0 && n < m->mats) {
         mat.s = m->rest_tilt_ft[n] * inverse_length;
         mat.c = sqrt(1.0 - mat.s * mat.s);
     }
     return mat;
 }
 
-KERNEL_INLINE double moment(const struct model *m, int j, const struct kernel_mat *l,
-                            const struct kernel_mat *r, const struct kernel_parts parts)
+KERNEL_INLINE double joint_moment_lb_ft(const struct model *m, int j, const struct kernel_mat *l,
+                                        const struct kernel_mat *r, const struct kernel_parts parts)
 {
     if (!m->torsion[j])
         return 0.0;
-    return kernel_moment_of(m, j, l, r, parts.given ? m->kt_at[j] : m->kt);
+    return kernel_moment_of(m, j, l, r,
+                            parts.are_tensions_given ? m->joint_kt_lb_ft_rad[j] : m->kt_lb_ft_rad);
 }
 
-KERNEL_INLINE double soil(const struct model *m, const double *p, const double *v, int node,
-                          const struct kernel_parts parts)
+KERNEL_INLINE double node_soil_lb(const struct model *m, const double *p, const double *v, int node,
+                                  const struct kernel_parts parts)
 {
-    return parts.given ? kernel_soil_at_lb(m, p, v, node) : kernel_soil_lb(m, p, v, node);
+    return parts.are_tensions_given ? kernel_soil_at_lb(m, p, v, node)
+                                    : kernel_soil_lb(m, p, v, node);
 }
 
 KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const double *z,
                                      double *accel, const struct kernel_parts parts)
 {
-    const double *p = z, *v = z + m->size;
+    const double *p = z, *v = z + m->coordinate_count;
     const double length = m->length_ft, inverse_length = 1.0 / length,
                  inverse_mass = 1.0 / m->mass_slug;
     const double h = m->half_ft;
-    double quarter = 0.25 * m->mass_slug, inertia = m->inertia, weight_lb = m->weight_lb;
-    const int first = m->first, last = m->last;
+    double quarter = 0.25 * m->mass_slug, inertia = m->inertia_slug_ft2, weight_lb = m->weight_lb;
+    const int first = m->first_mat, last = m->last_mat;
     struct kernel_thrust thrust = kernel_thrust(m, t_s);
-    kernel_prepare(m, v, parts.law);
-    struct kernel_mat before = resting_mat(m, first - 1, inverse_length, parts);
-    struct kernel_mat mat = moving_mat(m, p, v, first, inverse_length, parts);
-    double tension_l = tension(m, first, &before, &mat, parts);
-    double moment_l = moment(m, first, &before, &mat, parts);
-    double soil_l = soil(m, p, v, first, parts);
-    if (parts.braced)
-        moment_l += m->brace_lb_ft[first];
+    kernel_prepare(m, v, parts.friction_law);
+    struct kernel_mat before = resting_mat_state(m, first - 1, inverse_length, parts);
+    struct kernel_mat mat = moving_mat_state(m, p, v, first, inverse_length, parts);
+    double tension_l = joint_tension_lb(m, first, &before, &mat, parts);
+    double moment_l = joint_moment_lb_ft(m, first, &before, &mat, parts);
+    double soil_l = node_soil_lb(m, p, v, first, parts);
+    if (parts.has_braces)
+        moment_l += m->brace_moment_lb_ft[first];
     /* upper diagonal of the factored mass matrix; one value per mat */
     double *upper = m->mass_upper;
     /* force on the left node, and its diagonal element, from the mats to the left */
@@ -205,34 +214,38 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
     double upper_before = 0.0, off_before = 0.0, solved_before = 0.0;
 
     for (int n = first; n <= last; n++) {
-        struct kernel_mat after = n < last ? moving_mat(m, p, v, n + 1, inverse_length, parts)
-                                           : resting_mat(m, n + 1, inverse_length, parts);
-        double tension_r = tension(m, n + 1, &mat, &after, parts);
-        double moment_r = moment(m, n + 1, &mat, &after, parts);
-        double soil_r = soil(m, p, v, n + 1, parts);
-        if (parts.braced) {
-            moment_r += m->brace_lb_ft[n + 1];
-            force += m->brace_lb[n];
+        struct kernel_mat after = n < last ? moving_mat_state(m, p, v, n + 1, inverse_length, parts)
+                                           : resting_mat_state(m, n + 1, inverse_length, parts);
+        double tension_r = joint_tension_lb(m, n + 1, &mat, &after, parts);
+        double moment_r = joint_moment_lb_ft(m, n + 1, &mat, &after, parts);
+        double soil_r = node_soil_lb(m, p, v, n + 1, parts);
+        if (parts.has_braces) {
+            moment_r += m->brace_moment_lb_ft[n + 1];
+            force += m->brace_force_lb[n];
         }
         double push = tension_r - tension_l;
         if (n == thrust.mat_a)
             push += thrust.a_lb;
         if (n == thrust.mat_b)
             push += thrust.b_lb;
-        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.law) *
+        accel[2 * n + 1] = kernel_slide_lb(m, n, mat.v, push, soil_l, soil_r, parts.friction_law) *
                            inverse_mass;
 
-        if (parts.given) { /* inertia and weight are proportional to mass */
+        if (parts.are_tensions_given) { /* inertia and weight are proportional to mass */
             quarter = 0.25 * m->mass_slug * m->mass_ratio[n];
-            inertia = m->inertia * m->mass_ratio[n];
+            inertia = m->inertia_slug_ft2 * m->mass_ratio[n];
             weight_lb = m->weight_lb * m->mass_ratio[n];
         }
         double turning = moment_r - moment_l - h * mat.s * (tension_l + tension_r);
         double inverse_lc = inverse_length / mat.c;
         double g = turning * inverse_lc - inertia * mat.s * mat.w * mat.w * inverse_lc / mat.c;
         double a = inertia * inverse_lc * inverse_lc;
-        double damp_l = parts.given && m->contact[n] ? parts.step_s * m->cv_at[n] : 0.0;
-        double damp_r = parts.given && m->contact[n + 1] ? parts.step_s * m->cv_at[n + 1] : 0.0;
+        double damp_l = parts.are_tensions_given && m->contact[n]
+                          ? parts.step_s * m->node_cv_lb_s_ft[n]
+                          : 0.0;
+        double damp_r = parts.are_tensions_given && m->contact[n + 1]
+                          ? parts.step_s * m->node_cv_lb_s_ft[n + 1]
+                          : 0.0;
         double down = 0.5 * weight_lb + (n == m->span.mat ? 0.5 * m->wheel_load_lb : 0.0);
 
         /* Eliminates the left node, whose terms are now complete. */
@@ -253,8 +266,8 @@ KERNEL_INLINE void consistent_kernel(const struct model *m, double t_s, const do
         moment_l = moment_r;
         soil_l = soil_r;
     }
-    if (parts.braced)
-        force += m->brace_lb[last + 1];
+    if (parts.has_braces)
+        force += m->brace_force_lb[last + 1];
     accel[2 * last + 2] = (force - off_before * solved_before) /
                           (diagonal - off_before * upper_before);
     if (last < m->mats - 1)
@@ -268,9 +281,9 @@ void consistent_rates(const struct model *model, double t_s, const double *z, do
     KERNEL_DISPATCH(consistent_kernel, model, t_s, z, accel)
 }
 
-void consistent_heave(const struct model *m, double step_s, const double *z, double *accel)
+void consistent_heave_rates(const struct model *m, double step_s, const double *z, double *accel)
 {
-    if (m->brace_lb)
+    if (m->brace_force_lb)
         consistent_kernel(
             m, 0.0, z, accel,
             (struct kernel_parts){false, false, true, true, SIM_FRICTION_NONE, step_s});
@@ -293,11 +306,11 @@ struct joint_slope {
 /* Derivatives of quantities of a mat with respect to its height difference dY. The derivative of
  * sin theta is 1/L. */
 struct mat_slope {
-    double turn_y; /* d theta/d dY, and d theta'/d dY' */
-    double rate_y; /* d theta'/d dY */
+    double turn_by_y; /* d theta/d dY, and d theta'/d dY' */
+    double rate_by_y; /* d theta'/d dY */
 };
 
-static struct mat_slope slope_of(const struct model *m, const struct kernel_mat *mat)
+static struct mat_slope mat_slope_of(const struct model *m, const struct kernel_mat *mat)
 {
     double turn = 1.0 / (m->length_ft * mat->c);
     return (struct mat_slope){turn, mat->w * mat->s / (mat->c * mat->c * m->length_ft)};
@@ -315,19 +328,20 @@ static struct joint_slope tension_slope(const struct model *m, int j, const stru
     struct joint_slope t = {
         .value = kernel_tension_lb(m, j, l, r, m->has_full_profile, m->slack_ft > 0.0)};
     if ((j == 0 && m->is_left_free) || (j == m->mats && m->is_right_free) ||
-        !joint_transmits(m->slack_ft > 0.0, m->joint[j]))
+        !joint_transmits(m->slack_ft > 0.0, m->joint_mode[j]))
         return t;
-    add_difference(t.p, 1, 3, m->kl);
-    add_difference(t.v, 1, 3, m->cl);
+    add_difference(t.p, 1, 3, m->kl_lb_ft);
+    add_difference(t.v, 1, 3, m->cl_lb_s_ft);
     if (m->has_full_profile) {
         const struct kernel_mat *mats[2] = {l, r};
         for (int k = 0; k < 2; k++) {
             const struct kernel_mat *mat = mats[k];
-            struct mat_slope slope = slope_of(m, mat);
+            struct mat_slope slope = mat_slope_of(m, mat);
             double gap = m->half_ft * mat->s / mat->c / m->length_ft;
-            double rate_p = m->half_ft * (slope.rate_y * mat->s + mat->w / m->length_ft);
-            add_difference(t.p, 2 * k, 2 * k + 2, m->kl * gap + m->cl * rate_p);
-            add_difference(t.v, 2 * k, 2 * k + 2, m->cl * m->half_ft * mat->s * slope.turn_y);
+            double rate_p = m->half_ft * (slope.rate_by_y * mat->s + mat->w / m->length_ft);
+            add_difference(t.p, 2 * k, 2 * k + 2, m->kl_lb_ft * gap + m->cl_lb_s_ft * rate_p);
+            add_difference(t.v, 2 * k, 2 * k + 2,
+                           m->cl_lb_s_ft * m->half_ft * mat->s * slope.turn_by_y);
         }
     }
     return t;
@@ -340,73 +354,78 @@ static struct joint_slope moment_slope(const struct model *m, int j, const struc
     if (!m->torsion[j])
         return t;
     t.value = kernel_moment(m, j, l, r);
-    struct mat_slope left = slope_of(m, l), right = slope_of(m, r);
-    add_difference(t.p, 0, 2, -m->kt * left.turn_y - m->ct * left.rate_y);
-    add_difference(t.p, 2, 4, m->kt * right.turn_y + m->ct * right.rate_y);
-    add_difference(t.v, 0, 2, -m->ct * left.turn_y);
-    add_difference(t.v, 2, 4, m->ct * right.turn_y);
+    struct mat_slope left = mat_slope_of(m, l), right = mat_slope_of(m, r);
+    add_difference(t.p, 0, 2,
+                   -m->kt_lb_ft_rad * left.turn_by_y - m->ct_lb_ft_s_rad * left.rate_by_y);
+    add_difference(t.p, 2, 4,
+                   m->kt_lb_ft_rad * right.turn_by_y + m->ct_lb_ft_s_rad * right.rate_by_y);
+    add_difference(t.v, 0, 2, -m->ct_lb_ft_s_rad * left.turn_by_y);
+    add_difference(t.v, 2, 4, m->ct_lb_ft_s_rad * right.turn_by_y);
     return t;
 }
 
-struct rows {
+struct jacobian_rows {
     const struct model *m;
-    double *mass, *by_p, *by_v;
+    double *mass, *dr_dp, *dr_dv;
 };
 
-static void put_value(const struct rows *r, double *band, int row, int column, double value)
+static void add_to_band(const struct jacobian_rows *r, double *band, int row, int column,
+                        double value)
 {
-    if (value != 0.0 && column >= 2 * r->m->first && column <= 2 * r->m->last + 2)
-        band[row * MODEL_ROW + column - row + MODEL_BAND] += value;
+    if (value != 0.0 && column >= 2 * r->m->first_mat && column <= 2 * r->m->last_mat + 2)
+        band[row * MODEL_ROW_LENGTH + column - row + MODEL_HALF_BANDWIDTH] += value;
 }
 
 /* Adds a gradient with respect to Y_{n-1}..Y_{n+2}, multiplied by `scale`, to a row of the matrix
  * (7 values from column 2n-2). */
-static void put_mat(const struct rows *r, int row, int n, double scale, const double *p,
-                    const double *v)
+static void put_mat_gradient(const struct jacobian_rows *r, int row, int n, double scale,
+                             const double *p, const double *v)
 {
     for (int k = 0; k < 7; k++) {
-        put_value(r, r->by_p, row, 2 * n - 2 + k, scale * p[k]);
-        put_value(r, r->by_v, row, 2 * n - 2 + k, scale * v[k]);
+        add_to_band(r, r->dr_dp, row, 2 * n - 2 + k, scale * p[k]);
+        add_to_band(r, r->dr_dv, row, 2 * n - 2 + k, scale * v[k]);
     }
 }
 
-static void put_soil(const struct rows *r, int row, int node, double scale)
+static void put_soil_gradient(const struct jacobian_rows *r, int row, int node, double scale)
 {
     if (!r->m->contact[node])
         return;
-    put_value(r, r->by_p, row, 2 * node, scale * r->m->kv);
-    put_value(r, r->by_v, row, 2 * node, scale * r->m->cv);
+    add_to_band(r, r->dr_dp, row, 2 * node, scale * r->m->kv_lb_ft);
+    add_to_band(r, r->dr_dv, row, 2 * node, scale * r->m->cv_lb_s_ft);
 }
 
-static void displacement_row(const struct rows *r, double t_s, const double *z, int n,
+static void displacement_row(const struct jacobian_rows *r, double t_s, const double *z, int n,
                              const struct kernel_mat *mat, const struct joint_slope *left,
                              const struct joint_slope *right, double *drift)
 {
     const struct model *m = r->m;
     int row = 2 * n + 1;
     double rate;
-    if (m->law == SIM_FRICTION_STICK && m->slide[n] == 0) {
-        put_value(r, r->mass, row, row, 1.0);
+    if (m->friction_law == SIM_FRICTION_STICK && m->slide_direction[n] == 0) {
+        add_to_band(r, r->mass, row, row, 1.0);
         return;
     }
-    put_value(r, r->mass, row, row, m->mass_slug);
+    add_to_band(r, r->mass, row, row, m->mass_slug);
     for (int k = 0; k < 5; k++) {
-        put_value(r, r->by_p, row, 2 * n - 2 + k, -left->p[k]);
-        put_value(r, r->by_v, row, 2 * n - 2 + k, -left->v[k]);
-        put_value(r, r->by_p, row, 2 * n + k, right->p[k]);
-        put_value(r, r->by_v, row, 2 * n + k, right->v[k]);
+        add_to_band(r, r->dr_dp, row, 2 * n - 2 + k, -left->p[k]);
+        add_to_band(r, r->dr_dv, row, 2 * n - 2 + k, -left->v[k]);
+        add_to_band(r, r->dr_dp, row, 2 * n + k, right->p[k]);
+        add_to_band(r, r->dr_dv, row, 2 * n + k, right->v[k]);
     }
-    double smooth = m->law == SIM_FRICTION_TANH ? elementary_tanh(mat->v / m->veps_ft_s) : 0.0;
-    double share = friction_share(m->law, mat->v, m->slide[n], smooth);
-    if (m->law == SIM_FRICTION_TANH)
-        put_value(r, r->by_v, row, row,
-                  friction_slope_lb_s_ft(m->law, model_limit_lb(m, z, n), share, m->veps_ft_s));
+    double smooth = m->friction_law == SIM_FRICTION_TANH ? elementary_tanh(mat->v / m->veps_ft_s)
+                                                         : 0.0;
+    double share = friction_share(m->friction_law, mat->v, m->slide_direction[n], smooth);
+    if (m->friction_law == SIM_FRICTION_TANH)
+        add_to_band(r, r->dr_dv, row, row,
+                    friction_slope_lb_s_ft(m->friction_law, model_friction_limit_lb(m, z, n), share,
+                                           m->veps_ft_s));
     if (m->elements.count > 0)
-        put_value(r, r->by_v, row, row,
-                  element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
+        add_to_band(r, r->dr_dv, row, row,
+                    element_slope_lb_s_ft(&m->elements, model_element_mat(m, z, n)));
     if (m->has_soil_normal) {
-        put_soil(r, row, n, -share * m->friction);
-        put_soil(r, row, n + 1, -share * m->friction);
+        put_soil_gradient(r, row, n, -share * m->friction_coefficient);
+        put_soil_gradient(r, row, n + 1, -share * m->friction_coefficient);
     }
     if (m->span.mat >= 0) {
         span_thrust_lb(&m->span, m->length_ft, t_s, n, &rate);
@@ -433,123 +452,123 @@ static double turning_moment(const struct model *m, const struct kernel_mat *mat
     return mr->value - ml->value - hs * (tl->value + tr->value);
 }
 
-static void report_rows(const struct rows *r, const double *z, int n, const struct kernel_mat *mat,
-                        double turning, double *p, double *v)
+static void report_rows(const struct jacobian_rows *r, const double *z, int n,
+                        const struct kernel_mat *mat, double turning, double *p, double *v)
 {
     const struct model *m = r->m;
-    const double *zp = z, *zv = z + m->size;
+    const double *zp = z, *zv = z + m->coordinate_count;
     double h = m->half_ft, length = m->length_ft;
     double lean = -mat->s / mat->c / length; /* derivative of cos theta with respect to dY */
     double soil = kernel_soil_lb(m, zp, zv, n) - kernel_soil_lb(m, zp, zv, n + 1) +
-                  m->lift[n] * m->shear_lb;
-    struct mat_slope slope = slope_of(m, mat);
+                  m->lift_shear_sign[n] * m->lift_shear_lb;
+    struct mat_slope slope = mat_slope_of(m, mat);
     add_difference(p, 2, 4, h * lean * soil);
     turning += h * mat->c * soil;
     for (int end = 0; end < 2; end++) {
         if (m->contact[n + end]) {
             double sign = end == 0 ? 1.0 : -1.0;
-            p[2 + 2 * end] += sign * h * mat->c * m->kv;
-            v[2 + 2 * end] += sign * h * mat->c * m->cv;
+            p[2 + 2 * end] += sign * h * mat->c * m->kv_lb_ft;
+            v[2 + 2 * end] += sign * h * mat->c * m->cv_lb_s_ft;
         }
     }
     for (int k = 0; k < 7; k++) {
-        p[k] *= mat->c / m->inertia;
-        v[k] *= mat->c / m->inertia;
+        p[k] *= mat->c / m->inertia_slug_ft2;
+        v[k] *= mat->c / m->inertia_slug_ft2;
     }
     add_difference(p, 2, 4,
-                   lean * turning / m->inertia - mat->w * mat->w / length -
-                       2.0 * mat->s * mat->w * slope.rate_y);
-    add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_y);
+                   lean * turning / m->inertia_slug_ft2 - mat->w * mat->w / length -
+                       2.0 * mat->s * mat->w * slope.rate_by_y);
+    add_difference(v, 2, 4, -2.0 * mat->s * mat->w * slope.turn_by_y);
 
     int row = 2 * n + 2;
-    put_value(r, r->mass, row, row, 1.0);
+    add_to_band(r, r->mass, row, row, 1.0);
     if (n == 0 && m->held_node >= 0 && m->held_node <= 1) {
         /* in this row, the acceleration of the held node is 0; the other end of mat 1 has twice the
          * acceleration of its middle */
         int other = m->held_node == 0 ? row : row - 2;
-        put_value(r, r->mass, 0, 0, 1.0);
-        put_soil(r, other, 0, -2.0 / m->mass_slug);
-        put_soil(r, other, 1, -2.0 / m->mass_slug);
+        add_to_band(r, r->mass, 0, 0, 1.0);
+        put_soil_gradient(r, other, 0, -2.0 / m->mass_slug);
+        put_soil_gradient(r, other, 1, -2.0 / m->mass_slug);
         return;
     }
     if (n == m->held_node - 1)
         return; /* the acceleration of the held node is 0 */
-    put_value(r, r->mass, row, row - 2, -1.0);
-    put_mat(r, row, n, length, p, v);
-    if (n == m->first) {
+    add_to_band(r, r->mass, row, row - 2, -1.0);
+    put_mat_gradient(r, row, n, length, p, v);
+    if (n == m->first_mat) {
         row = 2 * n;
-        put_value(r, r->mass, row, row, 1.0);
-        put_soil(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
+        add_to_band(r, r->mass, row, row, 1.0);
+        put_soil_gradient(r, row, n, -(n == 0 ? 1.0 : 2.0) / m->mass_slug);
         if (n == 0) {
-            put_soil(r, row, 1, -1.0 / m->mass_slug);
-            put_mat(r, row, 0, -h, p, v);
+            put_soil_gradient(r, row, 1, -1.0 / m->mass_slug);
+            put_mat_gradient(r, row, 0, -h, p, v);
         }
     }
 }
 
-static void consistent_rows(const struct rows *r, const double *accel, int n,
+static void consistent_rows(const struct jacobian_rows *r, const double *accel, int n,
                             const struct kernel_mat *mat, double turning, double *p, double *v)
 {
     const struct model *m = r->m;
     double length = m->length_ft, quarter = 0.25 * m->mass_slug, c2 = mat->c * mat->c;
-    double a = m->inertia / (length * length * c2);
+    double a = m->inertia_slug_ft2 / (length * length * c2);
     double a_y = 2.0 * a * mat->s / c2 / length;
-    struct mat_slope slope = slope_of(m, mat);
-    double spin = m->inertia * mat->s * mat->w / (length * c2);
+    struct mat_slope slope = mat_slope_of(m, mat);
+    double spin = m->inertia_slug_ft2 * mat->s * mat->w / (length * c2);
     for (int k = 0; k < 7; k++) {
-        p[k] *= slope.turn_y;
-        v[k] *= slope.turn_y;
+        p[k] *= slope.turn_by_y;
+        v[k] *= slope.turn_by_y;
     }
-    /* derivative of 1/(L cos theta) with respect to dY: turn_y s/(c^2 L); the derivative of s
+    /* derivative of 1/(L cos theta) with respect to dY: turn_by_y s/(c^2 L); the derivative of s
      * w^2/c^2 has three terms */
     add_difference(p, 2, 4,
-                   turning * slope.turn_y * mat->s / c2 / length - 2.0 * spin * slope.rate_y -
-                       m->inertia * mat->w * mat->w / (length * c2) *
+                   turning * slope.turn_by_y * mat->s / c2 / length - 2.0 * spin * slope.rate_by_y -
+                       m->inertia_slug_ft2 * mat->w * mat->w / (length * c2) *
                            (1.0 + 2.0 * mat->s * mat->s / c2) / length);
-    add_difference(v, 2, 4, -2.0 * spin * slope.turn_y);
-    put_mat(r, 2 * n, n, -1.0, p, v);
-    put_mat(r, 2 * n + 2, n, 1.0, p, v);
-    put_value(r, r->mass, 2 * n, 2 * n, quarter + a);
-    put_value(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
-    put_value(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
-    put_value(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
+    add_difference(v, 2, 4, -2.0 * spin * slope.turn_by_y);
+    put_mat_gradient(r, 2 * n, n, -1.0, p, v);
+    put_mat_gradient(r, 2 * n + 2, n, 1.0, p, v);
+    add_to_band(r, r->mass, 2 * n, 2 * n, quarter + a);
+    add_to_band(r, r->mass, 2 * n, 2 * n + 2, quarter - a);
+    add_to_band(r, r->mass, 2 * n + 2, 2 * n + 2, quarter + a);
+    add_to_band(r, r->mass, 2 * n + 2, 2 * n, quarter - a);
     /* derivative of the mass matrix, times accel */
     double change = a_y * (accel[2 * n + 2] - accel[2 * n]);
-    put_value(r, r->by_p, 2 * n, 2 * n + 2, change);
-    put_value(r, r->by_p, 2 * n, 2 * n, -change);
-    put_value(r, r->by_p, 2 * n + 2, 2 * n + 2, -change);
-    put_value(r, r->by_p, 2 * n + 2, 2 * n, change);
-    put_soil(r, 2 * n, n, -1.0);
-    put_soil(r, 2 * n + 2, n + 1, -1.0);
+    add_to_band(r, r->dr_dp, 2 * n, 2 * n + 2, change);
+    add_to_band(r, r->dr_dp, 2 * n, 2 * n, -change);
+    add_to_band(r, r->dr_dp, 2 * n + 2, 2 * n + 2, -change);
+    add_to_band(r, r->dr_dp, 2 * n + 2, 2 * n, change);
+    put_soil_gradient(r, 2 * n, n, -1.0);
+    put_soil_gradient(r, 2 * n + 2, n + 1, -1.0);
 }
 
 /* The outermost nodes of the window do not move in the consistent model. */
-static void hold_row(const struct rows *r, int row)
+static void fix_row(const struct jacobian_rows *r, int row)
 {
-    size_t from = (size_t)row * MODEL_ROW;
-    memset(r->mass + from, 0, MODEL_ROW * sizeof *r->mass);
-    memset(r->by_p + from, 0, MODEL_ROW * sizeof *r->by_p);
-    memset(r->by_v + from, 0, MODEL_ROW * sizeof *r->by_v);
-    r->mass[from + MODEL_BAND] = 1.0;
+    size_t from = (size_t)row * MODEL_ROW_LENGTH;
+    memset(r->mass + from, 0, MODEL_ROW_LENGTH * sizeof *r->mass);
+    memset(r->dr_dp + from, 0, MODEL_ROW_LENGTH * sizeof *r->dr_dp);
+    memset(r->dr_dv + from, 0, MODEL_ROW_LENGTH * sizeof *r->dr_dv);
+    r->mass[from + MODEL_HALF_BANDWIDTH] = 1.0;
 }
 
 void model_linearise(struct model *m, double t_s, const double *z, const double *accel,
-                     double *mass, double *by_p, double *by_v, double *drift)
+                     double *mass, double *dr_dp, double *dr_dv, double *drift)
 {
-    const double *zp = z, *zv = z + m->size;
-    const struct rows rows = {m, mass, by_p, by_v};
-    size_t low = 2 * (size_t)m->first, count = 2 * (size_t)(m->last - m->first) + 3;
-    memset(mass + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *mass);
-    memset(by_p + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_p);
-    memset(by_v + low * MODEL_ROW, 0, count * MODEL_ROW * sizeof *by_v);
+    const double *zp = z, *zv = z + m->coordinate_count;
+    const struct jacobian_rows rows = {m, mass, dr_dp, dr_dv};
+    size_t low = 2 * (size_t)m->first_mat, count = 2 * (size_t)(m->last_mat - m->first_mat) + 3;
+    memset(mass + low * MODEL_ROW_LENGTH, 0, count * MODEL_ROW_LENGTH * sizeof *mass);
+    memset(dr_dp + low * MODEL_ROW_LENGTH, 0, count * MODEL_ROW_LENGTH * sizeof *dr_dp);
+    memset(dr_dv + low * MODEL_ROW_LENGTH, 0, count * MODEL_ROW_LENGTH * sizeof *dr_dv);
     memset(drift + low, 0, count * sizeof *drift);
-    struct kernel_mat before = kernel_outside(m, m->first - 1);
-    struct kernel_mat mat = kernel_mat(zp, zv, m->first, 1.0 / m->length_ft);
-    struct joint_slope tension_l = tension_slope(m, m->first, &before, &mat);
-    struct joint_slope moment_l = moment_slope(m, m->first, &before, &mat);
-    for (int n = m->first; n <= m->last; n++) {
-        struct kernel_mat after = n < m->last ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft)
-                                              : kernel_outside(m, n + 1);
+    struct kernel_mat before = kernel_outside(m, m->first_mat - 1);
+    struct kernel_mat mat = kernel_mat(zp, zv, m->first_mat, 1.0 / m->length_ft);
+    struct joint_slope tension_l = tension_slope(m, m->first_mat, &before, &mat);
+    struct joint_slope moment_l = moment_slope(m, m->first_mat, &before, &mat);
+    for (int n = m->first_mat; n <= m->last_mat; n++) {
+        struct kernel_mat after = n < m->last_mat ? kernel_mat(zp, zv, n + 1, 1.0 / m->length_ft)
+                                                  : kernel_outside(m, n + 1);
         struct joint_slope tension_r = tension_slope(m, n + 1, &mat, &after);
         struct joint_slope moment_r = moment_slope(m, n + 1, &mat, &after);
         double p[7], v[7];
@@ -564,23 +583,23 @@ void model_linearise(struct model *m, double t_s, const double *z, const double 
         tension_l = tension_r;
         moment_l = moment_r;
     }
-    if (m->is_consistent && m->first > 0)
-        hold_row(&rows, 2 * m->first);
-    if (m->is_consistent && m->last < m->mats - 1)
-        hold_row(&rows, 2 * m->last + 2);
+    if (m->is_consistent && m->first_mat > 0)
+        fix_row(&rows, 2 * m->first_mat);
+    if (m->is_consistent && m->last_mat < m->mats - 1)
+        fix_row(&rows, 2 * m->last_mat + 2);
 }
 
 /* ---- banded matrices ---- */
 
-void banded_load(int size, double x, const double *mass, double y, const double *by_p, double z,
-                 const double *by_v, double *a)
+void banded_combine(int size, double x, const double *mass, double y, const double *dr_dp, double z,
+                    const double *dr_dv, double *a)
 {
     for (int i = 0; i < size; i++) {
-        double *row = a + (size_t)i * BAND_WIDTH;
-        size_t from = (size_t)i * MODEL_ROW;
-        for (size_t k = 0; k < MODEL_ROW; k++)
-            row[k] = x * mass[from + k] + y * by_p[from + k] + z * by_v[from + k];
-        for (size_t k = MODEL_ROW; k < BAND_WIDTH; k++)
+        double *row = a + (size_t)i * BANDED_ROW_LENGTH;
+        size_t from = (size_t)i * MODEL_ROW_LENGTH;
+        for (size_t k = 0; k < MODEL_ROW_LENGTH; k++)
+            row[k] = x * mass[from + k] + y * dr_dp[from + k] + z * dr_dv[from + k];
+        for (size_t k = MODEL_ROW_LENGTH; k < BANDED_ROW_LENGTH; k++)
             row[k] = 0.0;
     }
 }
@@ -588,12 +607,14 @@ void banded_load(int size, double x, const double *mass, double y, const double 
 bool banded_factor(int size, double *a, int *pivot)
 {
     for (int i = 0; i < size; i++) {
-        int below = i + MODEL_BAND < size ? MODEL_BAND : size - 1 - i;
-        double *row = a + (size_t)i * BAND_WIDTH + MODEL_BAND; /* row[0] is the diagonal element */
+        int below = i + MODEL_HALF_BANDWIDTH < size ? MODEL_HALF_BANDWIDTH : size - 1 - i;
+        /* row[0] is the diagonal element */
+        double *row = a + (size_t)i * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH;
         int best = 0;
         double most = fabs(row[0]);
         for (int r = 1; r <= below; r++) {
-            double value = fabs(a[(size_t)(i + r) * BAND_WIDTH + MODEL_BAND - (size_t)r]);
+            double value =
+                fabs(a[(size_t)(i + r) * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH - (size_t)r]);
             if (value > most) {
                 most = value;
                 best = r;
@@ -603,8 +624,9 @@ bool banded_factor(int size, double *a, int *pivot)
             return false;
         pivot[i] = best;
         if (best > 0) {
-            double *other = a + (size_t)(i + best) * BAND_WIDTH + MODEL_BAND - best;
-            for (int k = 0; k <= 2 * MODEL_BAND; k++) {
+            double *other = a + (size_t)(i + best) * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH -
+                            best;
+            for (int k = 0; k <= 2 * MODEL_HALF_BANDWIDTH; k++) {
                 double kept = row[k];
                 row[k] = other[k];
                 other[k] = kept;
@@ -612,12 +634,12 @@ bool banded_factor(int size, double *a, int *pivot)
         }
         double inverse = 1.0 / row[0];
         for (int r = 1; r <= below; r++) {
-            double *under = a + (size_t)(i + r) * BAND_WIDTH + MODEL_BAND - r;
+            double *under = a + (size_t)(i + r) * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH - r;
             if (under[0] == 0.0)
                 continue;
             double factor = under[0] * inverse;
             under[0] = factor;
-            for (int k = 1; k <= 2 * MODEL_BAND; k++)
+            for (int k = 1; k <= 2 * MODEL_HALF_BANDWIDTH; k++)
                 under[k] -= factor * row[k];
         }
     }
@@ -627,18 +649,19 @@ bool banded_factor(int size, double *a, int *pivot)
 void banded_solve(int size, const double *a, const int *pivot, double *x)
 {
     for (int i = 0; i < size; i++) {
-        int below = i + MODEL_BAND < size ? MODEL_BAND : size - 1 - i;
+        int below = i + MODEL_HALF_BANDWIDTH < size ? MODEL_HALF_BANDWIDTH : size - 1 - i;
         if (pivot[i] > 0) {
             double kept = x[i];
             x[i] = x[i + pivot[i]];
             x[i + pivot[i]] = kept;
         }
         for (int r = 1; r <= below; r++)
-            x[i + r] -= a[(size_t)(i + r) * BAND_WIDTH + MODEL_BAND - (size_t)r] * x[i];
+            x[i + r] -= a[(size_t)(i + r) * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH - (size_t)r] *
+                        x[i];
     }
     for (int i = size - 1; i >= 0; i--) {
-        const double *row = a + (size_t)i * BAND_WIDTH + MODEL_BAND;
-        int right = i + 2 * MODEL_BAND < size ? 2 * MODEL_BAND : size - 1 - i;
+        const double *row = a + (size_t)i * BANDED_ROW_LENGTH + MODEL_HALF_BANDWIDTH;
+        int right = i + 2 * MODEL_HALF_BANDWIDTH < size ? 2 * MODEL_HALF_BANDWIDTH : size - 1 - i;
         double sum = x[i];
         for (int k = 1; k <= right; k++)
             sum -= row[k] * x[i + k];
@@ -649,11 +672,12 @@ void banded_solve(int size, const double *a, const int *pivot, double *x)
 void banded_multiply(int size, const double *rows, const double *x, double *y)
 {
     for (int i = 0; i < size; i++) {
-        int low = i < MODEL_BAND ? MODEL_BAND - i : 0;
-        int high = i + MODEL_BAND < size ? 2 * MODEL_BAND : MODEL_BAND + size - 1 - i;
+        int low = i < MODEL_HALF_BANDWIDTH ? MODEL_HALF_BANDWIDTH - i : 0;
+        int high = i + MODEL_HALF_BANDWIDTH < size ? 2 * MODEL_HALF_BANDWIDTH
+                                                   : MODEL_HALF_BANDWIDTH + size - 1 - i;
         double sum = 0.0;
         for (int k = low; k <= high; k++)
-            sum += rows[(size_t)i * MODEL_ROW + (size_t)k] * x[i + k - MODEL_BAND];
+            sum += rows[(size_t)i * MODEL_ROW_LENGTH + (size_t)k] * x[i + k - MODEL_HALF_BANDWIDTH];
         y[i] = sum;
     }
 }

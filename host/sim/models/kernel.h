@@ -19,13 +19,14 @@ void vector_tanh(const double *from, double scale, double *to, int count);
 
 /* The parts of a kernel instance. They are constants wherever the kernel is inlined. */
 struct kernel_parts {
-    bool full;
-    bool slack;
+    bool has_full_profile;
+    bool has_slack;
     /* the tensions of the joints are given; damping of the soil is implicit in the step */
-    bool given;
-    bool braced; /* `given`, and in addition modifications act on nodes and joints */
-    enum sim_friction law;
-    double step_s; /* length of the step if `given`; not a compile-time constant */
+    bool are_tensions_given;
+    /* `are_tensions_given`, and in addition modifications act on nodes and joints */
+    bool has_braces;
+    enum sim_friction friction_law;
+    double step_s; /* length of the step if `are_tensions_given`; not a compile-time constant */
 };
 
 /* Angle of a mat and its rate. The ground, and a mat at rest outside the window, are flat. */
@@ -112,8 +113,8 @@ KERNEL_INLINE double kernel_tension_lb(const struct model *m, int j, const struc
     double rate = r->v - l->v;
     if (full)
         rate += m->half_ft * (l->w * l->s + r->w * r->s);
-    const struct law_joint joint = {m->kl, m->cl, m->slack_ft};
-    return joint_mode_force_lb(&joint, slack, slack ? m->joint[j] : 0, g, rate);
+    const struct law_joint joint = {m->kl_lb_ft, m->cl_lb_s_ft, m->slack_ft};
+    return joint_mode_force_lb(&joint, slack, slack ? m->joint_mode[j] : 0, g, rate);
 }
 
 KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct kernel_mat *r)
@@ -126,56 +127,58 @@ KERNEL_INLINE double kernel_turn_rad(const struct kernel_mat *l, const struct ke
 KERNEL_INLINE double kernel_moment_of(const struct model *m, int j, const struct kernel_mat *l,
                                       const struct kernel_mat *r, double kt)
 {
-    double wound = hinge_effective_turn_rad(m->torsion_jumps, m->torsion[j], kernel_turn_rad(l, r),
-                                            m->tad_rad);
-    return hinge_moment_lb_ft(kt, m->ct, wound, r->w - l->w);
+    double wound = hinge_effective_turn_rad(m->does_torsion_jump, m->torsion[j],
+                                            kernel_turn_rad(l, r), m->tad_rad);
+    return hinge_moment_lb_ft(kt, m->ct_lb_ft_s_rad, wound, r->w - l->w);
 }
 
 KERNEL_INLINE double kernel_moment(const struct model *m, int j, const struct kernel_mat *l,
                                    const struct kernel_mat *r)
 {
-    return kernel_moment_of(m, j, l, r, m->kt);
+    return kernel_moment_of(m, j, l, r, m->kt_lb_ft_rad);
 }
 
 KERNEL_INLINE double kernel_soil_lb(const struct model *m, const double *p, const double *v,
                                     int node)
 {
-    return m->contact[node] ? soil_lb(m->kv, m->cv, p[2 * node], v[2 * node]) : 0.0;
+    return m->contact[node] ? soil_lb(m->kv_lb_ft, m->cv_lb_s_ft, p[2 * node], v[2 * node]) : 0.0;
 }
 
 /* Force of the soil at a node with its own soil properties, as kernel_soil_lb. */
 KERNEL_INLINE double kernel_soil_at_lb(const struct model *m, const double *p, const double *v,
                                        int node)
 {
-    return m->contact[node] ? soil_lb(m->kv_at[node], m->cv_at[node], p[2 * node], v[2 * node])
-                            : 0.0;
+    return m->contact[node]
+             ? soil_lb(m->node_kv_lb_ft[node], m->node_cv_lb_s_ft[node], p[2 * node], v[2 * node])
+             : 0.0;
 }
 
 KERNEL_INLINE double kernel_limit_lb(const struct model *m, int n, double soil_l, double soil_r)
 {
     if (m->has_soil_normal)
-        return m->friction * (soil_l + soil_r);
-    return m->weight_friction_lb + (n == m->span.mat ? m->friction * m->wheel_load_lb : 0.0);
+        return m->friction_coefficient * (soil_l + soil_r);
+    return m->weight_friction_lb +
+           (n == m->span.mat ? m->friction_coefficient * m->wheel_load_lb : 0.0);
 }
 
 /* Prepares the values that kernel_slide_lb needs for the law tanh. */
 KERNEL_INLINE void kernel_prepare(const struct model *m, const double *v, enum sim_friction law)
 {
     if (law == SIM_FRICTION_TANH)
-        vector_tanh(v + 2 * m->first + 1, 1.0 / m->veps_ft_s, m->friction_tanh + m->first,
-                    m->last - m->first + 1);
+        vector_tanh(v + 2 * m->first_mat + 1, 1.0 / m->veps_ft_s, m->friction_tanh + m->first_mat,
+                    m->last_mat - m->first_mat + 1);
 }
 
 /* Force m u'' on a mat: the push x minus friction. */
 KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, double x,
                                      double soil_l, double soil_r, enum sim_friction law)
 {
-    if (law == SIM_FRICTION_STICK && m->slide[n] == 0)
+    if (law == SIM_FRICTION_STICK && m->slide_direction[n] == 0)
         return 0.0;
     if (law == SIM_FRICTION_NONE)
         return x;
     return x - friction_force_lb(law, kernel_limit_lb(m, n, soil_l, soil_r), v,
-                                 law == SIM_FRICTION_STICK ? m->slide[n] : 0,
+                                 law == SIM_FRICTION_STICK ? m->slide_direction[n] : 0,
                                  law == SIM_FRICTION_TANH ? m->friction_tanh[n] : 0.0);
 }
 
@@ -195,20 +198,21 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 #define KERNEL_DISPATCH(kernel, m, ...)                                \
     if ((m)->has_full_profile) {                                                   \
         if ((m)->slack_ft > 0.0) {                                     \
-            KERNEL_LAWS(kernel, true, true, (m)->law, m, __VA_ARGS__)  \
+            KERNEL_LAWS(kernel, true, true, (m)->friction_law, m, __VA_ARGS__)  \
         } else {                                                       \
-            KERNEL_LAWS(kernel, true, false, (m)->law, m, __VA_ARGS__) \
+            KERNEL_LAWS(kernel, true, false, (m)->friction_law, m, __VA_ARGS__) \
         }                                                              \
     } else if ((m)->slack_ft > 0.0) {                                  \
-        KERNEL_LAWS(kernel, false, true, (m)->law, m, __VA_ARGS__)     \
+        KERNEL_LAWS(kernel, false, true, (m)->friction_law, m, __VA_ARGS__)     \
     } else {                                                           \
-        KERNEL_LAWS(kernel, false, false, (m)->law, m, __VA_ARGS__)    \
+        KERNEL_LAWS(kernel, false, false, (m)->friction_law, m, __VA_ARGS__)    \
     }
 /* clang-format on */
 
 /* Computes the change of the rates of the nodes over a step of step_s, divided by step_s. The joint
  * tensions are model->given_lb, and the dampers of the soil act with the rates at the end of the
  * step. Entries for the mats are not valid. */
-void consistent_heave(const struct model *model, double step_s, const double *z, double *accel);
+void consistent_heave_rates(const struct model *model, double step_s, const double *z,
+                            double *accel);
 
 #endif

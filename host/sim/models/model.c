@@ -8,8 +8,8 @@
 #include "host/base/xmalloc.h"
 #include "host/sim/elements/mods.h"
 
-#define DEGREES    (180.0 / 3.14159265358979323846)
-#define START_EDGE 1e-12
+#define DEG_PER_RAD          (180.0 / 3.14159265358979323846)
+#define START_EDGE_TOLERANCE 1e-12
 
 static enum mr_status refuse_feature(const char *what, const char *instead,
                                      const struct sim_scene *scene, struct error *error)
@@ -86,14 +86,15 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
 /* Number of mats on which a load acts at once through the mass matrix. Its effect falls by a ratio
  * r per mat: (D - sqrt(D^2 - 4 B^2))/(2 |B|), with D on the diagonal of the matrix and B beside it.
  * 12 mats for mats as in the report; many if I is far above m L^2/4. */
-static int tail_mats(const struct model *m)
+static int load_tail_mat_count(const struct model *m)
 {
-    double quarter = 0.25 * m->mass_slug, turn = m->inertia / (m->length_ft * m->length_ft);
+    double quarter = 0.25 * m->mass_slug,
+           turn = m->inertia_slug_ft2 / (m->length_ft * m->length_ft);
     double diagonal = 2.0 * (quarter + turn), beside = fabs(quarter - turn);
     double ratio = 2.0 * beside / (diagonal + sqrt(diagonal * diagonal - 4.0 * beside * beside));
     if (!m->is_consistent || !(ratio > 0.0))
         return 1;
-    double mats = ceil(elementary_log(MODEL_TAIL) / elementary_log(ratio));
+    double mats = ceil(elementary_log(MODEL_TAIL_RATIO) / elementary_log(ratio));
     return mats < m->mats ? (int)mats : m->mats;
 }
 
@@ -105,44 +106,45 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .scene = s,
         .is_consistent = s->model == SIM_MODEL_CONSISTENT,
         .mats = s->mats,
-        .size = 2 * s->mats + 1,
+        .coordinate_count = 2 * s->mats + 1,
         .length_ft = s->length_ft,
         .half_ft = 0.5 * s->length_ft,
         .mass_slug = s->weight_lb / s->g_ft_s2,
-        .inertia = s->inertia_slug_ft2,
+        .inertia_slug_ft2 = s->inertia_slug_ft2,
         .weight_lb = s->weight_lb,
         .wheel_load_lb = s->wheel_load_lb,
-        .kv = s->kv_lb_ft,
-        .cv = s->cv_lb_s_ft,
-        .kl = s->kl_lb_ft,
-        .cl = s->cl_lb_s_ft,
-        .kt = s->kt_lb_ft_rad,
-        .ct = s->ct_lb_ft_s_rad,
-        .tad_rad = s->tad_deg / DEGREES,
+        .kv_lb_ft = s->kv_lb_ft,
+        .cv_lb_s_ft = s->cv_lb_s_ft,
+        .kl_lb_ft = s->kl_lb_ft,
+        .cl_lb_s_ft = s->cl_lb_s_ft,
+        .kt_lb_ft_rad = s->kt_lb_ft_rad,
+        .ct_lb_ft_s_rad = s->ct_lb_ft_s_rad,
+        .tad_rad = s->tad_deg / DEG_PER_RAD,
         .slack_ft = s->slack_ft,
-        .friction = s->friction,
+        .friction_coefficient = s->friction,
         .weight_friction_lb = s->friction * s->weight_lb,
         .veps_ft_s = s->veps_ft_s,
-        .shear_lb = s->shear_lb,
+        .lift_shear_lb = s->shear_lb,
         .q1_lb = s->q1_lb,
         .has_full_profile = s->profile == SIM_PROFILE_FULL,
-        .torsion_jumps = s->tad_mode == SIM_TAD_SWITCHED,
+        .does_torsion_jump = s->tad_mode == SIM_TAD_SWITCHED,
         .is_left_free = s->left != SIM_FIXED,
         .is_right_free = s->right != SIM_FIXED,
         .has_left_torsion = s->left_torsion == SIM_FREE,
         .has_right_torsion = s->right_torsion == SIM_FREE,
-        .law = s->friction > 0.0 ? s->friction_law : SIM_FRICTION_NONE,
+        .friction_law = s->friction > 0.0 ? s->friction_law : SIM_FRICTION_NONE,
         .elements = element_set_of(s),
-        .shear = s->shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
-                                                                        : s->lift_shear,
+        .lift_shear = s->shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
+                                                                             : s->lift_shear,
         .held_node = -1,
-        .last = s->mats - 1,
+        .last_mat = s->mats - 1,
         .rest_y_ft = s->model == SIM_MODEL_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
     };
-    m->has_soil_normal = m->law != SIM_FRICTION_NONE && s->friction_normal == SIM_NORMAL_SOIL;
+    m->has_soil_normal = m->friction_law != SIM_FRICTION_NONE &&
+                         s->friction_normal == SIM_NORMAL_SOIL;
     if (check_scene(s, grit, error) != MR_OK)
         return error->status;
-    m->load_tail_mats = tail_mats(m);
+    m->load_tail_mats = load_tail_mat_count(m);
     m->storage = xcalloc(5 * (nodes + 1), sizeof *m->storage);
     m->contact = xcalloc(5 * (nodes + 1), sizeof *m->contact);
     m->mass_upper = m->storage;
@@ -150,9 +152,9 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
     m->scratch = m->storage + 2 * (nodes + 1);
     m->friction_tanh = m->storage + 4 * (nodes + 1);
     m->torsion = m->contact + nodes + 1;
-    m->joint = m->torsion + nodes + 1;
-    m->slide = m->joint + nodes + 1;
-    m->lift = m->slide + nodes + 1;
+    m->joint_mode = m->torsion + nodes + 1;
+    m->slide_direction = m->joint_mode + nodes + 1;
+    m->lift_shear_sign = m->slide_direction + nodes + 1;
     if (span_list_make(&m->spans, s, error) != MR_OK)
         model_free(m);
     return error->status;
@@ -170,10 +172,10 @@ void model_free(struct model *m)
 void model_start(struct model *m, double *z)
 {
     const struct sim_scene *s = m->scene;
-    memset(z, 0, 2 * (size_t)m->size * sizeof *z);
-    m->first = 0;
+    memset(z, 0, 2 * (size_t)m->coordinate_count * sizeof *z);
+    m->first_mat = 0;
     m->held_node = -1;
-    m->last = m->mats - 1;
+    m->last_mat = m->mats - 1;
     for (int j = 0; j <= m->mats; j++) {
         z[2 * j] = m->rest_y_ft;
         size_t i = (size_t)(j + 1 - s->bump_first);
@@ -181,29 +183,30 @@ void model_start(struct model *m, double *z)
             z[2 * j] -= s->bump_ft.values[i];
     }
     double x = s->path_count > 0 ? s->path[0].x_ft : s->s0_ft;
-    double under = floor(x / s->length_ft + START_EDGE);
+    double under = floor(x / s->length_ft + START_EDGE_TOLERANCE);
     int mat = s->v0_mat > 0    ? s->v0_mat - 1
             : under < 0.0      ? 0
             : under >= m->mats ? m->mats - 1
                                : (int)under;
-    z[m->size + 2 * mat + 1] = s->v0_ft_s;
+    z[m->coordinate_count + 2 * mat + 1] = s->v0_ft_s;
     m->span = m->spans.spans[0];
-    m->quiet_steps = 0;
-    model_sample(m, 0.0, z);
-    model_prune(m, 0.0, z);
-    model_sample(m, 0.0, z);
+    m->rest_steps = 0;
+    model_sample_modes(m, 0.0, z);
+    model_choose_window(m, 0.0, z);
+    model_sample_modes(m, 0.0, z);
 }
 
 void model_enter_span(struct model *m, size_t at, double *z)
 {
     m->span = m->spans.spans[at];
     model_update_window(m, z);
-    model_settle(m, m->span.t0_s, z);
+    model_update_modes(m, m->span.t0_s, z);
 }
 
 struct element_mat model_element_mat(const struct model *m, const double *z, int n)
 {
-    return (struct element_mat){z[m->size + 2 * n + 1], m->contact[n] || m->contact[n + 1]};
+    return (struct element_mat){z[m->coordinate_count + 2 * n + 1],
+                                m->contact[n] || m->contact[n + 1]};
 }
 
 /* Adds the forces of the elements. The mass matrices of both models are diagonal along the runway,
@@ -211,8 +214,8 @@ struct element_mat model_element_mat(const struct model *m, const double *z, int
 static __attribute__((noinline)) void add_elements(const struct model *m, const double *z,
                                                    double *accel)
 {
-    for (int n = m->first; n <= m->last; n++) {
-        if (m->law != SIM_FRICTION_STICK || m->slide[n] != 0)
+    for (int n = m->first_mat; n <= m->last_mat; n++) {
+        if (m->friction_law != SIM_FRICTION_STICK || m->slide_direction[n] != 0)
             accel[2 * n + 1] += element_force_lb(&m->elements, model_element_mat(m, z, n)) /
                                 m->mass_slug;
     }
@@ -231,8 +234,8 @@ void model_rates(struct model *m, double t_s, const double *z, double *accel)
 
 double model_lift_ft(const struct model *m, const double *z, int *node_from_1)
 {
-    int apex = m->first;
-    for (int j = m->first; j <= m->last + 1; j++) {
+    int apex = m->first_mat;
+    for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         if (z[2 * j] < z[2 * apex])
             apex = j;
     }
@@ -244,7 +247,7 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
 {
     double worst = 0.0;
     *mat_from_1 = 1;
-    for (int n = m->first; n <= m->last; n++) {
+    for (int n = m->first_mat; n <= m->last_mat; n++) {
         double s = fabs(z[2 * n + 2] - z[2 * n]);
         if (!(s <= worst)) {
             worst = s;
@@ -252,55 +255,58 @@ double model_worst_angle_deg(const struct model *m, const double *z, int *mat_fr
         }
     }
     worst /= m->length_ft;
-    return worst < 1.0 ? elementary_asin(worst) * DEGREES : 90.0;
+    return worst < 1.0 ? elementary_asin(worst) * DEG_PER_RAD : 90.0;
 }
 
 #define POWER_ITERATIONS 300
 /* Number of mats that are enough, because all mats have the same parameters */
-#define RATE_MATS        64
+#define RATE_MATS_MAX    64
 
-double model_fastest_rate(struct model *m, const double *z, enum model_steps steps)
+double model_fastest_rate(struct model *m, const double *z, enum model_rate_kind steps)
 {
-    int mats = m->mats < RATE_MATS ? m->mats : RATE_MATS, last = m->last;
-    size_t size = 2 * (size_t)mats + 1, length = (size_t)m->size;
-    double *work = xcalloc(size * (3 * MODEL_ROW + BAND_WIDTH + 5) + length, sizeof *work);
+    int mats = m->mats < RATE_MATS_MAX ? m->mats : RATE_MATS_MAX, last = m->last_mat;
+    size_t size = 2 * (size_t)mats + 1, length = (size_t)m->coordinate_count;
+    double *work = xcalloc(size * (3 * MODEL_ROW_LENGTH + BANDED_ROW_LENGTH + 5) + length,
+                           sizeof *work);
     int *pivot = xcalloc(size, sizeof *pivot);
     signed char *kept = xmalloc(2 * ((size_t)mats + 1)); /* saved modes of contact and torsion */
     double rate = 0.0;
-    double *mass = work, *by_p = mass + size * MODEL_ROW, *by_v = by_p + size * MODEL_ROW;
-    double *lu = by_v + size * MODEL_ROW, *drift = lu + size * BAND_WIDTH;
+    double *mass = work, *by_p = mass + size * MODEL_ROW_LENGTH,
+           *by_v = by_p + size * MODEL_ROW_LENGTH;
+    double *lu = by_v + size * MODEL_ROW_LENGTH, *drift = lu + size * BANDED_ROW_LENGTH;
     double *x = drift + size, *accel = x + 4 * size, *y = x + 2 * size;
     size_t nodes = (size_t)mats + 1;
-    enum sim_friction law = m->law;
-    const double cv = m->cv, cl = m->cl, ct = m->ct, slack_ft = m->slack_ft, tad_rad = m->tad_rad;
+    enum sim_friction law = m->friction_law;
+    const double cv = m->cv_lb_s_ft, cl = m->cl_lb_s_ft, ct = m->ct_lb_ft_s_rad,
+                 slack_ft = m->slack_ft, tad_rad = m->tad_rad;
     int elements = m->elements.count;
-    m->last = mats - 1;
-    if (steps == MODEL_STAGGERED) {
-        m->cv = 0.0;
+    m->last_mat = mats - 1;
+    if (steps == MODEL_RATE_STAGGERED) {
+        m->cv_lb_s_ft = 0.0;
         m->elements.count = 0;
     }
     memcpy(kept, m->contact, nodes);
     memcpy(kept + nodes, m->torsion, nodes);
     memset(m->contact, 1, nodes);
-    if (steps == MODEL_SWINGS) {
-        m->cv = m->cl = m->ct = m->slack_ft = m->tad_rad = 0.0;
+    if (steps == MODEL_RATE_SPRINGS) {
+        m->cv_lb_s_ft = m->cl_lb_s_ft = m->ct_lb_ft_s_rad = m->slack_ft = m->tad_rad = 0.0;
         m->elements.count = 0;
         memset(m->torsion + 1, 1, nodes - 2); /* joints at the ends may have no torsion */
     }
     if (law == SIM_FRICTION_STICK || law == SIM_FRICTION_SIGN)
-        m->law = SIM_FRICTION_NONE; /* all mats slide: their friction is constant */
+        m->friction_law = SIM_FRICTION_NONE; /* all mats slide: their friction is constant */
     model_rates(m, m->span.t0_s, z, accel);
     model_linearise(m, m->span.t0_s, z, accel, mass, by_p, by_v, drift);
     memcpy(m->contact, kept, nodes);
     memcpy(m->torsion, kept + nodes, nodes);
-    m->law = law;
-    m->cv = cv;
-    m->cl = cl;
-    m->ct = ct;
+    m->friction_law = law;
+    m->cv_lb_s_ft = cv;
+    m->cl_lb_s_ft = cl;
+    m->ct_lb_ft_s_rad = ct;
     m->slack_ft = slack_ft;
     m->tad_rad = tad_rad;
-    m->last = last;
-    banded_load((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
+    m->last_mat = last;
+    banded_combine((int)size, 1.0, mass, 0.0, by_p, 0.0, by_v, lu);
     if (banded_factor((int)size, lu, pivot)) {
         double growth = 0.0;
         /* the start vector must have a component in every direction */
@@ -342,7 +348,7 @@ double model_fastest_rate(struct model *m, const double *z, enum model_steps ste
 
 void model_describe(const struct model *m, struct sim_result *result)
 {
-    if (m->law == SIM_FRICTION_NONE)
+    if (m->friction_law == SIM_FRICTION_NONE)
         sim_result_add_left_out(result, "friction (none)");
     if (m->slack_ft > 0.0 && has_grit(m->scene))
         sim_result_add_note(
@@ -351,7 +357,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_add_left_out(result, "slack (0)");
     if (!m->has_full_profile)
         sim_result_add_left_out(result, "shortening of tilted mats (profile low)");
-    if (!m->is_consistent && m->shear == SIM_SHEAR_NONE)
+    if (!m->is_consistent && m->lift_shear == SIM_SHEAR_NONE)
         sim_result_add_left_out(result, "lift shear (none)");
     if (m->wheel_load_lb == 0.0)
         sim_result_add_left_out(result, "wheel load (0)");
@@ -372,66 +378,69 @@ void model_describe(const struct model *m, struct sim_result *result)
  * motion has a tail ahead of the wave that falls faster than exponentially. The window then grows
  * while any of its GUARD_MATS outermost mats moves by more than REST_TOLERANCE. */
 
-#define GUARD_MATS      4
-#define CHUNK_MATS      8     /* smallest number of mats by which the window grows */
-#define REST_TOLERANCE  1e-13 /* multiplied by L for heights, by sqrt(g L) for speeds */
-#define SHRINK_STEPS    16    /* number of steps between attempts to shrink the window */
+#define GUARD_MATS             4
+#define WINDOW_GROWTH_MATS_MIN 8     /* smallest number of mats by which the window grows */
+#define REST_TOLERANCE         1e-13 /* multiplied by L for heights, by sqrt(g L) for speeds */
+#define STEPS_PER_SHRINK       16    /* number of steps between attempts to shrink the window */
 /* Smallest number of mats by which the window shrinks. A restart is not worthwhile for fewer. */
-#define MIN_SHRINK_MATS 4
+#define MIN_SHRINK_MATS        4
 
-static bool is_push_exact(const struct model *m)
+static bool do_mats_stick_exactly(const struct model *m)
 {
-    return m->law == SIM_FRICTION_STICK &&
+    return m->friction_law == SIM_FRICTION_STICK &&
            (m->elements.count == 0 || element_can_rest(&m->elements));
 }
 
 /* True if flat mats stay flat until a switch, as in the report model. */
-static bool is_shape_exact(const struct model *m)
+static bool do_flat_mats_stay_flat(const struct model *m)
 {
-    return !m->is_consistent && (m->tad_rad > 0.0 || (m->kt == 0.0 && m->ct == 0.0));
+    return !m->is_consistent &&
+           (m->tad_rad > 0.0 || (m->kt_lb_ft_rad == 0.0 && m->ct_lb_ft_s_rad == 0.0));
 }
 
 /* Number of mats by which the window grows. In the consistent model a load acts at once on all mats
  * that the mass matrix couples. */
-static int chunk_mats(const struct model *m)
+static int window_growth_mats(const struct model *m)
 {
-    return m->load_tail_mats > GUARD_MATS + CHUNK_MATS ? m->load_tail_mats - GUARD_MATS
-                                                       : CHUNK_MATS;
+    return m->load_tail_mats > GUARD_MATS + WINDOW_GROWTH_MATS_MIN ? m->load_tail_mats - GUARD_MATS
+                                                                   : WINDOW_GROWTH_MATS_MIN;
 }
 
-static double quiet_ft(const struct model *m)
+static double rest_height_limit_ft(const struct model *m)
 {
     return REST_TOLERANCE * m->length_ft;
 }
 
-static double quiet_ft_s(const struct model *m)
+static double rest_speed_limit_ft_s(const struct model *m)
 {
     return REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
 /* True if a mat is as flat as a mat outside the window. */
-static bool is_flat(const struct model *m, const double *z, int n)
+static bool is_mat_flat(const struct model *m, const double *z, int n)
 {
-    const double *v = z + m->size;
-    if (is_shape_exact(m))
+    const double *v = z + m->coordinate_count;
+    if (do_flat_mats_stay_flat(m))
         return z[2 * n] == z[2 * n + 2] && v[2 * n] == v[2 * n + 2];
     if (!m->is_consistent)
-        return fabs(z[2 * n + 2] - z[2 * n]) <= quiet_ft(m) &&
-               fabs(v[2 * n + 2] - v[2 * n]) <= quiet_ft_s(m);
-    return fabs(z[2 * n] - m->rest_y_ft) <= quiet_ft(m) &&
-           fabs(z[2 * n + 2] - m->rest_y_ft) <= quiet_ft(m) && fabs(v[2 * n]) <= quiet_ft_s(m) &&
-           fabs(v[2 * n + 2]) <= quiet_ft_s(m);
+        return fabs(z[2 * n + 2] - z[2 * n]) <= rest_height_limit_ft(m) &&
+               fabs(v[2 * n + 2] - v[2 * n]) <= rest_speed_limit_ft_s(m);
+    return fabs(z[2 * n] - m->rest_y_ft) <= rest_height_limit_ft(m) &&
+           fabs(z[2 * n + 2] - m->rest_y_ft) <= rest_height_limit_ft(m) &&
+           fabs(v[2 * n]) <= rest_speed_limit_ft_s(m) &&
+           fabs(v[2 * n + 2]) <= rest_speed_limit_ft_s(m);
 }
 
-static bool is_at_rest(const struct model *m, const double *z, int n)
+static bool is_mat_at_rest(const struct model *m, const double *z, int n)
 {
-    double v = z[m->size + 2 * n + 1];
-    return is_push_exact(m) ? v == 0.0 && m->slide[n] == 0 : fabs(v) <= quiet_ft_s(m);
+    double v = z[m->coordinate_count + 2 * n + 1];
+    return do_mats_stick_exactly(m) ? v == 0.0 && m->slide_direction[n] == 0
+                                    : fabs(v) <= rest_speed_limit_ft_s(m);
 }
 
 /* Finds the range of mats that the aircraft touches in this span. Returns false if there are
  * none. */
-static bool find_touched(const struct model *m, int *low, int *high)
+static bool find_loaded_mats(const struct model *m, int *low, int *high)
 {
     const struct span *span = &m->span;
     if (span->mat < 0)
@@ -441,15 +450,15 @@ static bool find_touched(const struct model *m, int *low, int *high)
         *low = span->share_mat < *low ? span->share_mat : *low;
         *high = span->share_mat + 1 > *high ? span->share_mat + 1 : *high;
     }
-    int more = m->is_consistent ? (m->wheel_load_lb > 0.0 ? m->load_tail_mats : GUARD_MATS)
-             : is_push_exact(m) ? 0
-                                : 1;
+    int more = m->is_consistent         ? (m->wheel_load_lb > 0.0 ? m->load_tail_mats : GUARD_MATS)
+             : do_mats_stick_exactly(m) ? 0
+                                        : 1;
     *low -= more;
     *high += more;
     return true;
 }
 
-static void clip_range(const struct model *m, int *first, int *last)
+static void clip_to_runway(const struct model *m, int *first, int *last)
 {
     if (*first < 0)
         *first = 0;
@@ -457,13 +466,14 @@ static void clip_range(const struct model *m, int *first, int *last)
         *last = m->mats - 1;
 }
 
-void model_fill(const struct model *m, double *z)
+void model_fill_outside_window(const struct model *m, double *z)
 {
-    double *v = z + m->size;
+    double *v = z + m->coordinate_count;
     for (int n = 0; n < m->mats; n++) {
-        if (n >= m->first && n <= m->last)
+        if (n >= m->first_mat && n <= m->last_mat)
             continue;
-        int edge = n < m->first ? m->first : m->last + 1, node = n < m->first ? n : n + 1;
+        int edge = n < m->first_mat ? m->first_mat : m->last_mat + 1,
+            node = n < m->first_mat ? n : n + 1;
         z[2 * n + 1] = m->rest_u_ft[n];
         v[2 * n + 1] = 0.0;
         z[2 * node] = m->is_consistent ? m->rest_y_ft : z[2 * edge];
@@ -473,40 +483,42 @@ void model_fill(const struct model *m, double *z)
 
 static void widen_window(struct model *m, double *z, int first, int last)
 {
-    int was_first = m->first, was_last = m->last;
-    clip_range(m, &first, &last);
+    int was_first = m->first_mat, was_last = m->last_mat;
+    clip_to_runway(m, &first, &last);
     for (int n = first; n <= last; n++) {
         if (n >= was_first && n <= was_last)
             continue;
         int edge = n < was_first ? was_first : was_last + 1, node = n < was_first ? n : n + 1;
         int joint = n < was_first ? n : n + 1;
         z[2 * n + 1] = m->rest_u_ft[n];
-        z[m->size + 2 * n + 1] = 0.0;
+        z[m->coordinate_count + 2 * n + 1] = 0.0;
         z[2 * node] = m->is_consistent ? m->rest_y_ft : z[2 * edge];
-        z[m->size + 2 * node] = m->is_consistent ? 0.0 : z[m->size + 2 * edge];
+        z[m->coordinate_count + 2 * node] = m->is_consistent ? 0.0
+                                                             : z[m->coordinate_count + 2 * edge];
         m->contact[node] = m->is_consistent ? 1 : m->contact[edge];
-        m->torsion[joint] = !(m->tad_rad > 0.0) && (m->kt > 0.0 || m->ct > 0.0) &&
+        m->torsion[joint] = !(m->tad_rad > 0.0) &&
+                            (m->kt_lb_ft_rad > 0.0 || m->ct_lb_ft_s_rad > 0.0) &&
                             !(joint == m->mats && m->has_right_torsion) &&
                             !(joint == 0 && m->has_left_torsion);
-        m->lift[n] = 0;
+        m->lift_shear_sign[n] = 0;
     }
-    m->first = first;
-    m->last = last;
+    m->first_mat = first;
+    m->last_mat = last;
 }
 
 static void narrow_window(struct model *m, double *z, int first, int last)
 {
-    for (int n = m->first; n <= m->last; n++) {
+    for (int n = m->first_mat; n <= m->last_mat; n++) {
         if (n < first || n > last)
             m->rest_u_ft[n] = z[2 * n + 1];
     }
-    m->first = first;
-    m->last = last;
+    m->first_mat = first;
+    m->last_mat = last;
     if (m->is_consistent) { /* the outermost nodes are held at rest */
         for (int node = first; node <= last + 1; node += last + 1 - first) {
             if ((node == first && first > 0) || (node == last + 1 && last < m->mats - 1)) {
                 z[2 * node] = m->rest_y_ft;
-                z[m->size + 2 * node] = 0.0;
+                z[m->coordinate_count + 2 * node] = 0.0;
             }
         }
     }
@@ -516,37 +528,43 @@ static void narrow_window(struct model *m, double *z, int first, int last)
 static void find_wanted_window(const struct model *m, const double *z, int *first, int *last)
 {
     int low, high;
-    *first = m->first;
-    *last = m->last;
-    if (find_touched(m, &low, &high)) {
+    *first = m->first_mat;
+    *last = m->last_mat;
+    if (find_loaded_mats(m, &low, &high)) {
         *first = low < *first ? low : *first;
         *last = high > *last ? high : *last;
     }
-    if (m->first > 0) {
-        if (m->slide[m->first - 1] != 0 || (is_shape_exact(m) && m->torsion[m->first] != 0))
-            *first = m->first - 1 < *first ? m->first - 1 : *first;
-        if (!m->is_consistent && !m->contact[m->first])
+    if (m->first_mat > 0) {
+        if (m->slide_direction[m->first_mat - 1] != 0 ||
+            (do_flat_mats_stay_flat(m) && m->torsion[m->first_mat] != 0))
+            *first = m->first_mat - 1 < *first ? m->first_mat - 1 : *first;
+        if (!m->is_consistent && !m->contact[m->first_mat])
             *first = 0; /* the apex can be any node up to m->first */
     }
-    if (m->last < m->mats - 1) {
-        if (m->slide[m->last + 1] != 0 || (is_shape_exact(m) && m->torsion[m->last + 1] != 0))
-            *last = m->last + 1 > *last ? m->last + 1 : *last;
-        if (m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 && m->apex + 1 > *last)
-            *last = m->apex + 1;
+    if (m->last_mat < m->mats - 1) {
+        if (m->slide_direction[m->last_mat + 1] != 0 ||
+            (do_flat_mats_stay_flat(m) && m->torsion[m->last_mat + 1] != 0))
+            *last = m->last_mat + 1 > *last ? m->last_mat + 1 : *last;
+        if (m->lift_shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 && m->apex_node + 1 > *last)
+            *last = m->apex_node + 1;
     }
-    if (is_push_exact(m) && is_shape_exact(m))
+    if (do_mats_stick_exactly(m) && do_flat_mats_stay_flat(m))
         return;
-    for (int k = 0; k < GUARD_MATS && m->first > 0; k++) {
-        int n = m->first + k;
-        if (n <= m->last && ((!is_push_exact(m) && !is_at_rest(m, z, n)) ||
-                             (!is_shape_exact(m) && !is_flat(m, z, n))))
-            *first = m->first - chunk_mats(m) < *first ? m->first - chunk_mats(m) : *first;
+    for (int k = 0; k < GUARD_MATS && m->first_mat > 0; k++) {
+        int n = m->first_mat + k;
+        if (n <= m->last_mat && ((!do_mats_stick_exactly(m) && !is_mat_at_rest(m, z, n)) ||
+                                 (!do_flat_mats_stay_flat(m) && !is_mat_flat(m, z, n))))
+            *first = m->first_mat - window_growth_mats(m) < *first
+                       ? m->first_mat - window_growth_mats(m)
+                       : *first;
     }
-    for (int k = 0; k < GUARD_MATS && m->last < m->mats - 1; k++) {
-        int n = m->last - k;
-        if (n >= m->first && ((!is_push_exact(m) && !is_at_rest(m, z, n)) ||
-                              (!is_shape_exact(m) && !is_flat(m, z, n))))
-            *last = m->last + chunk_mats(m) > *last ? m->last + chunk_mats(m) : *last;
+    for (int k = 0; k < GUARD_MATS && m->last_mat < m->mats - 1; k++) {
+        int n = m->last_mat - k;
+        if (n >= m->first_mat && ((!do_mats_stick_exactly(m) && !is_mat_at_rest(m, z, n)) ||
+                                  (!do_flat_mats_stay_flat(m) && !is_mat_flat(m, z, n))))
+            *last = m->last_mat + window_growth_mats(m) > *last
+                      ? m->last_mat + window_growth_mats(m)
+                      : *last;
     }
 }
 
@@ -554,68 +572,70 @@ static void find_wanted_window(const struct model *m, const double *z, int *firs
 static int count_idle_mats(const struct model *m, const double *z, bool at_first)
 {
     int count = 0, low = 0, high = 0;
-    bool any = find_touched(m, &low, &high);
-    for (; count < m->last - m->first; count++) {
-        int n = at_first ? m->first + count : m->last - count;
-        if ((any && n >= low && n <= high) || !is_at_rest(m, z, n) || !is_flat(m, z, n) ||
-            (is_shape_exact(m) &&
+    bool any = find_loaded_mats(m, &low, &high);
+    for (; count < m->last_mat - m->first_mat; count++) {
+        int n = at_first ? m->first_mat + count : m->last_mat - count;
+        if ((any && n >= low && n <= high) || !is_mat_at_rest(m, z, n) || !is_mat_flat(m, z, n) ||
+            (do_flat_mats_stay_flat(m) &&
              (m->torsion[n] || m->torsion[n + 1] || !m->contact[n] || !m->contact[n + 1])))
             break;
     }
-    if (!at_first && m->shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 &&
-        m->last - count < m->apex + 1)
-        count = m->last - m->apex - 1;
-    return count - (is_push_exact(m) && is_shape_exact(m) ? 1 : chunk_mats(m));
+    if (!at_first && m->lift_shear != SIM_SHEAR_NONE && m->lifted_nodes > 0 &&
+        m->last_mat - count < m->apex_node + 1)
+        count = m->last_mat - m->apex_node - 1;
+    return count -
+           (do_mats_stick_exactly(m) && do_flat_mats_stay_flat(m) ? 1 : window_growth_mats(m));
 }
 
 bool model_update_window(struct model *m, double *z)
 {
     int first, last;
-    if (!m->prunes)
+    if (!m->can_leave_out_mats)
         return false;
     find_wanted_window(m, z, &first, &last);
-    clip_range(m, &first, &last);
-    if (first != m->first || last != m->last) {
+    clip_to_runway(m, &first, &last);
+    if (first != m->first_mat || last != m->last_mat) {
         widen_window(m, z, first, last);
         return true;
     }
-    if (++m->quiet_steps < SHRINK_STEPS)
+    if (++m->rest_steps < STEPS_PER_SHRINK)
         return false;
-    m->quiet_steps = 0;
+    m->rest_steps = 0;
     int at_first = count_idle_mats(m, z, true), at_last = count_idle_mats(m, z, false);
     at_first = at_first >= MIN_SHRINK_MATS ? at_first : 0;
     at_last = at_last >= MIN_SHRINK_MATS ? at_last : 0;
-    if (at_first + at_last == 0 || at_first + at_last > m->last - m->first)
+    if (at_first + at_last == 0 || at_first + at_last > m->last_mat - m->first_mat)
         return false;
-    narrow_window(m, z, m->first + at_first, m->last - at_last);
+    narrow_window(m, z, m->first_mat + at_first, m->last_mat - at_last);
     return true;
 }
 
-void model_prune(struct model *m, double t_s, const double *z)
+void model_choose_window(struct model *m, double t_s, const double *z)
 {
     int first = m->mats, last = -1, low, high;
-    if (!m->prunes)
+    if (!m->can_leave_out_mats)
         return;
     for (int n = 0; n < m->mats; n++) {
-        bool pushed = is_push_exact(m) ? m->slide[n] != 0 : model_push_lb(m, t_s, z, n) != 0.0;
+        bool pushed = do_mats_stick_exactly(m) ? m->slide_direction[n] != 0
+                                               : model_push_lb(m, t_s, z, n) != 0.0;
         m->rest_u_ft[n] = z[2 * n + 1];
-        if (pushed || !is_at_rest(m, z, n) || !is_flat(m, z, n) ||
+        if (pushed || !is_mat_at_rest(m, z, n) || !is_mat_flat(m, z, n) ||
             (!m->is_consistent && (!m->contact[n] || !m->contact[n + 1]))) {
             first = n < first ? n : first;
             last = n;
         }
     }
-    if (find_touched(m, &low, &high)) {
+    if (find_loaded_mats(m, &low, &high)) {
         first = low < first ? low : first;
         last = high > last ? high : last;
     }
     if (last < 0)
         first = last = 0;
-    if (!is_push_exact(m) || !is_shape_exact(m)) {
-        first -= chunk_mats(m);
-        last += chunk_mats(m);
+    if (!do_mats_stick_exactly(m) || !do_flat_mats_stay_flat(m)) {
+        first -= window_growth_mats(m);
+        last += window_growth_mats(m);
     }
-    clip_range(m, &first, &last);
-    m->first = first;
-    m->last = last;
+    clip_to_runway(m, &first, &last);
+    m->first_mat = first;
+    m->last_mat = last;
 }

@@ -12,8 +12,8 @@
  *
  * Every law with a switch (contact, torsion, slack, stick-slip, lift shear) is evaluated in its
  * present mode. A mode is valid while its margin is >= 0 (model_margin). A solver that locates
- * switches sees smooth right-hand sides between them; a solver that samples them calls model_sample
- * before every evaluation.
+ * switches sees smooth right-hand sides between them; a solver that samples them calls
+ * model_sample_modes before every evaluation.
  *
  * One owner, one thread; the scene must outlive the model. */
 #ifndef MATRIG_HOST_SIM_MODELS_MODEL_H
@@ -27,9 +27,9 @@
 #include "host/sim/elements/element.h"
 #include "host/sim/elements/wheel.h"
 
-#define MODEL_BAND 4 /* half-bandwidth of mass matrix and Jacobians in p */
-#define MODEL_ROW  (2 * MODEL_BAND + 1)
-#define MODEL_TAIL 3e-8
+#define MODEL_HALF_BANDWIDTH 4 /* half-bandwidth of mass matrix and Jacobians in p */
+#define MODEL_ROW_LENGTH     (2 * MODEL_HALF_BANDWIDTH + 1)
+#define MODEL_TAIL_RATIO     3e-8
 
 enum model_switch_kind {
     MODEL_CONTACT,
@@ -50,18 +50,19 @@ struct model {
     const struct sim_scene *scene;
     bool is_consistent;
     int mats;
-    int size;
-    double length_ft, half_ft, mass_slug, inertia, weight_lb, wheel_load_lb;
-    double kv, cv, kl, cl, kt, ct, tad_rad, slack_ft;
-    double friction, weight_friction_lb, veps_ft_s, shear_lb, q1_lb;
-    bool has_full_profile; /* true: the key profile of the scene is full */
-    bool torsion_jumps;    /* true: the key torsion of the scene is `switched` */
+    int coordinate_count;
+    double length_ft, half_ft, mass_slug, inertia_slug_ft2, weight_lb, wheel_load_lb;
+    double kv_lb_ft, cv_lb_s_ft, kl_lb_ft, cl_lb_s_ft, kt_lb_ft_rad, ct_lb_ft_s_rad, tad_rad,
+        slack_ft;
+    double friction_coefficient, weight_friction_lb, veps_ft_s, lift_shear_lb, q1_lb;
+    bool has_full_profile;  /* true: the key profile of the scene is full */
+    bool does_torsion_jump; /* true: the key torsion of the scene is `switched` */
     bool has_soil_normal;
     bool is_left_free, is_right_free;
     /* false: the joint at that end of the runway transmits no moment */
     bool has_left_torsion, has_right_torsion;
-    enum sim_friction law;     /* friction law; SIM_FRICTION_NONE if f = 0 */
-    enum sim_lift_shear shear; /* lift shear; SIM_SHEAR_NONE if V = 0 or the model has none */
+    enum sim_friction friction_law; /* friction law; SIM_FRICTION_NONE if f = 0 */
+    enum sim_lift_shear lift_shear; /* lift shear; SIM_SHEAR_NONE if V = 0 or the model has none */
     struct element_set elements;
     struct span_list spans;
     struct span span; /* present span */
@@ -69,11 +70,12 @@ struct model {
     /* Modes. */
     signed char *contact; /* for each node: true if the soil acts on it */
     signed char *torsion; /* for each joint: -1, 0 (free), 1 */
-    signed char *joint;   /* for each joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
-    signed char *slide;   /* for each mat: -1, 0 (stuck), 1; law stick only */
-    signed char *lift;    /* for each mat: sign of its lift shear */
-    int lifted_nodes;     /* number of nodes out of contact */
-    int apex;             /* number of the highest node; valid while lifted_nodes > 0 */
+    /* for each joint: -1 pressed, 0 open, 1 hooked; always 0 without slack */
+    signed char *joint_mode;
+    signed char *slide_direction; /* for each mat: -1, 0 (stuck), 1; law stick only */
+    signed char *lift_shear_sign; /* for each mat: sign of its lift shear */
+    int lifted_nodes;             /* number of nodes out of contact */
+    int apex_node;                /* number of the highest node; valid while lifted_nodes > 0 */
 
     /* Node that is held at the edge of contact (report model); -1: none. The lift shear of a mat
      * acts only while its right end is off the ground, and may press the end down again at once.
@@ -82,37 +84,38 @@ struct model {
      * is off the ground for a share of the time, and the mats on both sides get this share of the
      * lift that they have while it is off the ground. */
     int held_node;
-    signed char held_lift
+    signed char held_lift_shear_signs
         [2]; /* lifts of the mats on both sides of the held node while it is off the ground */
 
     /* The window: the mats that are integrated. The other mats are flat, at rest, and have constant
      * displacements (model.c). */
-    bool prunes; /* true: mats may be left out; set before model_start */
-    int first, last;
+    bool can_leave_out_mats; /* true: mats may be left out; set before model_start */
+    int first_mat, last_mat;
     double *rest_u_ft; /* for each mat outside the window: its displacement */
     double rest_y_ft;  /* height of a node at rest under the weight of its mats */
     /* Consistent model: number of mats over which the effect of a sudden load on the heights falls
-     * by the factor MODEL_TAIL. */
+     * by the factor MODEL_TAIL_RATIO. */
     int load_tail_mats;
-    int quiet_steps;
+    int rest_steps;
     double *storage;
-    double *scratch;       /* `size` values, for temporary use */
+    double *scratch;       /* `coordinate_count` values, for temporary use */
     double *mass_upper;    /* consistent model: upper diagonal of the factored mass matrix */
     double *friction_tanh; /* for each mat: tanh of its speed over veps */
     /* The next fields are set by an engine with fixed steps that computes the joints' tensions and
-     * uses the model only for the vertical motion (consistent_heave; solvers/planar_engine.c).
-     * Heights in z are then above the ground under each node, and a mat at rest is turned by its
-     * tilt: the height of the ground under its left end minus that under its right end. */
+     * uses the model only for the vertical motion (consistent_heave_rates;
+     * solvers/planar_engine.c). Heights in z are then above the ground under each node, and a mat
+     * at rest is turned by its tilt: the height of the ground under its left end minus that under
+     * its right end. */
     const double *tilt_ft; /* for each mat: tilt; NULL: level ground */
     double max_tilt_ft;
     /* For each mat: tilt at rest, including the settlement of soft nodes. NULL: level. */
     const double *rest_tilt_ft;
     /* Soil of each node, hinge of each joint, and mass of each mat / mass_slug. NULL: equal
      * everywhere. */
-    const double *kv_at, *cv_at, *kt_at, *mass_ratio;
+    const double *node_kv_lb_ft, *node_cv_lb_s_ft, *joint_kt_lb_ft_rad, *mass_ratio;
     const double *given_tension_lb; /* tension of each joint */
     /* force of the modifications on each node and moment on each joint; NULL: none */
-    const double *brace_lb, *brace_lb_ft;
+    const double *brace_force_lb, *brace_moment_lb_ft;
     uint64_t evaluations;
 };
 
@@ -130,7 +133,7 @@ void model_start(struct model *model, double *z);
 void model_enter_span(struct model *model, size_t at, double *z);
 
 /* Chooses the first window. Called by model_start. */
-void model_prune(struct model *model, double t_s, const double *z);
+void model_choose_window(struct model *model, double t_s, const double *z);
 
 /* Call after a step or an event: adds mats that begin to move to the window, and removes mats that
  * have come to rest. Returns true if the window has changed; the stored history of a stepper is
@@ -138,24 +141,24 @@ void model_prune(struct model *model, double t_s, const double *z);
 bool model_update_window(struct model *model, double *z);
 
 /* Writes the mats outside the window into z, for callers that use all mats. */
-void model_fill(const struct model *model, double *z);
+void model_fill_outside_window(const struct model *model, double *z);
 
 /* Accelerations p'' at (t, z) in the present modes; 0 for stuck mats, NaN for an angle of 90
  * degrees or more. */
 void model_rates(struct model *model, double t_s, const double *z, double *accel);
 
 /* Linearisation at (t, z) with accelerations `accel`: rows of M, dR/dp and dR/dv for the residual R
- * = force(t, p, v) - M(p) accel; entry (i, k) is at [i * MODEL_ROW + k - i + MODEL_BAND]. dR/dt is
- * written to `drift`. */
+ * = force(t, p, v) - M(p) accel; entry (i, k) is at [i * MODEL_ROW_LENGTH + k - i +
+ * MODEL_HALF_BANDWIDTH]. dR/dt is written to `drift`. */
 void model_linearise(struct model *model, double t_s, const double *z, const double *accel,
-                     double *mass, double *by_p, double *by_v, double *drift);
+                     double *mass, double *dr_dp, double *dr_dv, double *drift);
 
 /* State of mat n (from 0) for the elements. */
 struct element_mat model_element_mat(const struct model *model, const double *z, int mat);
 
 /* Horizontal force X_n and friction limit C_n on mat n (from 0). */
 double model_push_lb(const struct model *model, double t_s, const double *z, int mat);
-double model_limit_lb(const struct model *model, const double *z, int mat);
+double model_friction_limit_lb(const struct model *model, const double *z, int mat);
 
 /* Present margin of one switch. It is negative if the mode no longer fits the state. */
 double model_margin(const struct model *model, double t_s, const double *z, struct model_switch s);
@@ -179,37 +182,38 @@ void model_apply_switch(struct model *model, double t_s, double *z, struct model
 
 /* Call after changes of modes. Tests mats at rest for sticking again, and updates the lift shear
  * and the counts. */
-void model_settle(struct model *model, double t_s, const double *z);
+void model_update_modes(struct model *model, double t_s, const double *z);
 
 /* Sets every mode except stick-slip from the state. */
-void model_sample_shape(struct model *model, const double *z);
+void model_sample_shape_modes(struct model *model, const double *z);
 
 /* Sets every mode from the state. */
-void model_sample(struct model *model, double t_s, const double *z);
+void model_sample_modes(struct model *model, double t_s, const double *z);
 
 /* Outputs. Angles are in degrees. */
 double model_lift_ft(const struct model *model, const double *z, int *node_from_1);
 double model_worst_angle_deg(const struct model *model, const double *z, int *mat_from_1);
 
 /* Largest rate of the linearised equations with every node in contact, 1/s (power iteration), which
- * limits explicit steps. MODEL_STAGGERED leaves out the parts that staggered steps treat implicitly
- * or exactly: the soil's dampers and the elements of the table. MODEL_SWINGS: only the springs,
- * with every joint and hinge engaged, which gives the shortest time in which a colliding part can
- * swing back. */
-enum model_steps { MODEL_EXPLICIT, MODEL_STAGGERED, MODEL_SWINGS };
-double model_fastest_rate(struct model *model, const double *z, enum model_steps steps);
+ * limits explicit steps. MODEL_RATE_STAGGERED leaves out the parts that staggered steps treat
+ * implicitly or exactly: the soil's dampers and the elements of the table. MODEL_RATE_SPRINGS: only
+ * the springs, with every joint and hinge engaged, which gives the shortest time in which a
+ * colliding part can swing back. */
+enum model_rate_kind { MODEL_RATE_EXPLICIT, MODEL_RATE_STAGGERED, MODEL_RATE_SPRINGS };
+double model_fastest_rate(struct model *model, const double *z, enum model_rate_kind steps);
 
 void model_describe(const struct model *model, struct sim_result *result);
 
-/* Solution of linear systems with the banded matrices of a model, half-bandwidth MODEL_BAND, by
- * elimination with pivoting, in O(n). */
+/* Solution of linear systems with the banded matrices of a model, half-bandwidth
+ * MODEL_HALF_BANDWIDTH, by elimination with pivoting, in O(n). */
 
-#define BAND_WIDTH (3 * MODEL_BAND + 1) /* row length; includes the elements that pivoting adds */
+/* row length; includes the elements that pivoting adds */
+#define BANDED_ROW_LENGTH (3 * MODEL_HALF_BANDWIDTH + 1)
 
-/* Computes a = x mass + y by_p + z by_v, with rows in the layout of banded_factor: entry (i, k) is
- * at [i BAND_WIDTH + k - i + MODEL_BAND]. */
-void banded_load(int size, double x, const double *mass, double y, const double *by_p, double z,
-                 const double *by_v, double *a);
+/* Computes a = x mass + y dr_dp + z dr_dv, with rows in the layout of banded_factor: entry (i, k)
+ * is at [i BANDED_ROW_LENGTH + k - i + MODEL_HALF_BANDWIDTH]. */
+void banded_combine(int size, double x, const double *mass, double y, const double *dr_dp, double z,
+                    const double *dr_dv, double *a);
 
 /* Factors in place. Returns false if the matrix is singular or not finite. */
 bool banded_factor(int size, double *a, int *pivot);

@@ -75,7 +75,7 @@ void sim_result_free(struct sim_result *result)
 
 /* ---- record of outputs ---- */
 
-#define EVEN_TIMES 64
+#define EVENLY_SPACED_TIMES 64
 
 static int compare_times(const void *a, const void *b)
 {
@@ -100,7 +100,7 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
     double end_s = sim_scene_end_s(scene);
     *record = (struct sim_record){.mats = scene->mats,
                                   .end_s = end_s,
-                                  .snapshot_count = EVEN_TIMES + outputs,
+                                  .snapshot_count = EVENLY_SPACED_TIMES + outputs,
                                   .lift_node = 1};
     if (options->sample_dt_s > 0.0) {
         record->sample_dt_s = options->sample_dt_s;
@@ -118,11 +118,11 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
         int mat = (int)floor(options->station_ft[s] / scene->length_ft + 1e-9) + 1;
         record->station_mat[s] = mat > scene->mats ? scene->mats : mat;
     }
-    for (size_t i = 0; i < EVEN_TIMES; i++)
-        record->snapshots[i] = (struct sim_snapshot){.t_s = end_s * (double)(i + 1) / EVEN_TIMES,
-                                                     .output_index = -1};
+    for (size_t i = 0; i < EVENLY_SPACED_TIMES; i++)
+        record->snapshots[i] = (struct sim_snapshot){
+            .t_s = end_s * (double)(i + 1) / EVENLY_SPACED_TIMES, .output_index = -1};
     for (size_t i = 0; i < outputs; i++)
-        record->snapshots[EVEN_TIMES + i] = (struct sim_snapshot){
+        record->snapshots[EVENLY_SPACED_TIMES + i] = (struct sim_snapshot){
             .t_s = scene->t_out_s.count > 0 ? scene->t_out_s.values[i] : end_s,
             .output_index = (int)i};
     qsort(record->snapshots, record->snapshot_count, sizeof *record->snapshots, compare_times);

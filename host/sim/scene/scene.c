@@ -11,237 +11,249 @@
 #include "host/base/quantity.h"
 #include "host/base/xmalloc.h"
 
-static const char *const models[] = {"report", "consistent", "chain", NULL};
-static const char *const tad_modes[] = {"deadband", "switched", NULL};
-static const char *const profiles[] = {"low", "full", NULL};
-static const char *const ends[] = {"free", "fixed", "spring", "weight", NULL};
-static const char *const turning_ends[] = {"free", "fixed", NULL};
-static const char *const thrusts[] = {"jump", "linear", NULL};
-static const char *const frictions[] = {"stick", "tanh", "sign", "none", NULL};
-static const char *const normals[] = {"weight", "soil", NULL};
-static const char *const overs[] = {"joints", "rivets", NULL};
-static const char *const shears[] = {"rising", "none", "following", "both", NULL};
+static const char *const model_names[] = {"report", "consistent", "chain", NULL};
+static const char *const tad_mode_names[] = {"deadband", "switched", NULL};
+static const char *const profile_names[] = {"low", "full", NULL};
+static const char *const end_names[] = {"free", "fixed", "spring", "weight", NULL};
+static const char *const end_torsion_names[] = {"free", "fixed", NULL};
+static const char *const thrust_names[] = {"jump", "linear", NULL};
+static const char *const friction_names[] = {"stick", "tanh", "sign", "none", NULL};
+static const char *const friction_normal_names[] = {"weight", "soil", NULL};
+static const char *const band_over_names[] = {"joints", "rivets", NULL};
+static const char *const lift_shear_names[] = {"rising", "none", "following", "both", NULL};
 
-#define FIELD(field) offsetof(struct sim_scene, field)
-#define RANGE(name, field, low, high, above, unit, meaning)                        \
-    {                                                                              \
-        name, SIM_KEY_REAL, FIELD(field), low, high, above, NULL, unit, meaning, 0 \
+#define SCENE_OFFSET(field) offsetof(struct sim_scene, field)
+#define RANGE_KEY(name, field, low, high, above, unit, meaning)                           \
+    {                                                                                     \
+        name, SIM_KEY_REAL, SCENE_OFFSET(field), low, high, above, NULL, unit, meaning, 0 \
     }
-#define ANY(name, field, unit, meaning) \
-    RANGE(name, field, -SIM_VALUE_MAX, SIM_VALUE_MAX, false, unit, meaning)
-#define NOT_NEGATIVE(name, field, unit, meaning) \
-    RANGE(name, field, 0.0, SIM_VALUE_MAX, false, unit, meaning)
-#define POSITIVE(name, field, unit, meaning) \
-    RANGE(name, field, 0.0, SIM_VALUE_MAX, true, unit, meaning)
-#define LIMIT(name, field, unit, meaning) \
-    RANGE(name, field, 0.0, (double)INFINITY, false, unit, meaning)
-#define INTEGER(name, field, low, high, unit, meaning)                                \
-    {                                                                                 \
-        name, SIM_KEY_INTEGER, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+#define REAL_KEY(name, field, unit, meaning) \
+    RANGE_KEY(name, field, -SIM_VALUE_MAX, SIM_VALUE_MAX, false, unit, meaning)
+#define NOT_NEGATIVE_KEY(name, field, unit, meaning) \
+    RANGE_KEY(name, field, 0.0, SIM_VALUE_MAX, false, unit, meaning)
+#define POSITIVE_KEY(name, field, unit, meaning) \
+    RANGE_KEY(name, field, 0.0, SIM_VALUE_MAX, true, unit, meaning)
+#define LIMIT_KEY(name, field, unit, meaning) \
+    RANGE_KEY(name, field, 0.0, (double)INFINITY, false, unit, meaning)
+#define INT_KEY(name, field, low, high, unit, meaning)                                       \
+    {                                                                                        \
+        name, SIM_KEY_INTEGER, SCENE_OFFSET(field), low, high, false, NULL, unit, meaning, 0 \
     }
-#define CHOICE(name, field, choices, meaning)                                        \
-    {                                                                                \
-        name, SIM_KEY_CHOICE, FIELD(field), 0.0, 0.0, false, choices, "", meaning, 0 \
+#define CHOICE_KEY(name, field, choices, meaning)                                           \
+    {                                                                                       \
+        name, SIM_KEY_CHOICE, SCENE_OFFSET(field), 0.0, 0.0, false, choices, "", meaning, 0 \
     }
-#define LIST(name, field, kind, low, high, unit, meaning)                  \
-    {                                                                      \
-        name, kind, FIELD(field), low, high, false, NULL, unit, meaning, 0 \
+#define LIST_KEY(name, field, kind, low, high, unit, meaning)                     \
+    {                                                                             \
+        name, kind, SCENE_OFFSET(field), low, high, false, NULL, unit, meaning, 0 \
     }
 
 /* A key whose value is a number, or values along the runway. */
-#define ALONG(name, field, which, low, above, unit, meaning)                              \
-    {                                                                                     \
-        name, SIM_KEY_REAL, FIELD(field), low, SIM_VALUE_MAX, above, NULL, unit, meaning, \
-            FIELD(along[which])                                                           \
+#define VARIED_KEY(name, field, which, low, above, unit, meaning)                                \
+    {                                                                                            \
+        name, SIM_KEY_REAL, SCENE_OFFSET(field), low, SIM_VALUE_MAX, above, NULL, unit, meaning, \
+            SCENE_OFFSET(along[which])                                                           \
     }
 
-#define BANDS(name, prefix, i)                                                                    \
-    NOT_NEGATIVE(name, mods.band[i].count, "", "number of bands on the strip"),                   \
-        POSITIVE(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"),       \
-        POSITIVE(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),                 \
-        INTEGER(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                      \
+#define BAND_KEYS(name, prefix, i)                                                                \
+    NOT_NEGATIVE_KEY(name, mods.band[i].count, "", "number of bands on the strip"),               \
+        POSITIVE_KEY(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"),   \
+        POSITIVE_KEY(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),             \
+        INT_KEY(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                      \
                 "spacing of the rivets along the runway"),                                        \
-        INTEGER(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
-        INTEGER(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
+        INT_KEY(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
+        INT_KEY(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
                 "last mat that may be riveted"),                                                  \
-        LIST(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "lb", \
-             "initial tension of a band"),                                                        \
-        RANGE(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",             \
-              "stiffness of each anchor"),                                                        \
-        LIMIT(prefix "grip", mods.band[i].grip_lb, "lb",                                          \
-              "force at which a connection of band and mat slips"),                               \
-        LIMIT(prefix "pull", mods.band[i].pull_lb, "lb",                                          \
-              "force perpendicular to the mat that pulls a rivet out"),                           \
-        RANGE(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",             \
-              "slip after which a rivet hole is worn out"),                                       \
-        RANGE(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                       \
-              "rotation of a riveted mat under the wheel"),                                       \
-        NOT_NEGATIVE(prefix "alpha", mods.band[i].alpha_f, "1/F",                                 \
-                     "coefficient of thermal expansion"),                                         \
-        ANY(prefix "dT", mods.band[i].warming_degf, "F",                                          \
-            "temperature rise since the band had the tension band_T0"),                           \
-        CHOICE(prefix "over", mods.band[i].over, overs,                                           \
-               "where the band acts: on all joints, or on the rivets only"),                      \
-        LIST(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_VALUE_MAX, "ft",  \
-             "initial slip of each riveted mat"),                                                 \
-        LIST(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",          \
-             "mats whose rivets are pulled out at the start")
+        LIST_KEY(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX,   \
+                 "lb", "initial tension of a band"),                                              \
+        RANGE_KEY(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",         \
+                  "stiffness of each anchor"),                                                    \
+        LIMIT_KEY(prefix "grip", mods.band[i].grip_lb, "lb",                                      \
+                  "force at which a connection of band and mat slips"),                           \
+        LIMIT_KEY(prefix "pull", mods.band[i].pull_lb, "lb",                                      \
+                  "force perpendicular to the mat that pulls a rivet out"),                       \
+        RANGE_KEY(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",         \
+                  "slip after which a rivet hole is worn out"),                                   \
+        RANGE_KEY(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                   \
+                  "rotation of a riveted mat under the wheel"),                                   \
+        NOT_NEGATIVE_KEY(prefix "alpha", mods.band[i].alpha_f, "1/F",                             \
+                         "coefficient of thermal expansion"),                                     \
+        REAL_KEY(prefix "dT", mods.band[i].warming_degf, "F",                                     \
+                 "temperature rise since the band had the tension band_T0"),                      \
+        CHOICE_KEY(prefix "over", mods.band[i].over, band_over_names,                             \
+                   "where the band acts: on all joints, or on the rivets only"),                  \
+        LIST_KEY(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_VALUE_MAX,    \
+                 "ft", "initial slip of each riveted mat"),                                       \
+        LIST_KEY(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",      \
+                 "mats whose rivets are pulled out at the start")
 
-#define RESTRAINT(prefix, i, place, force)                                                       \
-    INTEGER(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",                 \
-            "spacing of the " force "; 0: none"),                                                \
-        INTEGER(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,                 \
-                "first " place " with this restraint"),                                          \
-        NOT_NEGATIVE(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft", "stiffness of the spring"), \
-        NOT_NEGATIVE(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),             \
-        LIMIT(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),                  \
-        LIST(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_VALUE_MAX,            \
-             SIM_VALUE_MAX, "ft",                                                                \
-             "position of each restraint at which its spring exerts no force")
+#define RESTRAINT_KEYS(prefix, i, place, force)                                           \
+    INT_KEY(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",          \
+            "spacing of the " force "; 0: none"),                                         \
+        INT_KEY(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,          \
+                "first " place " with this restraint"),                                   \
+        NOT_NEGATIVE_KEY(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft",                  \
+                         "stiffness of the spring"),                                      \
+        NOT_NEGATIVE_KEY(prefix "C", mods.restraint[i].c_lb_s_ft, "lb s/ft", "damping"),  \
+        LIMIT_KEY(prefix "grip", mods.restraint[i].grip_lb, "lb", "largest force"),       \
+        LIST_KEY(prefix "zero", mods.restraint[i].zero_ft, SIM_KEY_PARTS, -SIM_VALUE_MAX, \
+                 SIM_VALUE_MAX, "ft",                                                     \
+                 "position of each restraint at which its spring exerts no force")
 
 static const struct sim_key keys[] = {
-    {"name", SIM_KEY_TEXT, FIELD(name), 0.0, 0.0, false, NULL, "", "title", 0},
-    CHOICE("model", model, models, "model equations"),
-    INTEGER("N", mats, 1, SIM_MATS_MAX, "", "number of mats"),
-    POSITIVE("L", length_ft, "ft", "length of a mat along the runway"),
-    ALONG("W", weight_lb, SIM_ALONG_W, 0.0, true, "lb", "weight of a mat: number or list by mat"),
-    POSITIVE("g", g_ft_s2, "ft/s2", "gravity"),
-    POSITIVE("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
-    ALONG("KV", kv_lb_ft, SIM_ALONG_KV, 0.0, false, "lb/ft",
-          "stiffness of the soil under a node (report) or mat end (consistent): number or list "
-          "by node"),
-    ALONG("CV", cv_lb_s_ft, SIM_ALONG_CV, 0.0, false, "lb s/ft",
-          "damping of the soil under a node or mat end: number or list by node"),
-    ALONG("KL", kl_lb_ft, SIM_ALONG_KL, 0.0, true, "lb/ft",
-          "stiffness of a joint along the runway: number or list by joint"),
-    NOT_NEGATIVE("CL", cl_lb_s_ft, "lb s/ft", "damping of a joint along the runway"),
-    ALONG("KT", kt_lb_ft_rad, SIM_ALONG_KT, 0.0, false, "ft lb/rad",
-          "stiffness of a joint in torsion: number or list by joint"),
-    NOT_NEGATIVE("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damping of a joint in torsion"),
-    RANGE("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
-    CHOICE("tad_mode", tad_mode, tad_modes,
-           "moment beyond TAD_deg: rises from zero (deadband) or jumps (switched)"),
-    CHOICE("profile", profile, profiles,
-           "opening of a joint caused by rotation: neglected (low) or included (full)"),
-    NOT_NEGATIVE("slack", slack_ft, "ft", "free travel of a joint"),
-    CHOICE("left", left, ends, "boundary condition at mat 1, along the runway"),
-    CHOICE("right", right, ends, "boundary condition at mat N, along the runway"),
-    CHOICE("left_torsion", left_torsion, turning_ends, "boundary condition at mat 1, in torsion"),
-    CHOICE("right_torsion", right_torsion, turning_ends, "boundary condition at mat N, in torsion"),
-    NOT_NEGATIVE("left_K", end_k_lb_ft[0], "lb/ft",
-                 "stiffness of the left spring, used if `left` is `spring`"),
-    NOT_NEGATIVE("right_K", end_k_lb_ft[1], "lb/ft",
-                 "stiffness of the right spring, used if `right` is `spring`"),
-    NOT_NEGATIVE("left_weight", end_load_lb[0], "lb",
-                 "weight on mat 1; used if `left` is `weight`"),
-    NOT_NEGATIVE("right_weight", end_load_lb[1], "lb",
-                 "weight on mat N; used if `right` is `weight`"),
-    ANY("F", force_lb, "lb", "thrust"),
-    NOT_NEGATIVE("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
-    ANY("s0", s0_ft, "ft", "station of the aircraft at the start"),
-    RANGE("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s",
-          "time at which the thrust ends"),
-    CHOICE("thrust", thrust, thrusts,
-           "thrust acts on the mat under the wheel (jump) or is shared by two mats (linear)"),
-    NOT_NEGATIVE("wheel_load", wheel_load_lb, "lb",
-                 "load on the mat under the wheel; it increases the mat's friction and, in model "
-                 "`consistent`, presses the mat down"),
-    NOT_NEGATIVE("f", friction, "", "coefficient of friction"),
-    CHOICE("friction", friction_law, frictions, "friction law"),
-    POSITIVE("veps", veps_ft_s, "ft/s", "speed scale of the tanh friction law"),
-    CHOICE("friction_normal", friction_normal, normals,
-           "normal force for friction (soil: consistent model only)"),
-    ANY("V", shear_lb, "lb", "report model: lift shear"),
-    CHOICE("lift_shear", lift_shear, shears, "mats on which the lift shear acts (report model)"),
-    ANY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
-    INTEGER("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
+    {"name", SIM_KEY_TEXT, SCENE_OFFSET(name), 0.0, 0.0, false, NULL, "", "title", 0},
+    CHOICE_KEY("model", model, model_names, "model equations"),
+    INT_KEY("N", mats, 1, SIM_MATS_MAX, "", "number of mats"),
+    POSITIVE_KEY("L", length_ft, "ft", "length of a mat along the runway"),
+    VARIED_KEY("W", weight_lb, SIM_ALONG_W, 0.0, true, "lb",
+               "weight of a mat: number or list by mat"),
+    POSITIVE_KEY("g", g_ft_s2, "ft/s2", "gravity"),
+    POSITIVE_KEY("I", inertia_slug_ft2, "slug ft2", "inertia of a mat about its long axis"),
+    VARIED_KEY(
+        "KV", kv_lb_ft, SIM_ALONG_KV, 0.0, false, "lb/ft",
+        "stiffness of the soil under a node (report) or mat end (consistent): number or list "
+        "by node"),
+    VARIED_KEY("CV", cv_lb_s_ft, SIM_ALONG_CV, 0.0, false, "lb s/ft",
+               "damping of the soil under a node or mat end: number or list by node"),
+    VARIED_KEY("KL", kl_lb_ft, SIM_ALONG_KL, 0.0, true, "lb/ft",
+               "stiffness of a joint along the runway: number or list by joint"),
+    NOT_NEGATIVE_KEY("CL", cl_lb_s_ft, "lb s/ft", "damping of a joint along the runway"),
+    VARIED_KEY("KT", kt_lb_ft_rad, SIM_ALONG_KT, 0.0, false, "ft lb/rad",
+               "stiffness of a joint in torsion: number or list by joint"),
+    NOT_NEGATIVE_KEY("CT", ct_lb_ft_s_rad, "ft lb s/rad", "damping of a joint in torsion"),
+    RANGE_KEY("TAD_deg", tad_deg, 0.0, 180.0, false, "deg", "free rotation of a joint"),
+    CHOICE_KEY("tad_mode", tad_mode, tad_mode_names,
+               "moment beyond TAD_deg: rises from zero (deadband) or jumps (switched)"),
+    CHOICE_KEY("profile", profile, profile_names,
+               "opening of a joint caused by rotation: neglected (low) or included (full)"),
+    NOT_NEGATIVE_KEY("slack", slack_ft, "ft", "free travel of a joint"),
+    CHOICE_KEY("left", left, end_names, "boundary condition at mat 1, along the runway"),
+    CHOICE_KEY("right", right, end_names, "boundary condition at mat N, along the runway"),
+    CHOICE_KEY("left_torsion", left_torsion, end_torsion_names,
+               "boundary condition at mat 1, in torsion"),
+    CHOICE_KEY("right_torsion", right_torsion, end_torsion_names,
+               "boundary condition at mat N, in torsion"),
+    NOT_NEGATIVE_KEY("left_K", end_k_lb_ft[0], "lb/ft",
+                     "stiffness of the left spring, used if `left` is `spring`"),
+    NOT_NEGATIVE_KEY("right_K", end_k_lb_ft[1], "lb/ft",
+                     "stiffness of the right spring, used if `right` is `spring`"),
+    NOT_NEGATIVE_KEY("left_weight", end_load_lb[0], "lb",
+                     "weight on mat 1; used if `left` is `weight`"),
+    NOT_NEGATIVE_KEY("right_weight", end_load_lb[1], "lb",
+                     "weight on mat N; used if `right` is `weight`"),
+    REAL_KEY("F", force_lb, "lb", "thrust"),
+    NOT_NEGATIVE_KEY("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
+    REAL_KEY("s0", s0_ft, "ft", "station of the aircraft at the start"),
+    RANGE_KEY("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s",
+              "time at which the thrust ends"),
+    CHOICE_KEY("thrust", thrust, thrust_names,
+               "thrust acts on the mat under the wheel (jump) or is shared by two mats (linear)"),
+    NOT_NEGATIVE_KEY(
+        "wheel_load", wheel_load_lb, "lb",
+        "load on the mat under the wheel; it increases the mat's friction and, in model "
+        "`consistent`, presses the mat down"),
+    NOT_NEGATIVE_KEY("f", friction, "", "coefficient of friction"),
+    CHOICE_KEY("friction", friction_law, friction_names, "friction law"),
+    POSITIVE_KEY("veps", veps_ft_s, "ft/s", "speed scale of the tanh friction law"),
+    CHOICE_KEY("friction_normal", friction_normal, friction_normal_names,
+               "normal force for friction (soil: consistent model only)"),
+    REAL_KEY("V", shear_lb, "lb", "report model: lift shear"),
+    CHOICE_KEY("lift_shear", lift_shear, lift_shear_names,
+               "mats on which the lift shear acts (report model)"),
+    REAL_KEY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
+    INT_KEY("bump_first", bump_first, 1, SIM_MATS_MAX + 1, "node",
             "node of the first value of bump"),
-    LIST("bump", bump_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-         "initial heights of the nodes from bump_first on"),
-    ALONG("v0", v0_ft_s, SIM_ALONG_V0, -SIM_VALUE_MAX, false, "ft/s",
-          "initial speed of mat v0_mat: number or list by mat"),
-    INTEGER("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
+    LIST_KEY("bump", bump_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
+             "initial heights of the nodes from bump_first on"),
+    VARIED_KEY("v0", v0_ft_s, SIM_ALONG_V0, -SIM_VALUE_MAX, false, "ft/s",
+               "initial speed of mat v0_mat: number or list by mat"),
+    INT_KEY("v0_mat", v0_mat, 0, SIM_MATS_MAX, "mat",
             "mat that has the initial speed v0; 0: the mat under the wheel"),
-    POSITIVE("mats_crossed", mats_crossed, "mats",
-             "duration of the run: number of mats that the wheel crosses at speed Vac"),
-    NOT_NEGATIVE("tend", t_end_s, "s",
-                 "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
-    LIST("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "s", "times of the output"),
-    LIST("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
-         "mats for which the output contains the movement u"),
-    LIST("path", path, SIM_KEY_PATH, -SIM_VALUE_MAX, SIM_VALUE_MAX, "s, ft, lb",
-         "rows [time, station, thrust] that replace Vac, s0 and F"),
-    LIST("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-         "initial opening of each joint"),
-    LIST("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_VALUE_MAX, "lb",
-         "grit: compression up to which each open joint resists closing (models chain and "
-         "consistent)"),
-    LIST("ground", ground_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-         "consistent model: heights of the ground under the nodes"),
-    RANGE("t_dwell", t_dwell_s, -1.0, SIM_VALUE_MAX, false, "s",
-          "time that the run continues after the aircraft has stopped or left"),
-    BANDS("bands", "band_", 0),
-    BANDS("bands2", "band2_", 1),
-    INTEGER("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats",
+    POSITIVE_KEY("mats_crossed", mats_crossed, "mats",
+                 "duration of the run: number of mats that the wheel crosses at speed Vac"),
+    NOT_NEGATIVE_KEY("tend", t_end_s, "s",
+                     "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
+    LIST_KEY("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "s", "times of the output"),
+    LIST_KEY("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
+             "mats for which the output contains the movement u"),
+    LIST_KEY("path", path, SIM_KEY_PATH, -SIM_VALUE_MAX, SIM_VALUE_MAX, "s, ft, lb",
+             "rows [time, station, thrust] that replace Vac, s0 and F"),
+    LIST_KEY("gap0", gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
+             "initial opening of each joint"),
+    LIST_KEY("grit", grit_lb, SIM_KEY_JOINTS, 0.0, SIM_VALUE_MAX, "lb",
+             "grit: compression up to which each open joint resists closing (models chain and "
+             "consistent)"),
+    LIST_KEY("ground", ground_ft, SIM_KEY_LIST, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
+             "consistent model: heights of the ground under the nodes"),
+    RANGE_KEY("t_dwell", t_dwell_s, -1.0, SIM_VALUE_MAX, false, "s",
+              "time that the run continues after the aircraft has stopped or left"),
+    BAND_KEYS("bands", "band_", 0),
+    BAND_KEYS("bands2", "band2_", 1),
+    INT_KEY("cleat_every", mods.cleat_every, 0, SIM_MATS_MAX, "mats",
             "spacing of the cleats; 0: no cleats"),
-    INTEGER("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX, "mat", "first mat with a cleat"),
-    NOT_NEGATIVE("cleat_hold", mods.cleat_hold_lb, "lb", "holding force of a new cleat"),
-    RANGE("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
-          "movement over which the holding force falls to 1/e"),
-    POSITIVE("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
-    RANGE("cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
-          "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
-          "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
-    RANGE("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
-          "bending up to this angle springs back; needs cleat_power"),
-    LIST("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
-         "share of cleat_hold that each cleat still has at the start"),
-    INTEGER("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats",
+    INT_KEY("cleat_first", mods.cleat_first, 0, SIM_MATS_MAX, "mat", "first mat with a cleat"),
+    NOT_NEGATIVE_KEY("cleat_hold", mods.cleat_hold_lb, "lb", "holding force of a new cleat"),
+    RANGE_KEY("cleat_travel", mods.cleat_travel_ft, 0.0, (double)INFINITY, true, "ft",
+              "movement over which the holding force falls to 1/e"),
+    POSITIVE_KEY("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
+    RANGE_KEY(
+        "cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
+        "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
+        "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
+    RANGE_KEY("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
+              "bending up to this angle springs back; needs cleat_power"),
+    LIST_KEY("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
+             "share of cleat_hold that each cleat still has at the start"),
+    INT_KEY("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats",
             "number of mats tied by one stiffener"),
-    INTEGER("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX, "joints",
+    INT_KEY("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX, "joints",
             "number of free joints between stiffeners"),
-    INTEGER("stiff_lines", mods.stiff_lines, 1, 100, "", "number of lines of stiffeners"),
-    INTEGER("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat",
+    INT_KEY("stiff_lines", mods.stiff_lines, 1, 100, "", "number of lines of stiffeners"),
+    INT_KEY("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat",
             "first mat of the first line of stiffeners"),
-    NOT_NEGATIVE("stiff_K", mods.stiff_k_lb_ft, "lb/ft", "stiffness of one line at a joint"),
-    LIMIT("stiff_grip", mods.stiff_grip_lb, "lb", "largest force of one line"),
-    NOT_NEGATIVE("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad", "bending stiffness of one line"),
-    LIMIT("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "yield moment of one line"),
-    LIST("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
-         "opening of each joint at which the stiffener force is zero"),
-    RANGE("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
-    NOT_NEGATIVE("lay_slide", mods.lay_slide_lb, "lb", "friction along an unloaded diagonal joint"),
-    RANGE("lay_mu", mods.lay_mu, 0.0, 10.0, false, "",
-          "friction coefficient along a diagonal joint"),
-    RESTRAINT("anchor_", SIM_ANCHORS, "mat", "anchors, which resist movement along the runway"),
-    RESTRAINT("tie_", SIM_TIES, "mat", "tie-downs, which hold mats on the ground"),
-    RESTRAINT("absorber_", SIM_ABSORBERS, "joint", "shock absorbers across joints"),
-    RANGE("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
-          "tension at which a joint tears"),
-    NOT_NEGATIVE(
+    NOT_NEGATIVE_KEY("stiff_K", mods.stiff_k_lb_ft, "lb/ft", "stiffness of one line at a joint"),
+    LIMIT_KEY("stiff_grip", mods.stiff_grip_lb, "lb", "largest force of one line"),
+    NOT_NEGATIVE_KEY("stiff_KT", mods.stiff_kt_lb_ft_rad, "ft lb/rad",
+                     "bending stiffness of one line"),
+    LIMIT_KEY("stiff_yield", mods.stiff_yield_lb_ft, "ft lb", "yield moment of one line"),
+    LIST_KEY("stiff_gap0", mods.stiff_gap0_ft, SIM_KEY_JOINTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, "ft",
+             "opening of each joint at which the stiffener force is zero"),
+    RANGE_KEY("lay_deg", mods.lay_deg, 0.0, 80.0, false, "deg", "angle of the diagonal pattern"),
+    NOT_NEGATIVE_KEY("lay_slide", mods.lay_slide_lb, "lb",
+                     "friction along an unloaded diagonal joint"),
+    RANGE_KEY("lay_mu", mods.lay_mu, 0.0, 10.0, false, "",
+              "friction coefficient along a diagonal joint"),
+    RESTRAINT_KEYS("anchor_", SIM_ANCHORS, "mat",
+                   "anchors, which resist movement along the runway"),
+    RESTRAINT_KEYS("tie_", SIM_TIES, "mat", "tie-downs, which hold mats on the ground"),
+    RESTRAINT_KEYS("absorber_", SIM_ABSORBERS, "joint", "shock absorbers across joints"),
+    RANGE_KEY("tear", mods.tear_lb, 0.0, (double)INFINITY, true, "lb",
+              "tension at which a joint tears"),
+    NOT_NEGATIVE_KEY(
         "gear_damping", gear.damping, "",
         "damping of a mat under the gear on elastic ground, as a fraction of critical damping"),
-    RANGE("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
-          "share of the displacement that the elastic ground recovers"),
-    RANGE("gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
-          "exponent of the ground stiffness under a mat against the number of axles on the mat"),
-    NOT_NEGATIVE("gear_foot_ft", gear.foot_ft, "ft",
-                 "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
-                 "under the axle"),
-    LIST("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "ft",
-         "distances of the axle lines behind the lead axle; default: one line"),
-    LIST("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
-         "number of axles on each line; each axle has wheel_load and thrust"),
-    LIST("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
-         "numbers of the joints that are torn at the start"),
+    RANGE_KEY("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
+              "share of the displacement that the elastic ground recovers"),
+    RANGE_KEY(
+        "gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
+        "exponent of the ground stiffness under a mat against the number of axles on the mat"),
+    NOT_NEGATIVE_KEY("gear_foot_ft", gear.foot_ft, "ft",
+                     "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
+                     "under the axle"),
+    LIST_KEY("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "ft",
+             "distances of the axle lines behind the lead axle; default: one line"),
+    LIST_KEY("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
+             "number of axles on each line; each axle has wheel_load and thrust"),
+    LIST_KEY("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
+             "numbers of the joints that are torn at the start"),
 };
-#define KEYS (sizeof keys / sizeof keys[0])
+#define KEY_COUNT (sizeof keys / sizeof keys[0])
 
 const struct sim_key *sim_key_at(size_t i)
 {
-    return i < KEYS                         ? &keys[i]
-         : i - KEYS < sim_element_key_count ? sim_element_keys[i - KEYS]
-                                            : NULL;
+    return i < KEY_COUNT                         ? &keys[i]
+         : i - KEY_COUNT < sim_element_key_count ? sim_element_keys[i - KEY_COUNT]
+                                                 : NULL;
 }
 
 const struct sim_key *sim_key_find(const char *name)
@@ -258,7 +270,7 @@ const struct sim_key *sim_key_find(const char *name)
 /* Sets the defaults of the modifications. Sources in the report: bands 5.1.2.1 (3/8 x 0.020 in,
  * steel), static deflection under the wheel 2.6 (0.050 in over a mat of 24/7 in), cleats 5.5 (3/4
  * in). */
-static void mods_defaults(struct sim_mods *mods)
+static void mods_set_defaults(struct sim_mods *mods)
 {
     *mods = (struct sim_mods){
         .cleat_travel_ft = (double)INFINITY,
@@ -315,7 +327,7 @@ void sim_scene_defaults(struct sim_scene *scene)
         .t_dwell_s = -1.0,
         .gear = {.damping = 0.5, .unloading = 1.0, .axle_law = 1.0},
     };
-    mods_defaults(&scene->mods);
+    mods_set_defaults(&scene->mods);
 }
 
 void sim_scene_free(struct sim_scene *scene)
@@ -358,7 +370,7 @@ void sim_scene_set_path(struct sim_scene *scene, const struct sim_path_row *rows
 
 /* Reads a number, or a text "NUMBER UNIT", and converts it to the unit of the key. Returns false if
  * the value is neither, if a text has no unit, or if the key has no unit but the text has one. */
-static bool sim_unit_read(const struct sim_key *key, const json_t *value, double *number,
+static bool read_quantity(const struct sim_key *key, const json_t *value, double *number,
                           struct quantity_error *wrong)
 {
     return quantity_read_json(value, quantity_kind_of(key->unit) ? key->unit : "", number, wrong);
@@ -430,7 +442,7 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     struct quantity_error wrong;
     for (size_t i = 0; i < count; i++) {
         const json_t *entry = json_array_get(value, i);
-        if (!sim_unit_read(key, entry, &values[i], &wrong)) {
+        if (!read_quantity(key, entry, &values[i], &wrong)) {
             free(values);
             return refuse_number(path, key, entry, (int)i, &wrong, error);
         }
@@ -441,8 +453,9 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
 
 /* Reads a row [first, last, value], which sets the value of joints, nodes or mats `first` to
  * `last`. */
-static enum mr_status read_span(double *values, size_t count, const struct sim_key *key,
-                                const char *path, size_t at, const json_t *row, struct error *error)
+static enum mr_status read_value_row(double *values, size_t count, const struct sim_key *key,
+                                     const char *path, size_t at, const json_t *row,
+                                     struct error *error)
 {
     long long first = json_integer_value(json_array_get(row, 0)),
               last = json_integer_value(json_array_get(row, 1));
@@ -453,7 +466,7 @@ static enum mr_status read_span(double *values, size_t count, const struct sim_k
                          "not a range: %s: %s[%zu]; give a number, then rows [first, last, value]; "
                          "first and last are whole numbers from 1 to %zu",
                          path, key->name, at, count);
-    if (!sim_unit_read(key, json_array_get(row, 2), &value, &wrong))
+    if (!read_quantity(key, json_array_get(row, 2), &value, &wrong))
         return refuse_number(path, key, json_array_get(row, 2), (int)at, &wrong, error);
     for (long long i = first; i <= last; i++)
         values[i - 1] = value;
@@ -469,22 +482,22 @@ static enum mr_status read_along(struct sim_list *list, size_t count, const stru
     struct quantity_error wrong;
     if (!json_is_array(json_array_get(value, 1)))
         return read_list(list, key, path, value, error);
-    if (!sim_unit_read(key, json_array_get(value, 0), &number, &wrong))
+    if (!read_quantity(key, json_array_get(value, 0), &number, &wrong))
         return refuse_number(path, key, json_array_get(value, 0), 0, &wrong, error);
     double *values = xcalloc(count, sizeof *values);
     for (size_t i = 0; i < count; i++)
         values[i] = number;
     for (size_t i = 1; i < json_array_size(value) && error->status == MR_OK; i++)
-        read_span(values, count, key, path, i, json_array_get(value, i), error);
+        read_value_row(values, count, key, path, i, json_array_get(value, i), error);
     *list = (struct sim_list){values, count};
     return error->status;
 }
 
 /* Number of values that a list along the runway must have: the number of mats or of joints. */
-static size_t along_count(const struct sim_scene *scene, const struct sim_key *key)
+static size_t list_length_along(const struct sim_scene *scene, const struct sim_key *key)
 {
-    bool mats = key->list_offset == FIELD(along[SIM_ALONG_W]) ||
-                key->list_offset == FIELD(along[SIM_ALONG_V0]);
+    bool mats = key->list_offset == SCENE_OFFSET(along[SIM_ALONG_W]) ||
+                key->list_offset == SCENE_OFFSET(along[SIM_ALONG_V0]);
     return (size_t)scene->mats + !mats;
 }
 
@@ -527,7 +540,7 @@ static enum mr_status read_real(double *field, const struct sim_key *key, const 
 {
     double number;
     struct quantity_error wrong;
-    if (!sim_unit_read(key, value, &number, &wrong))
+    if (!read_quantity(key, value, &number, &wrong))
         return refuse_number(path, key, value, -1, &wrong, error);
     if (key->offset == offsetof(struct sim_scene, t_dwell_s) && number < 0.0)
         return error_set(error, MR_MALFORMED,
@@ -549,8 +562,8 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
     case SIM_KEY_REAL:
         if (key->list_offset && json_array_size(value) > 0) {
             struct sim_list *list = (struct sim_list *)((char *)scene + key->list_offset);
-            enum mr_status status = read_along(list, along_count(scene, key), key, path, value,
-                                               error);
+            enum mr_status status = read_along(list, list_length_along(scene, key), key, path,
+                                               value, error);
             if (status == MR_OK)
                 *(double *)field = list->values[0];
             return status;
@@ -582,7 +595,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
                                    : "a number, or a list with one per part",
                                error);
         if (key->kind == SIM_KEY_JOINTS)
-            return read_along(field, along_count(scene, key), key, path, value, error);
+            return read_along(field, list_length_along(scene, key), key, path, value, error);
         return read_list(field, key, path, value, error);
     case SIM_KEY_LIST:
         if (!json_is_array(value))
@@ -702,11 +715,11 @@ const char *sim_scene_name(const struct sim_scene *scene)
 
 const char *sim_model_name(enum sim_model model)
 {
-    return models[model];
+    return model_names[model];
 }
 
-static enum mr_status check_length(const struct sim_list *list, int wanted, const char *key,
-                                   const char *part, const char *where, struct error *error)
+static enum mr_status check_list_length(const struct sim_list *list, int wanted, const char *key,
+                                        const char *part, const char *where, struct error *error)
 {
     if (list->count <= 1 || list->count == (size_t)wanted)
         return MR_OK;
@@ -732,10 +745,10 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
                          "bands without rivets: %s: first riveted mat %d of a runway of %d mats "
                          "(%s_first, %s_every); give a smaller number",
                          where, first, scene->mats, prefixes[group], prefixes[group]);
-    if (check_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
-                     where, error) != MR_OK ||
-        check_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where, error) !=
-            MR_OK)
+    if (check_list_length(&b->t0_lb, connections + 1, t0_names[group], "segment (riveted mats + 1)",
+                          where, error) != MR_OK ||
+        check_list_length(&b->slipped_ft, connections, slip_names[group], "riveted mat", where,
+                          error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < b->pulled.count; i++) {
         double at = (b->pulled.values[i] - first) / b->every;
@@ -756,15 +769,15 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
         if (check_bands(scene, g, where, error) != MR_OK)
             return error->status;
     }
-    if (m->cleat_every > 0 && check_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
-                                           "cleated mat", where, error) != MR_OK)
+    if (m->cleat_every > 0 && check_list_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
+                                                "cleated mat", where, error) != MR_OK)
         return error->status;
     for (int k = 0; k < SIM_RESTRAINTS; k++) {
         char key[24];
         snprintf(key, sizeof key, "%s_zero", mods_restraint_name(k));
         if (m->restraint[k].every > 0 &&
-            check_length(&m->restraint[k].zero_ft, mods_restraints(scene, k), key, "restraint",
-                         where, error) != MR_OK)
+            check_list_length(&m->restraint[k].zero_ft, mods_restraints(scene, k), key, "restraint",
+                              where, error) != MR_OK)
             return error->status;
         if (m->restraint[k].every > 0 && !(m->restraint[k].k_lb_ft > 0.0))
             return error_set(error, MR_MALFORMED,
@@ -806,7 +819,7 @@ static enum mr_status refuse_range(const struct sim_key *key, const char *where,
                      where, key->name, entry, value, key->low, key->high);
 }
 
-static bool is_allowed(const struct sim_key *key, double value)
+static bool is_value_allowed(const struct sim_key *key, double value)
 {
     return value >= key->low && value <= key->high && !(key->excludes_low && value == key->low);
 }
@@ -816,9 +829,9 @@ static enum mr_status check_list(const struct sim_scene *scene, const struct sim
                                  const struct sim_list *list, const char *where,
                                  struct error *error)
 {
-    size_t wanted = along_count(scene, key);
+    size_t wanted = list_length_along(scene, key);
     for (size_t i = 0; i < list->count; i++) {
-        if (!is_allowed(key, list->values[i]))
+        if (!is_value_allowed(key, list->values[i]))
             return refuse_range(key, where, list->values[i], i, true, error);
     }
     if ((key->kind == SIM_KEY_JOINTS || key->list_offset) && list->count > 1 &&
@@ -853,13 +866,14 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
     }
     case SIM_KEY_REAL:
         value = *(const double *)field;
-        if (!is_allowed(key, value))
+        if (!is_value_allowed(key, value))
             return refuse_range(key, where, value, 0, false, error);
         field = key->list_offset ? (const char *)scene + key->list_offset : NULL;
         return field ? check_list(scene, key, field, where, error) : MR_OK;
     case SIM_KEY_INTEGER:
         value = *(const int *)field;
-        return is_allowed(key, value) ? MR_OK : refuse_range(key, where, value, 0, false, error);
+        return is_value_allowed(key, value) ? MR_OK
+                                            : refuse_range(key, where, value, 0, false, error);
     case SIM_KEY_LIST:
     case SIM_KEY_JOINTS:
     case SIM_KEY_PARTS: break;
@@ -869,7 +883,7 @@ static enum mr_status check_key(const struct sim_scene *scene, const struct sim_
 
 /* True if the ground under the gear has a stiffness. The stiffness is the parameter of a table
  * element, so it is found by the name of its key. */
-static bool is_on_ground(const struct sim_scene *scene)
+static bool has_elastic_ground(const struct sim_scene *scene)
 {
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");
     return key && *(const double *)((const char *)scene + key->offset) > 0.0;
@@ -893,7 +907,7 @@ static enum mr_status check_gear(const struct sim_scene *scene, const char *wher
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
                          where, scene->gear.foot_ft, 4.0 * scene->length_ft);
-    if ((lines->count > 0 || axles->count > 0) && !is_on_ground(scene))
+    if ((lines->count > 0 || axles->count > 0) && !has_elastic_ground(scene))
         return error_set(error, MR_MALFORMED,
                          "axle lines without ground: %s: gear_lines_ft or gear_axles without "
                          "gear_k_lb_ft; give the stiffness of the ground, or leave them out",

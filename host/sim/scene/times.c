@@ -5,7 +5,7 @@
 #include "host/sim/scene/scene.h"
 
 /* Time from which the aircraft is at rest or beyond the last mat. */
-static double aircraft_leave_s(const struct sim_scene *scene)
+static double aircraft_leave_time_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
     if (scene->path_count == 0)
@@ -29,7 +29,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
     if (scene->t_end_s > 0.0)
         return scene->t_end_s;
     if (scene->t_dwell_s >= 0.0)
-        return aircraft_leave_s(scene) + scene->t_dwell_s;
+        return aircraft_leave_time_s(scene) + scene->t_dwell_s;
     if (scene->path_count > 0)
         return scene->path[scene->path_count - 1].t_s;
     return scene->vac_ft_s > 0.0 ? scene->mats_crossed * scene->length_ft / scene->vac_ft_s
@@ -37,7 +37,7 @@ double sim_scene_end_s(const struct sim_scene *scene)
 }
 
 /* True if nothing moves before the aircraft arrives. */
-static bool is_at_rest(const struct sim_scene *scene)
+static bool is_scene_at_rest(const struct sim_scene *scene)
 {
     bool still = scene->v0_ft_s == 0.0 && scene->along[SIM_ALONG_V0].count == 0 &&
                  scene->q1_lb == 0.0 && scene->ground_ft.count == 0 && !mods_are_given(scene);
@@ -52,7 +52,7 @@ static bool is_at_rest(const struct sim_scene *scene)
 double sim_scene_start_s(const struct sim_scene *scene)
 {
     double first_s = scene->path_count > 0 ? scene->path[0].t_s : 0.0;
-    bool skips = first_s > SIM_CLOCK_S || is_at_rest(scene);
+    bool skips = first_s > SIM_CLOCK_S || is_scene_at_rest(scene);
     return skips && sim_scene_end_s(scene) > first_s ? first_s : 0.0;
 }
 
@@ -99,7 +99,7 @@ struct pulse {
     double from_s, impulse_lb_s;
 };
 
-#define PULSE_REACH 1e-7 /* movement / mat length; a shorter movement counts as none */
+#define PULSE_MOVEMENT_MIN 1e-7 /* movement / mat length; a shorter movement counts as none */
 
 static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, double at_s,
                          double *shortest_s)
@@ -108,7 +108,7 @@ static void finish_pulse(struct pulse *pulse, const struct sim_scene *scene, dou
            speed_ft_s = pulse->impulse_lb_s * scene->g_ft_s2 / scene->weight_lb,
            reach_ft = speed_ft_s *
                       (length_s + 0.5 * speed_ft_s / (scene->friction * scene->g_ft_s2));
-    if (pulse->is_active && length_s > 0.0 && reach_ft > PULSE_REACH * scene->length_ft)
+    if (pulse->is_active && length_s > 0.0 && reach_ft > PULSE_MOVEMENT_MIN * scene->length_ft)
         *shortest_s = fmin(*shortest_s, length_s);
     *pulse = (struct pulse){0};
 }

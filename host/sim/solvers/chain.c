@@ -91,8 +91,8 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
         chain->grit_lb[j] = grit_lb;
         chain->kl_lb_ft[j] = sim_scene_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
         chain->grit_yield_ft[j] = grit_lb / chain->kl_lb_ft[j];
-        chain->reach_ft[j] = joint_first_reach_ft(chain->gap0_ft[j],
-                                                  chain->joint_constants.slack_ft);
+        chain->reach_ft[j] = joint_initial_reach_ft(chain->gap0_ft[j],
+                                                    chain->joint_constants.slack_ft);
     }
     for (size_t i = 0; i < chain->array_length; i++) {
         /* entries beyond the mats must never move */
@@ -210,7 +210,7 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     struct mods_view view = chain_view(chain);
     if (mods->has_cleats) {
         mods_wear_cleats(mods, &view, h_s, *first, *last);
-        for (int i = 0; i < mods->cleats; i++) {
+        for (int i = 0; i < mods->cleat_count; i++) {
             int mat = (int)mods->state->cleat_mat[i];
             bool loaded = false;
             for (int k = 0; k < count; k++)
@@ -223,9 +223,9 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
     if (!mods->has_bands)
         return;
     mods_pull_bands(mods, &view, touch, count);
-    for (int c = 0; c < mods->braces; c++) {
+    for (int c = 0; c < mods->brace_count; c++) {
         int mat = mods->brace_mat[c];
-        mods->saved_lb[mat] = chain->thrust_lb[mat];
+        mods->saved_thrust_lb[mat] = chain->thrust_lb[mat];
         chain->thrust_lb[mat] += mods->brace_force_lb[mat];
         if ((mat < *first || mat > *last) && fabs(push_lb(chain, mat)) > chain->limit_lb[mat]) {
             *first = mat - 1 < *first ? (mat > 1 ? mat - 1 : 1) : *first;
@@ -237,8 +237,8 @@ static void chain_brace(struct chain *chain, double h_s, const struct sim_touch 
 static void chain_unbrace(struct chain *chain)
 {
     struct mods *mods = chain->mods;
-    for (int c = 0; mods->has_bands && c < mods->braces; c++)
-        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_lb[mods->brace_mat[c]];
+    for (int c = 0; mods->has_bands && c < mods->brace_count; c++)
+        chain->thrust_lb[mods->brace_mat[c]] = mods->saved_thrust_lb[mods->brace_mat[c]];
 }
 
 static double chain_opening_ft(const struct chain *chain, int joint)
@@ -626,7 +626,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
             update_window(&window, chain);
         /* all mats are at rest, and the forces no longer change */
         bool still = prune && i > 0 && is_window_at_rest(&window) &&
-                     sim_wheel_is_over(&wheel, from_s);
+                     sim_wheel_is_past_path(&wheel, from_s);
         bool last = still || i + 1 == pass->step_count;
         pass->done_step_count = i + 1;
         int awake = window.last - window.first + 1;
@@ -921,7 +921,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     chain_make(&chain, scene, sim_wheel_first_mat(&wheel));
     double crossing_s =
         /* INFINITY: the aircraft is at rest */
-        scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
+        scene->length_ft / sim_wheel_max_speed_ft_s(&wheel);
     result->solver = "staggered";
     result->mats = scene->mats;
     result->t_end_s = end_s;

@@ -69,7 +69,7 @@ static void expand_tanh_friction(const struct motion *m, int k, int first, int l
     }
 }
 
-VECTOR void motion_expand_series(const struct motion *m, int first, int last, int order)
+TARGET_CLONES void motion_expand_series(const struct motion *m, int first, int last, int order)
 {
     int count = last - first + 1;
     /* Mats beyond the range are at rest. Their older coefficients may be left from an earlier
@@ -110,7 +110,7 @@ VECTOR void motion_expand_series(const struct motion *m, int first, int last, in
     }
 }
 
-VECTOR double motion_largest_value(const double *values, int first, int last)
+TARGET_CLONES double motion_largest_value(const double *values, int first, int last)
 {
     double most = 0.0;
     for (int n = first; n <= last; n++)
@@ -149,8 +149,8 @@ double motion_longest_step_s(const struct motion *m, int first, int last, int or
     return springs ? law_min(h, SERIES_STEP_MAX * order / m->max_rate) : h;
 }
 
-VECTOR void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
-                            double *u, double *v)
+TARGET_CLONES void motion_evaluate(const struct motion *m, int first, int last, int order, double h,
+                                   double *u, double *v)
 {
     int count = last - first + 1;
     double *sum = m->sum + first, *slope = m->slope + first;
@@ -171,8 +171,8 @@ VECTOR void motion_evaluate(const struct motion *m, int first, int last, int ord
 
 /* ---- switches ---- */
 
-VECTOR static void set_change_bounds(const struct motion *m, int first, int last, int order,
-                                     double h)
+TARGET_CLONES static void set_change_bounds(const struct motion *m, int first, int last, int order,
+                                            double h)
 {
     double *rv = m->speed_change_max + first, *rg = m->opening_change_max + first,
            *rt = m->tension_change_max + first;
@@ -658,10 +658,10 @@ static void make_break_times(struct motion *m)
 {
     const struct sim_scene *scene = m->scene;
     double half_ft = m->has_gear ? 0.5 * scene->gear.foot_ft : 0.0;
-    for (size_t i = 0; i < m->wheel.count; i++) {
+    for (size_t i = 0; i < m->wheel.row_count; i++) {
         const struct sim_path_row *row = m->wheel.rows + i;
         add_break_time(m, row->t_s);
-        if (i + 1 == m->wheel.count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
+        if (i + 1 == m->wheel.row_count || row[1].x_ft == row->x_ft || !(row[1].t_s > row->t_s))
             continue;
         for (size_t line = 0; line < axle_line_count(m); line++) {
             double ahead_ft = -line_setback_ft(m, line);
@@ -788,7 +788,7 @@ static void remove_wheel(struct motion *m, int n)
 /* Sets the forces of the wheel from the present time to the next break. */
 void motion_set_wheel_action(struct motion *m)
 {
-    const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.count - 1;
+    const struct sim_path_row *rows = m->wheel.rows, *last = rows + m->wheel.row_count - 1;
     double until_s = m->break_times_s[m->next_break], half_s = 0.5 * (until_s - m->t_s);
     double middle_s = m->t_s + half_s, force[2] = {0.0, 0.0}, x_ft = last->x_ft, speed_ft_s = 0.0;
     struct mat_load before[SIM_TOUCH_MAX];
@@ -971,7 +971,7 @@ void motion_start(struct motion *m)
         bool end = (j == 1 && scene->left == SIM_FREE) ||
                    (j == m->mats + 1 && scene->right == SIM_FREE);
         m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
-        m->reach_ft[j] = joint_first_reach_ft(g_ft, m->slack_ft);
+        m->reach_ft[j] = joint_initial_reach_ft(g_ft, m->slack_ft);
         set_joint_mode(m, j,
                        end                   ? JOINT_CUT
                        : m->slack_ft <= 0.0  ? JOINT_ELASTIC

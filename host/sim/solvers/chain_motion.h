@@ -29,7 +29,7 @@ enum joint_mode {
 
 enum ground_mode { GROUND_LOADS, GROUND_UNLOADS, GROUND_YIELDS, GROUND_FRICTIONLESS };
 
-/* The action of the wheel on one mat, from `from_s` on. */
+/* The action of the wheel on one mat, from the last break on. */
 struct mat_load {
     int mat;
     double thrust_lb[3];  /* thrust and its first two derivatives: lb, lb/s, lb/s2 */

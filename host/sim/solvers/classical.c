@@ -3,10 +3,10 @@
 
 #include "host/sim/solvers/stepper.h"
 
-#define FOR_STATE_VALUES(s, k)                                  \
-    for (int half_ = 0; half_ < 2; half_++)                     \
-        for (int k = half_ * (s)->model->size + stepper_low(s); \
-             k < half_ * (s)->model->size + stepper_high(s); k++)
+#define FOR_STATE_VALUES(s, k)                                              \
+    for (int half_ = 0; half_ < 2; half_++)                                 \
+        for (int k = half_ * (s)->model->coordinate_count + stepper_low(s); \
+             k < half_ * (s)->model->coordinate_count + stepper_high(s); k++)
 
 /* One step of the classical method from y, with rates f, to z_new. k3: memory for the other stages.
  * `at`: memory for a state. */
@@ -97,7 +97,7 @@ struct rkgs_work {
 static void rkgs_restart(struct stepper *s)
 {
     struct rkgs_work *w = s->work;
-    memset(w->q, 0, 2 * (size_t)s->model->size * sizeof *w->q);
+    memset(w->q, 0, 2 * (size_t)s->model->coordinate_count * sizeof *w->q);
 }
 
 static void rkgs_gill(struct stepper *s, double t_s, double h, double *z)
@@ -118,7 +118,7 @@ static void rkgs_gill(struct stepper *s, double t_s, double h, double *z)
 static bool rkgs_advance(struct stepper *s, double limit_s)
 {
     struct rkgs_work *w = s->work;
-    size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
+    size_t bytes = 2 * (size_t)s->model->coordinate_count * sizeof *s->z;
     memcpy(w->q_start, w->q, bytes);
     for (;;) {
         double h = s->h_s; /* step size; a pair of steps ends at t + 2 h */
@@ -234,8 +234,8 @@ static double hamming_predict_correct(struct stepper *s, double h)
     stepper_rates(s, s->t_s + h, w->modified, w->rate);
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        for (int k = half * s->model->size + stepper_low(s);
-             k < half * s->model->size + stepper_high(s); k++) {
+        for (int k = half * s->model->coordinate_count + stepper_low(s);
+             k < half * s->model->coordinate_count + stepper_high(s); k++) {
             double c = 0.125 * (9.0 * y[0][k] - y[2][k]) +
                        0.375 * h * (w->rate[k] + 2.0 * f[0][k] - f[1][k]);
             w->rate[k] = w->predicted[k] - c; /* P - C; kept if the step is accepted */
@@ -255,12 +255,12 @@ static double hamming_start_step(struct stepper *s, double h)
 {
     struct hamming_work *w = s->work;
     hamming_runge_kutta(s, h);
-    memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
+    memcpy(w->predicted, s->z_new, 2 * (size_t)s->model->coordinate_count * sizeof *s->z);
     hamming_runge_kutta(s, 0.5 * h);
     double *y = w->y[0], *f = w->f[0], start = s->t_s;
     w->y[0] = w->difference; /* used for the middle point until the end of this function */
     w->f[0] = w->rate;
-    memcpy(w->difference, s->z_new, 2 * (size_t)s->model->size * sizeof *s->z);
+    memcpy(w->difference, s->z_new, 2 * (size_t)s->model->coordinate_count * sizeof *s->z);
     s->t_s = start + 0.5 * h;
     stepper_rates(s, s->t_s, w->difference, w->rate);
     hamming_runge_kutta(s, 0.5 * h);
@@ -274,7 +274,7 @@ static double hamming_start_step(struct stepper *s, double h)
 static bool hamming_advance(struct stepper *s, double limit_s)
 {
     struct hamming_work *w = s->work;
-    size_t bytes = 2 * (size_t)s->model->size * sizeof *s->z;
+    size_t bytes = 2 * (size_t)s->model->coordinate_count * sizeof *s->z;
     hamming_rotate(w);
     memcpy(w->y[0], s->z, bytes);
     stepper_rates(s, s->t_s, s->z, w->f[0]);

@@ -3,11 +3,12 @@
  * loose, because exact sticking is not a differential equation. The other switches are sampled, as
  * a user of the library might do.
  *
- * Its state is p and v interleaved (half-bandwidth 2 MODEL_BAND + 1). Rates need the inverse of the
- * mass matrix, which is full. The Newton matrix is therefore M (I - gamma J), which is banded, and
- * the right-hand side is multiplied by M before the library solves. The matrix is computed for
- * every step. A matrix from before a foot left the soil would include the soil's damper, the
- * iteration would end at once, and the library would accept a step that it should reject.
+ * Its state is p and v interleaved (half-bandwidth 2 MODEL_HALF_BANDWIDTH + 1). Rates need the
+ * inverse of the mass matrix, which is full. The Newton matrix is therefore M (I - gamma J), which
+ * is banded, and the right-hand side is multiplied by M before the library solves. The matrix is
+ * computed for every step. A matrix from before a foot left the soil would include the soil's
+ * damper, the iteration would end at once, and the library would accept a step that it should
+ * reject.
  *
  * cvode is an independent check of the other solvers: method, step control and matrix solution are
  * those of the library. Right-hand side, Jacobian and laws are those of the model (models/model.h),
@@ -37,7 +38,7 @@ struct cvode_work {
 
 static void state_from_vector(const struct cvode_work *w, const double *y, double *z)
 {
-    int size = w->stepper->model->size;
+    int size = w->stepper->model->coordinate_count;
     for (int i = 0; i < size; i++) {
         z[i] = y[2 * i];
         z[size + i] = y[2 * i + 1];
@@ -46,7 +47,7 @@ static void state_from_vector(const struct cvode_work *w, const double *y, doubl
 
 static void vector_from_state(const struct cvode_work *w, const double *z, double *y)
 {
-    int size = w->stepper->model->size;
+    int size = w->stepper->model->coordinate_count;
     for (int i = 0; i < size; i++) {
         y[2 * i] = z[i];
         y[2 * i + 1] = z[size + i];
@@ -56,7 +57,7 @@ static void vector_from_state(const struct cvode_work *w, const double *z, doubl
 static int compute_rates(realtype t, N_Vector y, N_Vector to, void *user)
 {
     struct cvode_work *w = user;
-    int size = w->stepper->model->size;
+    int size = w->stepper->model->coordinate_count;
     state_from_vector(w, N_VGetArrayPointer(y), w->z);
     stepper_rates(w->stepper, t, w->z, w->rate);
     for (int i = 0; i < 2 * size; i++) {
@@ -70,11 +71,11 @@ static int compute_rates(realtype t, N_Vector y, N_Vector to, void *user)
 static void add_row(SUNMatrix matrix, int row, int i, int size, const double *rows, double scale,
                     int half)
 {
-    for (int k = 0; k < MODEL_ROW; k++) {
-        int column = i + k - MODEL_BAND;
+    for (int k = 0; k < MODEL_ROW_LENGTH; k++) {
+        int column = i + k - MODEL_HALF_BANDWIDTH;
         if (column >= 0 && column < size)
-            SM_ELEMENT_B(matrix, row, 2 * column + half) += scale *
-                                                            rows[(size_t)i * MODEL_ROW + (size_t)k];
+            SM_ELEMENT_B(matrix, row, 2 * column + half) +=
+                scale * rows[(size_t)i * MODEL_ROW_LENGTH + (size_t)k];
     }
 }
 
@@ -88,17 +89,18 @@ static int set_newton_matrix(realtype t, N_Vector y, N_Vector fy, SUNMatrix matr
     if (!reuse) {
         state_from_vector(w, N_VGetArrayPointer(y), w->z);
         state_from_vector(w, N_VGetArrayPointer(fy), w->rate);
-        model_sample_shape(m, w->z);
-        model_linearise(m, t, w->z, w->rate + m->size, w->mass, w->dr_dp, w->dr_dv, w->dr_dt);
+        model_sample_shape_modes(m, w->z);
+        model_linearise(m, t, w->z, w->rate + m->coordinate_count, w->mass, w->dr_dp, w->dr_dv,
+                        w->dr_dt);
     }
     *fresh = !reuse;
     SUNMatZero(matrix);
-    for (int i = 0; i < m->size; i++) {
+    for (int i = 0; i < m->coordinate_count; i++) {
         SM_ELEMENT_B(matrix, 2 * i, 2 * i) = 1.0;
         SM_ELEMENT_B(matrix, 2 * i, 2 * i + 1) = -gamma;
-        add_row(matrix, 2 * i + 1, i, m->size, w->mass, 1.0, 1);
-        add_row(matrix, 2 * i + 1, i, m->size, w->dr_dp, -gamma, 0);
-        add_row(matrix, 2 * i + 1, i, m->size, w->dr_dv, -gamma, 1);
+        add_row(matrix, 2 * i + 1, i, m->coordinate_count, w->mass, 1.0, 1);
+        add_row(matrix, 2 * i + 1, i, m->coordinate_count, w->dr_dp, -gamma, 0);
+        add_row(matrix, 2 * i + 1, i, m->coordinate_count, w->dr_dv, -gamma, 1);
     }
     return 0;
 }
@@ -118,7 +120,7 @@ static int band_solver_solve(SUNLinearSolver solver, SUNMatrix matrix, N_Vector 
                              realtype tolerance)
 {
     struct cvode_work *w = solver->content;
-    int size = w->stepper->model->size;
+    int size = w->stepper->model->coordinate_count;
     double *right = N_VGetArrayPointer(b);
     for (int i = 0; i < size; i++)
         w->half_rhs[size + i] = right[2 * i + 1];
@@ -153,8 +155,9 @@ static void free_work(struct stepper *s)
 static bool create_sundials_objects(struct stepper *s)
 {
     struct cvode_work *w = s->work;
-    int length = 2 * s->model->size,
-        half = 2 * MODEL_BAND + 1 < length - 1 ? 2 * MODEL_BAND + 1 : length - 1;
+    int length = 2 * s->model->coordinate_count, half = 2 * MODEL_HALF_BANDWIDTH + 1 < length - 1
+                                                          ? 2 * MODEL_HALF_BANDWIDTH + 1
+                                                          : length - 1;
     if (SUNContext_Create(NULL, &w->context) != 0)
         return false;
     w->y = N_VNew_Serial(length, w->context);
@@ -191,12 +194,12 @@ static bool create_sundials_objects(struct stepper *s)
 static void make(struct stepper *s, double *more)
 {
     struct cvode_work *w = s->work;
-    size_t size = (size_t)s->model->size;
+    size_t size = (size_t)s->model->coordinate_count;
     w->stepper = s;
     w->dr_dt = more;
     w->mass = w->dr_dt + size;
-    w->dr_dp = w->mass + MODEL_ROW * size;
-    w->dr_dv = w->dr_dp + MODEL_ROW * size;
+    w->dr_dp = w->mass + MODEL_ROW_LENGTH * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW_LENGTH * size;
     if (!create_sundials_objects(s))
         xmalloc_failed(size * sizeof *more);
 }
@@ -236,7 +239,7 @@ static void interpolate(struct stepper *s, double t_s, int low, int high, double
     const double *y = N_VGetArrayPointer(w->interpolated);
     for (int i = low; i < high; i++) {
         z[i] = y[2 * i];
-        z[s->model->size + i] = y[2 * i + 1];
+        z[s->model->coordinate_count + i] = y[2 * i + 1];
     }
 }
 
@@ -247,7 +250,7 @@ const struct stepper_kind stepper_cvode = {
     .description = "SUNDIALS CVODE, BDF, banded, restarted at each new mat and at stick-slip",
     .work_bytes = sizeof(struct cvode_work),
     .row_count = 3,
-    .extra_value_rows = 1 + 3 * MODEL_ROW,
+    .extra_value_rows = 1 + 3 * MODEL_ROW_LENGTH,
     .make = make,
     .free = free_work,
     .restart = restart,

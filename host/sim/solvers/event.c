@@ -136,10 +136,10 @@ static void restart(struct stepper *s)
 
 /* Computes the state of stage i: z plus h times the weighted rates, for both halves of the
  * state. */
-VECTOR static void compute_stage_state(const struct stepper *s, int i, double h, double *to)
+TARGET_CLONES static void compute_stage_state(const struct stepper *s, int i, double h, double *to)
 {
     const struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
     const double *row = stage_weights[i];
     for (int half = 0; half < 2; half++) {
         int from = half * size + low, end = half * size + high;
@@ -162,7 +162,7 @@ VECTOR static void compute_stage_state(const struct stepper *s, int i, double h,
 static double step_error(const struct stepper *s, double h)
 {
     const struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
     double most5 = 0.0, most3 = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
@@ -229,7 +229,7 @@ static bool advance(struct stepper *s, double limit_s)
 static void prepare_dense_terms(struct stepper *s)
 {
     struct event_work *w = s->work;
-    int low = stepper_low(s), high = stepper_high(s), size = s->model->size;
+    int low = stepper_low(s), high = stepper_high(s), size = s->model->coordinate_count;
     double h = w->last_h_s;
     for (int i = 13; i < STAGE_COUNT; i++) {
         compute_stage_state(s, i, h, w->stage_state);
@@ -252,14 +252,15 @@ static void prepare_dense_terms(struct stepper *s)
     w->has_dense_terms = true;
 }
 
-VECTOR static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
+TARGET_CLONES static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     struct event_work *w = s->work;
     if (!w->has_dense_terms)
         prepare_dense_terms(s);
     double x = (t_s - s->t_s) / w->last_h_s;
     for (int half = 0; half < 2; half++) {
-        for (int k = half * s->model->size + low; k < half * s->model->size + high; k++) {
+        for (int k = half * s->model->coordinate_count + low;
+             k < half * s->model->coordinate_count + high; k++) {
             double sum = 0.0;
             for (size_t i = DENSE_TERM_COUNT; i-- > 0;)
                 sum = (sum + w->dense_terms[i][k]) * (i % 2 == 0 ? x : 1.0 - x);
@@ -326,14 +327,15 @@ static void order5_restart(struct stepper *s)
     w->last_error_ratio = 1e-4;
 }
 
-VECTOR static void order5_compute_stage_state(const struct stepper *s, int i, double h, double *to)
+TARGET_CLONES static void order5_compute_stage_state(const struct stepper *s, int i, double h,
+                                                     double *to)
 {
     const struct order5_work *w = s->work;
     const double *row = order5_stage_weights[i];
     double a[ORDER5_STAGE_COUNT - 1];
     for (int j = 0; j < ORDER5_STAGE_COUNT - 1; j++)
         a[j] = j < i ? h * row[j] : 0.0;
-    for (int half = 0; half <= s->model->size; half += s->model->size) {
+    for (int half = 0; half <= s->model->coordinate_count; half += s->model->coordinate_count) {
         int from = half + stepper_low(s), end = half + stepper_high(s);
         const double *z = s->z, *r0 = w->rate[0], *r1 = w->rate[1], *r2 = w->rate[2],
                      *r3 = w->rate[3], *r4 = w->rate[4], *r5 = w->rate[5];
@@ -375,7 +377,7 @@ static double order5_step_error(const struct stepper *s, double h)
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        int start = half * s->model->size;
+        int start = half * s->model->coordinate_count;
         for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
             double e =
                 order5_fourth_errors[0] * w->rate[0][k] + order5_fourth_errors[2] * w->rate[2][k] +
@@ -436,11 +438,12 @@ static bool order5_advance(struct stepper *s, double limit_s)
     }
 }
 
-VECTOR static void order5_interpolate(struct stepper *s, double t_s, int low, int high, double *z)
+TARGET_CLONES static void order5_interpolate(struct stepper *s, double t_s, int low, int high,
+                                             double *z)
 {
     const struct order5_work *w = s->work;
     double h = w->last_h_s, x = (t_s - s->t_s) / h, y = 1.0 - x;
-    for (int half = 0; half <= s->model->size; half += s->model->size) {
+    for (int half = 0; half <= s->model->coordinate_count; half += s->model->coordinate_count) {
         for (int k = half + low; k < half + high; k++) {
             double change = s->z_new[k] - s->z[k];
             double c2 = h * w->rate[0][k] - change, c3 = change - h * w->rate[6][k] - c2;

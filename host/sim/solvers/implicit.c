@@ -53,13 +53,13 @@ struct implicit_work {
 static void make(struct stepper *s, double *more)
 {
     struct implicit_work *w = s->work;
-    size_t size = (size_t)s->model->size;
+    size_t size = (size_t)s->model->coordinate_count;
     w->mass = more;
-    w->dr_dp = w->mass + MODEL_ROW * size;
-    w->dr_dv = w->dr_dp + MODEL_ROW * size;
-    w->lu = w->dr_dv + MODEL_ROW * size;
-    w->mass_lu = w->lu + BAND_WIDTH * size;
-    w->dr_dt = w->mass_lu + BAND_WIDTH * size;
+    w->dr_dp = w->mass + MODEL_ROW_LENGTH * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW_LENGTH * size;
+    w->lu = w->dr_dv + MODEL_ROW_LENGTH * size;
+    w->mass_lu = w->lu + BANDED_ROW_LENGTH * size;
+    w->dr_dt = w->mass_lu + BANDED_ROW_LENGTH * size;
     w->rhs = w->dr_dt + size;
     w->pivot = (int *)(w->rhs + size);
     w->mass_pivot = w->pivot + size;
@@ -75,7 +75,7 @@ static void restart(struct stepper *s)
     struct implicit_work *w = s->work;
     w->has_end_rates = false;
     if (w->fastest_spring_s <= 0.0) {
-        double rate = model_fastest_rate(s->model, s->z, MODEL_SWINGS);
+        double rate = model_fastest_rate(s->model, s->z, MODEL_RATE_SPRINGS);
         w->fastest_spring_s = rate > 0.0 ? 1.0 / rate : (double)INFINITY;
     }
     s->h_s = fmin(s->h_s, w->fastest_spring_s);
@@ -86,7 +86,7 @@ static void add_weighted_stages(const struct stepper *s, const double *weights, 
 {
     const struct implicit_work *w = s->work;
     for (int half = 0; half < 2; half++) {
-        int start = half * s->model->size;
+        int start = half * s->model->coordinate_count;
         for (int i = start + stepper_low(s); i < start + stepper_high(s); i++) {
             double sum = 0.0;
             for (int j = 0; j < count; j++)
@@ -100,8 +100,9 @@ static void add_weighted_stages(const struct stepper *s, const double *weights, 
 static void solve_stage(const struct stepper *s, double h, double drift, double *k)
 {
     struct implicit_work *w = s->work;
-    int size = s->model->size, low = stepper_low(s), high = stepper_high(s), count = high - low;
-    size_t row = (size_t)low * MODEL_ROW;
+    int size = s->model->coordinate_count, low = stepper_low(s), high = stepper_high(s),
+        count = high - low;
+    size_t row = (size_t)low * MODEL_ROW_LENGTH;
     double *r = w->stage_sum; /* right-hand side of the stage: r_p and r_v */
     for (int half = 0; half < 2; half++) {
         for (int i = half * size + low; i < half * size + high; i++)
@@ -113,7 +114,7 @@ static void solve_stage(const struct stepper *s, double h, double drift, double 
     banded_multiply(count, w->mass + row, r + size + low, k + size + low);
     for (int i = low; i < high; i++)
         k[size + i] += h * GAMMA * w->rhs[i];
-    banded_solve(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low, k + size + low);
+    banded_solve(count, w->lu + (size_t)low * BANDED_ROW_LENGTH, w->pivot + low, k + size + low);
     for (int i = low; i < high; i++)
         k[i] = h * GAMMA * (r[i] + k[size + i]);
 }
@@ -121,19 +122,20 @@ static void solve_stage(const struct stepper *s, double h, double drift, double 
 static bool factor_step_matrix(struct stepper *s)
 {
     struct implicit_work *w = s->work;
-    int size = s->model->size, low = stepper_low(s), count = stepper_high(s) - low;
+    int size = s->model->coordinate_count, low = stepper_low(s), count = stepper_high(s) - low;
     stepper_rates(s, s->t_s, s->z, w->rate);
     model_linearise(s->model, s->t_s, s->z, w->rate + size, w->mass, w->dr_dp, w->dr_dv, w->dr_dt);
     bool drifts_at_all = false;
     for (int i = low; i < low + count; i++)
         drifts_at_all = drifts_at_all || w->dr_dt[i] != 0.0;
     if (drifts_at_all) {
-        size_t row = (size_t)low * MODEL_ROW;
-        banded_load(count, 1.0, w->mass + row, 0.0, w->dr_dp + row, 0.0, w->dr_dv + row,
-                    w->mass_lu + (size_t)low * BAND_WIDTH);
-        if (!banded_factor(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low))
+        size_t row = (size_t)low * MODEL_ROW_LENGTH;
+        banded_combine(count, 1.0, w->mass + row, 0.0, w->dr_dp + row, 0.0, w->dr_dv + row,
+                       w->mass_lu + (size_t)low * BANDED_ROW_LENGTH);
+        if (!banded_factor(count, w->mass_lu + (size_t)low * BANDED_ROW_LENGTH,
+                           w->mass_pivot + low))
             return false;
-        banded_solve(count, w->mass_lu + (size_t)low * BAND_WIDTH, w->mass_pivot + low,
+        banded_solve(count, w->mass_lu + (size_t)low * BANDED_ROW_LENGTH, w->mass_pivot + low,
                      w->dr_dt + low);
     }
     return true;
@@ -145,10 +147,10 @@ static bool solve_stages(struct stepper *s, double h)
 {
     struct implicit_work *w = s->work;
     int low = stepper_low(s), count = stepper_high(s) - low;
-    size_t row = (size_t)low * MODEL_ROW;
-    banded_load(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->dr_dp + row, -1.0,
-                w->dr_dv + row, w->lu + (size_t)low * BAND_WIDTH);
-    if (!banded_factor(count, w->lu + (size_t)low * BAND_WIDTH, w->pivot + low))
+    size_t row = (size_t)low * MODEL_ROW_LENGTH;
+    banded_combine(count, 1.0 / (h * GAMMA), w->mass + row, -h * GAMMA, w->dr_dp + row, -1.0,
+                   w->dr_dv + row, w->lu + (size_t)low * BANDED_ROW_LENGTH);
+    if (!banded_factor(count, w->lu + (size_t)low * BANDED_ROW_LENGTH, w->pivot + low))
         return false;
     double *first = w->rate, *kept = w->stage_state;
     for (int i = 0; i < STAGE_COUNT; i++) {
@@ -175,7 +177,7 @@ static double step_error(const struct stepper *s)
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        int start = half * s->model->size;
+        int start = half * s->model->coordinate_count;
         for (int k = start + stepper_low(s); k < start + stepper_high(s); k++) {
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300))
@@ -231,7 +233,7 @@ const struct stepper_kind stepper_implicit = {
     .description = "RODAS, linearly implicit of order 4(3), banded, every event located",
     .work_bytes = sizeof(struct implicit_work),
     .row_count = STAGE_COUNT + 3,
-    .extra_value_rows = 3 * MODEL_ROW + 2 * BAND_WIDTH + 4,
+    .extra_value_rows = 3 * MODEL_ROW_LENGTH + 2 * BANDED_ROW_LENGTH + 4,
     .make = make,
     .restart = restart,
     .advance = advance,

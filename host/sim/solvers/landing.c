@@ -331,14 +331,14 @@ static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
      * mass */
     struct model fastest = *m;
     double lightest = sim_scene_extreme(l->scene, SIM_ALONG_W, m->weight_lb) / m->weight_lb;
-    fastest.kv = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv);
-    fastest.kl = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl);
-    fastest.kt = sim_scene_extreme(l->scene, SIM_ALONG_KT, m->kt);
+    fastest.kv_lb_ft = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv_lb_ft);
+    fastest.kl_lb_ft = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl_lb_ft);
+    fastest.kt_lb_ft_rad = sim_scene_extreme(l->scene, SIM_ALONG_KT, m->kt_lb_ft_rad);
     fastest.mass_slug *= lightest;
-    fastest.inertia *= lightest;
-    double rate = model_fastest_rate(&fastest, l->z, MODEL_STAGGERED);
+    fastest.inertia_slug_ft2 *= lightest;
+    double rate = model_fastest_rate(&fastest, l->z, MODEL_RATE_STAGGERED);
     if (l->mods)
-        rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia));
+        rate = sqrt(rate * rate + mods_rate2(l->mods, fastest.mass_slug, fastest.inertia_slug_ft2));
     return fmin(rate > 0.0 ? STABILITY_LIMIT / rate : HUGE_VAL, crossing_s);
 }
 
@@ -349,7 +349,7 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
     double end_s = sim_scene_end_s(l->scene);
     sim_wheel_start(&wheel, l->scene);
     /* INFINITY: the aircraft is at rest */
-    double crossing_s = l->scene->length_ft / sim_wheel_fastest_ft_s(&wheel);
+    double crossing_s = l->scene->length_ft / sim_wheel_max_speed_ft_s(&wheel);
     result->dt_limit_s = stable_step_limit_s(l, crossing_s);
     double h =
         options->dt_s > 0.0

@@ -64,22 +64,22 @@ struct moreau_work {
 /* Number of modes in the model's mode arrays, contact to lift, which are contiguous in memory. */
 static size_t mode_count(const struct model *m)
 {
-    return (size_t)(m->lift - m->contact) + (size_t)m->mats + 2;
+    return (size_t)(m->lift_shear_sign - m->contact) + (size_t)m->mats + 2;
 }
 
 static void make(struct stepper *s, double *more)
 {
     struct moreau_work *w = s->work;
-    size_t size = (size_t)s->model->size;
+    size_t size = (size_t)s->model->coordinate_count;
     w->mass = more;
-    w->dr_dp = w->mass + MODEL_ROW * size;
-    w->dr_dv = w->dr_dp + MODEL_ROW * size;
-    w->dr_dp_on = w->dr_dv + MODEL_ROW * size;
-    w->dr_dv_on = w->dr_dp_on + MODEL_ROW * size;
-    w->dr_dp_off = w->dr_dv_on + MODEL_ROW * size;
-    w->dr_dv_off = w->dr_dp_off + MODEL_ROW * size;
-    w->lu = w->dr_dv_off + MODEL_ROW * size;
-    w->dr_dt = w->lu + BAND_WIDTH * size;
+    w->dr_dp = w->mass + MODEL_ROW_LENGTH * size;
+    w->dr_dv = w->dr_dp + MODEL_ROW_LENGTH * size;
+    w->dr_dp_on = w->dr_dv + MODEL_ROW_LENGTH * size;
+    w->dr_dv_on = w->dr_dp_on + MODEL_ROW_LENGTH * size;
+    w->dr_dp_off = w->dr_dv_on + MODEL_ROW_LENGTH * size;
+    w->dr_dv_off = w->dr_dp_off + MODEL_ROW_LENGTH * size;
+    w->lu = w->dr_dv_off + MODEL_ROW_LENGTH * size;
+    w->dr_dt = w->lu + BANDED_ROW_LENGTH * size;
     w->newton_step = w->dr_dt + size;
     w->pivot = (int *)(w->newton_step + size);
     w->modes_before = (signed char *)(w->pivot + 2 * size);
@@ -95,7 +95,7 @@ static signed char *switch_mode(const struct model *m, struct model_switch which
 {
     return which.kind == MODEL_CONTACT ? &m->contact[which.index]
          : which.kind == MODEL_TORSION ? &m->torsion[which.index]
-                                       : &m->joint[which.index];
+                                       : &m->joint_mode[which.index];
 }
 
 /* Sets a mode and updates everything that depends on it, except which mats slide. */
@@ -104,21 +104,21 @@ static void set_switch_mode(struct stepper *s, struct model_switch which, int mo
     struct model *m = s->model;
     struct moreau_work *w = s->work;
     if (which.kind == MODEL_APEX)
-        m->apex = mode;
+        m->apex_node = mode;
     else
         *switch_mode(m, which) = (signed char)mode;
     if (which.kind != MODEL_CONTACT && which.kind != MODEL_APEX)
         return;
-    signed char *slide = w->modes_before + (m->slide - m->contact);
-    memcpy(slide, m->slide, (size_t)m->mats);
-    model_settle(m, t_s, w->middle_state);
-    memcpy(m->slide, slide, (size_t)m->mats);
+    signed char *slide = w->modes_before + (m->slide_direction - m->contact);
+    memcpy(slide, m->slide_direction, (size_t)m->mats);
+    model_update_modes(m, t_s, w->middle_state);
+    memcpy(m->slide_direction, slide, (size_t)m->mats);
 }
 
 static void set_positions(const struct stepper *s, double h, const double *v1, double scale,
                           const double *more, double *at)
 {
-    int size = s->model->size;
+    int size = s->model->coordinate_count;
     for (int i = 0; i < size; i++) {
         double v = v1[i] + (more ? scale * more[i] : 0.0);
         at[i] = s->z[i] + 0.25 * h * (s->z[size + i] + v);
@@ -153,10 +153,11 @@ static int update_modes(struct stepper *s, double t_s)
     const struct {
         enum model_switch_kind kind;
         signed char *modes;
-    } kinds[] = {{MODEL_CONTACT, m->contact}, {MODEL_TORSION, m->torsion}, {MODEL_SLACK, m->joint}};
-    int changed = 0, apex = m->apex;
+    } kinds[] = {
+        {MODEL_CONTACT, m->contact}, {MODEL_TORSION, m->torsion}, {MODEL_SLACK, m->joint_mode}};
+    int changed = 0, apex = m->apex_node;
     memcpy(w->modes_before, m->contact, mode_count(m));
-    model_sample_shape(m, w->middle_state);
+    model_sample_shape_modes(m, w->middle_state);
     for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
         signed char *mode = kinds[k].modes, *was = w->modes_before + (mode - m->contact),
                     *flips = w->flip_counts + (mode - m->contact);
@@ -179,18 +180,18 @@ static int update_modes(struct stepper *s, double t_s)
         if (w->shared_switch[k].id.kind != MODEL_APEX)
             *switch_mode(m, w->shared_switch[k].id) = (signed char)w->shared_switch[k].off_mode;
     }
-    if (m->shear != SIM_SHEAR_NONE && m->apex != apex && m->lifted_nodes > 0) {
+    if (m->lift_shear != SIM_SHEAR_NONE && m->apex_node != apex && m->lifted_nodes > 0) {
         bool has = false;
         for (int k = 0; k < w->shared_count; k++)
             has = has || w->shared_switch[k].id.kind == MODEL_APEX;
         if (!has && ++w->apex_flip_count > FLIPS_BEFORE_SHARE)
-            add_shared(s, MODEL_APEX, m->apex, m->apex, apex);
+            add_shared(s, MODEL_APEX, m->apex_node, m->apex_node, apex);
         changed += !has;
         if (has || w->apex_flip_count > FLIPS_BEFORE_SHARE)
-            m->apex = apex;
+            m->apex_node = apex;
     }
-    if (w->shared_count > 0 && m->shear != SIM_SHEAR_NONE)
-        set_switch_mode(s, (struct model_switch){MODEL_APEX, m->apex}, m->apex, t_s);
+    if (w->shared_count > 0 && m->lift_shear != SIM_SHEAR_NONE)
+        set_switch_mode(s, (struct model_switch){MODEL_APEX, m->apex_node}, m->apex_node, t_s);
     return changed;
 }
 
@@ -201,7 +202,7 @@ static void compute_mat_forces(struct stepper *s, double t_s, int mat, double *p
     struct model *m = s->model;
     struct moreau_work *w = s->work;
     *push_lb = model_push_lb(m, t_s, w->middle_state, mat);
-    *limit_lb = model_limit_lb(m, w->middle_state, mat);
+    *limit_lb = model_friction_limit_lb(m, w->middle_state, mat);
     double push = *push_lb, limit = *limit_lb;
     for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
@@ -210,7 +211,7 @@ static void compute_mat_forces(struct stepper *s, double t_s, int mat, double *p
             continue;
         *switch_mode(m, one->id) = (signed char)one->on_mode;
         *push_lb += one->share * (model_push_lb(m, t_s, w->middle_state, mat) - push);
-        *limit_lb += one->share * (model_limit_lb(m, w->middle_state, mat) - limit);
+        *limit_lb += one->share * (model_friction_limit_lb(m, w->middle_state, mat) - limit);
         *switch_mode(m, one->id) = (signed char)one->off_mode;
     }
 }
@@ -221,26 +222,27 @@ static int update_mat_modes(struct stepper *s, double h, double t_s)
 {
     struct model *m = s->model;
     struct moreau_work *w = s->work;
-    signed char *flips = w->flip_counts + (m->slide - m->contact);
+    signed char *flips = w->flip_counts + (m->slide_direction - m->contact);
     int changed = 0;
-    if (m->law != SIM_FRICTION_STICK)
+    if (m->friction_law != SIM_FRICTION_STICK)
         return 0;
     for (int n = 0; n < m->mats; n++) {
-        double v0 = s->z[m->size + 2 * n + 1], v1 = w->middle_state[m->size + 2 * n + 1];
-        signed char way = m->slide[n];
+        double v0 = s->z[m->coordinate_count + 2 * n + 1],
+               v1 = w->middle_state[m->coordinate_count + 2 * n + 1];
+        signed char way = m->slide_direction[n];
         if (way != 0 && way * v1 < 0.0) {
-            m->slide[n] = 0;
+            m->slide_direction[n] = 0;
         } else if (way == 0) {
             double push, limit;
             compute_mat_forces(s, t_s, n, &push, &limit);
             push += m->mass_slug * v0 / h;
             if (fabs(push) > limit)
-                m->slide[n] = push > 0.0 ? 1 : -1;
+                m->slide_direction[n] = push > 0.0 ? 1 : -1;
         }
-        if (m->slide[n] == way)
+        if (m->slide_direction[n] == way)
             continue;
         if (flips[n] >= FLIPS_BEFORE_FIXED_SLIDE) {
-            m->slide[n] = way;
+            m->slide_direction[n] = way;
         } else {
             flips[n]++;
             changed++;
@@ -255,7 +257,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
 {
     struct model *m = s->model;
     struct moreau_work *w = s->work;
-    int size = m->size;
+    int size = m->coordinate_count;
     double *left = w->shifted_state;
     model_rates(m, t_s, w->middle_state, w->accel);
     for (int i = 0; i < size; i++)
@@ -264,8 +266,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     model_linearise(m, t_s, w->middle_state, w->dr_dt, w->mass, w->dr_dp, w->dr_dv, slope);
     memcpy(left, w->accel, (size_t)size * sizeof *left);
     if (w->shared_count > 0) {
-        memcpy(w->dr_dp_off, w->dr_dp, (size_t)size * MODEL_ROW * sizeof *w->dr_dp_off);
-        memcpy(w->dr_dv_off, w->dr_dv, (size_t)size * MODEL_ROW * sizeof *w->dr_dv_off);
+        memcpy(w->dr_dp_off, w->dr_dp, (size_t)size * MODEL_ROW_LENGTH * sizeof *w->dr_dp_off);
+        memcpy(w->dr_dv_off, w->dr_dv, (size_t)size * MODEL_ROW_LENGTH * sizeof *w->dr_dv_off);
     }
     for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
@@ -280,7 +282,7 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
             left[i] += one->share * one->accel[i];
         }
         /* sum of the slopes of the modes and of each share times the slope of its switch */
-        for (int i = 0; i < size * MODEL_ROW; i++) {
+        for (int i = 0; i < size * MODEL_ROW_LENGTH; i++) {
             w->dr_dp[i] += one->share * (w->dr_dp_on[i] - w->dr_dp_off[i]);
             w->dr_dv[i] += one->share * (w->dr_dv_on[i] - w->dr_dv_off[i]);
         }
@@ -288,9 +290,9 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     for (int i = 0; i < size; i++)
         left[i] -= w->dr_dt[i];
     banded_multiply(size, w->mass, left, w->newton_step);
-    banded_load(size, 1.0 / h, w->mass, -0.25 * h, w->dr_dp, -1.0, w->dr_dv, w->lu);
-    for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++) {
-        if (m->slide[n] == 0) /* the equation of a mat at rest is v1/h = 0 */
+    banded_combine(size, 1.0 / h, w->mass, -0.25 * h, w->dr_dp, -1.0, w->dr_dv, w->lu);
+    for (int n = 0; n < m->mats && m->friction_law == SIM_FRICTION_STICK; n++) {
+        if (m->slide_direction[n] == 0) /* the equation of a mat at rest is v1/h = 0 */
             w->newton_step[2 * n + 1] = -v1[2 * n + 1] / h;
     }
     if (!banded_factor(size, w->lu, w->pivot))
@@ -298,8 +300,8 @@ static bool solve_newton_step(struct stepper *s, double h, double t_s, const dou
     banded_solve(size, w->lu, w->pivot, w->newton_step);
     for (int k = 0; k < w->shared_count; k++) {
         double *push = w->shared_switch[k].accel;
-        for (int n = 0; n < m->mats && m->law == SIM_FRICTION_STICK; n++)
-            push[2 * n + 1] = m->slide[n] == 0 ? 0.0 : push[2 * n + 1];
+        for (int n = 0; n < m->mats && m->friction_law == SIM_FRICTION_STICK; n++)
+            push[2 * n + 1] = m->slide_direction[n] == 0 ? 0.0 : push[2 * n + 1];
         banded_multiply(size, w->mass, push, push + size);
         banded_solve(size, w->lu, w->pivot, push + size);
     }
@@ -321,7 +323,8 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
     for (int k = 0; k < w->shared_count; k++) {
         /* sigma is not smooth, so its slope towards 0 is used */
         double part = copysign(SHARE_DIFFERENCE, w->shared_switch[k].sigma);
-        set_positions(s, h, v1, part, w->shared_switch[k].accel + m->size, w->shifted_state);
+        set_positions(s, h, v1, part, w->shared_switch[k].accel + m->coordinate_count,
+                      w->shifted_state);
         for (int j = 0; j < w->shared_count; j++)
             w->shared_switch[j].sigma_slopes[k] =
                 (-model_margin(m, t_s, w->shifted_state, w->shared_switch[j].id) -
@@ -350,8 +353,8 @@ static double solve_shares(struct stepper *s, double h, double t_s, double *v1)
     }
     for (int k = 0; k < w->shared_count; k++) {
         struct shared_switch *one = &w->shared_switch[k];
-        for (int i = 0; i < m->size; i++)
-            v1[i] += one->change * one->accel[m->size + i];
+        for (int i = 0; i < m->coordinate_count; i++)
+            v1[i] += one->change * one->accel[m->coordinate_count + i];
         one->share += one->change;
         most = fmax(most, fabs(one->change));
     }
@@ -364,7 +367,7 @@ static bool solve_step(struct stepper *s, double h)
 {
     struct model *m = s->model;
     struct moreau_work *w = s->work;
-    int size = m->size;
+    int size = m->coordinate_count;
     double t_s = s->t_s + 0.5 * h, scale = sqrt(m->scene->g_ft_s2 * m->length_ft);
     double *v1 = s->z_new + size;
     memcpy(v1, s->z + size, (size_t)size * sizeof *v1);
@@ -421,8 +424,9 @@ static bool advance(struct stepper *s, double limit_s)
         h *= 0.5;
         last = false;
     }
-    for (int i = 0; i < m->size; i++)
-        s->z_new[i] = s->z[i] + 0.5 * h * (s->z[m->size + i] + s->z_new[m->size + i]);
+    for (int i = 0; i < m->coordinate_count; i++)
+        s->z_new[i] = s->z[i] +
+                      0.5 * h * (s->z[m->coordinate_count + i] + s->z_new[m->coordinate_count + i]);
     s->t_new_s = last ? limit_s : s->t_s + h;
     drop_full_shares(s, s->t_new_s);
     return true;
@@ -431,7 +435,7 @@ static bool advance(struct stepper *s, double limit_s)
 static void interpolate(struct stepper *s, double t_s, int low, int high, double *z)
 {
     double h = s->t_new_s - s->t_s, part = (t_s - s->t_s) / h;
-    int size = s->model->size;
+    int size = s->model->coordinate_count;
     for (int i = low; i < high; i++) {
         double v0 = s->z[size + i], more = s->z_new[size + i] - v0;
         z[i] = s->z[i] + part * h * (v0 + 0.5 * part * more);
@@ -447,7 +451,7 @@ const struct stepper_kind stepper_moreau = {
     .description = "Moreau and Jean, fixed step, all events solved within the step",
     .work_bytes = sizeof(struct moreau_work),
     .row_count = 3 + SHARED_SWITCHES_MAX,
-    .extra_value_rows = 7 * MODEL_ROW + BAND_WIDTH + 12,
+    .extra_value_rows = 7 * MODEL_ROW_LENGTH + BANDED_ROW_LENGTH + 12,
     .make = make,
     .restart = restart,
     .advance = advance,

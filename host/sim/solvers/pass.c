@@ -75,13 +75,13 @@ static bool fail_without_progress(struct pass *p, int mat_from_1, double t_s, co
 /* Finds the fastest mat, or the first mat whose state is not finite. */
 static int find_fastest_mat(const struct model *m, const double *z, double *speed)
 {
-    int mat = m->first;
+    int mat = m->first_mat;
     *speed = 0.0;
-    for (int n = m->first; n <= m->last; n++) {
-        double v = z[m->size + 2 * n + 1];
-        if (!isfinite(v) || !isfinite(z[2 * n]) || !isfinite(z[m->size + 2 * n]))
+    for (int n = m->first_mat; n <= m->last_mat; n++) {
+        double v = z[m->coordinate_count + 2 * n + 1];
+        if (!isfinite(v) || !isfinite(z[2 * n]) || !isfinite(z[m->coordinate_count + 2 * n]))
             return n + 1;
-        double most = fmax(fabs(v), fabs(z[m->size + 2 * n]));
+        double most = fmax(fabs(v), fabs(z[m->coordinate_count + 2 * n]));
         if (most > *speed) {
             *speed = most;
             mat = n;
@@ -94,10 +94,10 @@ static void store_state(struct pass *p, double t_s, double *z)
 {
     const struct model *m = p->model;
     struct sim_record *record = &p->outcome->record;
-    model_fill(m, z);
+    model_fill_outside_window(m, z);
     for (int n = 0; n < m->mats; n++) {
         p->u[n + 1] = z[2 * n + 1];
-        p->v[n + 1] = z[m->size + 2 * n + 1];
+        p->v[n + 1] = z[m->coordinate_count + 2 * n + 1];
         p->height[n + 1] = 0.0 - z[2 * n]; /* writes 0 instead of -0 */
     }
     record->height_ft = p->height;
@@ -120,7 +120,7 @@ static void store_state_until(struct pass *p, double t_s)
 static double switch_margin(struct pass *p, double t_s, const double *z, struct model_switch which)
 {
     if (p->stepper.kind->samples_shape)
-        model_sample_shape(p->model, z);
+        model_sample_shape_modes(p->model, z);
     return model_margin(p->model, t_s, z, which);
 }
 
@@ -221,7 +221,7 @@ static void record_lift_peak(struct pass *p, double end_s, const double *z_end, 
     const struct model *m = p->model;
     int node, rate;
     double lift = model_lift_ft(m, z_end, &node);
-    rate = m->size + 2 * (node - 1);
+    rate = m->coordinate_count + 2 * (node - 1);
     if (lift > p->outcome->max_lift_ft)
         p->outcome->max_lift_ft = lift;
     if (lift <= 0.0 || lift < 0.9 * p->outcome->max_lift_ft ||
@@ -285,7 +285,7 @@ static bool handle_events(struct pass *p, bool *event)
     double when[FOUND_SWITCHES_MAX];
     int flips = 0;
     if (s->kind->samples_shape)
-        model_sample_shape(m, s->z_new);
+        model_sample_shape_modes(m, s->z_new);
     int count = find_violations(p, found);
     double at = p->until_s;
     *event = count > 0;
@@ -325,7 +325,7 @@ static bool handle_events(struct pass *p, bool *event)
         if (at > s->t_s)
             s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
         if (s->kind->samples_shape)
-            model_sample_shape(m, p->z_event);
+            model_sample_shape_modes(m, p->z_event);
         count = model_find_violations(m, at, p->z_event, found, FOUND_SWITCHES_MAX);
         int others = 0;
         for (int i = 0; i < count && i < FOUND_SWITCHES_MAX; i++) {
@@ -380,7 +380,7 @@ static bool handle_events(struct pass *p, bool *event)
                                                                        : p->outcome->max_flips;
         }
     }
-    model_settle(m, at, s->z_new);
+    model_update_modes(m, at, s->z_new);
     p->last_flip = together[0];
     p->last_flip_s = at;
     p->outcome->events++;
@@ -393,10 +393,10 @@ static bool stop_reversed_mats(struct pass *p)
 {
     struct stepper *s = &p->stepper;
     bool any = false;
-    if (p->model->law != SIM_FRICTION_STICK)
+    if (p->model->friction_law != SIM_FRICTION_STICK)
         return false;
-    for (int i = p->model->size + stepper_low(s) + 1; i < p->model->size + stepper_high(s);
-         i += 2) {
+    for (int i = p->model->coordinate_count + stepper_low(s) + 1;
+         i < p->model->coordinate_count + stepper_high(s); i += 2) {
         if (s->z[i] * s->z_new[i] < 0.0) {
             s->z_new[i] = 0.0;
             p->outcome->events++;
@@ -410,7 +410,7 @@ static bool stop_reversed_mats(struct pass *p)
 static void count_sampled_changes(struct pass *p)
 {
     const struct model *m = p->model;
-    size_t length = (size_t)(m->slide - m->contact);
+    size_t length = (size_t)(m->slide_direction - m->contact);
     for (size_t i = 0; i < length; i++)
         p->outcome->sampled_change_count += m->contact[i] != p->sampled_modes[i];
     memcpy(p->sampled_modes, m->contact, length);
@@ -441,7 +441,7 @@ static bool advance_pass(struct pass *p, double limit_s)
     }
     p->outcome->steps++;
     p->outcome->longest_step_s = fmax(p->outcome->longest_step_s, s->t_new_s - s->t_s);
-    int live = m->last - m->first + 1;
+    int live = m->last_mat - m->first_mat + 1;
     p->awake_mat_s += live * (s->t_new_s - s->t_s);
     p->outcome->awake_mats_max = live > p->outcome->awake_mats_max ? live
                                                                    : p->outcome->awake_mats_max;
@@ -456,13 +456,14 @@ static bool advance_pass(struct pass *p, double limit_s)
                  CLOCK_ERROR_UNITS * speed * (nextafter(s->t_s, HUGE_VAL) - s->t_s));
     }
     if (model_update_window(m, s->z)) {
-        model_settle(m, s->t_s, s->z);
+        model_update_modes(m, s->t_s, s->z);
         event = true;
     }
     if (event)
         s->kind->restart(s);
     double angle = model_worst_angle_deg(m, s->z, &mat);
-    if (!isfinite(angle) || !isfinite(s->z[m->size + 2 * mat - 1]) || !isfinite(s->z[2 * mat - 1]))
+    if (!isfinite(angle) || !isfinite(s->z[m->coordinate_count + 2 * mat - 1]) ||
+        !isfinite(s->z[2 * mat - 1]))
         return fail_pass(p, SIM_UNSTABLE, find_fastest_mat(m, s->z, &speed), s->t_s);
     if (angle > FOLDED_MIN_DEG)
         return fail_pass(p,
@@ -509,9 +510,9 @@ static void run_spans(struct pass *p, const struct pass_request *request,
             }
         }
     }
-    model_fill(m, s->z);
+    model_fill_outside_window(m, s->z);
     int mat = find_fastest_mat(m, s->z, &speed);
-    for (int i = 0; i < 2 * m->size; i++) {
+    for (int i = 0; i < 2 * m->coordinate_count; i++) {
         if (!isfinite(s->z[i])) {
             fail_pass(p, SIM_UNSTABLE, mat, s->t_s);
             return;
@@ -523,7 +524,7 @@ static void run_spans(struct pass *p, const struct pass_request *request,
 void pass_run(struct pass_outcome *out, struct model *m, const struct pass_request *request,
               const struct sim_options *options)
 {
-    size_t length = 2 * (size_t)m->size;
+    size_t length = 2 * (size_t)m->coordinate_count;
     double end_s = sim_scene_end_s(m->scene), begin_s = monotonic_s();
     struct pass p = {.model = m, .outcome = out};
     *out = (struct pass_outcome){0};
@@ -557,13 +558,13 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     stepper_make(&p.stepper);
     int node;
     m->evaluations = 0;
-    m->prunes = request->kind->can_leave_out_mats && !options->no_prune;
+    m->can_leave_out_mats = request->kind->can_leave_out_mats && !options->no_prune;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
     if (out->record.next_s <= 0.0)
         store_state(&p, 0.0, p.stepper.z);
     run_spans(&p, request, options);
-    model_fill(m, p.stepper.z);
+    model_fill_outside_window(m, p.stepper.z);
     memcpy(out->end_z, p.stepper.z, length * sizeof *out->end_z);
     out->evaluations = m->evaluations;
     out->rejected_steps = p.stepper.rejected_steps;

@@ -28,7 +28,7 @@ struct pass_outcome {
     double t_s;
     const char *reason; /* reason why the pass made no progress */
     uint64_t evaluations, steps, rejected_steps, events;
-    /* sum of a number for each switch (pass.c, switch_mark): passes with different sums switched
+    /* sum of a number for each switch (pass.c, switch_hash): passes with different sums switched
      * differently */
     uint64_t switch_hash_sum;
     unsigned max_flips; /* largest number of flips of a single contact, torsion or joint */

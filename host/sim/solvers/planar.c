@@ -100,8 +100,8 @@ struct solver_passes {
 static struct model make_nudged_model(const struct model *m, int run)
 {
     struct model other = *m;
-    other.kl *= 1.0 + (run & 1 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
-    other.kv *= 1.0 + (run & 2 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
+    other.kl_lb_ft *= 1.0 + (run & 1 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
+    other.kv_lb_ft *= 1.0 + (run & 2 ? STIFFNESS_NUDGE : -STIFFNESS_NUDGE);
     return other;
 }
 
@@ -410,7 +410,7 @@ static void add_runs_if_sensitive(struct model *m, const struct sim_options *opt
     finer.rtol = fmax(ESTIMATE_MIN_RTOL, finer.rtol / ESTIMATE_RTOL_RATIO);
     finer.dt_s /= ESTIMATE_FIXED_STEP_RATIO;
     finer.first_step_factor /=
-        ESTIMATE_FIXED_STEP_RATIO; /* first_part is 0 unless the step is fixed */
+        ESTIMATE_FIXED_STEP_RATIO; /* first_step_factor is 0 unless the step is fixed */
     for (int run = -1; run < DIVERGENCE_RUN_COUNT; run++) {
         struct pass_outcome pass = {0};
         if (run < 0)
@@ -562,8 +562,8 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
                                    UINT64_MAX,
                                    0,
                                    ESTIMATE_STEP_SPAN_SHARE};
-    if (m.law == SIM_FRICTION_SIGN) {
-        m.law = SIM_FRICTION_STICK;
+    if (m.friction_law == SIM_FRICTION_SIGN) {
+        m.friction_law = SIM_FRICTION_STICK;
         sim_result_add_note(result,
                             "friction law 'stick' is used: it is the exact form of the law 'sign'");
     }
@@ -650,15 +650,15 @@ static const struct stepper_kind *choose_solver(const struct sim_scene *scene,
     return &stepper_implicit;
 }
 
-/* Runs `coarse` and `fine`. `coarse_answers`: the result is that of `coarse`, otherwise that of
+/* Runs `coarse` and `fine`. `is_result_coarse`: the result is that of `coarse`, otherwise that of
  * `fine`. `last`: no other solver follows, so the result is unpredictable if the runs contradict
  * each other. */
 static void run_coarse_and_fine(struct model *m, const struct sim_options *options,
-                                struct pass_request request, bool coarse_answers, bool last,
+                                struct pass_request request, bool is_result_coarse, bool last,
                                 bool *contradicted, struct sim_result *result)
 {
     struct solver_passes runs = {
-        .coarse_request = request, .fine_request = request, .is_result_coarse = coarse_answers};
+        .coarse_request = request, .fine_request = request, .is_result_coarse = is_result_coarse};
     struct pass_outcome *coarse = &runs.coarse, *fine = &runs.fine;
     struct sim_difference where;
     runs.coarse_request.first_step_factor = request.kind->has_fixed_step
@@ -666,7 +666,7 @@ static void run_coarse_and_fine(struct model *m, const struct sim_options *optio
                                               : ESTIMATE_FIRST_STEP_FACTOR;
     if (request.kind->has_fixed_step)
         runs.fine_request.first_step_factor = ESTIMATE_STEP_SPAN_SHARE / ESTIMATE_FIXED_STEP_RATIO;
-    if (request.kind->has_fixed_step && coarse_answers)
+    if (request.kind->has_fixed_step && is_result_coarse)
         runs.fine_request.dt_s /= ESTIMATE_FIXED_STEP_RATIO;
     else if (request.kind->has_fixed_step)
         runs.coarse_request.dt_s = ESTIMATE_FIXED_STEP_RATIO * (runs.fine_request.dt_s *= 0.5);
@@ -697,7 +697,8 @@ static void run_coarse_and_fine(struct model *m, const struct sim_options *optio
             if (last)
                 set_divergence_of_runs(m, &runs.fine_request, options, fine, coarse, result);
         }
-        pass_fill_result(m, coarse_answers ? coarse : fine, coarse_answers ? fine : coarse, result);
+        pass_fill_result(m, is_result_coarse ? coarse : fine, is_result_coarse ? fine : coarse,
+                         result);
     }
     pass_outcome_free(coarse);
     pass_outcome_free(fine);
@@ -737,7 +738,7 @@ static void run_adaptive_solver(struct model *m, const struct sim_options *optio
                                 struct sim_result *result)
 {
     bool given = options->rtol > 0.0, contradicted;
-    uint64_t most = m->law == SIM_FRICTION_SIGN  ? MAX_SIGN_STEPS
+    uint64_t most = m->friction_law == SIM_FRICTION_SIGN ? MAX_SIGN_STEPS
                   : is_solver_automatic(options) ? max_steps_before_change(m, kind, last, result)
                                                  : MAX_STEPS;
     struct pass_request request = {kind, given ? options->rtol : kind->rtol, 0.0, most, 0, 0.0};
@@ -842,10 +843,10 @@ static enum mr_status run_planar(const struct sim_scene *scene, const struct sim
         free(z);
         return error->status;
     }
-    if (is_solver_automatic(options) && model.law == SIM_FRICTION_SIGN)
-        model.law = SIM_FRICTION_STICK;
+    if (is_solver_automatic(options) && model.friction_law == SIM_FRICTION_SIGN)
+        model.friction_law = SIM_FRICTION_STICK;
     model_start(&model, z);
-    double rate = model_fastest_rate(&model, z, MODEL_EXPLICIT);
+    double rate = model_fastest_rate(&model, z, MODEL_RATE_EXPLICIT);
     const struct stepper_kind *kind = choose_solver(scene, options, rate, result);
     result->solver = kind->name;
     result->mats = scene->mats;

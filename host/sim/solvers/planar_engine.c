@@ -47,7 +47,7 @@ static void extend_part(struct moving_part *part, const struct model *m, int low
 static void update_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count)
 {
     struct moving_part *s = &l->sliding;
-    const double *v = l->z + l->model.size;
+    const double *v = l->z + l->model.coordinate_count;
     for (int i = 0; i < count; i++) {
         bool idle = s->last - s->first <= 2 && s->first_rest_steps >= REST_STEPS_TO_SHRINK &&
                     s->last_rest_steps >= REST_STEPS_TO_SHRINK;
@@ -82,11 +82,11 @@ static bool is_node_at_rest(const struct planar_engine *l, int node)
 {
     const struct model *m = &l->model;
     if (m->tilt_ft)
-        return fabs(l->z[m->size + 2 * node]) <=
+        return fabs(l->z[m->coordinate_count + 2 * node]) <=
                    UNEVEN_REST_SPEED_MAX * sqrt(m->scene->g_ft_s2 * m->length_ft) &&
                l->z[2 * node] >= -AIRBORNE_HEIGHT_MIN * m->length_ft;
     return fabs(l->z[2 * node] - m->rest_y_ft) <= REST_TOLERANCE * m->length_ft &&
-           fabs(l->z[m->size + 2 * node]) <=
+           fabs(l->z[m->coordinate_count + 2 * node]) <=
                REST_TOLERANCE * sqrt(m->scene->g_ft_s2 * m->length_ft);
 }
 
@@ -99,7 +99,7 @@ static bool is_mat_at_rest(const struct planar_engine *l, int n)
  * the heaving part. */
 static void add_sliding_mats_to_heaving(struct planar_engine *l, int chunk)
 {
-    const double *v = l->z + l->model.size;
+    const double *v = l->z + l->model.coordinate_count;
     int first = l->sliding.first, last = l->sliding.last;
     while (first <= last && v[2 * first + 1] == 0.0)
         first++;
@@ -178,7 +178,7 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
     const struct model *m = &l->model;
     if (!m->has_full_profile || n < l->heaving.first || n > l->heaving.last)
         return (struct shortening){0.0, 0.0};
-    const double *p = l->z, *v = l->z + m->size;
+    const double *p = l->z, *v = l->z + m->coordinate_count;
     struct kernel_mat mat = m->tilt_ft ? kernel_tilted_mat(m, p, v, n, 1.0 / m->length_ft)
                                        : kernel_mat(p, v, n, 1.0 / m->length_ft);
     return (struct shortening){m->half_ft * (l->rest_cos[n] - mat.c), m->half_ft * mat.w * mat.s};
@@ -187,8 +187,8 @@ static inline struct shortening shortening_of(const struct planar_engine *l, int
 LAW_INLINE void update_tensions_by_law(struct planar_engine *l, enum joint_law law)
 {
     const struct model *m = &l->model;
-    const double *p = l->z, *v = l->z + m->size;
-    struct law_joint joint = {m->kl, m->cl, l->slack_ft};
+    const double *p = l->z, *v = l->z + m->coordinate_count;
+    struct law_joint joint = {m->kl_lb_ft, m->cl_lb_s_ft, l->slack_ft};
     struct shortening left, right = shortening_of(l, l->sliding.first - 1);
     for (int j = l->sliding.first; j <= l->sliding.last + 1; j++) {
         left = right; /* set before the test for free ends, because the next joint also needs it */
@@ -240,8 +240,7 @@ static void update_tensions(struct planar_engine *l)
 /* Largest number of repetitions of a step in which the soil releases or catches nodes. */
 #define MAX_CONTACT_ROUNDS 8
 
-/* Applies bands and cleats before a kick. A riveted mat that its band moves is added to the sliding
- * part. */
+/* Applies bands and cleats before a kick, and adds mats that a band moves to the sliding part. */
 static void brace_sliding_part(struct planar_engine *l, const struct sim_touch *touch, int count,
                                double h_s)
 {
@@ -255,11 +254,12 @@ static void brace_sliding_part(struct planar_engine *l, const struct sim_touch *
     if (!mods->has_bands)
         return;
     mods_pull_bands(mods, &view, touch, count);
-    for (int c = 0; c < mods->braces; c++) {
+    for (int c = 0; c < mods->brace_count; c++) {
         int n = mods->brace_mat[c] - 1;
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n] + mods->brace_force_lb[n + 1];
-        double limit_lb = m->law == SIM_FRICTION_NONE ? 0.0
-                                                      : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
+        double limit_lb = m->friction_law == SIM_FRICTION_NONE
+                            ? 0.0
+                            : l->limit_lb[n] + mods_cleat_lb(mods, n + 1);
         if ((n < l->sliding.first || n > l->sliding.last) && fabs(push_lb) > limit_lb)
             extend_part(&l->sliding, m, n - 1, n + 1);
     }
@@ -286,7 +286,7 @@ static void brace_heaving_part(struct planar_engine *l)
 
 static double node_soil_force_lb(const struct planar_engine *l, int node)
 {
-    return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.size, node);
+    return kernel_soil_at_lb(&l->model, l->z, l->z + l->model.coordinate_count, node);
 }
 
 /* Mean force of the soil on a node during the kick of its mats. It differs from the present force
@@ -307,8 +307,8 @@ static double soil_friction_limit_lb(const struct planar_engine *l, int n)
 {
     const struct model *m = &l->model;
     if (l->is_step_divided || l->next_normal_share < 1.0)
-        return m->friction * (mean_soil_force_lb(l, n) + mean_soil_force_lb(l, n + 1));
-    return m->friction *
+        return m->friction_coefficient * (mean_soil_force_lb(l, n) + mean_soil_force_lb(l, n + 1));
+    return m->friction_coefficient *
            (fmax(0.0, node_soil_force_lb(l, n)) + fmax(0.0, node_soil_force_lb(l, n + 1)));
 }
 
@@ -319,14 +319,14 @@ static void step_mat_under_gear(struct planar_engine *l, int n, double thrust_lb
 {
     const struct model *m = &l->model;
     struct gear *gear = l->gear;
-    double *v = &l->z[m->size + 2 * n + 1];
+    double *v = &l->z[m->coordinate_count + 2 * n + 1];
     bool grounded = n < l->heaving.first || n > l->heaving.last || m->contact[n] ||
                     m->contact[n + 1];
     struct element_step step = element_make_step(&m->elements, (struct element_mat){*v, grounded},
                                                  h_s, l->mass_slug[n]);
     gear->mass_slug = l->mass_slug[n];
-    if (!m->has_soil_normal && m->law != SIM_FRICTION_NONE)
-        limit_lb += m->friction * l->scene->wheel_load_lb * gear->share[n + 1];
+    if (!m->has_soil_normal && m->friction_law != SIM_FRICTION_NONE)
+        limit_lb += m->friction_coefficient * l->scene->wheel_load_lb * gear->load_share[n + 1];
     *v = gear_speed_ft_s(gear, n + 1, step.speed_factor * *v, thrust_lb + step.push_lb, limit_lb,
                          step.equivalent_s);
 }
@@ -343,7 +343,8 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
                                  double h_s, bool plain)
 {
     const struct model *m = &l->model;
-    double *v = l->z + m->size, *thrust = l->u; /* `u` is unused until outputs are written */
+    /* `u` is unused until outputs are written */
+    double *v = l->z + m->coordinate_count, *thrust = l->u;
     const bool cleated = !plain && l->mods && l->mods->has_cleats,
                elements = !plain && m->elements.count > 0, geared = !plain && l->gear;
     unsigned stops = 0;
@@ -353,7 +354,7 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
         thrust[n] = l->tension_lb[n + 1] - l->tension_lb[n];
     for (int i = 0; i < count; i++)
         thrust[touch[i].mat - 1] += touch[i].thrust_lb;
-    for (int c = 0; l->mods && c < l->mods->braces; c++)
+    for (int c = 0; l->mods && c < l->mods->brace_count; c++)
         /* braces on mats outside the part have no effect, because the loop below skips these
          * mats */
         thrust[l->mods->brace_mat[c] - 1] += l->mods->brace_force_lb[l->mods->brace_mat[c]];
@@ -363,13 +364,13 @@ KERNEL_INLINE unsigned kick_mats(struct planar_engine *l, const struct sim_touch
             limit = soil_friction_limit_lb(l, n);
         for (int i = 0; i < count && !m->has_soil_normal && m->wheel_load_lb > 0.0; i++) {
             if (touch[i].mat - 1 == n)
-                limit += m->friction * m->wheel_load_lb * touch[i].load_share;
+                limit += m->friction_coefficient * m->wheel_load_lb * touch[i].load_share;
         }
         if (cleated)
             limit += mods_raised_cleat_hold_lb(l->mods, n + 1, l->z[2 * n], l->z[2 * n + 2]);
-        if (m->law == SIM_FRICTION_NONE)
+        if (m->friction_law == SIM_FRICTION_NONE)
             limit = 0.0;
-        if (geared && l->gear->share[n + 1] > 0.0) {
+        if (geared && l->gear->load_share[n + 1] > 0.0) {
             step_mat_under_gear(l, n, thrust[n], limit, h_s);
         } else if (elements) {
             struct element_mat mat = {v[2 * n + 1], n < l->heaving.first || n > l->heaving.last ||
@@ -401,9 +402,9 @@ static unsigned kick_sliding_part(struct planar_engine *l, const struct sim_touc
 static bool update_contacts(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
-    const double *v = l->z + m->size;
+    const double *v = l->z + m->coordinate_count;
     bool changed = false;
-    for (int j = m->first; j <= m->last + 1; j++) {
+    for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         double y_ft = l->z[2 * j];
         bool pushed = y_ft > 0.0 && l->kv_lb_ft[j] * y_ft +
                                             l->cv_lb_s_ft[j] * (v[2 * j] + h_s * l->accel[2 * j]) >
@@ -414,17 +415,16 @@ static bool update_contacts(struct planar_engine *l, double h_s)
     return changed;
 }
 
-/* Updates the vertical speeds over h_s. Returns the largest change of a node's speed due to the
- * soil. */
+/* Updates the vertical speeds over h_s. Returns the largest change of speed due to the soil. */
 static double kick_heaving_part(struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
-    double *v = l->z + m->size;
-    consistent_heave(m, h_s, l->z, l->accel);
+    double *v = l->z + m->coordinate_count;
+    consistent_heave_rates(m, h_s, l->z, l->accel);
     for (int i = 0; i < MAX_CONTACT_ROUNDS && update_contacts(l, h_s); i++)
-        consistent_heave(m, h_s, l->z, l->accel);
+        consistent_heave_rates(m, h_s, l->z, l->accel);
     double jolt_ft_s = 0.0;
-    for (int j = m->first; j <= m->last + 1; j++) {
+    for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         double change_ft_s = h_s * l->accel[2 * j];
         v[2 * j] += change_ft_s;
         if (m->contact[j] && fabs(change_ft_s) > jolt_ft_s)
@@ -463,7 +463,7 @@ static void load_heaving_part(struct planar_engine *l)
     }
     for (int i = 0; i < gear->loaded_count; i++) {
         int n = gear->loaded_mats[i] - 1;
-        double half_lb = 0.5 * l->scene->wheel_load_lb * gear->share[n + 1];
+        double half_lb = 0.5 * l->scene->wheel_load_lb * gear->load_share[n + 1];
         l->brace_force_lb[n] += half_lb;
         l->brace_force_lb[n + 1] += half_lb;
     }
@@ -497,10 +497,10 @@ static void set_properties(struct planar_engine *l)
     struct model *m = &l->model;
     const struct sim_scene *s = l->scene;
     for (int j = 0; j <= m->mats; j++) {
-        l->kv_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KV, m->kv, j + 1);
-        l->cv_lb_s_ft[j] = sim_scene_along(s, SIM_ALONG_CV, m->cv, j + 1);
-        l->kl_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KL, m->kl, j + 1);
-        l->kt_lb_ft_rad[j] = sim_scene_along(s, SIM_ALONG_KT, m->kt, j + 1);
+        l->kv_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KV, m->kv_lb_ft, j + 1);
+        l->cv_lb_s_ft[j] = sim_scene_along(s, SIM_ALONG_CV, m->cv_lb_s_ft, j + 1);
+        l->kl_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KL, m->kl_lb_ft, j + 1);
+        l->kt_lb_ft_rad[j] = sim_scene_along(s, SIM_ALONG_KT, m->kt_lb_ft_rad, j + 1);
         l->rest_ft[j] = sim_scene_settled_ft(s, j + 1);
     }
     for (int n = 0; n < m->mats; n++) {
@@ -509,9 +509,9 @@ static void set_properties(struct planar_engine *l)
         l->mass_ratio[n] = l->mass_slug[n] / m->mass_slug;
         l->limit_lb[n] = s->friction * weight_lb;
     }
-    m->kv_at = l->kv_lb_ft;
-    m->cv_at = l->cv_lb_s_ft;
-    m->kt_at = l->kt_lb_ft_rad;
+    m->node_kv_lb_ft = l->kv_lb_ft;
+    m->node_cv_lb_s_ft = l->cv_lb_s_ft;
+    m->joint_kt_lb_ft_rad = l->kt_lb_ft_rad;
     m->mass_ratio = l->mass_ratio;
 }
 
@@ -519,7 +519,7 @@ static void set_properties(struct planar_engine *l)
 static void assign_arrays(struct planar_engine *l)
 {
     struct model *m = &l->model;
-    size_t length = 2 * (size_t)m->size, joints = (size_t)m->mats + 2;
+    size_t length = 2 * (size_t)m->coordinate_count, joints = (size_t)m->mats + 2;
     double **per_joint[] = {&l->u,
                             &l->v,
                             &l->gap0_ft,
@@ -557,8 +557,8 @@ static void assign_arrays(struct planar_engine *l)
     bool braced = l->mods && l->mods->acts_vertically;
     if (braced || l->gear) {
         l->brace_heaving_part = l->gear ? load_heaving_part : brace_heaving_part;
-        m->brace_lb = l->brace_force_lb;
-        m->brace_lb_ft = l->brace_moment_lb_ft;
+        m->brace_force_lb = l->brace_force_lb;
+        m->brace_moment_lb_ft = l->brace_moment_lb_ft;
     }
     l->slack_ft = m->slack_ft;
     m->given_tension_lb = l->tension_lb;
@@ -634,7 +634,7 @@ static int find_mat_under_wheel(const struct sim_touch *touch, int count)
 static double largest_lift_ft(const struct planar_engine *l, double back_s, int *node_from_1)
 {
     const struct model *m = &l->model;
-    const double *v = l->z + m->size;
+    const double *v = l->z + m->coordinate_count;
     double most_ft = 0.0;
     *node_from_1 = 1;
     for (int j = l->heaving.first; j <= l->heaving.last + 1 && l->heaving.last >= l->heaving.first;
@@ -653,7 +653,7 @@ static double largest_lift_ft(const struct planar_engine *l, double back_s, int 
 static void record_outputs(struct planar_engine *l, struct march *march, double t_s)
 {
     const struct model *m = &l->model;
-    const double *v = l->z + m->size;
+    const double *v = l->z + m->coordinate_count;
     while (march->record.next_s <= t_s) {
         double at_s = march->record.next_s, back_s = t_s - at_s;
         for (int n = 0; n < m->mats; n++) {
@@ -728,7 +728,7 @@ static bool update_march_status(struct planar_engine *l, struct march *march, do
     int mat = l->sliding.first + 1, node;
     double sum = 0.0;
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
-        sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->size + 2 * n + 1]);
+        sum += fabs(l->z[2 * n + 1]) + fabs(l->z[m->coordinate_count + 2 * n + 1]);
     if (l->heaving.last >= l->heaving.first) {
         double angle = model_worst_angle_deg(m, l->z, &mat);
         march->max_lift_ft = fmax(march->max_lift_ft, model_lift_ft(m, l->z, &node));
@@ -752,10 +752,11 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     for (int j = 0; j <= m->mats; j++)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
     for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
-        l->z[m->size + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0], n + 1);
+        l->z[m->coordinate_count + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0],
+                                                                n + 1);
     l->sliding = l->heaving = (struct moving_part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
-        l->reach_ft[j] = joint_first_reach_ft(l->gap0_ft[j], l->slack_ft);
+        l->reach_ft[j] = joint_initial_reach_ft(l->gap0_ft[j], l->slack_ft);
     memset(l->max_push_lb, 0, 3 * ((size_t)m->mats + 2) * sizeof *l->max_push_lb);
     if (l->mods)
         mods_reset(l->mods);
@@ -765,8 +766,8 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     l->sliding.last = l->heaving.last = -1;
     for (int n = 0; n < m->mats; n++) {
         double push_lb = l->tension_lb[n + 1] - l->tension_lb[n];
-        if (l->z[m->size + 2 * n + 1] != 0.0 ||
-            fabs(push_lb) > (m->law == SIM_FRICTION_NONE ? 0.0 : l->limit_lb[n]))
+        if (l->z[m->coordinate_count + 2 * n + 1] != 0.0 ||
+            fabs(push_lb) > (m->friction_law == SIM_FRICTION_NONE ? 0.0 : l->limit_lb[n]))
             extend_part(&l->sliding, m, n - 1, n + 1);
         if (!is_mat_at_rest(l, n) ||
             (m->tilt_ft && (l->tension_lb[n] != 0.0 || l->tension_lb[n + 1] != 0.0)))
@@ -780,9 +781,9 @@ static void init_march_state(struct planar_engine *l, bool prunes)
 static bool will_node_land(const struct planar_engine *l, double h_s)
 {
     const struct model *m = &l->model;
-    const double *v = l->z + m->size;
+    const double *v = l->z + m->coordinate_count;
     double gentle_ft_s = GENTLE_LANDING_SPEED_MAX * sqrt(m->scene->g_ft_s2 * m->length_ft);
-    for (int j = m->first; j <= m->last + 1; j++) {
+    for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         if (!m->contact[j] && v[2 * j] > gentle_ft_s && l->z[2 * j] + h_s * v[2 * j] > 0.0)
             return true;
     }
@@ -797,11 +798,11 @@ static double step_heights_in_parts(struct planar_engine *l, bool after_parts, d
                                     double h_s)
 {
     struct model *m = &l->model;
-    double *p = l->z, *v = l->z + m->size;
+    double *p = l->z, *v = l->z + m->coordinate_count;
     double part_s = h_s / LANDING_STEP_PARTS, jolt_ft_s = 0.0, done_s = 0.5 * part_s - first_kick_s;
     /* fraction of the mean that belongs to the time before this step */
     double early = fmax(0.0, 0.5 + done_s / h_s);
-    for (int j = m->first; j <= m->last + 1; j++) {
+    for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
         bool known = after_parts && j >= l->normal_first && j <= l->normal_last;
         l->normal_lb[j] = known ? l->next_normal_lb[j]
                                 : early * fmax(0.0, node_soil_force_lb(l, j));
@@ -810,12 +811,12 @@ static double step_heights_in_parts(struct planar_engine *l, bool after_parts, d
     for (int k = 0; k < LANDING_STEP_PARTS; k++) {
         double kick_s = k == 0 ? first_kick_s : part_s;
         if (k > 0)
-            model_sample_shape(m, l->z);
+            model_sample_shape_modes(m, l->z);
         if (k > 0 && l->brace_heaving_part)
             l->brace_heaving_part(l);
         jolt_ft_s = fmax(jolt_ft_s, kick_heaving_part(l, kick_s));
         double now_s = fmax(0.0, fmin(kick_s, 0.5 * h_s - done_s));
-        for (int j = m->first; j <= m->last + 1; j++) {
+        for (int j = m->first_mat; j <= m->last_mat + 1; j++) {
             double push_lb = fmax(0.0, node_soil_force_lb(l, j));
             l->normal_lb[j] += now_s / h_s * push_lb;
             l->next_normal_lb[j] += (kick_s - now_s) / h_s * push_lb;
@@ -823,8 +824,8 @@ static double step_heights_in_parts(struct planar_engine *l, bool after_parts, d
         }
         done_s += kick_s;
     }
-    l->normal_first = m->first;
-    l->normal_last = m->last + 1;
+    l->normal_first = m->first_mat;
+    l->normal_last = m->last_mat + 1;
     return jolt_ft_s;
 }
 
@@ -896,9 +897,9 @@ static void step_vertical(struct march_run *way, uint64_t i)
         brace_sliding_part(l, way->touch, way->touch_count, kick_s);
     update_tensions(l);
     if (way->has_heaving_part) {
-        m->first = l->heaving.first;
-        m->last = l->heaving.last;
-        model_sample_shape(m, l->z);
+        m->first_mat = l->heaving.first;
+        m->last_mat = l->heaving.last;
+        model_sample_shape_modes(m, l->z);
         if (l->brace_heaving_part)
             l->brace_heaving_part(l);
     }
@@ -928,13 +929,14 @@ static void step_along_runway(struct march_run *way, uint64_t i)
     struct planar_engine *l = way->engine;
     struct march *march = way->march;
     struct model *m = &l->model;
-    double h = march->h_s, *p = l->z, *v = l->z + m->size;
+    double h = march->h_s, *p = l->z, *v = l->z + m->coordinate_count;
     march->events += kick_sliding_part(l, way->touch, way->touch_count,
                                        kick_end_s(march, i) - kick_begin_s(march, i));
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         p[2 * n + 1] += h * v[2 * n + 1];
     l->last_step_s = way->divides_steps ? h : 0.0;
-    for (int j = m->first; way->has_heaving_part && !l->is_step_divided && j <= m->last + 1; j++)
+    for (int j = m->first_mat; way->has_heaving_part && !l->is_step_divided && j <= m->last_mat + 1;
+         j++)
         p[2 * j] += h * v[2 * j];
     int live = l->sliding.last - l->sliding.first + 1;
     march->awake_mat_s += live * h;
@@ -960,7 +962,7 @@ static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
 static void finish_march(struct march_run *way)
 {
     struct planar_engine *l = way->engine;
-    const double *v = l->z + l->model.size;
+    const double *v = l->z + l->model.coordinate_count;
     for (int n = l->sliding.first; n <= l->sliding.last; n++)
         way->march->speed_end_ft_s = fmax(way->march->speed_end_ft_s, fabs(v[2 * n + 1]));
     if (l->mods) {

@@ -35,7 +35,7 @@ struct planar_engine {
     /* Downward force on each node and moment on each joint, from modifications and gear; NULL:
      * none. */
     double *brace_force_lb, *brace_moment_lb_ft;
-    /* computes brace_lb and brace_lb_ft; NULL: there are none */
+    /* computes brace_force_lb and brace_moment_lb_ft; NULL: there are none */
     void (*brace_heaving_part)(struct planar_engine *l);
     double *max_push_lb, *max_pull_lb,
         *max_rise_ft; /* for each joint and node: largest value so far */
@@ -71,7 +71,7 @@ void planar_engine_free(struct planar_engine *l);
 /* Where the modifications find mats and joints in the arrays of the engine. */
 static inline struct mods_view planar_engine_view(const struct planar_engine *l)
 {
-    return (struct mods_view){l->z, l->z + l->model.size, 2, -1, l->tension_lb, 1};
+    return (struct mods_view){l->z, l->z + l->model.coordinate_count, 2, -1, l->tension_lb, 1};
 }
 
 /* A march: one run over the whole landing with one step size. Its record must be made before. */

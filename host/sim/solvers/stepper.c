@@ -19,7 +19,7 @@ const struct stepper_kind *stepper_find(const char *name)
 
 void stepper_make(struct stepper *s)
 {
-    size_t size = (size_t)s->model->size;
+    size_t size = (size_t)s->model->coordinate_count;
     s->work = xcalloc(1, s->kind->work_bytes);
     s->storage = xcalloc((2 * s->kind->row_count + s->kind->extra_value_rows) * size,
                          sizeof *s->storage);
@@ -53,9 +53,10 @@ bool stepper_end_at_reversal(const struct stepper *s, const double *rate, double
     const struct model *m = s->model;
     const double veps = m->veps_ft_s, edge = s->kind->reversal_speed_veps * veps;
     double h = *h_s;
-    if (m->law != SIM_FRICTION_TANH || !(edge > 0.0))
+    if (m->friction_law != SIM_FRICTION_TANH || !(edge > 0.0))
         return false;
-    for (int k = m->size + stepper_low(s) + 1; k < m->size + stepper_high(s); k += 2) {
+    for (int k = m->coordinate_count + stepper_low(s) + 1;
+         k < m->coordinate_count + stepper_high(s); k += 2) {
         /* signs such that the speed increases */
         double a = fabs(rate[k]), v = rate[k] < 0.0 ? -s->z[k] : s->z[k];
         if (a * h < veps || v > edge || v + a * h < -edge)
@@ -88,7 +89,7 @@ double stepper_doubling_error(const struct stepper *s, const double *whole)
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         double atol = half == 0 ? s->atol_ft : s->atol_ft_s;
-        int from = half * s->model->size;
+        int from = half * s->model->coordinate_count;
         for (int k = from + stepper_low(s); k < from + stepper_high(s); k++) {
             double scale = atol + s->rtol * fmax(fabs(s->z[k]), fabs(s->z_new[k]));
             if (!(fabs(s->z_new[k]) < 1e300) || !(fabs(whole[k]) < 1e300))
@@ -102,17 +103,17 @@ double stepper_doubling_error(const struct stepper *s, const double *whole)
 void stepper_copy(const struct stepper *s, const double *from, double *to)
 {
     int low = stepper_low(s), high = stepper_high(s);
-    for (int half = 0; half <= s->model->size; half += s->model->size)
+    for (int half = 0; half <= s->model->coordinate_count; half += s->model->coordinate_count)
         memcpy(to + half + low, from + half + low, (size_t)(high - low) * sizeof *to);
 }
 
 void stepper_rates(struct stepper *s, double t_s, const double *z, double *rate)
 {
-    int size = s->model->size, low = stepper_low(s), high = stepper_high(s);
+    int size = s->model->coordinate_count, low = stepper_low(s), high = stepper_high(s);
     if (s->kind->samples_switches)
-        model_sample(s->model, t_s, z);
+        model_sample_modes(s->model, t_s, z);
     else if (s->kind->samples_shape)
-        model_sample_shape(s->model, z);
+        model_sample_shape_modes(s->model, z);
     memcpy(rate + low, z + size + low, (size_t)(high - low) * sizeof *rate);
     model_rates(s->model, t_s, z, rate + size);
 }
@@ -123,7 +124,8 @@ void stepper_cubic(const struct stepper *s, const double *z0, const double *rate
     double h = s->t_new_s - s->t_s, x = (t_s - s->t_s) / h;
     double a = x * x * (3.0 - 2.0 * x), b = x * (1.0 - x) * (1.0 - x), c = -x * x * (1.0 - x);
     for (int half = 0; half < 2; half++) {
-        for (int k = half * s->model->size + low; k < half * s->model->size + high; k++)
+        for (int k = half * s->model->coordinate_count + low;
+             k < half * s->model->coordinate_count + high; k++)
             z[k] = z0[k] + a * (z1[k] - z0[k]) + h * (b * rate0[k] + c * rate1[k]);
     }
 }

@@ -76,11 +76,11 @@ void stepper_free(struct stepper *stepper);
 /* First index in p that the model integrates. */
 static inline int stepper_low(const struct stepper *s)
 {
-    return 2 * s->model->first;
+    return 2 * s->model->first_mat;
 }
 static inline int stepper_high(const struct stepper *s)
 {
-    return 2 * s->model->last + 3;
+    return 2 * s->model->last_mat + 3;
 }
 
 /* Chooses the step: h_s, or the step to the limit if it is at most 1 % longer (`last`). Returns

@@ -29,13 +29,13 @@ struct sampling {
     struct ensemble *ensemble;
     unsigned round;
     bool *is_valid;
-    atomic_size_t done;
+    atomic_size_t done_count;
 };
 
 /* Computes the parameters z from the position w in the region `region`. */
 static void compute_parameters(const struct ensemble_region *region, const double *w, double *z)
 {
-    for (size_t i = 0; i < region->parameters; i++) {
+    for (size_t i = 0; i < region->parameter_count; i++) {
         z[i] = region->middle[i];
         for (size_t k = 0; k <= i; k++)
             z[i] += region->spread[i][k] * w[k];
@@ -43,7 +43,7 @@ static void compute_parameters(const struct ensemble_region *region, const doubl
 }
 
 /* Number of a draw, different for every seed, round and index in the ensemble. */
-static uint64_t draw_number(const struct sampling *work, size_t i)
+static uint64_t draw_seed(const struct sampling *work, size_t i)
 {
     uint64_t x = work->options->seed * 0x9E3779B97F4A7C15u + ((uint64_t)work->round << 40) + i + 1;
     x = (x ^ x >> 30) * 0xBF58476D1CE4E5B9u;
@@ -55,26 +55,26 @@ static void simulate_rows(const struct sampling *work, size_t from, size_t count
 {
     const struct fit_model *model = work->model;
     struct ensemble *ensemble = work->ensemble;
-    double z[FIT_BATCH * FIT_PARAMETERS_MAX];
-    uint64_t draw[FIT_BATCH];
+    double z[FIT_BATCH_MAX * FIT_PARAMETERS_MAX];
+    uint64_t draw[FIT_BATCH_MAX];
     for (size_t k = 0; k < count; k++) {
-        compute_parameters(work->region, ensemble->w + (from + k) * ensemble->parameters,
-                           z + k * ensemble->parameters);
-        draw[k] = ensemble->draw[from + k] = draw_number(work, from + k);
+        compute_parameters(work->region, ensemble->w + (from + k) * ensemble->parameter_count,
+                           z + k * ensemble->parameter_count);
+        draw[k] = ensemble->draw_numbers[from + k] = draw_seed(work, from + k);
     }
     model->simulate(model->context, count, z, draw,
-                    ensemble->statistic + from * ensemble->statistics, work->is_valid + from);
+                    ensemble->statistic + from * ensemble->statistic_count, work->is_valid + from);
 }
 
 static void simulate_draws(void *context, size_t from, size_t every)
 {
     struct sampling *work = context;
     const struct fit_options *options = work->options;
-    size_t draws = work->ensemble->draws;
-    for (size_t i = FIT_BATCH * from; i < draws; i += FIT_BATCH * every) {
-        size_t count = draws - i < FIT_BATCH ? draws - i : FIT_BATCH;
+    size_t draws = work->ensemble->draw_count;
+    for (size_t i = FIT_BATCH_MAX * from; i < draws; i += FIT_BATCH_MAX * every) {
+        size_t count = draws - i < FIT_BATCH_MAX ? draws - i : FIT_BATCH_MAX;
         simulate_rows(work, i, count);
-        size_t done = atomic_fetch_add(&work->done, count) + count;
+        size_t done = atomic_fetch_add(&work->done_count, count) + count;
         if (from == 0 && options->progress)
             options->progress(options->progress_context, work->round, done, draws);
     }
@@ -94,16 +94,16 @@ static gsl_matrix *new_matrix(size_t rows, size_t columns)
 static void draw_sobol_points(const struct sampling *work)
 {
     struct ensemble *ensemble = work->ensemble;
-    gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameters);
-    for (size_t i = 0; i < ensemble->draws; i++) {
-        double *w = ensemble->w + i * ensemble->parameters;
+    gsl_qrng *sequence = gsl_qrng_alloc(gsl_qrng_sobol, (unsigned)ensemble->parameter_count);
+    for (size_t i = 0; i < ensemble->draw_count; i++) {
+        double *w = ensemble->w + i * ensemble->parameter_count;
         gsl_qrng_get(sequence, w);
-        for (size_t k = 0; k < ensemble->parameters; k++) {
-            double shift = (double)(draw_number(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
+        for (size_t k = 0; k < ensemble->parameter_count; k++) {
+            double shift = (double)(draw_seed(work, ((size_t)1 << 32) + k) >> 11) * 0x1p-53;
             double even = fmod(w[k] + shift, 1.0);
             w[k] = work->region->is_normal
                      ? gsl_cdf_ugaussian_Pinv(fmin(fmax(even, 1e-4), 1.0 - 1e-4))
-                     : ENSEMBLE_REACH * (2.0 * even - 1.0);
+                     : ENSEMBLE_HALF_WIDTH * (2.0 * even - 1.0);
         }
     }
     gsl_qrng_free(sequence);
@@ -112,20 +112,20 @@ static void draw_sobol_points(const struct sampling *work)
 /* Removes draws that failed or are not finite. */
 static void remove_failed(struct ensemble *ensemble, const bool *good)
 {
-    size_t kept = 0, q = ensemble->parameters, p = ensemble->statistics;
-    for (size_t i = 0; i < ensemble->draws; i++) {
+    size_t kept = 0, q = ensemble->parameter_count, p = ensemble->statistic_count;
+    for (size_t i = 0; i < ensemble->draw_count; i++) {
         bool keep = good[i];
         for (size_t s = 0; s < p; s++)
             keep = keep && isfinite(ensemble->statistic[i * p + s]);
         if (!keep)
             continue;
         memmove(ensemble->w + kept * q, ensemble->w + i * q, q * sizeof(double));
-        ensemble->draw[kept] = ensemble->draw[i];
+        ensemble->draw_numbers[kept] = ensemble->draw_numbers[i];
         memmove(ensemble->statistic + kept * p, ensemble->statistic + i * p, p * sizeof(double));
         kept++;
     }
-    ensemble->failed_draws = ensemble->draws - kept;
-    ensemble->draws = kept;
+    ensemble->failed_draw_count = ensemble->draw_count - kept;
+    ensemble->draw_count = kept;
 }
 
 enum mr_status ensemble_simulate(const struct fit_model *model,
@@ -133,12 +133,13 @@ enum mr_status ensemble_simulate(const struct fit_model *model,
                                  const struct fit_options *options, unsigned round,
                                  struct ensemble *ensemble, struct error *error)
 {
-    *ensemble = (struct ensemble){
-        .draws = options->draws, .parameters = model->parameters, .statistics = model->statistics};
-    ensemble->w = xcalloc(ensemble->draws * ensemble->parameters, sizeof(double));
-    ensemble->statistic = xcalloc(ensemble->draws * ensemble->statistics, sizeof(double));
-    ensemble->draw = xcalloc(ensemble->draws, sizeof *ensemble->draw);
-    bool *good = xcalloc(ensemble->draws, sizeof *good);
+    *ensemble = (struct ensemble){.draw_count = options->draw_count,
+                                  .parameter_count = model->parameter_count,
+                                  .statistic_count = model->statistic_count};
+    ensemble->w = xcalloc(ensemble->draw_count * ensemble->parameter_count, sizeof(double));
+    ensemble->statistic = xcalloc(ensemble->draw_count * ensemble->statistic_count, sizeof(double));
+    ensemble->draw_numbers = xcalloc(ensemble->draw_count, sizeof *ensemble->draw_numbers);
+    bool *good = xcalloc(ensemble->draw_count, sizeof *good);
     struct sampling work = {.model = model,
                             .region = region,
                             .options = options,
@@ -147,16 +148,16 @@ enum mr_status ensemble_simulate(const struct fit_model *model,
                             .is_valid = good};
     long processors = sysconf(_SC_NPROCESSORS_ONLN);
     draw_sobol_points(&work);
-    parallel_for(options->threads ? options->threads
-                 : processors > 1 ? (unsigned)processors
-                                  : 1u,
+    parallel_for(options->thread_count ? options->thread_count
+                 : processors > 1      ? (unsigned)processors
+                                       : 1u,
                  simulate_draws, &work);
     remove_failed(ensemble, good);
-    if ((double)ensemble->failed_draws > MAX_FAILED_SHARE * (double)options->draws)
+    if ((double)ensemble->failed_draw_count > MAX_FAILED_SHARE * (double)options->draw_count)
         error_set(error, MR_NUMERICS,
                   "%zu of %zu simulations failed: round %u; narrow the priors, or check the "
                   "scene with matrig sim",
-                  ensemble->failed_draws, options->draws, round + 1);
+                  ensemble->failed_draw_count, options->draw_count, round + 1);
     free(good);
     return error->status;
 }
@@ -165,13 +166,13 @@ void ensemble_free(struct ensemble *ensemble)
 {
     free(ensemble->w);
     free(ensemble->statistic);
-    free(ensemble->draw);
+    free(ensemble->draw_numbers);
     *ensemble = (struct ensemble){0};
 }
 
 /* ---- surface ---- */
 
-static size_t surface_terms(size_t parameters)
+static size_t surface_term_count(size_t parameters)
 {
     return 1 + parameters + parameters * (parameters + 1) / 2;
 }
@@ -191,12 +192,12 @@ static void set_terms(size_t q, const double *w, double *term)
 void surface_evaluate(const struct surface *surface, const double *w, double *statistic,
                       double *slope)
 {
-    size_t q = surface->parameters, p = surface->statistics;
+    size_t q = surface->parameter_count, p = surface->statistic_count;
     double term[SURFACE_TERMS_MAX];
     set_terms(q, w, term);
     for (size_t s = 0; s < p; s++)
         statistic[s] = 0.0;
-    for (size_t n = 0; n < surface->terms; n++) {
+    for (size_t n = 0; n < surface->term_count; n++) {
         const double *factor = gsl_matrix_const_ptr(surface->coefficients, n, 0);
         for (size_t s = 0; s < p; s++)
             statistic[s] += term[n] * factor[s];
@@ -222,9 +223,9 @@ void surface_evaluate(const struct surface *surface, const double *w, double *st
 static double surface_leverage(const struct surface *surface, const double *w)
 {
     double term[SURFACE_TERMS_MAX], sum = 0.0;
-    set_terms(surface->parameters, w, term);
-    for (size_t i = 0; i < surface->terms; i++) {
-        for (size_t k = 0; k < surface->terms; k++)
+    set_terms(surface->parameter_count, w, term);
+    for (size_t i = 0; i < surface->term_count; i++) {
+        for (size_t k = 0; k < surface->term_count; k++)
             sum += term[i] * gsl_matrix_get(surface->inverse_normal, i, k) * term[k];
     }
     return sum;
@@ -242,22 +243,23 @@ static bool invert_normal(const gsl_matrix *design, gsl_matrix *spread)
     return gsl_linalg_cholesky_decomp1(spread) == 0 && gsl_linalg_cholesky_invert(spread) == 0;
 }
 
-static void set_departures(const struct ensemble *ensemble, const gsl_matrix *design,
-                           struct surface *surface)
+static void set_scaled_residuals(const struct ensemble *ensemble, const gsl_matrix *design,
+                                 struct surface *surface)
 {
-    size_t q = surface->parameters, p = surface->statistics;
-    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic, surface->draws,
-                                                             p);
+    size_t q = surface->parameter_count, p = surface->statistic_count;
+    gsl_matrix_const_view data = gsl_matrix_const_view_array(ensemble->statistic,
+                                                             surface->draw_count, p);
     gsl_matrix_memcpy(surface->scaled_residuals, &data.matrix);
     gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, -1.0, design, surface->coefficients, 1.0,
                    surface->scaled_residuals);
-    gsl_blas_dsyrk(CblasLower, CblasTrans, 1.0 / (double)(surface->draws - surface->terms),
+    gsl_blas_dsyrk(CblasLower, CblasTrans,
+                   1.0 / (double)(surface->draw_count - surface->term_count),
                    surface->scaled_residuals, 0.0, surface->covariance);
     for (size_t i = 0; i < p; i++) {
         for (size_t k = i + 1; k < p; k++)
             gsl_matrix_set(surface->covariance, i, k, gsl_matrix_get(surface->covariance, k, i));
     }
-    for (size_t i = 0; i < surface->draws; i++) {
+    for (size_t i = 0; i < surface->draw_count; i++) {
         double leverage = fmin(surface_leverage(surface, ensemble->w + i * q), 0.999);
         gsl_vector_view row = gsl_matrix_row(surface->scaled_residuals, i);
         gsl_vector_scale(&row.vector, 1.0 / sqrt(1.0 - leverage));
@@ -267,9 +269,10 @@ static void set_departures(const struct ensemble *ensemble, const gsl_matrix *de
 enum mr_status surface_make(const struct ensemble *ensemble, struct surface *surface,
                             struct error *error)
 {
-    size_t q = ensemble->parameters, p = ensemble->statistics, n = ensemble->draws,
-           k = surface_terms(q);
-    *surface = (struct surface){.parameters = q, .statistics = p, .terms = k, .draws = n};
+    size_t q = ensemble->parameter_count, p = ensemble->statistic_count, n = ensemble->draw_count,
+           k = surface_term_count(q);
+    *surface = (struct surface){
+        .parameter_count = q, .statistic_count = p, .term_count = k, .draw_count = n};
     if (n <= 2 * k)
         return error_set(error, MR_TOO_FEW,
                          "too few simulated data sets: %zu for a response surface of %zu terms; "
@@ -290,7 +293,7 @@ enum mr_status surface_make(const struct ensemble *ensemble, struct surface *sur
         gsl_blas_dgemm(CblasTrans, CblasNoTrans, 1.0, design, &data.matrix, 0.0, moment);
         gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, surface->inverse_normal, moment, 0.0,
                        surface->coefficients);
-        set_departures(ensemble, design, surface);
+        set_scaled_residuals(ensemble, design, surface);
     }
     gsl_matrix_free(design);
     gsl_matrix_free(moment);
@@ -313,17 +316,17 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
     for (size_t i = 0; i < p; i++) {
         for (size_t k = 0; k < i; k++) {
             double si = gsl_matrix_get(covariance, i, i), sk = gsl_matrix_get(covariance, k, k),
-                   sum = 0.0, square = 0.0;
+                   sum = 0.0, parameter_matrix = 0.0;
             if (!(si > 0.0) || !(sk > 0.0))
                 continue;
             for (size_t d = 0; d < n; d++) {
                 double product = gsl_matrix_get(departure, d, i) * gsl_matrix_get(departure, d, k) /
                                  sqrt(si * sk);
                 sum += product;
-                square += product * product;
+                parameter_matrix += product * product;
             }
             double mean = sum / (double)n;
-            scatter += (square / (double)n - mean * mean) / (double)(n - 1);
+            scatter += (parameter_matrix / (double)n - mean * mean) / (double)(n - 1);
             squares += mean * mean;
         }
     }
@@ -340,28 +343,30 @@ double surface_shrink(const gsl_matrix *departure, gsl_matrix *covariance)
 void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
                      struct ensemble *combined)
 {
-    size_t q = ensemble->parameters, n = ensemble->draws, to = weight->size2;
-    *combined = (struct ensemble){
-        .draws = n, .parameters = q, .statistics = to, .failed_draws = ensemble->failed_draws};
+    size_t q = ensemble->parameter_count, n = ensemble->draw_count, to = weight->size2;
+    *combined = (struct ensemble){.draw_count = n,
+                                  .parameter_count = q,
+                                  .statistic_count = to,
+                                  .failed_draw_count = ensemble->failed_draw_count};
     combined->w = xcalloc(n * q, sizeof(double));
     combined->statistic = xcalloc(n * to, sizeof(double));
     memcpy(combined->w, ensemble->w, n * q * sizeof(double));
     gsl_matrix_const_view from = gsl_matrix_const_view_array(ensemble->statistic, n,
-                                                             ensemble->statistics);
+                                                             ensemble->statistic_count);
     gsl_matrix_view to_view = gsl_matrix_view_array(combined->statistic, n, to);
     gsl_blas_dgemm(CblasNoTrans, CblasNoTrans, 1.0, &from.matrix, weight, 0.0, &to_view.matrix);
 }
 
 /* ---- solve ---- */
 
-#define STEPS_MAX 300
-#define TOLERANCE 1e-7
+#define SOLVER_STEPS_MAX 300
+#define SOLVER_TOLERANCE 1e-7
 
-typedef double square[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
+typedef double parameter_matrix[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
 
-bool solve_cholesky(size_t n, square matrix, square factor)
+bool solve_cholesky(size_t n, parameter_matrix matrix, parameter_matrix factor)
 {
-    memset(factor, 0, sizeof(square));
+    memset(factor, 0, sizeof(parameter_matrix));
     for (size_t i = 0; i < n; i++) {
         for (size_t k = 0; k <= i; k++) {
             double rest = matrix[i][k];
@@ -376,9 +381,9 @@ bool solve_cholesky(size_t n, square matrix, square factor)
 }
 
 /* Inverts a lower triangular matrix. */
-static void invert_lower(size_t n, square lower, square inverse)
+static void invert_lower(size_t n, parameter_matrix lower, parameter_matrix inverse)
 {
-    memset(inverse, 0, sizeof(square));
+    memset(inverse, 0, sizeof(parameter_matrix));
     for (size_t c = 0; c < n; c++) {
         for (size_t r = c; r < n; r++) {
             double rest = r == c ? 1.0 : 0.0;
@@ -392,8 +397,8 @@ static void invert_lower(size_t n, square lower, square inverse)
 bool solve_begin(struct solve *solve, const struct surface *surface,
                  const struct ensemble_region *region)
 {
-    size_t q = surface->parameters;
-    square covariance, lower;
+    size_t q = surface->parameter_count;
+    parameter_matrix covariance, lower;
     double middle[FIT_PARAMETERS_MAX] = {0.0};
     *solve = (struct solve){.surface = surface, .region = region};
     double share = 1.0 + surface_leverage(surface, middle);
@@ -413,11 +418,11 @@ bool solve_begin(struct solve *solve, const struct surface *surface,
 static void compute_expected_score(const struct solve *solve, const double *w, double *score,
                                    double *slope)
 {
-    size_t q = solve->surface->parameters;
+    size_t q = solve->surface->parameter_count;
     double inside[FIT_PARAMETERS_MAX] = {0.0}, there[FIT_PARAMETERS_MAX],
            beyond[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
     for (size_t i = 0; i < q; i++)
-        inside[i] = fmax(-SOLVE_LINEAR_BEYOND, fmin(SOLVE_LINEAR_BEYOND, w[i]));
+        inside[i] = fmax(-SOLVE_LINEAR_FROM, fmin(SOLVE_LINEAR_FROM, w[i]));
     surface_evaluate(solve->surface, inside, score, slope);
     if (memcmp(inside, w, q * sizeof *w) == 0)
         return;
@@ -426,14 +431,14 @@ static void compute_expected_score(const struct solve *solve, const double *w, d
         for (size_t i = 0; i < q; i++)
             score[s] += slope[s * q + i] * (w[i] - inside[i]);
         for (size_t i = 0; i < q; i++)
-            slope[s * q + i] = fabs(w[i]) < SOLVE_LINEAR_BEYOND ? beyond[s * q + i]
-                                                                : slope[s * q + i];
+            slope[s * q + i] = fabs(w[i]) < SOLVE_LINEAR_FROM ? beyond[s * q + i]
+                                                              : slope[s * q + i];
     }
 }
 
 void solve_residual(const struct solve *solve, const double *w, double *residual, double *slope)
 {
-    size_t q = solve->surface->parameters;
+    size_t q = solve->surface->parameter_count;
     double score[FIT_PARAMETERS_MAX], change[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX];
     compute_expected_score(solve, w, score, change);
@@ -472,7 +477,7 @@ static int slope_callback(const gsl_vector *w, void *context, gsl_matrix *jacobi
 
 double solve_least_squares(const struct solve *solve, double *w)
 {
-    size_t q = solve->surface->parameters;
+    size_t q = solve->surface->parameter_count;
     gsl_multifit_nlinear_parameters how = gsl_multifit_nlinear_default_parameters();
     gsl_multifit_nlinear_workspace *work = gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust,
                                                                       &how, 2 * q, q);
@@ -485,8 +490,8 @@ double solve_least_squares(const struct solve *solve, double *w)
     int info = 0;
     int status = gsl_multifit_nlinear_init(&start.vector, &fdf, work);
     if (status == GSL_SUCCESS)
-        status = gsl_multifit_nlinear_driver(STEPS_MAX, TOLERANCE, TOLERANCE, TOLERANCE, NULL, NULL,
-                                             &info, work);
+        status = gsl_multifit_nlinear_driver(SOLVER_STEPS_MAX, SOLVER_TOLERANCE, SOLVER_TOLERANCE,
+                                             SOLVER_TOLERANCE, NULL, NULL, &info, work);
     double squares = 0.0;
     /* GSL_ENOPROG means that the step is below machine precision, so the minimum is reached. */
     if (status == GSL_SUCCESS || status == GSL_ENOPROG) {
@@ -503,11 +508,11 @@ double solve_least_squares(const struct solve *solve, double *w)
     return squares;
 }
 
-void solve_information(const struct solve *solve, const double *w, square information)
+void solve_information(const struct solve *solve, const double *w, parameter_matrix information)
 {
-    size_t q = solve->surface->parameters;
+    size_t q = solve->surface->parameter_count;
     double residual[2 * FIT_PARAMETERS_MAX], slope[2 * FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX];
-    square lower, inverse, by_z;
+    parameter_matrix lower, inverse, by_z;
     solve_residual(solve, w, residual, slope);
     memcpy(lower, solve->region->spread, sizeof lower);
     invert_lower(q, lower, inverse);
@@ -528,14 +533,15 @@ void solve_information(const struct solve *solve, const double *w, square inform
 }
 
 /* Computes covariance = (information + priors)^-1. */
-static void solve_covariance(size_t parameters, square information, square covariance)
+static void solve_covariance(size_t parameters, parameter_matrix information,
+                             parameter_matrix covariance)
 {
-    square sum, lower, inverse;
+    parameter_matrix sum, lower, inverse;
     for (size_t i = 0; i < parameters; i++) {
         for (size_t k = 0; k < parameters; k++)
             sum[i][k] = information[i][k] + (i == k ? 1.0 : 0.0);
     }
-    memset(covariance, 0, sizeof(square));
+    memset(covariance, 0, sizeof(parameter_matrix));
     if (!solve_cholesky(parameters, sum, lower))
         return;
     invert_lower(parameters, lower, inverse);
@@ -549,50 +555,51 @@ static void solve_covariance(size_t parameters, square information, square covar
 
 /* ---- fit ---- */
 
-#define DEFAULT_DRAWS    300u
-#define DEFAULT_REPLICAS 99u /* together with the measured data set there are 100 */
+#define DEFAULT_DRAWS      300u
+#define DEFAULT_REPLICAS   99u /* together with the measured data set there are 100 */
 /* Standard deviation of the next design, in standard errors of the estimate */
-#define DESIGN_WIDTH     1.3
+#define ENSEMBLE_WIDTH     1.3
 /* The search ends when the estimate is within this distance from the middle of its design, in units
  * of w. */
-#define CONVERGED_STEP   1.2
-#define BOOTSTRAP_REFITS 640u /* approximate number of bootstrap refits */
-#define W_MAX            (1.2 * ENSEMBLE_REACH)
+#define CONVERGED_STEP_MAX 1.2
+#define BOOTSTRAP_REFITS   640u /* approximate number of bootstrap refits */
+#define W_MAX              (1.2 * ENSEMBLE_HALF_WIDTH)
 
 struct fitting {
     const struct fit_model *model;
     const double *measured;
     struct fit_options options;
     struct ensemble_region region; /* the region of the next ensemble */
-    gsl_matrix *weight;            /* statistics x parameters: weights of the scores */
-    /* Cholesky factor of the correlation of the statistics; `scale` has their standard
+    gsl_matrix *score_weights;     /* statistics x parameters: weights of the scores */
+    /* Cholesky factor of the correlation of the statistics; `statistic_scales` has their standard
      * deviations */
-    gsl_matrix *metric;
-    double *scale;
-    struct fit_result *answer;
+    gsl_matrix *correlation_factor;
+    double *statistic_scales;
+    struct fit_result *result;
 };
 
 /* Sets `metric` and `scale`. A statistic that never changes gets an infinite scale and therefore no
  * weight. */
-static enum mr_status set_metric(struct fitting *fitting, struct surface *surface,
-                                 struct error *error)
+static enum mr_status set_correlation_factor(struct fitting *fitting, struct surface *surface,
+                                             struct error *error)
 {
-    size_t p = surface->statistics;
+    size_t p = surface->statistic_count;
     surface_shrink(surface->scaled_residuals, surface->covariance);
-    gsl_matrix_memcpy(fitting->metric, surface->covariance);
+    gsl_matrix_memcpy(fitting->correlation_factor, surface->covariance);
     for (size_t i = 0; i < p; i++) {
         double variance = gsl_matrix_get(surface->covariance, i, i);
-        fitting->scale[i] = variance > 0.0 ? sqrt(variance) : (double)INFINITY;
+        fitting->statistic_scales[i] = variance > 0.0 ? sqrt(variance) : (double)INFINITY;
     }
     for (size_t i = 0; i < p; i++) {
         for (size_t k = 0; k < p; k++) {
             double correlation = i == k ? 1.0
                                         : gsl_matrix_get(surface->covariance, i, k) /
-                                              fitting->scale[i] / fitting->scale[k];
-            gsl_matrix_set(fitting->metric, i, k, correlation);
+                                              fitting->statistic_scales[i] /
+                                              fitting->statistic_scales[k];
+            gsl_matrix_set(fitting->correlation_factor, i, k, correlation);
         }
     }
-    if (gsl_linalg_cholesky_decomp1(fitting->metric) != 0)
+    if (gsl_linalg_cholesky_decomp1(fitting->correlation_factor) != 0)
         return error_set(
             error, MR_NUMERICS,
             "the covariance of the statistics is singular: %zu statistics; use more draws", p);
@@ -601,56 +608,57 @@ static enum mr_status set_metric(struct fitting *fitting, struct surface *surfac
 
 /* Sets the weights with which statistics are combined to scores: the slopes of the statistics times
  * the inverse of the metric. */
-static void set_weight(struct fitting *fitting, const struct surface *surface)
+static void set_score_weights(struct fitting *fitting, const struct surface *surface)
 {
-    size_t p = surface->statistics, q = surface->parameters;
+    size_t p = surface->statistic_count, q = surface->parameter_count;
     for (size_t i = 0; i < q; i++) {
-        gsl_vector_view column = gsl_matrix_column(fitting->weight, i);
+        gsl_vector_view column = gsl_matrix_column(fitting->score_weights, i);
         for (size_t s = 0; s < p; s++)
             gsl_vector_set(&column.vector, s,
-                           gsl_matrix_get(surface->coefficients, 1 + i, s) / fitting->scale[s]);
-        gsl_linalg_cholesky_svx(fitting->metric, &column.vector);
+                           gsl_matrix_get(surface->coefficients, 1 + i, s) /
+                               fitting->statistic_scales[s]);
+        gsl_linalg_cholesky_svx(fitting->correlation_factor, &column.vector);
         for (size_t s = 0; s < p; s++)
             gsl_vector_set(&column.vector, s,
-                           gsl_vector_get(&column.vector, s) / fitting->scale[s]);
+                           gsl_vector_get(&column.vector, s) / fitting->statistic_scales[s]);
     }
 }
 
 static void set_score(const struct fitting *fitting, const double *statistic, double *score)
 {
-    for (size_t i = 0; i < fitting->model->parameters; i++) {
+    for (size_t i = 0; i < fitting->model->parameter_count; i++) {
         score[i] = 0.0;
-        for (size_t s = 0; s < fitting->model->statistics; s++)
-            score[i] += gsl_matrix_get(fitting->weight, s, i) * statistic[s];
+        for (size_t s = 0; s < fitting->model->statistic_count; s++)
+            score[i] += gsl_matrix_get(fitting->score_weights, s, i) * statistic[s];
     }
 }
 
 /* Sets the region of the next ensemble. The region is centred at w, and its width is proportional
  * to the uncertainty of the estimate. */
-static void move_region(struct fitting *fitting, const double *w,
-                        double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
+static void set_next_region(struct fitting *fitting, const double *w,
+                            double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX])
 {
-    struct ensemble_region next = {.parameters = fitting->region.parameters};
+    struct ensemble_region next = {.parameter_count = fitting->region.parameter_count};
     double inside[FIT_PARAMETERS_MAX], lower[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    for (size_t i = 0; i < next.parameters; i++)
+    for (size_t i = 0; i < next.parameter_count; i++)
         inside[i] = fmax(-W_MAX, fmin(W_MAX, w[i]));
     compute_parameters(&fitting->region, inside, next.middle);
-    if (!solve_cholesky(next.parameters, covariance, lower))
+    if (!solve_cholesky(next.parameter_count, covariance, lower))
         return;
-    for (size_t i = 0; i < next.parameters; i++) {
+    for (size_t i = 0; i < next.parameter_count; i++) {
         for (size_t k = 0; k <= i; k++)
-            next.spread[i][k] = DESIGN_WIDTH * lower[i][k];
+            next.spread[i][k] = ENSEMBLE_WIDTH * lower[i][k];
     }
     fitting->region = next;
 }
 
 /* Estimates w from the scores of one ensemble. The caller frees solve->surface. */
-static enum mr_status estimate(struct fitting *fitting, const struct ensemble *ensemble,
-                               struct surface *scores, struct solve *solve, double *w,
-                               struct error *error)
+static enum mr_status estimate_w(struct fitting *fitting, const struct ensemble *ensemble,
+                                 struct surface *scores, struct solve *solve, double *w,
+                                 struct error *error)
 {
     struct ensemble combined;
-    surface_combine(ensemble, fitting->weight, &combined);
+    surface_combine(ensemble, fitting->score_weights, &combined);
     surface_make(&combined, scores, error);
     ensemble_free(&combined);
     if (error->status != MR_OK)
@@ -660,16 +668,16 @@ static enum mr_status estimate(struct fitting *fitting, const struct ensemble *e
                          "a parameter has no effect on the measurements: the scores are singular; "
                          "fit fewer parameters");
     set_score(fitting, fitting->measured, solve->score);
-    memset(w, 0, fitting->model->parameters * sizeof *w);
+    memset(w, 0, fitting->model->parameter_count * sizeof *w);
     if (isnan(solve_least_squares(solve, w)))
         return error_set(
             error, MR_NUMERICS,
             "the fit does not converge: %zu parameters; narrow the priors, or fit fewer",
-            fitting->model->parameters);
+            fitting->model->parameter_count);
     return MR_OK;
 }
 
-static double max_distance(const double *w, size_t count)
+static double max_coordinate(const double *w, size_t count)
 {
     double most = 0.0;
     for (size_t i = 0; i < count; i++)
@@ -680,13 +688,13 @@ static double max_distance(const double *w, size_t count)
 static enum mr_status draw_ensemble(struct fitting *fitting, struct ensemble *ensemble,
                                     struct error *error)
 {
-    struct fit_result *answer = fitting->answer;
+    struct fit_result *answer = fitting->result;
     enum mr_status status = ensemble_simulate(fitting->model, &fitting->region, &fitting->options,
-                                              answer->rounds, ensemble, error);
+                                              answer->round_count, ensemble, error);
     if (status == MR_OK) {
-        answer->rounds++;
-        answer->simulated_draws += ensemble->draws + ensemble->failed_draws;
-        answer->failed_draws += ensemble->failed_draws;
+        answer->round_count++;
+        answer->simulated_draw_count += ensemble->draw_count + ensemble->failed_draw_count;
+        answer->failed_draw_count += ensemble->failed_draw_count;
     }
     return status;
 }
@@ -696,8 +704,8 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
 {
     struct surface surface;
     if (surface_make(ensemble, &surface, error) == MR_OK &&
-        set_metric(fitting, &surface, error) == MR_OK)
-        set_weight(fitting, &surface);
+        set_correlation_factor(fitting, &surface, error) == MR_OK)
+        set_score_weights(fitting, &surface);
     surface_free(&surface);
     return error->status;
 }
@@ -705,22 +713,22 @@ static enum mr_status choose_scores(struct fitting *fitting, const struct ensemb
 /* Does one round of the search: estimate, new scores, new region. Scores that are chosen with an
  * ensemble and used with the same ensemble seem better than they are. Therefore every round except
  * the first uses the scores of the previous round. */
-static enum mr_status find_region(struct fitting *fitting, double *moved, struct error *error)
+static enum mr_status run_round(struct fitting *fitting, double *moved, struct error *error)
 {
     struct ensemble ensemble;
     struct surface scores = {0};
     struct solve solve;
     double w[FIT_PARAMETERS_MAX], information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX],
         covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    bool first = fitting->answer->rounds == 0;
+    bool first = fitting->result->round_count == 0;
     if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
         (!first || choose_scores(fitting, &ensemble, error) == MR_OK) &&
-        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK &&
+        estimate_w(fitting, &ensemble, &scores, &solve, w, error) == MR_OK &&
         (first || choose_scores(fitting, &ensemble, error) == MR_OK)) {
         solve_information(&solve, w, information);
-        solve_covariance(fitting->model->parameters, information, covariance);
-        *moved = max_distance(w, fitting->model->parameters);
-        move_region(fitting, w, covariance);
+        solve_covariance(fitting->model->parameter_count, information, covariance);
+        *moved = max_coordinate(w, fitting->model->parameter_count);
+        set_next_region(fitting, w, covariance);
     }
     surface_free(&scores);
     ensemble_free(&ensemble);
@@ -734,8 +742,8 @@ static size_t bootstrap_refits(const struct fitting *fitting, const struct solve
                                const double *w, double *error_z)
 {
     const struct surface *surface = solve->surface;
-    size_t q = surface->parameters, count = 0,
-           times = (BOOTSTRAP_REFITS + surface->draws - 1) / surface->draws;
+    size_t q = surface->parameter_count, count = 0,
+           times = (BOOTSTRAP_REFITS + surface->draw_count - 1) / surface->draw_count;
     double score[FIT_PARAMETERS_MAX], slope[FIT_PARAMETERS_MAX * FIT_PARAMETERS_MAX],
         z[FIT_PARAMETERS_MAX], again_z[FIT_PARAMETERS_MAX];
     double scale = sqrt(1.0 + surface_leverage(surface, w));
@@ -743,12 +751,12 @@ static size_t bootstrap_refits(const struct fitting *fitting, const struct solve
     gsl_rng_set(random, (unsigned long)(fitting->options.seed + 1));
     surface_evaluate(surface, w, score, slope);
     compute_parameters(solve->region, w, z);
-    for (size_t i = 0; i < times * surface->draws; i++) {
+    for (size_t i = 0; i < times * surface->draw_count; i++) {
         struct solve again = *solve;
         double again_w[FIT_PARAMETERS_MAX];
         for (size_t k = 0; k < q; k++) {
             again.score[k] = score[k] + scale * gsl_matrix_get(surface->scaled_residuals,
-                                                               i % surface->draws, k);
+                                                               i % surface->draw_count, k);
             again.prior[k] = z[k] + gsl_ran_gaussian_ziggurat(random, 1.0);
         }
         memcpy(again_w, w, q * sizeof *w);
@@ -766,11 +774,11 @@ static size_t bootstrap_refits(const struct fitting *fitting, const struct solve
 static enum mr_status set_intervals(const struct fitting *fitting, const struct solve *solve,
                                     const double *w, struct error *error)
 {
-    struct fit_result *answer = fitting->answer;
-    size_t q = answer->parameters, rows = (BOOTSTRAP_REFITS + solve->surface->draws) * q;
+    struct fit_result *answer = fitting->result;
+    size_t q = answer->parameter_count, rows = (BOOTSTRAP_REFITS + solve->surface->draw_count) * q;
     double *error_z = xcalloc(rows, sizeof *error_z);
-    double within = gsl_cdf_tdist_Pinv(0.975,
-                                       (double)(solve->surface->draws - solve->surface->terms));
+    double within = gsl_cdf_tdist_Pinv(
+        0.975, (double)(solve->surface->draw_count - solve->surface->term_count));
     size_t count = bootstrap_refits(fitting, solve, w, error_z);
     if (count < ENSEMBLE_DRAWS_MIN)
         error_set(error, MR_NUMERICS,
@@ -793,24 +801,24 @@ static enum mr_status set_intervals(const struct fitting *fitting, const struct 
 static void set_expected(const struct surface *surface, const double *w, struct fit_result *answer)
 {
     surface_evaluate(surface, w, answer->expected, NULL);
-    for (size_t s = 0; s < answer->statistics; s++)
+    for (size_t s = 0; s < answer->statistic_count; s++)
         answer->scatter[s] = sqrt(gsl_matrix_get(surface->covariance, s, s));
 }
 
 /* Fits one data set and computes its residual. Returns false if the fit does not converge. */
-static bool leave_one_out(const struct fitting *fitting, const struct solve *fitted,
-                          const struct surface *all, const double *statistic, double *residual)
+static bool fit_one_data_set(const struct fitting *fitting, const struct solve *fitted,
+                             const struct surface *all, const double *statistic, double *residual)
 {
-    const struct fit_result *answer = fitting->answer;
+    const struct fit_result *answer = fitting->result;
     struct solve solve = *fitted;
     double w[FIT_PARAMETERS_MAX] = {0.0};
     set_score(fitting, statistic, solve.score);
     if (isnan(solve_least_squares(&solve, w)))
         return false;
-    for (size_t i = 0; i < answer->parameters; i++)
-        w[i] = fmax(-SOLVE_LINEAR_BEYOND, fmin(SOLVE_LINEAR_BEYOND, w[i]));
+    for (size_t i = 0; i < answer->parameter_count; i++)
+        w[i] = fmax(-SOLVE_LINEAR_FROM, fmin(SOLVE_LINEAR_FROM, w[i]));
     surface_evaluate(all, w, residual, NULL);
-    for (size_t s = 0; s < answer->statistics; s++)
+    for (size_t s = 0; s < answer->statistic_count; s++)
         residual[s] = answer->scatter[s] > 0.0 ? (statistic[s] - residual[s]) / answer->scatter[s]
                                                : 0.0;
     return true;
@@ -825,24 +833,25 @@ static bool leave_one_out(const struct fitting *fitting, const struct solve *fit
 static void make_replicas(const struct fitting *fitting, const struct solve *solve,
                           const struct surface *all)
 {
-    struct fit_result *answer = fitting->answer;
+    struct fit_result *answer = fitting->result;
     struct fit_options options = fitting->options;
-    struct ensemble_region region = {.parameters = answer->parameters, .is_normal = true};
+    struct ensemble_region region = {.parameter_count = answer->parameter_count, .is_normal = true};
     struct ensemble ensemble;
     struct error failed = {0};
-    size_t p = answer->statistics;
-    options.draws = options.replicas ? options.replicas : DEFAULT_REPLICAS;
+    size_t p = answer->statistic_count;
+    options.draw_count = options.replica_count ? options.replica_count : DEFAULT_REPLICAS;
     memcpy(region.middle, answer->z, sizeof region.middle);
-    if (!solve_cholesky(answer->parameters, answer->covariance, region.spread))
+    if (!solve_cholesky(answer->parameter_count, answer->covariance, region.spread))
         return;
-    if (ensemble_simulate(fitting->model, &region, &options, answer->rounds, &ensemble, &failed) ==
-        MR_OK) {
-        answer->simulated_draws += ensemble.draws + ensemble.failed_draws;
-        answer->residual = xcalloc((1 + ensemble.draws) * p, sizeof *answer->residual);
-        bool good = leave_one_out(fitting, solve, all, fitting->measured, answer->residual);
-        for (size_t i = 0; good && i < ensemble.draws; i++)
-            answer->replicas += leave_one_out(fitting, solve, all, ensemble.statistic + i * p,
-                                              answer->residual + (1 + answer->replicas) * p);
+    if (ensemble_simulate(fitting->model, &region, &options, answer->round_count, &ensemble,
+                          &failed) == MR_OK) {
+        answer->simulated_draw_count += ensemble.draw_count + ensemble.failed_draw_count;
+        answer->residual = xcalloc((1 + ensemble.draw_count) * p, sizeof *answer->residual);
+        bool good = fit_one_data_set(fitting, solve, all, fitting->measured, answer->residual);
+        for (size_t i = 0; good && i < ensemble.draw_count; i++)
+            answer->replica_count +=
+                fit_one_data_set(fitting, solve, all, ensemble.statistic + i * p,
+                                 answer->residual + (1 + answer->replica_count) * p);
     }
     ensemble_free(&ensemble);
 }
@@ -851,16 +860,16 @@ static void make_replicas(const struct fitting *fitting, const struct solve *sol
  * determined. */
 static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
 {
-    struct fit_result *answer = fitting->answer;
+    struct fit_result *answer = fitting->result;
     struct ensemble ensemble;
     struct surface scores = {0}, all = {0};
     struct solve solve;
     double w[FIT_PARAMETERS_MAX];
     if (draw_ensemble(fitting, &ensemble, error) == MR_OK &&
-        estimate(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
+        estimate_w(fitting, &ensemble, &scores, &solve, w, error) == MR_OK) {
         compute_parameters(&fitting->region, w, answer->z);
         solve_information(&solve, w, answer->information);
-        solve_covariance(answer->parameters, answer->information, answer->covariance);
+        solve_covariance(answer->parameter_count, answer->information, answer->covariance);
         if (surface_make(&ensemble, &all, error) == MR_OK) {
             set_expected(&all, w, answer);
             if (set_intervals(fitting, &solve, w, error) == MR_OK)
@@ -875,32 +884,35 @@ static enum mr_status finish_fit(struct fitting *fitting, struct error *error)
 
 static enum mr_status run_rounds(struct fitting *fitting, struct error *error)
 {
-    struct fit_result *answer = fitting->answer;
+    struct fit_result *answer = fitting->result;
     double moved = (double)INFINITY;
-    while (answer->rounds + 1 < FIT_ROUNDS_MAX && (moved > CONVERGED_STEP || answer->rounds < 2)) {
-        if (find_region(fitting, &moved, error) != MR_OK)
+    while (answer->round_count + 1 < FIT_ROUNDS_MAX &&
+           (moved > CONVERGED_STEP_MAX || answer->round_count < 2)) {
+        if (run_round(fitting, &moved, error) != MR_OK)
             return error->status;
     }
-    answer->not_converged = moved > CONVERGED_STEP;
+    answer->not_converged = moved > CONVERGED_STEP_MAX;
     return finish_fit(fitting, error);
 }
 
 static enum mr_status check_request(const struct fit_model *model,
                                     const struct fit_options *options, struct error *error)
 {
-    size_t least = 2 * surface_terms(model->parameters) + 1;
-    if (model->parameters == 0 || model->parameters > FIT_PARAMETERS_MAX)
+    size_t least = 2 * surface_term_count(model->parameter_count) + 1;
+    if (model->parameter_count == 0 || model->parameter_count > FIT_PARAMETERS_MAX)
         return error_set(error, MR_USAGE, "wrong number of parameters: %zu; give 1 to %u",
-                         model->parameters, FIT_PARAMETERS_MAX);
-    if (model->statistics < model->parameters || model->statistics > FIT_STATISTICS_MAX)
+                         model->parameter_count, FIT_PARAMETERS_MAX);
+    if (model->statistic_count < model->parameter_count ||
+        model->statistic_count > FIT_STATISTICS_MAX)
         return error_set(
             error, MR_TOO_FEW,
             "wrong number of measured statistics: %zu for %zu parameters; give %zu to %u",
-            model->statistics, model->parameters, model->parameters, FIT_STATISTICS_MAX);
-    if (options->draws < ENSEMBLE_DRAWS_MIN || options->draws < least)
+            model->statistic_count, model->parameter_count, model->parameter_count,
+            FIT_STATISTICS_MAX);
+    if (options->draw_count < ENSEMBLE_DRAWS_MIN || options->draw_count < least)
         return error_set(error, MR_USAGE,
-                         "too few draws: %zu for %zu parameters; give at least %zu", options->draws,
-                         model->parameters,
+                         "too few draws: %zu for %zu parameters; give at least %zu",
+                         options->draw_count, model->parameter_count,
                          least > ENSEMBLE_DRAWS_MIN ? least : (size_t)ENSEMBLE_DRAWS_MIN);
     return MR_OK;
 }
@@ -909,27 +921,27 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
                        const struct fit_options *options, struct fit_result *answer,
                        struct error *error)
 {
-    size_t q = model->parameters, p = model->statistics;
+    size_t q = model->parameter_count, p = model->statistic_count;
     struct fitting fitting = {
-        .model = model, .measured = measured, .options = *options, .answer = answer};
-    *answer = (struct fit_result){.parameters = q, .statistics = p};
-    if (fitting.options.draws == 0)
-        fitting.options.draws = DEFAULT_DRAWS;
+        .model = model, .measured = measured, .options = *options, .result = answer};
+    *answer = (struct fit_result){.parameter_count = q, .statistic_count = p};
+    if (fitting.options.draw_count == 0)
+        fitting.options.draw_count = DEFAULT_DRAWS;
     if (check_request(model, &fitting.options, error) != MR_OK)
         return error->status;
     gsl_error_handler_t *before = gsl_set_error_handler_off();
-    fitting.region.parameters = q;
+    fitting.region.parameter_count = q;
     for (size_t i = 0; i < q; i++)
         fitting.region.spread[i][i] = 1.0;
-    fitting.weight = new_matrix(p, q);
-    fitting.metric = new_matrix(p, p);
-    fitting.scale = xcalloc(p, sizeof *fitting.scale);
+    fitting.score_weights = new_matrix(p, q);
+    fitting.correlation_factor = new_matrix(p, p);
+    fitting.statistic_scales = xcalloc(p, sizeof *fitting.statistic_scales);
     answer->expected = xcalloc(p, sizeof *answer->expected);
     answer->scatter = xcalloc(p, sizeof *answer->scatter);
     run_rounds(&fitting, error);
-    gsl_matrix_free(fitting.weight);
-    gsl_matrix_free(fitting.metric);
-    free(fitting.scale);
+    gsl_matrix_free(fitting.score_weights);
+    gsl_matrix_free(fitting.correlation_factor);
+    free(fitting.statistic_scales);
     gsl_set_error_handler(before);
     return error->status;
 }

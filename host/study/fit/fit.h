@@ -27,23 +27,23 @@
 #define FIT_STATISTICS_MAX 1200
 #define ENSEMBLE_DRAWS_MIN 60u
 #define FIT_ROUNDS_MAX     8u
-#define FIT_BATCH          8u
+#define FIT_BATCH_MAX      8u
 
-/* The model that is fitted. simulate() computes the statistics of 1 to FIT_BATCH data sets, one row
- * for each row of z, and marks the valid rows. All random values of a data set depend only on its
- * `draw`, so equal calls give equal results. simulate() is called from several threads; which data
- * sets share a call does not depend on the number of threads. */
+/* The model that is fitted. simulate() computes the statistics of 1 to FIT_BATCH_MAX data sets, one
+ * row for each row of z, and marks the valid rows. All random values of a data set depend only on
+ * its `draw`, so equal calls give equal results. simulate() is called from several threads; which
+ * data sets share a call does not depend on the number of threads. */
 struct fit_model {
-    size_t parameters, statistics;
+    size_t parameter_count, statistic_count;
     void (*simulate)(const void *context, size_t count, const double *z, const uint64_t *draw,
                      double *statistics, bool *good);
     const void *context;
 };
 
 struct fit_options {
-    size_t draws;     /* data sets per ensemble; 0: 300 */
-    size_t replicas;  /* replicas of the data set, for checking the model; 0: 99 */
-    unsigned threads; /* number of threads; 0: one per processor */
+    size_t draw_count;     /* data sets per ensemble; 0: 300 */
+    size_t replica_count;  /* replicas of the data set, for checking the model; 0: 99 */
+    unsigned thread_count; /* number of threads; 0: one per processor */
     uint64_t seed;
     /* called from one thread only; NULL: no progress is reported */
     void (*progress)(void *context, unsigned round, size_t done, size_t of);
@@ -51,7 +51,7 @@ struct fit_options {
 };
 
 struct fit_result {
-    size_t parameters, statistics;
+    size_t parameter_count, statistic_count;
     double z[FIT_PARAMETERS_MAX];
     double low[FIT_PARAMETERS_MAX], high[FIT_PARAMETERS_MAX]; /* 95 % interval of each parameter */
     /* bias of the estimate, from the bootstrap */
@@ -60,14 +60,14 @@ struct fit_result {
     double covariance[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
     /* information matrix of the data, without the priors */
     double information[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX];
-    unsigned rounds; /* number of ensembles that were simulated */
-    size_t simulated_draws, failed_draws;
+    unsigned round_count; /* number of ensembles that were simulated */
+    size_t simulated_draw_count, failed_draw_count;
     bool not_converged; /* the estimate did not converge within the maximum number of rounds */
     double *expected;   /* expected value of each statistic at the estimate */
     double *scatter;    /* standard deviation of each statistic */
     /* 1 + replicas rows of statistics: residuals, in standard deviations, of the measured data set
-     * and of the replicas. `replicas` is 0 if their simulations failed. */
-    size_t replicas;
+     * and of the replicas. `replica_count` is 0 if their simulations failed. */
+    size_t replica_count;
     double *residual;
 };
 
@@ -80,22 +80,22 @@ enum mr_status fit_run(const struct fit_model *model, const double *measured,
 void fit_free(struct fit_result *answer);
 
 /* An ensemble is many simulated data sets with parameters spread about a point. Its parameters are
- * z = middle + spread w, with w uniform over +-ENSEMBLE_REACH in each direction (standard deviation
- * 1), or normal. */
-#define ENSEMBLE_REACH 1.7320508075688772
+ * z = middle + spread w, with w uniform over +-ENSEMBLE_HALF_WIDTH in each direction (standard
+ * deviation 1), or normal. */
+#define ENSEMBLE_HALF_WIDTH 1.7320508075688772
 struct ensemble_region {
-    size_t parameters;
+    size_t parameter_count;
     bool is_normal;
     double middle[FIT_PARAMETERS_MAX];
     double spread[FIT_PARAMETERS_MAX][FIT_PARAMETERS_MAX]; /* lower triangle */
 };
 
 struct ensemble {
-    size_t draws, parameters, statistics;
-    double *w;           /* `draws` rows of parameters */
-    double *statistic;   /* `draws` rows of statistics */
-    uint64_t *draw;      /* number of each draw; the same number gives the same joints */
-    size_t failed_draws; /* number of draws that failed and have no rows */
+    size_t draw_count, parameter_count, statistic_count;
+    double *w;                /* `draw_count` rows of parameters */
+    double *statistic;        /* `draw_count` rows of statistics */
+    uint64_t *draw_numbers;   /* number of each draw; the same number gives the same joints */
+    size_t failed_draw_count; /* number of draws that failed and have no rows */
 };
 
 /* Simulates an ensemble on several threads. Ensembles of different rounds have different draws.
@@ -114,7 +114,7 @@ void ensemble_free(struct ensemble *ensemble);
     (1 + FIT_PARAMETERS_MAX + FIT_PARAMETERS_MAX * (FIT_PARAMETERS_MAX + 1) / 2)
 
 struct surface {
-    size_t parameters, statistics, terms, draws;
+    size_t parameter_count, statistic_count, term_count, draw_count;
     /* terms x statistics: coefficients of 1, of w and of the products w_i w_k, i <= k */
     gsl_matrix *coefficients;
     /* draws x statistics: residuals, each divided by sqrt(1 - its leverage), mean 0. */
@@ -152,7 +152,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
 
 /* Distance from w = 0 beyond which the surface is continued linearly. The polynomial is not valid
  * where nothing was simulated. */
-#define SOLVE_LINEAR_BEYOND (1.3 * ENSEMBLE_REACH)
+#define SOLVE_LINEAR_FROM (1.3 * ENSEMBLE_HALF_WIDTH)
 
 /* The minimised function of w is |root (surface(w) - score)|^2 + |z(w) - prior|^2. */
 struct solve {

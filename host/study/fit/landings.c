@@ -21,7 +21,7 @@
 
 /* ---- chains in parallel ---- */
 
-#define SETTLE_S    1e-3
+#define SETTLING_S  1e-3
 #define STEP_MARGIN 0.98 /* step / longest stable step; below 1: the chain checks in float */
 
 bool parallel_can_run(const struct sim_scene *scene)
@@ -49,13 +49,13 @@ static size_t parallel_samples(const struct sim_scene *scene, double dt_s)
 
 struct simulation {
     const struct sim_scene *scene;
-    struct parallel_lane *lane;
+    struct parallel_lane *lanes;
     struct chains *chains;
     struct sim_wheel wheel;
     double step_s;
     unsigned steps; /* steps between two calls of chains_settle */
     unsigned station_mat[MR_CHAIN_MATS];
-    size_t stations;
+    size_t station_count;
 };
 
 static struct mr_chain_params chain_params(const struct sim_scene *scene,
@@ -82,17 +82,17 @@ static bool start_chains(struct simulation *p)
     float *values = xcalloc(2 * CHAINS_LANES * joints, sizeof *values);
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         float *gap_ft = values + 2 * k * joints, *grit_lb = gap_ft + joints;
-        params[k] = chain_params(p->scene, &p->lane[k]);
+        params[k] = chain_params(p->scene, &p->lanes[k]);
         limit_s = fmin(limit_s, (double)mr_chain_step_limit_s(&params[k]));
         for (size_t j = 0; j < joints; j++) {
-            gap_ft[j] = (float)p->lane[k].gap_ft[j];
-            grit_lb[j] = (float)p->lane[k].grit_lb[j];
+            gap_ft[j] = (float)p->lanes[k].gap_ft[j];
+            grit_lb[j] = (float)p->lanes[k].grit_lb[j];
         }
         gap[k] = gap_ft;
         grit[k] = grit_lb;
     }
-    p->steps = (unsigned)ceil(SETTLE_S / (STEP_MARGIN * (double)MR_CHAIN_STEP_MARGIN * limit_s));
-    p->step_s = SETTLE_S / p->steps;
+    p->steps = (unsigned)ceil(SETTLING_S / (STEP_MARGIN * (double)MR_CHAIN_STEP_MARGIN * limit_s));
+    p->step_s = SETTLING_S / p->steps;
     for (unsigned k = 0; k < CHAINS_LANES; k++)
         params[k].step_s = (float)p->step_s;
     p->chains = isfinite(limit_s) ? chains_new(params, gap, grit, &status) : NULL;
@@ -101,9 +101,9 @@ static bool start_chains(struct simulation *p)
 }
 
 /* Returns the mean thrust in a step, and sets *mat to the mat that carries most of it. */
-static double advance_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
+static double step_thrust_lb(struct simulation *p, double from_s, unsigned *mat)
 {
-    struct sim_touch touch[SIM_WHEEL_TOUCHES];
+    struct sim_touch touch[SIM_WHEEL_TOUCHES_MAX];
     int count = sim_wheel_span(&p->wheel, from_s, from_s + p->step_s, touch);
     double sum = 0.0, most = -1.0;
     *mat = 1;
@@ -120,8 +120,8 @@ static double advance_thrust_lb(struct simulation *p, double from_s, unsigned *m
 static void record_sample(const struct simulation *p, size_t row)
 {
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
-        for (size_t s = 0; s < p->stations; s++)
-            p->lane[k].sample_u_ft[row * p->stations + s] =
+        for (size_t s = 0; s < p->station_count; s++)
+            p->lanes[k].sample_u_ft[row * p->station_count + s] =
                 (double)chains_displacement_ft(p->chains, k, p->station_mat[s]);
     }
 }
@@ -136,16 +136,16 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
         for (unsigned n = 0; n < each && !over; n++) {
             size_t block = (row - 1) * each + n;
             for (unsigned i = 0; i < p->steps; i++) {
-                double t_s = SETTLE_S * (double)block + p->step_s * i, lb;
-                lb = advance_thrust_lb(p, t_s, &mat[0]);
+                double t_s = SETTLING_S * (double)block + p->step_s * i, lb;
+                lb = step_thrust_lb(p, t_s, &mat[0]);
                 for (unsigned k = 0; k < CHAINS_LANES; k++) {
                     mat[k] = mat[0];
-                    thrust_lb[k] = (float)(lb * p->lane[k].thrust_factor);
+                    thrust_lb[k] = (float)(lb * p->lanes[k].thrust_factor);
                 }
                 chains_step(p->chains, mat, thrust_lb);
             }
             away |= chains_settle(p->chains);
-            over = sim_wheel_is_over(&p->wheel, SETTLE_S * (double)(block + 1)) &&
+            over = sim_wheel_is_past_path(&p->wheel, SETTLING_S * (double)(block + 1)) &&
                    chains_mats_awake(p->chains) == 0; /* no mat moves any more */
         }
         record_sample(p, row);
@@ -157,7 +157,7 @@ static unsigned advance_chains(struct simulation *p, size_t samples, unsigned ea
 static bool parallel_run(const struct sim_scene *scene, const double *station_ft, size_t stations,
                          double sample_dt_s, struct parallel_lane lane[CHAINS_LANES])
 {
-    struct simulation p = {.scene = scene, .lane = lane, .stations = stations};
+    struct simulation p = {.scene = scene, .lanes = lane, .station_count = stations};
     if (stations > MR_CHAIN_MATS || !start_chains(&p))
         return false;
     sim_wheel_start(&p.wheel, scene);
@@ -166,7 +166,7 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
         p.station_mat[s] = (unsigned)(mat > scene->mats ? scene->mats : mat);
     }
     unsigned away = advance_chains(&p, parallel_samples(scene, sample_dt_s),
-                                   (unsigned)(sample_dt_s / SETTLE_S + 0.5));
+                                   (unsigned)(sample_dt_s / SETTLING_S + 0.5));
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         lane[k].is_valid = !(away >> k & 1u);
         for (int j = 0; j <= scene->mats; j++)
@@ -179,13 +179,13 @@ static bool parallel_run(const struct sim_scene *scene, const double *station_ft
 /* ---- simulation ---- */
 
 #define IN_PER_FT       12.0
-#define SAMPLE_S        0.002
-#define BISECTIONS      40
+#define SAMPLE_DT_S     0.002
+#define GAP_BISECTIONS  40
 #define PAIRS_PER_JOINT 6 /* draws; 0.5 % of the influence of the initial values then remains */
 
 /* Upper limit m, from the mean gap. Gaps are uniform from 0 to 2 m, limited to the slack s; if 2 m
  * > s, their mean is s - s^2/(4 m). INFINITY: all joints are hooked, open by their whole slack. */
-static double half_range_ft(double mean_ft, double slack_ft)
+static double gap_half_range_ft(double mean_ft, double slack_ft)
 {
     if (!(slack_ft > 0.0) || mean_ft <= 0.5 * slack_ft)
         return mean_ft;
@@ -212,14 +212,14 @@ static void scale_gaps(double *gap_ft, size_t count, double sum_ft, double slack
             gap_ft[i] = fmin(sum_ft / (double)count, most_ft);
         return;
     }
-    for (int n = 0; n < BISECTIONS; n++, high *= 2.0) {
+    for (int n = 0; n < GAP_BISECTIONS; n++, high *= 2.0) {
         double reached = 0.0;
         for (size_t i = 0; i < count; i++)
             reached += fmin(high * fmax(gap_ft[i], 0.0), most_ft);
         if (reached >= sum_ft)
             break;
     }
-    for (int n = 0; n < BISECTIONS; n++) {
+    for (int n = 0; n < GAP_BISECTIONS; n++) {
         double middle = 0.5 * (low + high), reached = 0.0;
         for (size_t i = 0; i < count; i++)
             reached += fmin(middle * fmax(gap_ft[i], 0.0), most_ft);
@@ -247,13 +247,13 @@ static void draw_pair(gsl_rng *random, double *one, double *other, double most_f
 /* Draws the gaps of a segment, which are uniform, with a given sum, by a Gibbs sampler over pairs.
  * The sum can be too large for `mean_ft`, because the rest of the runway may have been pushed
  * together. The upper limit of the gaps is then twice the mean of this segment. */
-static void draw_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
-                          double slack_ft)
+static void draw_gaps_with_sum(gsl_rng *random, double *gap_ft, size_t count, double mean_ft,
+                               double slack_ft)
 {
     double sum_ft = 0.0;
     for (size_t i = 0; i < count; i++)
         sum_ft += gap_ft[i];
-    double most_ft = 2.0 * half_range_ft(fmax(mean_ft, sum_ft / (double)count), slack_ft);
+    double most_ft = 2.0 * gap_half_range_ft(fmax(mean_ft, sum_ft / (double)count), slack_ft);
     if (isinf(most_ft))
         return; /* all joints are hooked */
     for (size_t n = 0; n < PAIRS_PER_JOINT * count && count > 1; n++) {
@@ -283,7 +283,7 @@ static double segment_sum_in(const struct sim_scene *scene, size_t segment, cons
 }
 
 /* Inputs of one simulated data set. */
-struct drawing {
+struct inputs {
     const struct fit_landings *list;
     gsl_rng *random;
     double value[FIT_KEYS];
@@ -294,7 +294,7 @@ struct drawing {
 
 /* Factor between true and surveyed sums. The same gauge is used for all surveys, so all surveys
  * have the same factor. 1 without a survey. */
-static double gage_factor(const struct drawing *drawing)
+static double gage_factor(const struct inputs *drawing)
 {
     const struct fit_landings *list = drawing->list;
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -309,12 +309,12 @@ static double survey_error_in(double own_in, const struct fit_landings *list)
     return own_in > 0.0 ? own_in : list->survey_error_in;
 }
 
-static void draw_gaps(const struct drawing *drawing, const struct fit_landing *landing)
+static void draw_gaps(const struct inputs *drawing, const struct fit_landing *landing)
 {
     const struct sim_scene *scene = &landing->scene;
-    double half_ft = half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+    double half_ft = gap_half_range_ft(drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     double gauge = gage_factor(drawing);
-    double error_in = survey_error_in(landing->survey_error_in, drawing->list);
+    double error_in = survey_error_in(landing->before_error_in, drawing->list);
     for (int j = 0; j <= scene->mats && !landing->is_consecutive; j++)
         drawing->gap_ft[j] = draw_gap_ft(drawing->random, half_ft, scene->slack_ft);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
@@ -325,8 +325,8 @@ static void draw_gaps(const struct drawing *drawing, const struct fit_landing *l
                         gsl_ran_gaussian_ziggurat(drawing->random, error_in);
         scale_gaps(drawing->gap_ft + first, count, sum_in / IN_PER_FT, scene->slack_ft);
         if (!landing->is_consecutive)
-            draw_with_sum(drawing->random, drawing->gap_ft + first, count,
-                          drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
+            draw_gaps_with_sum(drawing->random, drawing->gap_ft + first, count,
+                               drawing->value[FIT_GAP] / IN_PER_FT, scene->slack_ft);
     }
 }
 
@@ -335,8 +335,8 @@ static void draw_survey(const struct fit_landings *list, const struct fit_landin
                         gsl_rng *random, double sum_in[MR_SEGMENTS])
 {
     const struct sim_scene *scene = &landing->scene;
-    double half_ft = half_range_ft(list->parameter[FIT_GAP].value / IN_PER_FT, scene->slack_ft);
-    double error_in = survey_error_in(landing->survey_error_in, list);
+    double half_ft = gap_half_range_ft(list->parameter[FIT_GAP].value / IN_PER_FT, scene->slack_ft);
+    double error_in = survey_error_in(landing->before_error_in, list);
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         size_t first, count = segment_joints(scene, s, &first);
         sum_in[s] = gsl_ran_gaussian_ziggurat(random, error_in);
@@ -356,13 +356,13 @@ static double asinh_in(double u_in)
 }
 
 struct outcome {
-    double *sample_u_ft; /* `samples` rows, SAMPLE_S apart, with one value per channel */
+    double *sample_u_ft; /* `samples` rows, SAMPLE_DT_S apart, one value per channel */
     size_t samples;
     const double *gap_ft; /* gaps of joints 0 to `mats` at the end */
 };
 
-static void read_statistics(const struct drawing *drawing, const struct fit_landing *landing,
-                            const struct outcome *outcome, double *statistic)
+static void set_statistics(const struct inputs *drawing, const struct fit_landing *landing,
+                           const struct outcome *outcome, double *statistic)
 {
     double gain[MR_TRANSDUCERS], baseline_in[MR_TRANSDUCERS];
     for (size_t c = 0; c < landing->channels; c++) {
@@ -372,7 +372,7 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
     }
     double after_error_in = survey_error_in(landing->after_error_in, drawing->list);
     double gauge = gage_factor(drawing);
-    for (size_t w = 0; w < landing->windows; w++) {
+    for (size_t w = 0; w < landing->window_count; w++) {
         const struct fit_window *window = &landing->window[w];
         if (window->channel == SIZE_MAX) {
             statistic[w] = segment_sum_in(&landing->scene, window->segment, outcome->gap_ft) /
@@ -380,8 +380,8 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
                            gsl_ran_gaussian_ziggurat(drawing->random, after_error_in);
             continue;
         }
-        size_t c = window->channel, from = (size_t)ceil(window->from_s / SAMPLE_S),
-               to = (size_t)ceil(window->to_s / SAMPLE_S);
+        size_t c = window->channel, from = (size_t)ceil(window->from_s / SAMPLE_DT_S),
+               to = (size_t)ceil(window->to_s / SAMPLE_DT_S);
         to = to > outcome->samples ? outcome->samples : to <= from ? from + 1 : to;
         double sum_in = 0.0;
         for (size_t k = from; k < to; k++)
@@ -393,15 +393,15 @@ static void read_statistics(const struct drawing *drawing, const struct fit_land
 }
 
 /* Draws the ratio of the thrust on the mat strip to the thrust of the landing's path. */
-static double draw_thrust(const struct drawing *drawing, const struct fit_landing *landing)
+static double draw_thrust(const struct inputs *drawing, const struct fit_landing *landing)
 {
-    return drawing->value[FIT_SHARE] *
+    return drawing->value[FIT_THRUST_SHARE] *
            (1.0 + gsl_ran_gaussian_ziggurat(drawing->random, landing->thrust_error));
 }
 
 /* Simulates one data set with host/sim, for scenes that the parallel chains do not support. */
-static bool run_alone(const struct drawing *drawing, const struct fit_landing *landing,
-                      const double *station_ft, double thrust, struct outcome *outcome)
+static bool run_one(const struct inputs *drawing, const struct fit_landing *landing,
+                    const double *station_ft, double thrust, struct outcome *outcome)
 {
     struct sim_scene scene = landing->scene;
     struct sim_result result;
@@ -415,7 +415,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
     scene.friction = drawing->value[FIT_FRICTION];
     scene.kl_lb_ft = drawing->value[FIT_STIFFNESS];
     struct sim_options options = {.solver = scene.model == SIM_MODEL_CHAIN ? "staggered" : NULL,
-                                  .sample_dt_s = SAMPLE_S,
+                                  .sample_dt_s = SAMPLE_DT_S,
                                   .station_ft = station_ft,
                                   .station_count = landing->channels};
     bool good = sim_run(&scene, &options, &result, &error) == MR_OK;
@@ -431,7 +431,7 @@ static bool run_alone(const struct drawing *drawing, const struct fit_landing *l
 }
 
 /* Simulates `count` data sets in parallel. Unused lanes repeat the first data set. */
-static bool run_parallel(struct drawing *drawing, size_t count, const struct fit_landing *landing,
+static bool run_parallel(struct inputs *drawing, size_t count, const struct fit_landing *landing,
                          const double *station_ft, const double *thrust, double *spare_gap_ft,
                          struct outcome *outcome)
 {
@@ -450,18 +450,18 @@ static bool run_parallel(struct drawing *drawing, size_t count, const struct fit
             lane[k].gap_ft = spare_gap_ft + k * joints;
         }
     }
-    bool good = parallel_run(&landing->scene, station_ft, landing->channels, SAMPLE_S, lane);
+    bool good = parallel_run(&landing->scene, station_ft, landing->channels, SAMPLE_DT_S, lane);
     for (size_t k = 0; k < count; k++)
         drawing[k].is_valid = drawing[k].is_valid && good && lane[k].is_valid;
     return good;
 }
 
-static void simulate_landing(struct drawing *drawing, size_t count,
+static void simulate_landing(struct inputs *drawing, size_t count,
                              const struct fit_landing *landing, double *statistic)
 {
     struct outcome outcome[CHAINS_LANES];
     double station_ft[MR_TRANSDUCERS], thrust[CHAINS_LANES];
-    size_t samples = parallel_samples(&landing->scene, SAMPLE_S),
+    size_t samples = parallel_samples(&landing->scene, SAMPLE_DT_S),
            joints = (size_t)landing->scene.mats + 1, each = samples * landing->channels;
     double *room = xcalloc(CHAINS_LANES * (each + joints), sizeof *room);
     for (size_t c = 0; c < landing->channels; c++)
@@ -478,24 +478,24 @@ static void simulate_landing(struct drawing *drawing, size_t count,
                      outcome);
     } else {
         for (size_t k = 0; k < count; k++)
-            drawing[k].is_valid = drawing[k].is_valid && run_alone(&drawing[k], landing, station_ft,
-                                                                   thrust[k], &outcome[k]);
+            drawing[k].is_valid = drawing[k].is_valid &&
+                                  run_one(&drawing[k], landing, station_ft, thrust[k], &outcome[k]);
     }
     for (size_t k = 0; k < count; k++) {
         if (drawing[k].is_valid)
-            read_statistics(&drawing[k], landing, &outcome[k],
-                            statistic + k * drawing->list->statistics + landing->first_statistic);
+            set_statistics(&drawing[k], landing, &outcome[k],
+                           statistic + k * drawing->list->statistics + landing->first_statistic);
     }
     free(room);
 }
 
 /* Draws the closing resistances and allocates the arrays. Call end_drawing in every case. */
-static void begin_drawing(struct drawing *drawing, const struct fit_landings *list, const double *z,
+static void begin_drawing(struct inputs *drawing, const struct fit_landings *list, const double *z,
                           uint64_t draw)
 {
     size_t joints = 0, rows = 0;
     *drawing =
-        (struct drawing){.list = list, .is_valid = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
+        (struct inputs){.list = list, .is_valid = true, .random = gsl_rng_alloc(gsl_rng_taus2)};
     for (size_t l = 0; l < list->count; l++) {
         const struct sim_scene *scene = &list->landing[l].scene;
         joints = joints > (size_t)scene->mats + 1 ? joints : (size_t)scene->mats + 1;
@@ -510,7 +510,7 @@ static void begin_drawing(struct drawing *drawing, const struct fit_landings *li
         drawing->grit_lb[j] = 2.0 * drawing->value[FIT_GRIT] * gsl_rng_uniform(drawing->random);
 }
 
-static void end_drawing(struct drawing *drawing)
+static void end_drawing(struct inputs *drawing)
 {
     free(drawing->gap_ft);
     free(drawing->grit_lb);
@@ -522,7 +522,7 @@ static void simulate(const void *context, size_t count, const double *z, const u
                      double *statistic, bool *good)
 {
     const struct fit_landings *list = context;
-    struct drawing drawing[FIT_BATCH];
+    struct inputs drawing[FIT_BATCH_MAX];
     enum fit_key key[FIT_KEYS];
     size_t fitted = fit_landings_fitted(list, key);
     for (size_t k = 0; k < count; k++)
@@ -538,7 +538,7 @@ static void simulate(const void *context, size_t count, const double *z, const u
 void fit_landings_sample_joints(const struct fit_landings *list, const double *z, uint64_t draw,
                                 struct sim_scene *scene, double *share)
 {
-    struct drawing drawing;
+    struct inputs drawing;
     size_t joints = (size_t)scene->mats + 1;
     begin_drawing(&drawing, list, z, draw);
     *share = draw_thrust(&drawing, &list->landing[0]);
@@ -556,7 +556,7 @@ struct fit_model fit_landings_model(const struct fit_landings *list)
 
 /* ---- landings ---- */
 
-#define END_S           0.2
+#define END_WINDOW_S    0.2
 #define MIN_WINDOW_S    0.01
 #define MIN_VALID_SHARE 0.5
 
@@ -564,7 +564,7 @@ const struct fit_name fit_names[FIT_KEYS] = {
     [FIT_GAP] = {"gap", "mean gap of the joints", UNIT_DISPLACEMENT},
     [FIT_GRIT] = {"grit", "mean closing resistance", UNIT_TENSION},
     [FIT_FRICTION] = {"f", "friction", UNIT_NUMBER},
-    [FIT_SHARE] = {"share", "share of the thrust", UNIT_NUMBER},
+    [FIT_THRUST_SHARE] = {"share", "share of the thrust", UNIT_NUMBER},
     [FIT_STIFFNESS] = {"KL", "stiffness of a joint", UNIT_STIFFNESS},
 };
 
@@ -580,7 +580,7 @@ void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene
     list->parameter[FIT_GRIT] = (struct fit_parameter){true, sim_scene_joint(&scene->grit_lb, 1),
                                                        0.5};
     list->parameter[FIT_FRICTION] = (struct fit_parameter){true, scene->friction, 0.2};
-    list->parameter[FIT_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
+    list->parameter[FIT_THRUST_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
     list->parameter[FIT_STIFFNESS] = (struct fit_parameter){true, scene->kl_lb_ft, 0.5};
 }
 
@@ -609,8 +609,8 @@ static double reach_s(const struct sim_scene *scene, double x_ft)
     return (double)INFINITY;
 }
 
-static double mean_over(const struct fit_series *series, double from_s, double to_s,
-                        double *samples)
+static double mean_in_window(const struct fit_series *series, double from_s, double to_s,
+                             double *samples)
 {
     double sum = 0.0, wanted = (to_s - from_s) / series->dt_s;
     *samples = 0.0;
@@ -629,12 +629,12 @@ static void add_window(struct fit_landing *landing, const struct fit_series *ser
 {
     struct fit_window window = {.channel = channel, .from_s = from_s, .to_s = to_s};
     double mean_in = to_s - from_s >= MIN_WINDOW_S
-                       ? mean_over(series, from_s, to_s, &window.valid_samples)
+                       ? mean_in_window(series, from_s, to_s, &window.valid_samples)
                        : (double)NAN;
-    if (isnan(mean_in) || landing->windows == FIT_WINDOWS_MAX)
+    if (isnan(mean_in) || landing->window_count == FIT_WINDOWS_MAX)
         return;
-    measured[landing->windows] = asinh_in(mean_in);
-    landing->window[landing->windows++] = window;
+    measured[landing->window_count] = asinh_in(mean_in);
+    landing->window[landing->window_count++] = window;
 }
 
 static void add_channel(struct fit_landing *landing, const struct fit_series *series,
@@ -652,18 +652,18 @@ static void add_channel(struct fit_landing *landing, const struct fit_series *se
         double to_s = fmin(reach_s(&landing->scene, series->station_ft - edges_ft[e + 1]), stop_s);
         add_window(landing, series, channel, from_s, to_s, measured);
     }
-    add_window(landing, series, channel, end_s - END_S, end_s, measured);
+    add_window(landing, series, channel, end_s - END_WINDOW_S, end_s, measured);
 }
 
-static void add_segments(struct fit_landing *landing, double *measured)
+static void add_segment_statistics(struct fit_landing *landing, double *measured)
 {
     for (size_t s = 0; s < MR_SEGMENTS; s++) {
         if ((isnan(landing->survey_in[s]) && !landing->is_consecutive) ||
-            isnan(landing->after_in[s]) || landing->windows == FIT_WINDOWS_MAX)
+            isnan(landing->survey_after_in[s]) || landing->window_count == FIT_WINDOWS_MAX)
             continue;
         struct fit_window window = {.channel = SIZE_MAX, .segment = s, .valid_samples = 1.0};
-        measured[landing->windows] = landing->after_in[s];
-        landing->window[landing->windows++] = window;
+        measured[landing->window_count] = landing->survey_after_in[s];
+        landing->window[landing->window_count++] = window;
     }
 }
 
@@ -671,20 +671,20 @@ enum mr_status fit_landings_add(struct fit_landings *list, struct fit_landing *l
                                 const struct fit_series *series, size_t count, struct error *error)
 {
     double measured[FIT_WINDOWS_MAX];
-    landing->channels = landing->windows = 0;
+    landing->channels = landing->window_count = 0;
     for (size_t c = 0; c < count && c < MR_TRANSDUCERS; c++)
         add_channel(landing, &series[c], measured);
-    if (landing->windows == 0)
+    if (landing->window_count == 0)
         return error_set(error, MR_TOO_FEW,
                          "no transducer has enough valid samples: RUN %lld; fit different landings",
                          (long long)landing->run);
-    add_segments(landing, measured);
+    add_segment_statistics(landing, measured);
     list->measured = xrealloc(list->measured,
-                              (list->statistics + landing->windows) * sizeof *list->measured);
+                              (list->statistics + landing->window_count) * sizeof *list->measured);
     xlist_grow(&list->landing, list->count, sizeof *list->landing);
     landing->first_statistic = list->statistics;
-    memcpy(list->measured + list->statistics, measured, landing->windows * sizeof *measured);
-    list->statistics += landing->windows;
+    memcpy(list->measured + list->statistics, measured, landing->window_count * sizeof *measured);
+    list->statistics += landing->window_count;
     list->landing[list->count++] = *landing;
     return MR_OK;
 }
@@ -714,7 +714,7 @@ void fit_landings_values(const struct fit_landings *list, const double *z, doubl
 /* Squared Mahalanobis distance of each row of residuals. */
 static void set_squared_distances(const struct fit_result *answer, size_t rows, double *square)
 {
-    size_t p = answer->statistics;
+    size_t p = answer->statistic_count;
     gsl_matrix *z = gsl_matrix_alloc(rows, p), *covariance = gsl_matrix_alloc(p, p);
     for (size_t s = 0; s < p; s++) {
         const double *column = answer->residual + s;
@@ -737,7 +737,7 @@ static void set_squared_distances(const struct fit_result *answer, size_t rows, 
 }
 
 /* Computes the logarithm of the spread of the sums. False: too few segments were surveyed. */
-static bool find_spread(const double *sum_in, double *spread)
+static bool compute_log_spread(const double *sum_in, double *spread)
 {
     double read[MR_SEGMENTS];
     size_t count = 0;
@@ -756,12 +756,12 @@ static void add_survey(const struct fit_landings *list, uint64_t seed, size_t ro
     const struct fit_landing *first = &list->landing[0];
     double sum_in[MR_SEGMENTS], *spread = xcalloc(2 * rows, sizeof *spread),
                                 *sorted = spread + rows;
-    if (!first->has_earlier_landings && find_spread(first->survey_in, &spread[0])) {
+    if (!first->has_earlier_landings && compute_log_spread(first->survey_in, &spread[0])) {
         gsl_rng *random = gsl_rng_alloc(gsl_rng_taus2);
         gsl_rng_set(random, (unsigned long)(seed * 2654435761u + 17u) & 0xffffffffu);
         for (size_t i = 1; i < rows; i++) {
             draw_survey(list, first, random, sum_in);
-            find_spread(sum_in, &spread[i]);
+            compute_log_spread(sum_in, &spread[i]);
         }
         gsl_rng_free(random);
         for (size_t i = 0; i < rows; i++)
@@ -778,9 +778,9 @@ static void add_survey(const struct fit_landings *list, uint64_t seed, size_t ro
 struct misfit misfit_check(const struct fit_landings *list, const struct fit_result *answer,
                            uint64_t seed)
 {
-    size_t rows = 1 + answer->replicas, out = 0;
-    struct misfit misfit = {.replicas = answer->replicas};
-    if (answer->replicas < MISFIT_REPLICAS_MIN)
+    size_t rows = 1 + answer->replica_count, out = 0;
+    struct misfit misfit = {.replica_count = answer->replica_count};
+    if (answer->replica_count < MISFIT_REPLICAS_MIN)
         return misfit;
     double *square = xcalloc(rows, sizeof *square);
     set_squared_distances(answer, rows, square);
@@ -825,29 +825,29 @@ enum mr_status fit_load_survey(struct store *store, int64_t run, bool after, int
         const struct survey_estimate *read = &found.slack.segment[s];
         bool gage = there && !isnan(read->value_in);
         surveyed->sum_in[s] = gage ? read->value_in : (double)told.slack_in[s];
-        surveyed->segments += isnan(surveyed->sum_in[s]) ? 0 : 1;
-        surveyed->gage_segments += gage;
+        surveyed->segment_count += isnan(surveyed->sum_in[s]) ? 0 : 1;
+        surveyed->gage_segment_count += gage;
         squares += gage ? read->error_in * read->error_in : 0.0;
     }
-    if (surveyed->gage_segments > 0)
-        surveyed->error_in = sqrt(squares / (double)surveyed->gage_segments);
+    if (surveyed->gage_segment_count > 0)
+        surveyed->error_in = sqrt(squares / (double)surveyed->gage_segment_count);
     return MR_OK;
 }
 
-#define SURVEY_SPREAD 0.03 /* relative error common to all sums: gauge, joints assumed closed */
-#define MANY_SAMPLES  1e9
+#define SURVEY_RELATIVE_ERROR 0.03 /* error of all sums: gauge, joints assumed closed */
+#define UNLIMITED_SAMPLES     1e9
 
 /* Relative error of a movement, as far as averaging over samples does not reduce it. */
 static double gain_error(const struct measured *measured, const struct measured_channel *channel,
                          double baseline_in)
 {
-    double error_in = measured_error(measured, channel, 1.0, MANY_SAMPLES);
+    double error_in = measured_error(measured, channel, 1.0, UNLIMITED_SAMPLES);
     return isnan(error_in) ? 0.0 : sqrt(fmax(error_in * error_in - baseline_in * baseline_in, 0.0));
 }
 
 /* Copies the values of each channel after touchdown to `series`. Returns their number. */
-static size_t set_series(const struct measured *measured, struct fit_series series[MR_TRANSDUCERS],
-                         double *values)
+static size_t collect_series(const struct measured *measured,
+                             struct fit_series series[MR_TRANSDUCERS], double *values)
 {
     size_t count = 0, first = 0;
     while (first < measured->samples && measured_time_s(measured, first) < 0.0)
@@ -896,15 +896,15 @@ static bool is_next(struct store *store, const struct store_landing *landing, in
 }
 
 /* Loads the survey after a landing: that of the next landing only if no landing is missing. */
-static enum mr_status load_after(struct store *store, const struct store_landing *now,
-                                 struct fit_landing *landing, struct error *error)
+static enum mr_status load_survey_after(struct store *store, const struct store_landing *now,
+                                        struct fit_landing *landing, struct error *error)
 {
     struct store_landing *rows;
     struct fit_survey after;
     size_t count;
     int64_t next = STORE_NONE;
     for (size_t s = 0; s < MR_SEGMENTS; s++)
-        landing->after_in[s] = (double)NAN;
+        landing->survey_after_in[s] = (double)NAN;
     if (store_landings(store, &rows, &count, error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < count && next == STORE_NONE; i++)
@@ -913,14 +913,14 @@ static enum mr_status load_after(struct store *store, const struct store_landing
     if (fit_load_survey(store, now->id, true, next, &after, error) != MR_OK)
         return error->status;
     if (is_survey_new(landing, &after))
-        memcpy(landing->after_in, after.sum_in, sizeof landing->after_in);
+        memcpy(landing->survey_after_in, after.sum_in, sizeof landing->survey_after_in);
     landing->after_error_in = after.error_in;
     return MR_OK;
 }
 
-static enum mr_status set_landing(struct store *store, const struct measured *measured,
-                                  const char *scene_path, const struct fit_landings *list,
-                                  struct fit_landing *landing, struct error *error)
+static enum mr_status load_landing(struct store *store, const struct measured *measured,
+                                   const char *scene_path, const struct fit_landings *list,
+                                   struct fit_landing *landing, struct error *error)
 {
     struct fit_survey before;
     const struct mr_gates_summary *summary = &measured->summary;
@@ -928,13 +928,13 @@ static enum mr_status set_landing(struct store *store, const struct measured *me
     if (fit_load_survey(store, landing->run, false, landing->run, &before, error) != MR_OK)
         return error->status;
     memcpy(landing->survey_in, before.sum_in, sizeof landing->survey_in);
-    landing->survey_error_in = before.error_in;
-    landing->gage_segments = before.gage_segments;
+    landing->before_error_in = before.error_in;
+    landing->gage_segment_count = before.gage_segment_count;
     landing->has_earlier_landings = measured->landing.board_landing > 1;
-    struct zones_slack survey = {.surveyed_segments = (unsigned)before.segments};
+    struct zones_slack survey = {.surveyed_segments = (unsigned)before.segment_count};
     for (size_t s = 0; s < MR_SEGMENTS; s++)
         survey.slack_in[s] = (float)before.sum_in[s];
-    if (load_after(store, &measured->landing, landing, error) != MR_OK ||
+    if (load_survey_after(store, &measured->landing, landing, error) != MR_OK ||
         sim_scene_load(&landing->scene, scene_path, error) != MR_OK)
         return error->status;
     enum mr_status status = compare_prepare_scene(measured, &survey, &landing->scene, error);
@@ -969,10 +969,10 @@ enum mr_status fit_campaign_add(struct store *store, int64_t run, const char *sc
         status = error_set(error, MR_USAGE, "RUN %lld is %s; leave that landing out",
                            (long long)run, torn);
     if (status == MR_OK)
-        status = set_landing(store, &measured, scene_path, list, &landing, error);
+        status = load_landing(store, &measured, scene_path, list, &landing, error);
     if (status == MR_OK) {
         double *values = xcalloc(measured.samples * MR_TRANSDUCERS + 1, sizeof *values);
-        size_t count = set_series(&measured, series, values);
+        size_t count = collect_series(&measured, series, values);
         status = fit_landings_add(list, &landing, series, count, error);
         free(values);
         if (status != MR_OK)
@@ -994,7 +994,7 @@ size_t fit_campaign_set_gap(struct fit_landings *list)
     }
     if (surveyed > 0 && sum_in > 0.0) {
         list->parameter[FIT_GAP].value = sum_in / (double)(surveyed * MR_MATS_PER_SEGMENT);
-        list->parameter[FIT_GAP].spread = SURVEY_SPREAD;
+        list->parameter[FIT_GAP].spread = SURVEY_RELATIVE_ERROR;
     }
     return surveyed;
 }

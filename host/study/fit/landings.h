@@ -29,7 +29,7 @@
 #include "host/store/store.h"
 #include "host/study/fit/fit.h"
 
-enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_SHARE, FIT_STIFFNESS, FIT_KEYS };
+enum fit_key { FIT_GAP, FIT_GRIT, FIT_FRICTION, FIT_THRUST_SHARE, FIT_STIFFNESS, FIT_KEYS };
 
 /* A parameter of the fit. Its logarithm has a normal prior about ln(value). */
 struct fit_parameter {
@@ -38,7 +38,7 @@ struct fit_parameter {
     double spread; /* standard deviation of the logarithm: 0.1 is 10 % */
 };
 extern const struct fit_name {
-    const char *key, *words;
+    const char *key, *description;
     enum unit_kind unit;
 } fit_names[FIT_KEYS];
 
@@ -72,19 +72,19 @@ struct fit_landing {
     double thrust_error; /* relative standard error of the thrust in the path */
     bool is_consecutive; /* nothing changed on the runway since the previous landing of the list */
     /* sums of the gaps surveyed before and after the landing; NaN: not surveyed */
-    double survey_in[MR_SEGMENTS], after_in[MR_SEGMENTS];
-    double survey_error_in,
-        after_error_in;        /* standard error of a sum; 0: survey_error_in of the list applies */
+    double survey_in[MR_SEGMENTS], survey_after_in[MR_SEGMENTS];
+    /* standard error of a sum; 0: the error of the list applies */
+    double before_error_in, after_error_in;
     bool has_earlier_landings; /* the board had earlier landings on this runway; only for output */
-    /* number of segments in survey_in that were read at gage points after the previous landing;
-     * only for output */
-    size_t gage_segments;
+    /* number of segments in survey_in that were read at gage points after the previous
+     * landing; only for output */
+    size_t gage_segment_count;
     struct {
         double station_ft, noise_in, baseline_error_in, gain_error;
     } channel[MR_TRANSDUCERS];
     size_t channels;
     struct fit_window window[FIT_WINDOWS_MAX];
-    size_t windows;
+    size_t window_count;
     size_t first_statistic; /* index of the landing's first statistic in the list */
 };
 
@@ -154,7 +154,7 @@ struct misfit {
     bool is_checked;  /* true: there were enough replicas for the check */
     bool is_rejected; /* the model cannot explain the data: p_value <= MISFIT_LEVEL */
     double p_value;
-    size_t replicas;
+    size_t replica_count;
 };
 
 /* Checks a fit with its replicas. `seed` is for the random sums of a survey. */
@@ -184,7 +184,7 @@ struct fit_survey {
     /* standard error of a sum, in, between gage points; 0: no gage points were read */
     double error_in;
     /* number of segments with a sum, and number of those that were read at gage points */
-    size_t segments, gage_segments;
+    size_t segment_count, gage_segment_count;
 };
 
 /* Loads the survey before landing `run`, or with `after` the survey between this landing and the
