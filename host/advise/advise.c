@@ -334,7 +334,8 @@ static void format_max_braking(const struct advise *advise, bool si,
                  from);
     else
         snprintf(out, MAX_BRAKING_TEXT_SIZE,
-                 "no braking keeps both a zone and rolling off the end below the limit");
+                 "no braking keeps the risks of a zone and of rolling off the end below "
+                 "the limit");
 }
 
 /* Writes "a zone of 50 mats has a probability of 7 % (7 to 23)". */
@@ -379,7 +380,8 @@ static void set_verdict(struct advise *advise, bool si)
         roll_off[ROLL_OFF_TEXT_SIZE];
     const char *lacks = !advise->members.update_count
                           ? "the model has not been updated from any landing"
-                      : advise->is_plan_outside_range ? "no earlier landing was like this plan"
+                      : advise->is_plan_outside_range
+                          ? "no earlier landing was similar to this plan"
                       : advise->history.surveyed_segments < advise->history.segment_count / 2u
                           ? "the joints have not been surveyed since the last landing"
                           : NULL;
@@ -466,15 +468,14 @@ static void set_action_text(struct advise *advise, bool si)
     else if (isfinite(advise->max_speed.value))
         snprintf(advise->action, size,
                  "To stay below %.0f %%: touch down %s and brake at %s. After touchdown at %s, %s "
-                 "keeps both a zone and rolling off the end below the limit.",
+                 "keeps the risks of a zone and of rolling off the end below the limit.",
                  percent, land, braking, speed, none);
     else
-        snprintf(
-            advise->action, size,
-            "No gentler plan stays below %.0f %%. After touchdown at %s, %s keeps both a "
-            "zone and rolling off the end below the limit. With braking at %s, any touchdown speed "
-            "of %s or more exceeds it.",
-            percent, speed, none, braking, slowest);
+        snprintf(advise->action, size,
+                 "No gentler plan stays below %.0f %%. After touchdown at %s, %s keeps the risks "
+                 "of a zone and of rolling off the end below the limit. With braking at %s, every "
+                 "touchdown speed of %s or more exceeds the limit.",
+                 percent, speed, none, braking, slowest);
     size_t used = strlen(advise->action);
     if (isnan(advise->max_braking.value) && isfinite(advise->stop_short_braking_ft_s2))
         snprintf(advise->action + used, size - used,
@@ -482,7 +483,7 @@ static void set_action_text(struct advise *advise, bool si)
     used = strlen(advise->action);
     if (isfinite(min_ft_s2))
         snprintf(advise->action + used, size - used,
-                 " With less than %s at %s, the gear rolls off the end in over %.0f %% of the "
+                 " With braking below %s at %s, the gear rolls off the end in over %.0f %% of the "
                  "simulations.",
                  least, speed, percent);
 }
@@ -759,7 +760,8 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
     answer_value(answer, "limit", NULL, UNIT_NUMBER, advise->request.risk_limit, 3);
     answer_value(answer, "hardest", "hardest", UNIT_DECELERATION, advise->max_braking.value, 1);
     if (isnan(advise->max_braking.value))
-        answer_remark(answer, "; %s keeps both a zone and rolling off the end below %.0f %%",
+        answer_remark(answer,
+                      "; %s keeps the risks of a zone and of rolling off the end below %.0f %%",
                       get_no_braking_reason(advise), 100.0 * advise->request.risk_limit);
     else
         answer_remark(answer,

@@ -80,9 +80,9 @@ const struct inspection *inspection_newest(const struct inspections *all,
                                            const struct inspection_kind *kind, int64_t run);
 
 /* Reads FIELD=VALUE into `values`; "FIELD=" sets null. The value of a marked field may be
- * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_measure_height in pixels (default ERROR: 1). Fails with
- * MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot be read.
- */
+ * "DISTANCE: X,Y X,Y X,Y [ERROR]": the marks of rig_measure_height in pixels (default ERROR: 1).
+ * Fails with MR_UNKNOWN, MR_USAGE (also if the field was read before), or MR_IO if a picture cannot
+ * be read. */
 enum mr_status inspection_read(const struct inspection_kind *kind, const char *word, json_t *values,
                                struct error *error);
 /* Adds the fields of `last` that `values` does not have: with `kept`, only those whose default is

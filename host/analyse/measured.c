@@ -723,7 +723,7 @@ static bool format_excluded(const struct measured *measured, char *out, size_t s
     }
     if (used && used < size)
         snprintf(out + used, size - used,
-                 " left out: their time is far from the landing (first: board time %.3f s)",
+                 " left out: their times are far from the landing (first: board time %.3f s)",
                  (double)aside->first_block / 1000.0);
     return used != 0;
 }

@@ -277,7 +277,7 @@ static void judge_outcome_by_transducers(const struct measured *measured,
     else if (slack->surveyed_segments < MR_SEGMENTS &&
              isfinite(find_reached_zone(measured, &closed).t_s[OUTCOME_LENGTH]))
         outcome->unknown_reason =
-            "the survey before the landing leaves out segments where a zone may have been";
+            "the survey before the landing omits segments where a zone may have formed";
     else {
         outcome->reached = OUTCOME_NOT_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;

@@ -24,7 +24,7 @@ enum mr_status rig_predict_next_landing(const double *x, const double *y, size_t
     if (squared && !(value > 0.0))
         return error_set(error, MR_NUMERICS,
                          "the gear would not reach touchdown: release at %g ft, according to %zu "
-                         "landings; give a height near those of the landings",
+                         "landings; give a height near the heights of these landings",
                          at, count);
     *predicted = line_predict(&line, count, at, squared ? 1.0 / value : 1.0);
     if (squared) {
@@ -44,7 +44,7 @@ enum mr_status rig_measure_height(const struct rig_marks *marks, struct estimate
           isfinite(px + py)))
         return error_set(error, MR_USAGE,
                          "no scale: the points of known distance are %.3g pixels apart; mark three "
-                         "points, and these two more than 20 errors of a mark apart",
+                         "points, the first two more than 20 errors of a mark apart",
                          between);
     /* y increases downwards in a picture */
     const double off = (dy * px - dx * py) / between * (dx < 0.0 ? -1.0 : 1.0),

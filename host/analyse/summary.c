@@ -255,8 +255,8 @@ static void add_missing_samples(const struct measured *measured, enum mr_channel
             !format_channels_missing_alike(measured, c, numbers, sizeof numbers))
             continue;
         answer_sentence(answer, NULL,
-                        "Readings are missing from %.3f to %.3f s (%s%s %s): a peak in this "
-                        "interval is not seen, and the errors given do not include this.",
+                        "Readings are missing from %.3f to %.3f s (%s%s %s): peaks in this "
+                        "interval are missed, and the stated errors do not include that.",
                         measured_time_s(measured, channel->missing_from),
                         measured_time_s(measured, channel->missing_to),
                         kind == MR_KIND_TENSION ? "gage" : "transducer",

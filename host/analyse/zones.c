@@ -526,7 +526,7 @@ static void add_condition(const struct foresight *foresight, enum foresight_cond
         [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones are predicted "
                                 "from transducers and survey only, without times",
         [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
-                                "landing: do not rely on the zones that it predicted",
+                                "landing: do not rely on the zones predicted",
     };
     const struct foresight_span *span = &foresight->condition_span[lack];
     if (isnan(span->from_s))
@@ -574,14 +574,14 @@ static void add_risk(const struct foresight *foresight, struct answer *answer)
                                                   : ", computed without plan and chart",
         foresight->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
     if (!isnan(foresight->off_plan_s))
-        answer_words(answer, NULL, PREDICTOR_LABEL,
-                     "the landing left the plan, detected at %.3f s: the risk after that does not "
-                     "use the plan",
-                     foresight->off_plan_s);
-    if (foresight->is_chart_outdated)
         answer_words(
             answer, NULL, PREDICTOR_LABEL,
-            "the loaded chart was ignored: it is for a different runway or number of landings");
+            "the landing left the plan, as detected at %.3f s: later risks do not use the plan",
+            foresight->off_plan_s);
+    if (foresight->is_chart_outdated)
+        answer_words(answer, NULL, PREDICTOR_LABEL,
+                     "the loaded chart was ignored: it was computed for a different runway or "
+                     "number of landings");
 }
 
 void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,

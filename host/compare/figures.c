@@ -524,7 +524,7 @@ static bool is_usable(const struct measured *measured, const struct measured_cha
                  find_most_frequent_reason(measured, channel));
     else if (out->valid_share < COMPARE_MIN_VALID_SHARE)
         snprintf(out->reason_or_remark, sizeof out->reason_or_remark,
-                 "only %.0f %% of its readings are valid, at least half are needed: %s",
+                 "only %.0f %% of the readings are valid; at least half must be: %s",
                  100.0 * out->valid_share, find_most_frequent_reason(measured, channel));
     else
         return true;

@@ -149,9 +149,9 @@ enum mr_status compare_model_load(struct compare_model *model, const char *path,
         model->seed_count = seeds ? seeds : model->series.seed_count;
         scene = &model->series.landings[0].scene;
     } else if (seeds > 1) {
-        return error_set(
-            error, MR_USAGE,
-            "no ensemble: %s is a scene with one runway; give a study file with --seeds", path);
+        return error_set(error, MR_USAGE,
+                         "no ensemble: %s is a scene with one runway; --seeds needs a study file",
+                         path);
     } else if (sim_scene_load(&model->scene, path, error) != MR_OK) {
         return error->status;
     }
@@ -253,10 +253,11 @@ static enum mr_status make_scene(const struct compare_model *model, size_t index
         none.slack_in[s] = MR_NAN;
     none.surveyed_segments = 0;
     if (model->is_ensemble && index >= c->landing_count)
-        return error_set(error, MR_USAGE,
-                         "no such landing: %s has %zu landings, this is number %zu of the series; "
-                         "add it to that file, or name the series",
-                         model->name, c->landing_count, index + 1);
+        return error_set(
+            error, MR_USAGE,
+            "no such landing: %s has %zu landings, but this one is number %zu of the series; "
+            "add it to that file, or name the series",
+            model->name, c->landing_count, index + 1);
     *scene = model->is_ensemble ? c->landings[index].scene : model->scene;
     scene->gap0_ft = scene->grit_lb = scene->ground_ft = (struct sim_list){0};
     scene->path = NULL;

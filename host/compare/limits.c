@@ -118,11 +118,11 @@ static void judge_value(struct limit_check *check, const char *path, const json_
            beyond = least ? check->limit - is : fabs(is) - check->limit;
     check->verdict->checked_limits++;
     if (!json_is_number(value)) {
-        snprintf(text, sizeof text, "%s of %s is not known; its limit is %.4g", path,
+        snprintf(text, sizeof text, "%s of %s is not known; the limit is %.4g", path,
                  check->answer_name, check->limit);
         count_failed_limit(check, (double)NAN, text);
     } else if (beyond > 0.0) {
-        snprintf(text, sizeof text, "%s of %s is %.4f; its limit is %.4f, %s by %.4f", path,
+        snprintf(text, sizeof text, "%s of %s is %.4f; the limit %.4f is %s by %.4f", path,
                  check->answer_name, is, check->limit, least ? "missed" : "exceeded", beyond);
         count_failed_limit(check, beyond, text);
     }

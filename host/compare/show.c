@@ -197,13 +197,13 @@ void compare_to_answer(const struct compare_figures *figures, const struct compa
         " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, figures->solver_error_in,
                  4)
-        ->suffix = ", estimated by its solver";
+        ->suffix = ", estimated by the solver";
     answer_count(answer, "seeds", NULL, figures->seed_count);
     if (figures->seed_count > 1)
-        answer_words(answer, NULL, "runways",
-                     "%lld: the simulation is the mean over these runways, and its error includes "
-                     "their spread",
-                     (long long)figures->seed_count);
+        answer_words(
+            answer, NULL, "runways",
+            "%lld: simulated values are means over these runways; the errors include the spread",
+            (long long)figures->seed_count);
     answer_words(answer, NULL, "surveyed", "%zu of %u segments", figures->surveyed_segments,
                  MR_SEGMENTS);
     answer_count(answer, "surveyed", NULL, (int64_t)figures->surveyed_segments);
@@ -244,7 +244,7 @@ void compare_add_brief(const struct compare_figures *figures, const struct compa
                      rest->simulated_overlap.common_mats, rest->simulated_overlap.all_mats);
     else
         answer_words(answer, NULL, "zone at rest", "not known");
-    answer_words(answer, NULL, "more", "each transducer and zone: --all");
+    answer_words(answer, NULL, "more", "--all lists each transducer and zone");
     add_verdict(verdict, answer);
 }
 
@@ -340,7 +340,7 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
         " ms";
     answer_value(answer, "error", "simulation error", UNIT_DISPLACEMENT, set->worst_solver_error_in,
                  4)
-        ->suffix = " (largest), estimated by its solver";
+        ->suffix = " (largest), estimated by the solver";
     add_landings(set, answer);
     add_channels(set, answer);
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);

@@ -334,8 +334,8 @@ static void check_scene(const struct keys *r, const json_t *scene)
     for (size_t i = 0; own[i] && !has_key_error(r); i++) {
         if (json_object_get(scene, own[i]))
             error_set(r->error, MR_MALFORMED,
-                      "key not allowed here: %s: scene.%s; leave it out, the runway and the "
-                      "landings give its value",
+                      "key not allowed here: %s: scene.%s; leave it out: the runway and the "
+                      "landings determine the value",
                       r->path, own[i]);
     }
 }

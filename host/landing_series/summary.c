@@ -366,8 +366,8 @@ static void add_landing(struct answer *answer, const struct landing_series *c,
 static void add_forces(struct answer *answer, const struct landing_series *c,
                        const struct series_landing_summary *s)
 {
-    char label[160] = "largest force in a joint: mean over the runways, with its standard error "
-                      "caused by the time steps; error of: the same error for a single runway";
+    char label[160] = "largest force in a joint: mean over the runways, and the standard error "
+                      "caused by the time steps; error of: the same error, of a single runway";
     if (isnan(s[0].compression_lb.run_error))
         snprintf(label, sizeof label,
                  "largest force in a joint: mean over the runways; its error needs %d runways or "

@@ -81,11 +81,10 @@ static void write_summary(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++)
         uncalibrated |= strstr(report->facts[i].marks, "UNCALIBRATED") != NULL;
     if (report->landings)
-        write_landings_table(
-            report, out,
-            "\xc2\xb1 is one standard error. Zone: the zone warned of, the longest that the "
-            "board reported while its warning was on.",
-            add_summary_row);
+        write_landings_table(report, out,
+                             "\xc2\xb1 is one standard error. Zone: the longest zone that the "
+                             "board reported while the warning was on.",
+                             add_summary_row);
     if (uncalibrated)
         fputs("<p>UNCALIBRATED: a sensor has no calibration date. For such a sensor, \xc2\xb1 "
               "contains the scale error that the configuration states; this error was not "
@@ -209,7 +208,7 @@ static void write_restored_runways(FILE *out, const struct report_facts *series,
                 (long long)series[i].landing.id,
                 (long long)series[i].warning_record.same_runway_run);
         if (before)
-            fprintf(out, ": its cumulative displacement continues from RUN %lld",
+            fprintf(out, ": the cumulative displacement continues from RUN %lld",
                     (long long)series[before - 1].landing.id);
         fputs(".</p>\n", out);
     }
@@ -255,7 +254,7 @@ static void write_cumulative_displacement(const struct report *report, FILE *out
         make_displacement_profile(&report->facts[i], NULL, true, &profile[i]);
     fputs("<h3>Peak movement</h3>\n", out);
     draw_profiles(out, profile, report->landings, "peak movement",
-                  "peak movement against station, a line per landing",
+                  "peak movement against station, one line per landing",
                   "Largest movement during each landing, by station.", si);
     free(profile);
     free(last);
@@ -335,14 +334,13 @@ static void draw_zone_row(const struct zone_rows *rows, size_t row, const struct
 
 static void write_zone_maps(const struct report *report, FILE *out)
 {
-    static const char *const keys[] = {
-        "warned",   "zone warned of",
-        "reported", "longest zone reported, no warning",
-        "closed",   "measured closed at the end",
-        "behind",   "last zone reported",
-        "stop",     "stop of the wheel",
-        "seen",     "observed wave or break: the panels that it covers",
-        NULL};
+    static const char *const keys[] = {"warned",   "zone warned of",
+                                       "reported", "longest reported zone, without a warning",
+                                       "closed",   "measured closed at the end",
+                                       "behind",   "last zone reported",
+                                       "stop",     "stop of the wheel",
+                                       "seen",     "panels covered by an observed wave or break",
+                                       NULL};
     for (size_t first = 0; first < report->landings; first += ZONE_ROWS_PER_PLOT) {
         size_t left = report->landings - first;
         struct figure figure = figure_begin(
@@ -413,8 +411,8 @@ static void draw_band_tension(const struct report *report, unsigned bands, FILE 
     figure_end(
         &figure, NULL,
         "Change of tension after the first switch, mean over the gages of a band, with 95 %% "
-        "intervals: largest fall (below 0) and largest rise (above 0). Marks of the bands "
-        "stand side by side. Compare fig. 5.3 of the 1973 report.");
+        "intervals: largest fall (below 0) and largest rise (above 0). Marks of different bands "
+        "are shifted sideways. Compare fig. 5.3 of the 1973 report.");
     free(x);
 }
 
@@ -511,7 +509,7 @@ static void write_comparisons(const struct report *report, FILE *out)
             "samples of all channels. En: difference divided by its expanded (95 %%) uncertainty; "
             "up to 1 means agreement. Zones: \"3 of 5\" means that 3 mats are closed in both "
             "measurement and simulation, and 5 in at least one of them. Simulation error: the "
-            "simulation's own estimate, one standard error.");
+            "solver's own estimate, one standard error.");
     report_write_answer(answer, out);
 }
 
@@ -562,8 +560,8 @@ static void write_predictor(const struct report *report, FILE *out)
             "Times are seconds after touchdown on the board's clock, exact to 1 ms. First zone: "
             "the "
             "zone that the board reported with its first warning, of any length. Predicted time to "
-            "zone: the first such time that the board reported, to the start of its zone at that "
-            "moment. For the lead time to 50 closed mats, see Warnings and their outcome. A dash: "
+            "zone: the first value that the board sent, for the start of the zone reported at that "
+            "time. For the lead time to 50 closed mats, see Warnings and their outcome. A dash: "
             "no value, or the wheel did not reach the zone. The absence of a warning does not make "
             "a landing safe.",
             add_predictor_row);
@@ -628,12 +626,13 @@ static void write_warnings(const struct report *report, FILE *out)
     answer_close_group(answer);
     answer_sentence(
         answer, NULL,
-        "Zone reached: the wheel reached at least 50 closed mats before it stopped, according to "
-        "survey and transducers or to an observation, never to the predictor. Hit: the board "
+        "Zone reached: the wheel reached at least 50 closed mats before it stopped, as shown by "
+        "survey and transducers or by an observation, never by the predictor. Hit: the board "
         "warned before the wheel reached the zone; too late: it warned later; missed: a zone "
         "without a warning; false: a warning without a zone; correctly quiet: neither. Measured "
-        "zone: the longest one that the wheel reached. Closed mats after: at the wheel, in the "
-        "survey after the landing. Times count from touchdown. Lead time: time from the first "
+        "zone: the longest one that the wheel reached. Closed mats after: closed mats at the wheel "
+        "in the survey after the landing. Times count from touchdown. Lead time: time from the "
+        "first "
         "warning until the wheel reached 50 closed mats, negative if the warning was later; in "
         "brackets: the same for 40 and 60 mats, because survey segments have ten mats. A measured "
         "zone of 40 to 60 mats is within this resolution of the limit of 50 mats: such an outcome "
@@ -715,8 +714,8 @@ static void write_advice(const struct report *report, FILE *out)
     if (count)
         answer_sentence(
             answer, NULL,
-            "Recommendations of matrig advise. Each is shown with the next landing, and with later "
-            "landings that started on the same, restored runway. \"Followed: yes\": the advice was "
+            "Recommendations of matrig advise. Each is shown with the next landing and with later "
+            "landings on the same, restored runway. \"Followed: yes\": the advice was "
             "against the plan, and the landing braked no harder than advised. Zone probability: "
             "probability of a zone of 50 closed mats, with its sampling interval. At or above the "
             "limit, matrig advises against a landing.");
@@ -834,8 +833,7 @@ static void draw_slow_readings(FILE *out, const struct store_slow *rows, const d
                           &(struct chart_series){NULL, 0, "line", hours, values, NULL, count});
     }
     figure_end(&figure, NULL,
-               "One row a minute between the landings: mean tension of the gages, temperature of "
-               "the mat.");
+               "One row per minute between the landings: mean gage tension and mat temperature.");
 }
 
 static void write_slow_readings(const struct report *report, FILE *out)

@@ -443,8 +443,9 @@ static void write_zone_map(const struct report *report, const struct report_land
         t_s[i] = last_s * (double)i / WHEEL_PATH_POINTS;
         x[i] = measured_station_ft(measured, t_s[i]);
     }
-    figure_add_series(&figure, &(struct chart_series){"wheel and the switches that it opened", 0,
-                                                      "line", x, t_s, NULL, WHEEL_PATH_POINTS + 1});
+    figure_add_series(&figure,
+                      &(struct chart_series){"wheel, and the switches opened by the wheel", 0,
+                                             "line", x, t_s, NULL, WHEEL_PATH_POINTS + 1});
     for (size_t i = 0; i < measured->gate_count; i++) {
         gate_ft[gates] = measured->gate[i].station_ft;
         gate_s[gates] = measured->gate[i].t_s;
@@ -695,7 +696,7 @@ static void write_comparison_text(FILE *out, const struct compare_figures *figur
     if (figures->seed_count > 1)
         fprintf(out, "%lld runways, ", (long long)figures->seed_count);
     if (!isnan(figures->solver_error_in))
-        fprintf(out, "standard error (estimated by its solver) %.*f %s, ", si ? 2 : 4,
+        fprintf(out, "standard error (estimated by the solver) %.*f %s, ", si ? 2 : 4,
                 figures->solver_error_in * length->factor, length->text);
     fprintf(out, "%zu of %u segments surveyed.</p>\n", figures->surveyed_segments, MR_SEGMENTS);
     compare_compute_agreement(figures, &agreement);

@@ -204,7 +204,7 @@ static void put_date_fact(const struct report *report, FILE *out)
         }
         put_local_time(first_us, last_us, out);
     } else if (report->landings) {
-        put_missing_value(out, "not known", "read from a recording that has no times of day");
+        put_missing_value(out, "not known", "read from a recording without times of day");
     } else {
         fputs("no landing", out);
     }
@@ -237,8 +237,8 @@ static void put_landings_fact(const struct report *report, FILE *out)
                 (long long)last);
     }
     if (report->voided_landings)
-        fprintf(out, "; %zu that %s void left out", report->voided_landings,
-                report->voided_landings == 1 ? "is" : "are");
+        fprintf(out, "; %zu void landing%s left out", report->voided_landings,
+                report->voided_landings == 1 ? "" : "s");
     end_fact(out);
 }
 
@@ -381,8 +381,8 @@ static void put_outcome_counts_fact(const struct report *report, FILE *out)
         const struct record_row *row = &report->facts[i].warning_record;
         if (record_is_marginal(row))
             fprintf(out,
-                    " <small>RUN %lld reached %lld mats: within the resolution of %d mats of the "
-                    "limit of %d</small>",
+                    " <small>RUN %lld reached %lld mats: within the resolution (%d mats) of the "
+                    "limit (%d mats)</small>",
                     (long long)row->run, (long long)row->outcome.longest_mats,
                     OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS);
     }
@@ -462,8 +462,8 @@ static void put_emulated_banner(const struct report *report, FILE *out)
     bool *of = xcalloc(report->landings + 1, sizeof *of);
     size_t count = count_emulated(report, of);
     if (count) {
-        fputs("<p class=\"emulated\"><strong>Emulated board, synthetic data.</strong> No "
-              "hardware and no mat took part",
+        fputs("<p class=\"emulated\"><strong>Emulated board, synthetic data.</strong> No hardware "
+              "and no mat was involved",
               out);
         if (count < report->landings) {
             fputs(" in ", out);
@@ -692,7 +692,7 @@ static void write_provenance(const struct report *report, FILE *out)
     for (size_t i = 0; i < report->landings; i++) {
         if (report->facts[i].recalibrated_channels)
             answer_sentence(answer, NULL,
-                            "RUN %lld uses a corrected calibration; the calibration of the "
+                            "RUN %lld uses a corrected calibration; the calibration used for "
                             "recording is kept in the campaign.",
                             (long long)report->facts[i].landing.id);
     }
@@ -812,11 +812,11 @@ enum mr_status page_write(struct report *report, FILE *out, struct error *error)
         fwrite(front, 1, length, out);
         output_copy_temporary(landings, out);
         fprintf(out,
-                "<p>Plots are thinned: each pixel column shows its smallest and its largest "
+                "<p>Plots are thinned: each pixel column shows the smallest and the largest "
                 "reading. &plusmn; is one standard error (coverage factor k = 1); 95 %% intervals "
                 "have k = %.2f. Units: %s.</p>\n</main>",
                 SUMMARY_HALF_WIDTH_95,
-                report->si ? "SI; without --si, feet, inches and pounds"
+                report->si ? "SI (without --si: feet, inches and pounds)"
                            : "feet, inches and pounds; matrig --si report writes the page in SI");
         write_provenance(report, out);
         put_page_foot(out);

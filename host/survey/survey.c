@@ -388,8 +388,8 @@ static enum mr_status find_columns(const char *path, char **cell, size_t cells, 
     const char *separator = strpbrk(cell[0], ";\t");
     if (column[COLUMN_KIND] < 0 && separator)
         return error_set(error, MR_MALFORMED,
-                         "columns separated by %s: %s, line 1; save the file with commas "
-                         "between columns and points in numbers",
+                         "columns separated by %s: %s, line 1; save the file with commas between "
+                         "columns and decimal points",
                          *separator == ';' ? "semicolons" : "tabs", path);
     for (int i = 0; i < COLUMN_NOTE; i++) {
         if (column[i] < 0)
@@ -437,10 +437,10 @@ static enum mr_status parse_row(const char *path, size_t line, char **cell, size
     struct quantity_error wrong = {"", ""};
     if (!quantity_parse(text[COLUMN_READING], "in", mm ? "mm" : "in", &value, &wrong) ||
         !(fabs(value) <= READING_MAX_IN))
-        return error_set(error, MR_MALFORMED,
-                         "not a reading, '%s': %s, line %zu; write a number, or leave it empty%s%s",
-                         text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "",
-                         wrong.what);
+        return error_set(
+            error, MR_MALFORMED,
+            "not a reading, '%s': %s, line %zu; write a number, or leave the cell empty%s%s",
+            text[COLUMN_READING], path, line, wrong.what[0] ? ": this is " : "", wrong.what);
     bool distance = item.kind == SURVEY_ITEM_GAP || item.kind == SURVEY_ITEM_DIAGONAL;
     if (distance &&
         /* the logarithm is 3.2 for a value in mm */

@@ -54,7 +54,7 @@ both_count() {
         [ "$(sqlite3 "$tmp/told.db" 'select count(*) > 100 from risks')" = 1 ] &&
         $matrig --quiet replay "$tmp/told.db" 1 --exact >"$tmp/replay.txt" && grep 'result *0 of ' "$tmp/replay.txt"
 }
-gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the landing left the plan, detected at ' "$tmp/told.txt"; }
+gentle_plan_is_left() { told_before 0 35.5 0:3.0 && grep -q 'the landing left the plan, as detected at ' "$tmp/told.txt"; }
 # the board refuses it: it has had no landing
 of_another_runway() { told_before 3 35.5 0:7.5 && grep -q 'computed without plan and chart$' "$tmp/told.txt" && [ "$(sqlite3 "$tmp/told.db" 'select count(*) from risks where basis & 2 and block < 6000')" = 0 ]; }
 needs_a_link() { ! $matrig advise "$tmp/campaign.db" --load 2>"$tmp/link.err" && grep -q -- '--load --serial LINK' "$tmp/link.err"; }

@@ -42,7 +42,7 @@ print(worst + 1, "%.2f" % rms[worst])
 END
     ) || return 1
     echo "expected: transducer, rms: $worst"
-    fails_with 1 "channels.${worst% *}.rms_in of RUN 1 is .*; its limit is 0.0030, exceeded by" $matrig compare "$db" 1 "$tmp/slippery.json" --limit 0.003 &&
+    fails_with 1 "channels.${worst% *}.rms_in of RUN 1 is .*; the limit 0.0030 is exceeded by" $matrig compare "$db" 1 "$tmp/slippery.json" --limit 0.003 &&
         $matrig --json compare "$db" 1 "$tmp/slippery.json" >"$tmp/slips.json" && [ "$(json "$tmp/slips.json" "abs(j['channels'][${worst% *} - 1]['rms_in'] / ${worst#* } - 1) < 0.03")" = True ]
 }
 fits_a_terminal() {
@@ -78,7 +78,7 @@ series_and_its_limits() {
     printf '{"channels.*.rms_in": 1.5, "series.within": 1, "series.rms_in": 1}' >"$tmp/series.json"
     $matrig compare "$db" $scene --limits "$tmp/series.json" | tee "$tmp/series.txt" | grep -Eq '^within limits +100 %' && cat "$tmp/series.txt" || return 1
     printf '{"series.bias_in": 0.00001}' >"$tmp/strict.json"
-    fails_with 1 'bias_in of the series is .*; its limit is 0.0000, exceeded by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
+    fails_with 1 'bias_in of the series is .*; the limit 0.0000 is exceeded by' $matrig compare "$db" $scene --limits "$tmp/strict.json" &&
         [ "$($matrig --json compare "$db" --series spring >"$tmp/s.json"; json "$tmp/s.json" '[l["run"] for l in j["landings"]]')" = "[2]" ] &&
         fails_with 2 "no landings in series 'summer'" $matrig compare "$db" --series summer
 }
@@ -99,7 +99,7 @@ wrong_input_is_told() {
         fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 host/scenes/full_width_36000.json &&
         fails_with 2 'different scale: host/scenes/full_width_36000.json' $matrig compare "$db" 1 --scene host/scenes/full_width_36000.json &&
         fails_with 2 "two scenes: $scene and --scene $scene; give only one" $matrig compare "$db" 1 $scene --scene $scene &&
-        fails_with 2 'one runway; give a study file with --seeds' $matrig compare "$db" 1 --seeds 4 &&
+        fails_with 2 'one runway; --seeds needs a study file' $matrig compare "$db" 1 --seeds 4 &&
         fails_with 2 'a RUN and a series exclude each other' $matrig compare "$db" 1 --series spring &&
         fails_with 2 '-o works only for a single landing; give its RUN' $matrig compare "$db" $scene -o "$tmp/x.csv" &&
         fails_with 2 'needs DB RUN, DB FILE or DB --series' $matrig compare "$db"

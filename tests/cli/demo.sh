@@ -36,7 +36,7 @@ assert 2.751 - zone[2]["t_s"] < 0.1, "the late one (tests/runs/README.md)"' "$tm
 }
 sums() { tail -n 8 "$work/told.txt" | tr '\n' ' ' | grep 'The wheel reached a zone in 2 landings: the board warned in time in 1, too late in 1 and not at all in 0. The other landings: 0 with a false warning, 3 correctly quiet'; }
 restored() { # landings 6 and 7 began on the runway of landing 5 again: each adds to landing 4 alone, and had the same advice
-    [ "$(grep -c 'RUN [45] started on the same runway as RUN 3, restored: its cumulative displacement continues from RUN 2\.' "$work/first/report.html")" = 2 ] &&
+    [ "$(grep -c 'RUN [45] started on the same runway as RUN 3, restored: the cumulative displacement continues from RUN 2\.' "$work/first/report.html")" = 2 ] &&
         python3 -c 'import json, re, sys
 page = open(sys.argv[1]).read()
 end = [[d["end_in"] for d in json.load(open("%s/run%d.json" % (sys.argv[2], run)))["displacements"]] for run in range(1, 6)]

@@ -139,7 +139,7 @@ links_agree() { # each link alone gives the same edges and zones as both
 }
 compare_stores_and_limits() {
     $matrig compare --all "$tmp/all.db" 1 | grep -Eq '^ +8 +110' && [ "$(sqlite3 "$tmp/all.db" 'select count(*) from simulation_channels')" = 8 ] &&
-        $matrig compare "$tmp/all.db" 1 --limit 10 >/dev/null && fails_with 1 "rms_in of RUN 1 is .*; its limit is 0.0001, exceeded by" $matrig compare "$tmp/all.db" 1 --limit 0.0001
+        $matrig compare "$tmp/all.db" 1 --limit 10 >/dev/null && fails_with 1 "rms_in of RUN 1 is .*; the limit 0.0001 is exceeded by" $matrig compare "$tmp/all.db" 1 --limit 0.0001
 }
 report_is_self_contained() {
     $matrig --quiet report "$tmp/all.db" -o "$tmp/all.html" && [ "$(grep -o '<figure class="chart"' "$tmp/all.html" | wc -l)" -ge 4 ] &&

@@ -95,7 +95,7 @@ EOP
 }
 voided() {
     cp "$db" "$tmp/v.db" && $matrig --quiet landing "$tmp/v.db" 2 --void --reason 'a dog' --who jk >/dev/null || return 1
-    $matrig --quiet report "$tmp/v.db" -o "$tmp/v.html" && grep -q '1 that is void left out' "$tmp/v.html" && ! grep -q 'id="run2"' "$tmp/v.html" &&
+    $matrig --quiet report "$tmp/v.db" -o "$tmp/v.html" && grep -q '1 void landing left out' "$tmp/v.html" && ! grep -q 'id="run2"' "$tmp/v.html" &&
         fails_with 2 'RUN 2 is void' $matrig report "$tmp/v.db" --run 2 -o "$tmp/v.html"
 }
 silly() {

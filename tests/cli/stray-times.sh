@@ -24,7 +24,7 @@ stray() { # WHOLE WHAT SQL: the same readings and figures, and what was left out
     cmp <(readings "$tmp/$1.csv") <(readings "$tmp/stray.csv") || return 1
     cmp <(sed 's/"run_ms":[^,]*//g; s/"file":[^,]*//g' "$tmp/$1.json") <(sed 's/"run_ms":[^,]*//g; s/"file":[^,]*//g' "$tmp/stray.json") || return 1
     cat "$tmp/stray.err"
-    grep -q "^# readings from .*; $2 left out: their time is far from the landing (first: board time " "$tmp/stray.csv" && grep -q "$2 left out" "$tmp/stray.html" &&
+    grep -q "^# readings from .*; $2 left out: their times are far from the landing (first: board time " "$tmp/stray.csv" && grep -q "$2 left out" "$tmp/stray.html" &&
         [ "$(grep -c "RUN 1: $2 left out" "$tmp/stray.err")" = 1 ] # compare
 }
 frame() { # OFFSET: a message of displacements, so many us off

@@ -426,7 +426,7 @@ TEST(limits_decide)
     assert_true(v.failed_limits == 1);
     assert_string_equal(
         v.worst_text,
-        "channels.2.rms_in of RUN 7 is 0.0400; its limit is 0.0300, exceeded by 0.0100");
+        "channels.2.rms_in of RUN 7 is 0.0400; the limit 0.0300 is exceeded by 0.0100");
     /* 0.05 in */
     v = verdict_of("{\"channels.*.rms_in\": 0.03, \"channels.2.rms_in\": \"1.27 mm\"}", &f);
     assert_true(v.failed_limits == 0 && v.checked_limits == 3);
@@ -449,8 +449,8 @@ TEST(limits_decide)
                    &f);
     assert_true(v.failed_limits == 1 && v.checked_limits == 1);
     assert_string_equal(v.worst_text,
-                        "zones.1.overlap_simulated.share of RUN 7 is 0.4000; its limit is "
-                        "0.5000, missed by 0.1000");
+                        "zones.1.overlap_simulated.share of RUN 7 is 0.4000; the limit "
+                        "0.5000 is missed by 0.1000");
     v = verdict_of("{\"zones.*.overlap_board.share\": 0.5}", &f);
     assert_true(v.failed_limits == 1 && strstr(v.worst_text, "not known"));
     f.channel[0].is_compared = false;
@@ -459,7 +459,7 @@ TEST(limits_decide)
     assert_true(v.failed_limits == 1);
     assert_string_equal(
         v.worst_text,
-        "missing_channels of RUN 7 is 1.0000; its limit is 0.0000, exceeded by 1.0000");
+        "missing_channels of RUN 7 is 1.0000; the limit 0.0000 is exceeded by 1.0000");
     v = verdict_of("{\"channels.*.rms_in\": 1, \"missing_channels\": 1}", &f);
     assert_true(v.failed_limits == 0);
 }
