@@ -271,7 +271,7 @@ void advise_predict_plan_deviation(const double *log_ratio, size_t count, double
                                    double *spread);
 
 /* Draws speed, touchdown and braking of the landing of each member, for a planned mean deceleration
- * of `mean_ft_s2`. */
+ * of `mean_braking_ft_s2`. */
 void advise_draw_braking(const struct advise_members *members, const struct advise_plan *plan,
                          double mean_ft_s2, struct advise_braking *braking);
 

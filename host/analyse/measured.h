@@ -183,7 +183,8 @@ struct mr_error_case measured_error_case(const struct measured *measured,
 /* Computes t0_us, the gate times relative to t0_us, the summary and the fit from the gates and the
  * landing. */
 void measured_fit_gear_motion(struct measured *measured);
-/* Computes stretch, stretch_count and blocks_from from the sources of the channels' samples. */
+/* Computes stretch, stretch_count and blocks_by_source from the sources of the channels'
+ * samples. */
 void measured_find_source_stretches(struct measured *measured);
 /* Computes baseline, noise, extremes and their errors for every channel from the samples and the
  * first gate. The last step of measured_load. */

@@ -62,9 +62,9 @@ struct zone_warning {
      * time. */
     double predicted_lead_s; /* predicted time to the zone; NaN: never sent */
     double predicted_lead_t_s;
-    double predicted_lead_start_ft; /* start of the zone at lead_t_s */
-    /* actual time until the wheel reached lead_start_ft; NaN: it stopped before, or the time is not
-     * known */
+    double predicted_lead_start_ft; /* start of the zone at predicted_lead_t_s */
+    /* actual time until the wheel reached predicted_lead_start_ft; NaN: it stopped before, or
+     * the time is not known */
     double actual_lead_s;
 };
 

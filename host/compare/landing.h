@@ -61,14 +61,15 @@ struct compare_simulated {
     struct sim_scene scene;
     size_t station_count, row_count;
     double dt_s;
-    /* rows x stations values; spread_in: standard deviation over the seeds, 0 for one seed */
+    /* row_count x station_count values; movement_spread_in: standard deviation over the seeds, 0
+     * for one seed */
     double *mean_movement_in, *movement_spread_in;
     size_t segment_row_count;
     /* Remaining openings of each segment every COMPARE_SEGMENT_STEP_S, mean over the seeds: rows x
      * MR_SEGMENTS. */
     float *remaining_in;
     const char *solver;
-    double solver_dt_s, simulation_ms; /* run_ms: computing time for all seeds */
+    double solver_dt_s, simulation_ms; /* simulation_ms: computing time for all seeds */
     /* largest error estimate of the solver over all mats and times, for the first seed */
     double solver_error_in;
     size_t seed_count;
@@ -123,7 +124,7 @@ struct compare_series {
     struct compare_series_landing *landing;
     size_t landing_count, compared_count;
     /* Results of each transducer, by its number: means over all landings, weighted by the number of
-     * samples. landings 0: there is no data. */
+     * samples. compared_landings 0: no data. */
     struct {
         int64_t number;
         double station_ft;
@@ -131,7 +132,7 @@ struct compare_series {
         double sample_count, bias_in, rms_in;
     } channel[MR_TRANSDUCERS];
     struct compare_pooled pooled;
-    /* run_ms: sum over all simulations; error_in: largest of their error estimates */
+    /* simulation_ms: sum over all simulations */
     double simulation_ms, worst_solver_error_in;
     struct compare_verdict verdict; /* verdict on all landings and on the series */
 };

@@ -13,8 +13,8 @@
 #define SERIES_CHECK_STEP_RATIO 1.37
 #define SERIES_CHECK_EVERY      6 /* one runway in this many is simulated again */
 
-/* Results of one landing. Movements and stations are those of this landing, except total_in, which
- * is the movement since the runway was laid. */
+/* Results of one landing. Movements and stations are those of this landing, except
+ * total_movement_in, which is the movement since the runway was laid. */
 struct series_outcome {
     double stop_ft, deceleration_ft_s2; /* deceleration_ft_s2: mean */
     bool has_planar_run;
@@ -53,8 +53,8 @@ struct series_outcome {
     /* Stations in downfield order: where the wheel first reached the stretch; otherwise its
      * crest. */
     double failure_station_ft[SERIES_FAILURES_MAX];
-    /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if crest_ft
-     * > 0. */
+    /* Distance from the wheel's mat to the mat that first rose by buckle_in; valid only if
+     * first_buckle_station_ft > 0. */
     int first_buckle_ahead_mats;
     /* station of the mat that first rose by buckle_in; 0: no mat rose that far while the wheel was
      * on the runway */

@@ -85,7 +85,7 @@ struct report_facts {
     struct report_compared {
         char compared_with[120];
         size_t channel_count;
-        /* means over the transducers; channels 0: not compared */
+        /* means over the transducers; channel_count 0: not compared */
         struct compare_channel_means mean;
         struct compare_overlap at_longest_zone, board_at_longest_zone, at_rest;
         double solver_error_in;
@@ -94,7 +94,7 @@ struct report_facts {
     struct mr_estimate weight_lb;            /* weight as corrected (matrig landing) */
     unsigned problems;
     struct record_row warning_record;
-    char outcome_reason[120]; /* text to which record.why points */
+    char outcome_reason[120]; /* text of warning_record.unknown_reason */
 };
 
 struct report {
