@@ -39,8 +39,8 @@ static struct bands_shunt *find_or_add_shunt(struct bands_summary *bands, int64_
                                  .expected_lb = (double)NAN,
                                  .before_lb = (double)NAN,
                                  .after_lb = (double)NAN,
-                                 .before_verdict = STORE_NONE,
-                                 .after_verdict = STORE_NONE};
+                                 .verdict_before = STORE_NONE,
+                                 .verdict_after = STORE_NONE};
     return made;
 }
 
@@ -67,7 +67,7 @@ static enum mr_status load_shunts(struct store *store, const struct store_landin
                 continue;
             bool measured = row->verdict == MR_SHUNT_GOOD || row->verdict == MR_SHUNT_WRONG;
             shunt->expected_lb = row->expected_lb;
-            *(side ? &shunt->after_verdict : &shunt->before_verdict) = row->verdict;
+            *(side ? &shunt->verdict_after : &shunt->verdict_before) = row->verdict;
             *(side ? &shunt->after_lb : &shunt->before_lb) = measured ? row->span_lb : (double)NAN;
         }
         free(rows[side]);
@@ -115,8 +115,8 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
     out[0] = '\0';
     for (size_t i = 0; i < bands->shunt_count; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
-        before += s->before_verdict != STORE_NONE;
-        after += s->after_verdict != STORE_NONE;
+        before += s->verdict_before != STORE_NONE;
+        after += s->verdict_after != STORE_NONE;
         double drift_lb = fabs(s->after_lb - s->before_lb);
         if (!isnan(drift_lb) && (!most || drift_lb > fabs(most->after_lb - most->before_lb)))
             most = s;
@@ -131,12 +131,12 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
                                  100.0 * (most->after_lb / most->before_lb - 1.0), most->gage);
     for (size_t i = 0; i < bands->shunt_count && used < size; i++) {
         const struct bands_shunt *s = &bands->shunt[i];
-        bool late = s->after_verdict > 0;
-        if (!late && s->before_verdict <= 0)
+        bool late = s->verdict_after > 0;
+        if (!late && s->verdict_before <= 0)
             continue;
         double lb = late ? s->after_lb : s->before_lb;
         used += (size_t)snprintf(out + used, size - used, "; gage %u %s", s->gage,
-                                 shunts_verdict_text(late ? s->after_verdict : s->before_verdict));
+                                 shunts_verdict_text(late ? s->verdict_after : s->verdict_before));
         if (!isnan(lb) && used < size)
             used += (size_t)snprintf(out + used, size - used, " (%.2f for %.2f %s)",
                                      lb * force->factor, s->expected_lb * force->factor,
@@ -149,7 +149,7 @@ static void format_shunts(const struct bands_summary *bands, bool si, char *out,
 /* The smallest or the largest tension, with its gage and its time (the middle of a block). */
 struct extreme {
     /* headings of the columns with the gage's time and position */
-    const char *name, *station_heading, *wheel_distance_heading;
+    const char *key_name, *station_heading, *wheel_distance_heading;
     double tension_lb, error_lb;
     int64_t gage, block;
 };
@@ -160,10 +160,10 @@ static void add_extreme(const struct extreme *e, const struct measured *measured
     int c = e->gage > 0 && e->gage <= MR_GAGES
               ? measured_channel_index(measured, MR_KIND_TENSION, (unsigned)e->gage)
               : -1;
-    answer_estimate(answer, NULL, e->name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
+    answer_estimate(answer, NULL, e->key_name, UNIT_TENSION, e->tension_lb, e->error_lb, 1);
     answer_value(answer, NULL, e->station_heading, UNIT_STATION,
                  c < 0 ? (double)NAN : (double)measured->channel[c].config.station_ft, 1);
-    answer_open_group(answer, e->name, "");
+    answer_open_group(answer, e->key_name, "");
     answer_value(answer, "tension", NULL, UNIT_TENSION, e->tension_lb, 1)->digits = 7;
     answer_value(answer, "error", NULL, UNIT_TENSION, e->error_lb, 1)->digits = 7;
     answer_count(answer, "gage", NULL, e->gage);
@@ -220,8 +220,8 @@ static void add_shunt(const struct bands_shunt *s, struct answer *answer)
     answer_value(answer, "span_before", "span before", UNIT_TENSION, s->before_lb, 2)->digits = 7;
     answer_value(answer, "span_after", "span after", UNIT_TENSION, s->after_lb, 2)->digits = 7;
     answer_value(answer, "drift", "drift", UNIT_TENSION, s->after_lb - s->before_lb, 2)->digits = 7;
-    answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->before_verdict));
-    answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->after_verdict));
+    answer_words(answer, "before", "before", "%s", shunts_verdict_text(s->verdict_before));
+    answer_words(answer, "after", "after", "%s", shunts_verdict_text(s->verdict_after));
 }
 
 void bands_to_answer(const struct bands_summary *bands, const struct measured *measured,

@@ -11,7 +11,7 @@ struct bands_shunt { /* Shunt calibrations of one gage, before and after the lan
     unsigned gage;
     double expected_lb, before_lb, after_lb; /* NaN: not calibrated at that time, or not valid */
     /* verdicts that the board sent; STORE_NONE: not calibrated */
-    int64_t before_verdict, after_verdict;
+    int64_t verdict_before, verdict_after;
 };
 
 struct bands_summary {

@@ -19,7 +19,7 @@
 #define ONSET_ERROR_FACTOR      1.5
 
 struct pulse {
-    double number, t_s;
+    double count, t_s;
 };
 
 /* Time of a capture. It is the number of ticks since an edge of a switch, whose time is exact. The
@@ -41,7 +41,7 @@ static double interpolate_pulse_count(const struct pulse *pulse, size_t count, d
     while (i < count - 1 && pulse[i].t_s < t_s)
         i++;
     const struct pulse *a = &pulse[i - 1], *b = &pulse[i];
-    return a->number + (t_s - a->t_s) / (b->t_s - a->t_s) * (b->number - a->number);
+    return a->count + (t_s - a->t_s) / (b->t_s - a->t_s) * (b->count - a->count);
 }
 
 static struct mr_estimate compute_distance_ft(const struct track *track, double from_s, double to_s)
@@ -58,10 +58,9 @@ static void compute_slip(const struct track *track, const struct mr_site_config 
     double from_s = braking->has_brake_edge ? fmax(braking->brake_onset_s.value, 0.0) : 0.0;
     double radius_ft = (double)site->wheel_radius_ft;
     bool covered = pulse[0].t_s <= from_s;
-    double first = covered ? interpolate_pulse_count(pulse, count, from_s) : pulse[0].number - 0.5;
+    double first = covered ? interpolate_pulse_count(pulse, count, from_s) : pulse[0].count - 0.5;
     struct mr_estimate way = compute_distance_ft(track, from_s, track->stop.t_s);
-    double rolled = pulse[count - 1].number + 0.5 - first,
-           ratio = rolled * per_pulse_ft / way.value,
+    double rolled = pulse[count - 1].count + 0.5 - first, ratio = rolled * per_pulse_ft / way.value,
            part = hypot(PULSE_FRACTION_ERROR, covered ? 0.0 : PULSE_FRACTION_ERROR);
     braking->slip.value = 1.0 - ratio;
     braking->slip.error =
@@ -73,7 +72,7 @@ static void compute_slip(const struct track *track, const struct mr_site_config 
 static double estimate_pulse_duration_s(const struct pulse *pulse, size_t count, size_t i,
                                         double limit_s)
 {
-    bool known = i + 1 < count && pulse[i + 1].number == pulse[i].number + 1.0;
+    bool known = i + 1 < count && pulse[i + 1].count == pulse[i].count + 1.0;
     return known ? fmin(pulse[i + 1].t_s - pulse[i].t_s, limit_s) : limit_s / LOCK_MIN_PULSES;
 }
 
@@ -87,7 +86,7 @@ static void find_locks(const struct track *track, double per_pulse_ft, const str
         double from_s = pulse[i].t_s, to_s = last ? track->stop.t_s : pulse[i + 1].t_s;
         double way = compute_distance_ft(track, from_s, to_s).value;
         if (from_s < 0.0 || !(way >= LOCK_MIN_PULSES * per_pulse_ft) ||
-            (!last && pulse[i + 1].number > pulse[i].number + 1.0))
+            (!last && pulse[i + 1].count > pulse[i].count + 1.0))
             continue;
         double limit_s = LOCK_MIN_PULSES * per_pulse_ft * (to_s - from_s) / way;
         double before_s = i ? estimate_pulse_duration_s(pulse, count, i - 1, limit_s)

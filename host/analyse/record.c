@@ -101,7 +101,7 @@ static void set_verdict(struct record_row *row)
 
 /* The landings of the same board before and after a landing; NULL: none. */
 struct neighbours {
-    const struct store_landing *previous, *next;
+    const struct store_landing *previous_landing, *next_landing;
     bool is_runway_restored; /* the next landing began on a runway saved before this one */
 };
 
@@ -177,9 +177,9 @@ enum {
     OUTCOME_LENGTH_COUNT
 };
 struct reached_zone {
-    unsigned mats;
+    unsigned longest_mats;
     /* start of the zone; times of reaching the lengths; NaN: no zone lasted MIN_ZONE_STEPS */
-    double start_ft, t_s[OUTCOME_LENGTH_COUNT];
+    double longest_start_ft, reached_t_s[OUTCOME_LENGTH_COUNT];
 };
 
 static struct reached_zone find_reached_zone(const struct measured *measured,
@@ -188,11 +188,11 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
     static const unsigned mats[OUTCOME_LENGTH_COUNT] = {
         OUTCOME_MIN_ZONE_MATS - OUTCOME_RESOLUTION_MATS, OUTCOME_MIN_ZONE_MATS,
         OUTCOME_MIN_ZONE_MATS + OUTCOME_RESOLUTION_MATS};
-    struct reached_zone reached = {.start_ft = (double)NAN};
+    struct reached_zone reached = {.longest_start_ft = (double)NAN};
     unsigned steady[OUTCOME_LENGTH_COUNT] = {0};
     double since_s[OUTCOME_LENGTH_COUNT];
     for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++)
-        reached.t_s[k] = since_s[k] = (double)NAN;
+        reached.reached_t_s[k] = since_s[k] = (double)NAN;
     for (size_t i = 0; i < measured->samples; i += ZONE_STEP_SAMPLES) {
         float left_in[MR_SEGMENTS];
         struct mr_closure_zone zone;
@@ -208,14 +208,14 @@ static struct reached_zone find_reached_zone(const struct measured *measured,
         for (unsigned k = 0; k < OUTCOME_LENGTH_COUNT; k++) {
             steady[k] = at_it && zone.mats >= mats[k] ? steady[k] + 1 : 0;
             since_s[k] = steady[k] <= 1 ? t_s : since_s[k];
-            if (isnan(reached.t_s[k]) && steady[k] == MIN_ZONE_STEPS)
-                reached.t_s[k] = since_s[k];
+            if (isnan(reached.reached_t_s[k]) && steady[k] == MIN_ZONE_STEPS)
+                reached.reached_t_s[k] = since_s[k];
         }
         if (!at_it)
             continue;
-        if (zone.mats > reached.mats) {
-            reached.mats = zone.mats;
-            reached.start_ft = (double)zone.start_ft;
+        if (zone.mats > reached.longest_mats) {
+            reached.longest_mats = zone.mats;
+            reached.longest_start_ft = (double)zone.start_ft;
         }
     }
     return reached;
@@ -260,11 +260,11 @@ static void judge_outcome_by_transducers(const struct measured *measured,
         return;
     }
     struct reached_zone reached = find_reached_zone(measured, slack);
-    outcome->longest_mats = (int64_t)reached.mats;
-    outcome->longest_start_ft = reached.start_ft;
-    outcome->reached_t_s = reached.t_s[OUTCOME_LENGTH];
-    outcome->reached_earliest_s = reached.t_s[OUTCOME_LENGTH_LESS_RESOLUTION];
-    outcome->reached_latest_s = reached.t_s[OUTCOME_LENGTH_PLUS_RESOLUTION];
+    outcome->longest_mats = (int64_t)reached.longest_mats;
+    outcome->longest_start_ft = reached.longest_start_ft;
+    outcome->reached_t_s = reached.reached_t_s[OUTCOME_LENGTH];
+    outcome->reached_earliest_s = reached.reached_t_s[OUTCOME_LENGTH_LESS_RESOLUTION];
+    outcome->reached_latest_s = reached.reached_t_s[OUTCOME_LENGTH_PLUS_RESOLUTION];
     if (isfinite(outcome->reached_t_s)) {
         outcome->reached = OUTCOME_REACHED;
         outcome->basis = OUTCOME_TRANSDUCERS;
@@ -275,7 +275,7 @@ static void judge_outcome_by_transducers(const struct measured *measured,
     if (outcome->covered_share < MIN_COVERED_SHARE)
         outcome->unknown_reason = "the transducers cover less than half of the gear's path";
     else if (slack->surveyed_segments < MR_SEGMENTS &&
-             isfinite(find_reached_zone(measured, &closed).t_s[OUTCOME_LENGTH]))
+             isfinite(find_reached_zone(measured, &closed).reached_t_s[OUTCOME_LENGTH]))
         outcome->unknown_reason =
             "the survey before the landing omits segments where a zone may have formed";
     else {
@@ -354,16 +354,19 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
                                 .reached_earliest_s = (double)NAN,
                                 .reached_latest_s = (double)NAN};
     enum mr_status status =
-        load_board_survey(store, landing->id, between->previous ? between->previous->id : 0,
-                          &before, error)
-            ?: load_gage_survey(store, between->previous ? between->previous->armed_us : INT64_MIN,
+        load_board_survey(store, landing->id,
+                          between->previous_landing ? between->previous_landing->id : 0, &before,
+                          error)
+            ?: load_gage_survey(store,
+                                between->previous_landing ? between->previous_landing->armed_us
+                                                          : INT64_MIN,
                                 landing->armed_us, &before, error);
-    if (status == MR_OK && between->next && !between->is_runway_restored)
-        status = load_board_survey(store, between->next->id, landing->id, &after, error);
+    if (status == MR_OK && between->next_landing && !between->is_runway_restored)
+        status = load_board_survey(store, between->next_landing->id, landing->id, &after, error);
     if (status == MR_OK)
-        status = load_gage_survey(store, landing->armed_us,
-                                  between->next ? between->next->armed_us : INT64_MAX, &after,
-                                  error);
+        status = load_gage_survey(
+            store, landing->armed_us,
+            between->next_landing ? between->next_landing->armed_us : INT64_MAX, &after, error);
     if (status != MR_OK)
         return status;
     judge_outcome_by_transducers(measured, &before, outcome);
@@ -486,18 +489,18 @@ static enum mr_status load_landing(struct store *store, const struct neighbours 
 
 static void add_row_to_totals(struct record *record, const struct record_row *row)
 {
-    record->void_landings += row->is_void;
+    record->void_count += row->is_void;
     if (row->is_void)
         return;
-    record->landings++;
-    record->verdict[row->verdict]++;
+    record->landing_count++;
+    record->verdict_count[row->verdict]++;
     if (row->has_advice && (row->is_off_plan || row->followed_advice_against))
-        record->off_plan_landings++;
+        record->off_plan_count++;
     else if (row->has_advice)
-        record->advice[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
-                       : strcmp(row->advice.verdict, "caution") == 0
-                           ? RECORD_CAUTION
-                           : RECORD_CLEAR][row->outcome.reached]++;
+        record->advice_count[strcmp(row->advice.verdict, "against") == 0 ? RECORD_AGAINST
+                             : strcmp(row->advice.verdict, "caution") == 0
+                                 ? RECORD_CAUTION
+                                 : RECORD_CLEAR][row->outcome.reached]++;
 }
 
 /* ---- the campaign ---- */
@@ -695,7 +698,7 @@ static void add_warnings(const struct record *record, struct answer *answer)
     for (size_t i = 1; i <= RECORD_VERDICTS; i++) {
         enum record_verdict verdict = (enum record_verdict)(i % RECORD_VERDICTS);
         answer_count(answer, names[verdict], record_verdict_text(verdict),
-                     (int64_t)record->verdict[verdict]);
+                     (int64_t)record->verdict_count[verdict]);
     }
     answer_close_group(answer);
 }
@@ -707,18 +710,20 @@ static void add_advice(const struct record *record, struct answer *answer)
     for (size_t i = 0; i < RECORD_ADVICES; i++) {
         answer_open_row(answer);
         answer_words(answer, "advice", "advice", "%s", names[i]);
-        answer_count(answer, "came", "zone reached", (int64_t)record->advice[i][OUTCOME_REACHED]);
+        answer_count(answer, "came", "zone reached",
+                     (int64_t)record->advice_count[i][OUTCOME_REACHED]);
         answer_count(answer, "did_not", "not reached",
-                     (int64_t)record->advice[i][OUTCOME_NOT_REACHED]);
-        answer_count(answer, "unknown", "not known", (int64_t)record->advice[i][OUTCOME_UNKNOWN]);
+                     (int64_t)record->advice_count[i][OUTCOME_NOT_REACHED]);
+        answer_count(answer, "unknown", "not known",
+                     (int64_t)record->advice_count[i][OUTCOME_UNKNOWN]);
     }
     answer_close_group(answer);
-    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_landings);
+    answer_count(answer, "off_plan", "not landed as planned", (int64_t)record->off_plan_count);
 }
 
 static void add_summary_line(const struct record *record, struct answer *answer)
 {
-    const size_t *verdict = record->verdict;
+    const size_t *verdict = record->verdict_count;
     const size_t reached = verdict[RECORD_HIT] + verdict[RECORD_LATE] + verdict[RECORD_MISS];
     answer_sentence(
         answer, NULL,
@@ -739,9 +744,8 @@ static void add_summary_line(const struct record *record, struct answer *answer)
 void record_to_answer(const struct record *record, bool brief, struct answer *answer)
 {
     answer_open_group(answer, "record", brief ? NULL : "");
-    answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landings);
-    answer_count(answer, "voided", brief ? NULL : "void, not counted",
-                 (int64_t)record->void_landings);
+    answer_count(answer, "counted", brief ? NULL : "landings", (int64_t)record->landing_count);
+    answer_count(answer, "voided", brief ? NULL : "void, not counted", (int64_t)record->void_count);
     add_warnings(record, answer);
     add_advice(record, answer);
     answer_close_group(answer);

@@ -126,12 +126,13 @@ struct record {
     size_t row_count;
     struct store_landing *landing; /* landing of each row */
     /* Totals over the landings that are not void. */
-    size_t landings, void_landings;
-    size_t verdict[RECORD_VERDICTS];
-    size_t advice[RECORD_ADVICES][3]; /* number of landings by advice and by enum outcome_reached */
+    size_t landing_count, void_count;
+    size_t verdict_count[RECORD_VERDICTS];
+    size_t advice_count[RECORD_ADVICES]
+                       [3]; /* number of landings by advice and by enum outcome_reached */
     /* number of landings that differed from their plan or followed the advice against it; not
      * counted in `advice` */
-    size_t off_plan_landings;
+    size_t off_plan_count;
 };
 
 /* A loaded landing, with its samples. */

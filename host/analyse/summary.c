@@ -456,9 +456,9 @@ static void add_film(const struct summary *summary, struct answer *answer)
                  placed, SUMMARY_HALF_WIDTH_95 * worst_ft * station->factor, station->text);
     answer_open_group(answer, "film", "");
     answer_words(answer, NULL, "film", "%zu frames, %.2f a second, %lld missing%s",
-                 film->frame_count, film->rate_hz, (long long)film->missing_frames, gear);
+                 film->frame_count, film->rate_hz, (long long)film->missing_frame_count, gear);
     answer_count(answer, "frames", NULL, (int64_t)film->frame_count);
-    answer_count(answer, "missing", NULL, film->missing_frames);
+    answer_count(answer, "missing", NULL, film->missing_frame_count);
     answer_value(answer, "rate_hz", NULL, UNIT_NUMBER, film->rate_hz, 2)->digits = 9;
     answer_close_group(answer);
 }
@@ -478,7 +478,7 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
     return measured_load(store, run, &summary->measured, error) ?:
            braking_load(store, &summary->measured, &summary->braking, error) ?:
            zones_load(store, &summary->measured, &summary->zones, error) ?:
-           foresight_load(store, &summary->measured, &summary->foresight, error) ?:
+           predictor_inputs_load(store, &summary->measured, &summary->predictor_inputs, error) ?:
            store_session_get(store, summary->measured.landing.session, &summary->session, error) ?:
            store_import_get(store, summary->measured.landing.session, &summary->import,
                             &summary->is_imported, error) ?:
@@ -907,7 +907,7 @@ void summary_add_facts(const struct summary *summary, struct answer *answer)
     add_source(measured, answer);
     add_import(summary, answer);
     add_mean(summary->mean, answer);
-    foresight_to_answer(&summary->foresight, measured, answer);
+    predictor_inputs_to_answer(&summary->predictor_inputs, measured, answer);
     add_board(&measured->landing, summary->session.can_base, answer);
 }
 

@@ -46,7 +46,7 @@ struct summary_link {
 struct summary {
     struct measured measured;
     struct zones zones;
-    struct foresight foresight;
+    struct predictor_inputs predictor_inputs;
     struct bands_summary bands;
     struct summary_link link[LINK_KINDS];
     struct store_session_row session;

@@ -326,7 +326,7 @@ static void add_frame(struct film *film, const struct measured *measured, const 
         return;
     double t_s = (row->board_us - (double)measured->t0_us) / 1e6;
     struct film_frame *frame = &film->frame[film->frame_count++];
-    *frame = (struct film_frame){.pulse = row->number,
+    *frame = (struct film_frame){.board_pulse_count = row->number,
                                  .board_us = row->board_us,
                                  .t_s = t_s,
                                  .station_ft = track_compute_station(track, t_s)};
@@ -353,7 +353,7 @@ enum mr_status film_load(struct store *store, const struct measured *measured, s
         const struct film_frame *last = &film->frame[film->frame_count - 1];
         film->rate_hz = (double)(last->number - 1) /
                         ((last->board_us - film->frame[0].board_us) / 1e6);
-        film->missing_frames = last->number - (int64_t)film->frame_count;
+        film->missing_frame_count = last->number - (int64_t)film->frame_count;
     }
     return MR_OK;
 }

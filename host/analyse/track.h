@@ -61,7 +61,7 @@ struct mr_estimate track_compute_station(const struct track *track, double t_s);
  * gap, because a camera may run up or drift. */
 struct film_frame {
     int64_t number;
-    int64_t pulse; /* the board's own count of pulses */
+    int64_t board_pulse_count; /* the board's own count of pulses */
     double board_us;
     double t_s;                    /* time since touchdown, as in measured.h */
     struct mr_estimate station_ft; /* station of the lead wheel, from its track; NaN: not known */
@@ -71,8 +71,8 @@ struct film_frame {
 struct film {
     struct film_frame *frame;
     size_t frame_count;
-    double rate_hz;         /* mean frame rate; NaN: fewer than two frames */
-    int64_t missing_frames; /* frames without a pulse between the first and the last */
+    double rate_hz;              /* mean frame rate; NaN: fewer than two frames */
+    int64_t missing_frame_count; /* frames without a pulse between the first and the last */
 };
 
 /* The caller releases the film with film_free, also after an error. A landing without a camera has

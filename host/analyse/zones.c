@@ -387,13 +387,13 @@ bool zones_format_missed_warning_doubt(const struct zones_completeness *received
     return out[0] != '\0';
 }
 
-/* ---- foresight ---- */
+/* ---- inputs of the predictor ---- */
 
 /* after arming, the transducers' zeros are determined first (0.2 s), so missing transducers are
  * ignored */
 #define SETTLING_BLOCKS 500
 
-static void extend_condition_span(struct foresight_span *span, double t_s)
+static void extend_condition_span(struct predictor_span *span, double t_s)
 {
     if (isnan(span->from_s))
         span->from_s = t_s;
@@ -402,96 +402,95 @@ static void extend_condition_span(struct foresight_span *span, double t_s)
 
 /* Missing motion counts only at the kinematic level, because no motion is expected before the first
  * switches. */
-static void update_conditions(struct foresight *foresight, const struct store_prediction *row,
+static void update_conditions(struct predictor_inputs *inputs, const struct store_prediction *row,
                               double t_s)
 {
     if (row->basis == STORE_NONE || row->level == STORE_NONE)
         return;
     bool kinematic = row->level == MR_PREDICTOR_KINEMATIC && row->basis & MR_PREDICTOR_NO_MOTION;
-    const bool lacks[FORESIGHT_CONDITION_COUNT] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
+    const bool lacks[PREDICTOR_CONDITION_COUNT] = {row->basis & MR_PREDICTOR_BLIND, kinematic,
                                                    row->basis & MR_PREDICTOR_DEGRADED,
                                                    row->basis & MR_PREDICTOR_FELL_BACK};
-    for (unsigned i = 0; i < FORESIGHT_CONDITION_COUNT; i++) {
+    for (unsigned i = 0; i < PREDICTOR_CONDITION_COUNT; i++) {
         if (lacks[i])
-            extend_condition_span(&foresight->condition_span[i], t_s);
+            extend_condition_span(&inputs->condition_span[i], t_s);
     }
-    if (lacks[FORESIGHT_DEGRADED] && row->level > foresight->worst_level)
-        foresight->worst_level = row->level;
+    if (lacks[PREDICTOR_COARSE_MODEL] && row->level > inputs->worst_level)
+        inputs->worst_level = row->level;
 }
 
-static void update_excluded_transducers(struct foresight *foresight,
+static void update_excluded_transducers(struct predictor_inputs *inputs,
                                         const struct measured *measured,
                                         const struct store_trust *row)
 {
     double t_s = measured_block_time_s(measured, row->block);
     for (unsigned i = 0; i < MR_TRANSDUCERS && row->doubts != STORE_NONE; i++) {
         unsigned why = (unsigned)row->doubts >> 2 * i & 3u;
-        foresight->is_still_excluded[i] = why != 0;
+        inputs->is_still_excluded[i] = why != 0;
         if (!why || measured->channel[i].config.kind != MR_KIND_DISPLACEMENT)
             continue;
-        foresight->exclusion_reason[i] = why;
-        extend_condition_span(&foresight->excluded_span[i], t_s);
+        inputs->exclusion_reason[i] = why;
+        extend_condition_span(&inputs->excluded_span[i], t_s);
     }
     if (!isnan(row->resistance))
-        foresight->resistance_ratio = row->resistance;
+        inputs->resistance_ratio = row->resistance;
 }
 
 static enum mr_status load_max_risk(struct store *store, const struct measured *measured,
-                                    struct foresight *foresight, struct error *error)
+                                    struct predictor_inputs *inputs, struct error *error)
 {
     struct store_risk *rows = NULL;
     size_t count = 0;
-    foresight->max_risk = foresight->max_risk_s = foresight->off_plan_s = (double)NAN;
+    inputs->max_risk = inputs->max_risk_s = inputs->off_plan_s = (double)NAN;
     enum mr_status status = store_risks(store, measured->landing.id, &rows, &count, error);
     for (size_t i = 0; status == MR_OK && i < count; i++) {
         double t_s = measured_block_time_s(measured, rows[i].block);
         unsigned basis = rows[i].basis == STORE_NONE ? 0u : (unsigned)rows[i].basis;
-        foresight->is_chart_outdated |= (basis & MR_RISK_CHART_OLD) != 0;
-        if (basis & MR_RISK_PLAN_LEFT && isnan(foresight->off_plan_s))
-            foresight->off_plan_s = t_s;
-        if (isnan(rows[i].risk) ||
-            (!isnan(foresight->max_risk) && rows[i].risk <= foresight->max_risk))
+        inputs->is_chart_outdated |= (basis & MR_RISK_CHART_OLD) != 0;
+        if (basis & MR_RISK_PLAN_LEFT && isnan(inputs->off_plan_s))
+            inputs->off_plan_s = t_s;
+        if (isnan(rows[i].risk) || (!isnan(inputs->max_risk) && rows[i].risk <= inputs->max_risk))
             continue;
-        foresight->max_risk = rows[i].risk;
-        foresight->max_risk_s = t_s;
-        foresight->risk_basis = basis;
+        inputs->max_risk = rows[i].risk;
+        inputs->max_risk_s = t_s;
+        inputs->risk_basis = basis;
     }
     free(rows);
     return status;
 }
 
-enum mr_status foresight_load(struct store *store, const struct measured *measured,
-                              struct foresight *foresight, struct error *error)
+enum mr_status predictor_inputs_load(struct store *store, const struct measured *measured,
+                                     struct predictor_inputs *inputs, struct error *error)
 {
     struct store_prediction *rows = NULL;
     struct store_trust *trusts = NULL;
     struct mr_predictor_state state;
     size_t count = 0, trust_count = 0;
     bool exists = false;
-    *foresight = (struct foresight){.runway_source = STORE_NONE, .resistance_ratio = (double)NAN};
-    for (unsigned i = 0; i < FORESIGHT_CONDITION_COUNT; i++)
-        foresight->condition_span[i].from_s = (double)NAN;
+    *inputs = (struct predictor_inputs){.runway_source = STORE_NONE,
+                                        .resistance_ratio = (double)NAN};
+    for (unsigned i = 0; i < PREDICTOR_CONDITION_COUNT; i++)
+        inputs->condition_span[i].from_s = (double)NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        foresight->excluded_span[i].from_s = (double)NAN;
+        inputs->excluded_span[i].from_s = (double)NAN;
     enum mr_status status =
         store_predictions(store, measured->landing.id, &rows, &count, error) ?:
         store_trusts(store, measured->landing.id, &trusts, &trust_count, error) ?:
-        store_runway_get(store, measured->landing.id, &state, &foresight->runway_source, &exists,
+        store_runway_get(store, measured->landing.id, &state, &inputs->runway_source, &exists,
                          error) ?:
-        load_max_risk(store, measured, foresight, error);
+        load_max_risk(store, measured, inputs, error);
     if (status == MR_OK) {
-        foresight->message_count = count;
-        foresight->history_landings = exists ? state.landings : 0;
-        foresight->runway_source = exists ? foresight->runway_source : STORE_NONE;
+        inputs->message_count = count;
+        inputs->history_landings = exists ? state.landings : 0;
+        inputs->runway_source = exists ? inputs->runway_source : STORE_NONE;
         int64_t settled = count ? rows[0].block + SETTLING_BLOCKS : 0;
         for (size_t i = 0; i < count; i++) {
             if (rows[i].block >= settled)
-                update_conditions(foresight, &rows[i],
-                                  measured_block_time_s(measured, rows[i].block));
+                update_conditions(inputs, &rows[i], measured_block_time_s(measured, rows[i].block));
         }
         for (size_t i = 0; i < trust_count; i++) {
             if (trusts[i].block >= settled)
-                update_excluded_transducers(foresight, measured, &trusts[i]);
+                update_excluded_transducers(inputs, measured, &trusts[i]);
         }
     }
     free(rows);
@@ -501,100 +500,101 @@ enum mr_status foresight_load(struct store *store, const struct measured *measur
 
 #define PREDICTOR_LABEL "predictor"
 
-static void add_runway_state(const struct foresight *foresight, struct answer *answer)
+static void add_runway_state(const struct predictor_inputs *inputs, struct answer *answer)
 {
     char after[40] = "", resists[80] = "";
-    if (foresight->history_landings)
-        snprintf(after, sizeof after, ", after %u landing%s", foresight->history_landings,
-                 foresight->history_landings == 1 ? "" : "s");
-    if (!isnan(foresight->resistance_ratio))
+    if (inputs->history_landings)
+        snprintf(after, sizeof after, ", after %u landing%s", inputs->history_landings,
+                 inputs->history_landings == 1 ? "" : "s");
+    if (!isnan(inputs->resistance_ratio))
         snprintf(resists, sizeof resists, "; joint resistance %.2f times the configured value",
-                 foresight->resistance_ratio);
+                 inputs->resistance_ratio);
     answer_words(answer, NULL, PREDICTOR_LABEL, "runway state at arming: %s%s%s",
-                 foresight->runway_source == STORE_NONE
+                 inputs->runway_source == STORE_NONE
                      ? "not reported"
-                     : mr_runway_source_text((unsigned)foresight->runway_source),
+                     : mr_runway_source_text((unsigned)inputs->runway_source),
                  after, resists);
 }
 
-static void add_condition(const struct foresight *foresight, enum foresight_condition lack,
+static void add_condition(const struct predictor_inputs *inputs, enum predictor_condition lack,
                           struct answer *answer)
 {
     static const char *const words[] = {
-        [FORESIGHT_BLIND] = "no transducer corrects the model: zones are predicted from switches, "
-                            "survey and earlier landings only",
-        [FORESIGHT_NO_MOTION] = "no switch gave the position of the gear: zones are predicted "
-                                "from transducers and survey only, without times",
-        [FORESIGHT_RESTARTED] = "the model diverged and was restarted from the last survey or "
+        [PREDICTOR_WITHOUT_TRANSDUCERS] =
+            "no transducer corrects the model: zones are predicted from switches, "
+            "survey and earlier landings only",
+        [PREDICTOR_WITHOUT_MOTION] = "no switch gave the position of the gear: zones are predicted "
+                                     "from transducers and survey only, without times",
+        [PREDICTOR_RESTARTED] = "the model diverged and was restarted from the last survey or "
                                 "landing: do not rely on the zones predicted",
     };
-    const struct foresight_span *span = &foresight->condition_span[lack];
+    const struct predictor_span *span = &inputs->condition_span[lack];
     if (isnan(span->from_s))
         return;
-    if (lack == FORESIGHT_DEGRADED)
+    if (lack == PREDICTOR_COARSE_MODEL)
         answer_words(
             answer, NULL, PREDICTOR_LABEL,
             "from %.3f to %.3f s the model was coarser (%s instead of every mat), because of the "
             "update "
             "limit (predict.updates_per_block) or a backlog: the ends of zones are less certain",
-            span->from_s, span->to_s, mr_predictor_level_text((unsigned)foresight->worst_level));
+            span->from_s, span->to_s, mr_predictor_level_text((unsigned)inputs->worst_level));
     else
         answer_words(answer, NULL, PREDICTOR_LABEL, "%s; from %.3f to %.3f s", words[lack],
                      span->from_s, span->to_s);
 }
 
-static void add_excluded_transducers(const struct foresight *foresight,
+static void add_excluded_transducers(const struct predictor_inputs *inputs,
                                      const struct measured *measured, unsigned i,
                                      struct answer *answer)
 {
     const struct unit *station = unit_of(UNIT_STATION, answer_is_si(answer));
-    const struct foresight_span *span = &foresight->excluded_span[i];
+    const struct predictor_span *span = &inputs->excluded_span[i];
     char until[40] = " on";
     if (isnan(span->from_s))
         return;
-    if (!foresight->is_still_excluded[i])
+    if (!inputs->is_still_excluded[i])
         snprintf(until, sizeof until, " to %.3f s", span->to_s);
     answer_words(answer, NULL, PREDICTOR_LABEL,
                  "transducer %u (%.1f %s) was left out: %s, from %.3f s%s; zones near it rely on "
                  "the neighbouring transducers and the model",
                  i + 1u, (double)measured->channel[i].config.station_ft * station->factor,
-                 station->text, mr_predictor_doubt_text(foresight->exclusion_reason[i]),
-                 span->from_s, until);
+                 station->text, mr_predictor_doubt_text(inputs->exclusion_reason[i]), span->from_s,
+                 until);
 }
 
-static void add_risk(const struct foresight *foresight, struct answer *answer)
+static void add_risk(const struct predictor_inputs *inputs, struct answer *answer)
 {
-    if (isnan(foresight->max_risk))
+    if (isnan(inputs->max_risk))
         return;
     answer_words(
         answer, NULL, PREDICTOR_LABEL, "largest risk of a zone of %u mats: %.2f, at %.3f s%s%s",
-        MR_PREDICTOR_WARNING_MATS, foresight->max_risk, foresight->max_risk_s,
-        foresight->risk_basis & MR_RISK_OF_CHART  ? ", computed with chart and plan"
-        : foresight->risk_basis & MR_RISK_OF_PLAN ? ", computed with the plan but without a chart"
-                                                  : ", computed without plan and chart",
-        foresight->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
-    if (!isnan(foresight->off_plan_s))
+        MR_PREDICTOR_WARNING_MATS, inputs->max_risk, inputs->max_risk_s,
+        inputs->risk_basis & MR_RISK_OF_CHART  ? ", computed with chart and plan"
+        : inputs->risk_basis & MR_RISK_OF_PLAN ? ", computed with the plan but without a chart"
+                                               : ", computed without plan and chart",
+        inputs->risk_basis & MR_RISK_BLIND ? ", without a valid transducer" : "");
+    if (!isnan(inputs->off_plan_s))
         answer_words(
             answer, NULL, PREDICTOR_LABEL,
             "the landing left the plan, as detected at %.3f s: later risks do not use the plan",
-            foresight->off_plan_s);
-    if (foresight->is_chart_outdated)
+            inputs->off_plan_s);
+    if (inputs->is_chart_outdated)
         answer_words(answer, NULL, PREDICTOR_LABEL,
                      "the loaded chart was ignored: it was computed for a different runway or "
                      "number of landings");
 }
 
-void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
-                         struct answer *answer)
+void predictor_inputs_to_answer(const struct predictor_inputs *inputs,
+                                const struct measured *measured, struct answer *answer)
 {
     answer_open_list(answer, "predictor", "");
-    if (foresight->message_count)
-        add_runway_state(foresight, answer);
-    for (unsigned i = 0; foresight->message_count && i < FORESIGHT_CONDITION_COUNT; i++)
-        add_condition(foresight, (enum foresight_condition)i, answer);
-    for (unsigned i = 0; foresight->message_count && i < MR_TRANSDUCERS; i++)
-        add_excluded_transducers(foresight, measured, i, answer);
-    if (foresight->message_count)
-        add_risk(foresight, answer);
+    if (inputs->message_count)
+        add_runway_state(inputs, answer);
+    for (unsigned i = 0; inputs->message_count && i < PREDICTOR_CONDITION_COUNT; i++)
+        add_condition(inputs, (enum predictor_condition)i, answer);
+    for (unsigned i = 0; inputs->message_count && i < MR_TRANSDUCERS; i++)
+        add_excluded_transducers(inputs, measured, i, answer);
+    if (inputs->message_count)
+        add_risk(inputs, answer);
     answer_close_group(answer);
 }

@@ -102,32 +102,32 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
 /* Inputs of the board's predictor in a landing: the runway with which it started, and the inputs
  * that were missing. */
 
-enum foresight_condition {
-    FORESIGHT_BLIND,
-    FORESIGHT_NO_MOTION,
-    FORESIGHT_DEGRADED,
-    FORESIGHT_RESTARTED,
-    FORESIGHT_CONDITION_COUNT
+enum predictor_condition {
+    PREDICTOR_WITHOUT_TRANSDUCERS,
+    PREDICTOR_WITHOUT_MOTION,
+    PREDICTOR_COARSE_MODEL,
+    PREDICTOR_RESTARTED,
+    PREDICTOR_CONDITION_COUNT
 };
 
 /* Seconds since touchdown; NaN: the condition never occurred. */
-struct foresight_span {
+struct predictor_span {
     double from_s, to_s;
 };
 
-struct foresight {
+struct predictor_inputs {
     /* number of predictor messages; 0: the board has no predictor, or sent none */
     size_t message_count;
     int64_t runway_source;     /* enum mr_runway_source; STORE_NONE: not reported */
     unsigned history_landings; /* number of landings in the history of the board's runway */
     /* joint resistance, relative to the configured one; NaN: not reported */
     double resistance_ratio;
-    struct foresight_span condition_span[FORESIGHT_CONDITION_COUNT];
+    struct predictor_span condition_span[PREDICTOR_CONDITION_COUNT];
     int64_t worst_level; /* simplest model that the predictor had to use */
     /* last reason why a transducer was excluded; 0: it was never excluded */
     unsigned exclusion_reason[MR_TRANSDUCERS];
     /* time in which a transducer was excluded, as reported once a second and on change */
-    struct foresight_span excluded_span[MR_TRANSDUCERS];
+    struct predictor_span excluded_span[MR_TRANSDUCERS];
     bool is_still_excluded[MR_TRANSDUCERS]; /* still excluded at the last report */
     double max_risk, max_risk_s; /* largest risk and its time; NaN: no risk was reported */
     unsigned risk_basis;         /* basis of the prediction of the largest risk */
@@ -135,10 +135,10 @@ struct foresight {
     bool is_chart_outdated;
 };
 
-enum mr_status foresight_load(struct store *store, const struct measured *measured,
-                              struct foresight *foresight, struct error *error);
-/* Adds one line per fact of `foresight`. */
-void foresight_to_answer(const struct foresight *foresight, const struct measured *measured,
-                         struct answer *answer);
+enum mr_status predictor_inputs_load(struct store *store, const struct measured *measured,
+                                     struct predictor_inputs *inputs, struct error *error);
+/* Adds one line per fact of `predictor_inputs`. */
+void predictor_inputs_to_answer(const struct predictor_inputs *inputs,
+                                const struct measured *measured, struct answer *answer);
 
 #endif

@@ -144,7 +144,7 @@ static void write_film_csv(const struct measured *measured, const struct film *f
         out,
         "# matrig film: RUN %lld, landing %lld of board %s, %.4f frames a second, %lld missing\n",
         (long long)landing->id, (long long)landing->board_landing, landing->board_uid,
-        film->rate_hz, (long long)film->missing_frames);
+        film->rate_hz, (long long)film->missing_frame_count);
     fprintf(out, "# t_s: seconds since %s; board_s: since the board's scans began\n",
             measured_origin_text(measured));
     fputs("# gear: lead wheel of the main bogie, from the switches (speed: from the fit); errors "
@@ -154,8 +154,8 @@ static void write_film_csv(const struct measured *measured, const struct film *f
             station->suffix, station->suffix, speed->suffix, speed->suffix);
     for (size_t i = 0; i < film->frame_count; i++) {
         const struct film_frame *frame = &film->frame[i];
-        fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number, (long long)frame->pulse,
-                frame->board_us / 1e6, frame->t_s);
+        fprintf(out, "%lld,%lld,%.7f,%.7f", (long long)frame->number,
+                (long long)frame->board_pulse_count, frame->board_us / 1e6, frame->t_s);
         write_csv_cell(out, frame->station_ft.value * station->factor, 5);
         write_csv_cell(out, frame->station_ft.error * station->factor, 5);
         write_csv_cell(out, frame->speed_ft_s.value * speed->factor, 4);

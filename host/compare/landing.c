@@ -636,12 +636,13 @@ static void pool_figures(struct compare_series *set, const struct compare_figure
         double n = (double)channel->figures.compared_samples;
         if (!channel->is_compared || channel->figures.compared_samples == 0)
             continue;
-        set->channel[channel->number - 1].number = channel->number;
-        set->channel[channel->number - 1].station_ft = channel->station_ft;
-        set->channel[channel->number - 1].compared_landings++;
-        set->channel[channel->number - 1].sample_count += n;
-        set->channel[channel->number - 1].bias_in += n * channel->figures.bias;
-        set->channel[channel->number - 1].rms_in += n * channel->figures.rms * channel->figures.rms;
+        set->channel_means[channel->number - 1].number = channel->number;
+        set->channel_means[channel->number - 1].station_ft = channel->station_ft;
+        set->channel_means[channel->number - 1].compared_landings++;
+        set->channel_means[channel->number - 1].sample_count += n;
+        set->channel_means[channel->number - 1].bias_in += n * channel->figures.bias;
+        set->channel_means[channel->number - 1].rms_in += n * channel->figures.rms *
+                                                          channel->figures.rms;
     }
 }
 
@@ -650,16 +651,16 @@ static void compute_series_means(struct compare_series *set)
 {
     double samples = 0.0, sum = 0.0, squares = 0.0;
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
-        double n = set->channel[c].sample_count;
+        double n = set->channel_means[c].sample_count;
         samples += n;
-        sum += set->channel[c].bias_in;
-        squares += set->channel[c].rms_in;
-        set->channel[c].bias_in /= n;
-        set->channel[c].rms_in = sqrt(set->channel[c].rms_in / n);
+        sum += set->channel_means[c].bias_in;
+        squares += set->channel_means[c].rms_in;
+        set->channel_means[c].bias_in /= n;
+        set->channel_means[c].rms_in = sqrt(set->channel_means[c].rms_in / n);
     }
     set->pooled.bias_in = sum / samples;
     set->pooled.rms_in = sqrt(squares / samples);
-    set->pooled.within_share = (double)NAN;
+    set->pooled.within_limits_share = (double)NAN;
 }
 
 /* ---- the series ---- */

@@ -114,7 +114,7 @@ struct compare_series_landing {
 
 /* Results over all landings of a series. */
 struct compare_pooled {
-    double within_share; /* share of landings within their limits; NaN: not judged */
+    double within_limits_share; /* share of landings within their limits; NaN: not judged */
     double bias_in, rms_in;
 };
 
@@ -130,7 +130,7 @@ struct compare_series {
         double station_ft;
         size_t compared_landings;
         double sample_count, bias_in, rms_in;
-    } channel[MR_TRANSDUCERS];
+    } channel_means[MR_TRANSDUCERS];
     struct compare_pooled pooled;
     /* simulation_ms: sum over all simulations */
     double simulation_ms, worst_solver_error_in;

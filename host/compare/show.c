@@ -301,14 +301,15 @@ static void add_channels(const struct compare_series *set, struct answer *answer
 {
     answer_open_table(answer, "channels", "over all landings, weighted by samples");
     for (size_t c = 0; c < MR_TRANSDUCERS; c++) {
-        if (set->channel[c].compared_landings == 0)
+        if (set->channel_means[c].compared_landings == 0)
             continue;
         answer_open_row(answer);
-        answer_count(answer, "number", "no", set->channel[c].number);
-        answer_value(answer, "station", "at", UNIT_STATION, set->channel[c].station_ft, 1);
-        answer_count(answer, "landings", "landings", (int64_t)set->channel[c].compared_landings);
-        answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel[c].bias_in, 4);
-        answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel[c].rms_in, 4);
+        answer_count(answer, "number", "no", set->channel_means[c].number);
+        answer_value(answer, "station", "at", UNIT_STATION, set->channel_means[c].station_ft, 1);
+        answer_count(answer, "landings", "landings",
+                     (int64_t)set->channel_means[c].compared_landings);
+        answer_value(answer, "bias", "bias", UNIT_DISPLACEMENT, set->channel_means[c].bias_in, 4);
+        answer_value(answer, "rms", "rms", UNIT_DISPLACEMENT, set->channel_means[c].rms_in, 4);
     }
     answer_close_group(answer);
 }
@@ -346,10 +347,10 @@ void compare_series_to_answer(const struct compare_series *set, struct answer *a
     answer_value(answer, "bias", "all: bias", UNIT_DISPLACEMENT, set->pooled.bias_in, 4);
     answer_value(answer, "rms", "all: rms", UNIT_DISPLACEMENT, set->pooled.rms_in, 4);
     add_worst_agreement(set, answer);
-    if (!isnan(set->pooled.within_share)) {
-        answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within_share, 2);
+    if (!isnan(set->pooled.within_limits_share)) {
+        answer_value(answer, "within", NULL, UNIT_NUMBER, set->pooled.within_limits_share, 2);
         answer_words(answer, NULL, "within limits", "%.0f %% of the landings",
-                     100.0 * set->pooled.within_share);
+                     100.0 * set->pooled.within_limits_share);
     }
     add_verdict(&set->verdict, answer);
 }
@@ -399,7 +400,7 @@ void compare_series_judge(struct compare_series *set, const struct compare_limit
         within += one->failed_limits == 0;
     }
     if (compare_limits_exist(limits))
-        set->pooled.within_share = (double)within / (double)set->landing_count;
+        set->pooled.within_limits_share = (double)within / (double)set->landing_count;
     for (int si = 0; si < 2; si++) {
         struct answer *answer = answer_new(si);
         compare_series_to_answer(set, answer);

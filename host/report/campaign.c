@@ -616,7 +616,7 @@ static void add_record_row(const struct record_row *row, struct answer *answer)
 static void write_warnings(const struct report *report, FILE *out)
 {
     const struct record *record = &report->record;
-    if (report->run || record->landings == 0)
+    if (report->run || record->landing_count == 0)
         return;
     struct answer *answer = answer_new(report->si);
     record_to_answer(record, false, answer);

@@ -52,13 +52,14 @@ static void write_facts(const struct report *report, const struct report_landing
 /* ---- speed and deceleration ---- */
 
 struct curve {
-    double t_s[CURVE_POINTS + 1], value[CURVE_POINTS + 1], half[CURVE_POINTS + 1];
+    double t_s[CURVE_POINTS + 1], value[CURVE_POINTS + 1], half_width[CURVE_POINTS + 1];
 };
 
 static void draw_curve(struct figure *figure, const struct curve *curve)
 {
-    figure_add_series(figure, &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
-                                                     curve->value, curve->half, CURVE_POINTS + 1});
+    figure_add_series(figure,
+                      &(struct chart_series){"fit with 95 % band", 0, "line", curve->t_s,
+                                             curve->value, curve->half_width, CURVE_POINTS + 1});
 }
 
 /* Draws the board's own estimates during the landing, without values above `most`. */
@@ -102,7 +103,7 @@ static void draw_speed(struct figure *figure, const struct report_landing *landi
         double error_ft_s;
         curve.t_s[i] = measured->summary.stop_t_s.value * (double)i / CURVE_POINTS;
         curve.value[i] = measured_speed_ft_s(measured, curve.t_s[i], &error_ft_s);
-        curve.half[i] = SUMMARY_HALF_WIDTH_95 * error_ft_s;
+        curve.half_width[i] = SUMMARY_HALF_WIDTH_95 * error_ft_s;
     }
     draw_curve(figure, &curve);
     for (size_t i = 1; i < measured->gate_count; i++) {
@@ -130,7 +131,7 @@ static void draw_deceleration(struct figure *figure, const struct report_landing
         curve.t_s[i] = first_s + (last_s - first_s) * (double)i / CURVE_POINTS;
         mr_gates_motion_at(&measured->fit, curve.t_s[i], &motion);
         curve.value[i] = motion.deceleration_ft_s2.value;
-        curve.half[i] = SUMMARY_HALF_WIDTH_95 * motion.deceleration_ft_s2.error;
+        curve.half_width[i] = SUMMARY_HALF_WIDTH_95 * motion.deceleration_ft_s2.error;
         most = fmax(most, curve.value[i]);
     }
     axes.y = "deceleration";

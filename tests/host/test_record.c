@@ -166,12 +166,12 @@ TEST(each_kind)
     is(&record, 11, RECORD_NOT_KNOWN, OUTCOME_NO_BASIS);
     is(&record, 12, RECORD_MISS, OUTCOME_SURVEY_AFTER);
     is(&record, 13, RECORD_MISS, OUTCOME_TRANSDUCERS); /* the same zone, before it */
-    assert_int_equal(record.landings, 12);
-    assert_int_equal(record.void_landings, 1);
-    assert_int_equal(record.verdict[RECORD_HIT], 1);
-    assert_int_equal(record.verdict[RECORD_LATE], 1);
-    assert_int_equal(record.verdict[RECORD_MISS], 5);
-    assert_int_equal(record.verdict[RECORD_FALSE_ALARM], 1);
+    assert_int_equal(record.landing_count, 12);
+    assert_int_equal(record.void_count, 1);
+    assert_int_equal(record.verdict_count[RECORD_HIT], 1);
+    assert_int_equal(record.verdict_count[RECORD_LATE], 1);
+    assert_int_equal(record.verdict_count[RECORD_MISS], 5);
+    assert_int_equal(record.verdict_count[RECORD_FALSE_ALARM], 1);
     /* looks are 20 ms apart; the board looks every 50 ms */
     assert_near(record.row[0].outcome.reached_t_s, FAR_AT_S, 0.021);
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
@@ -201,16 +201,16 @@ TEST(advice_and_what_came)
     }
     advise(10, "caution", 0.5, 8.0);
     load(&record);
-    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_REACHED], 5);
-    assert_int_equal(record.advice[RECORD_AGAINST][OUTCOME_NOT_REACHED], 0);
-    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_NOT_REACHED], 5);
+    assert_int_equal(record.advice_count[RECORD_AGAINST][OUTCOME_REACHED], 5);
+    assert_int_equal(record.advice_count[RECORD_AGAINST][OUTCOME_NOT_REACHED], 0);
+    assert_int_equal(record.advice_count[RECORD_CLEAR][OUTCOME_NOT_REACHED], 5);
     record_free(&record);
 
     /* Planned at 5 ft/s2 and braked at 8: another landing. */
     advise(1, "against", 0.9, 5.0);
     load(&record);
-    assert_int_equal(record.off_plan_landings, 1);
-    assert_int_equal(record.advice[RECORD_CLEAR][OUTCOME_NOT_REACHED], 4);
+    assert_int_equal(record.off_plan_count, 1);
+    assert_int_equal(record.advice_count[RECORD_CLEAR][OUTCOME_NOT_REACHED], 4);
     record_free(&record);
     session_end(&session);
 }
@@ -275,7 +275,7 @@ TEST(restored_runway)
     assert_int_equal(record.row[1].same_runway_run, STORE_NONE);
     assert_int_equal(record.row[2].same_runway_run, 2);
     assert_string_equal(record_advice_text(&record.row[2], text), "against, followed");
-    assert_int_equal(record.off_plan_landings, 2);
+    assert_int_equal(record.off_plan_count, 2);
     record_free(&record);
     session_end(&session);
 }
