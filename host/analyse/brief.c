@@ -4,7 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "host/analyse/record.h"
 #include "host/base/units.h"
 
 static void add_prediction(const struct summary *summary, struct answer *answer)
@@ -17,32 +16,6 @@ static void add_prediction(const struct summary *summary, struct answer *answer)
     unit_value_text(UNIT_STATION, si, w->predicted_wheel_ft, 1, wheel);
     answer_words(answer, NULL, "predicted", "%lld closed mats with the wheel at %s",
                  (long long)w->predicted_mats, wheel);
-}
-
-const char *brief_format_outcome(struct store *store, const struct summary *summary,
-                                 char out[BRIEF_OUTCOME_SIZE])
-{
-    const struct record_landing landing = {&summary->measured, &summary->zones};
-    struct record record;
-    struct error error = {0};
-    const struct record_row *row = NULL;
-    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE];
-    if (record_begin(store, &record, &error) == MR_OK &&
-        record_judge(store, &record, &landing, &error) == MR_OK)
-        row = record_find_row(&record, summary->measured.landing.id);
-    out[0] = '\0';
-    if (row && row->is_judged)
-        snprintf(out, BRIEF_OUTCOME_SIZE, "%s: %s", record_format_outcome(row, outcome),
-                 record_format_evidence(row, evidence));
-    record_free(&record);
-    return out;
-}
-
-void brief_add_outcome(struct store *store, const struct summary *summary, struct answer *answer)
-{
-    char text[BRIEF_OUTCOME_SIZE];
-    if (brief_format_outcome(store, summary, text)[0])
-        answer_words(answer, NULL, "outcome", "%s", text);
 }
 
 static void add_motion(const struct measured *measured, struct answer *answer)
@@ -135,13 +108,12 @@ static void add_data_quality(const struct summary *summary, struct answer *answe
                      summary->channel_event_count);
 }
 
-bool brief_print(struct store *store, const struct summary *summary, bool all, bool si, FILE *out)
+bool brief_print(const char *db, const struct summary *summary, bool all, bool si, FILE *out)
 {
     struct answer *answer = answer_new(si);
     char heading[SUMMARY_HEADING_SIZE];
     if (all) {
         summary_to_answer(summary, answer);
-        brief_add_outcome(store, summary, answer);
     } else {
         summary_format_heading(summary, heading);
         answer_open_group(answer, NULL, heading);
@@ -149,12 +121,12 @@ bool brief_print(struct store *store, const struct summary *summary, bool all, b
         zones_add_whether_warned(&summary->zones, summary->measured.source != MEASURED_IMPORT,
                                  answer);
         add_prediction(summary, answer);
-        brief_add_outcome(store, summary, answer);
+        record_add_outcome(&summary->outcome, answer);
         add_motion(&summary->measured, answer);
         add_movement(&summary->measured, answer);
         add_tension(&summary->measured, answer);
         add_data_quality(summary, answer);
-        answer_words(answer, NULL, "more", "matrig show %s %lld", store_path(store),
+        answer_words(answer, NULL, "more", "matrig show %s %lld", db,
                      (long long)summary->measured.landing.id);
         answer_close_group(answer);
     }

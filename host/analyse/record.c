@@ -34,8 +34,8 @@ static void set_warning(const struct measured *measured, const struct zones *zon
 {
     const struct zone_warning *warning = &zones->warning;
     char doubt[ZONES_DOUBT_SIZE];
-    row->warned_t_s = row->warned_zone_start_ft = row->warned_wheel_ft = row->lead_time_s =
-        (double)NAN;
+    row->warned_t_s = row->warned_zone_start_ft = row->warned_wheel_ft = (double)NAN;
+    row->lead_time_s = row->lead_time_low_s = row->lead_time_high_s = (double)NAN;
     if (warning->was_warned) {
         row->warned = RECORD_WARNED;
         row->warned_t_s = warning->t_s;
@@ -79,6 +79,8 @@ static void set_verdict_after_warning(struct record_row *row)
     else {
         row->verdict = outcome->reached_t_s < row->warned_t_s ? RECORD_LATE : RECORD_HIT;
         row->lead_time_s = outcome->reached_t_s - row->warned_t_s;
+        row->lead_time_low_s = outcome->reached_earliest_s - row->warned_t_s;
+        row->lead_time_high_s = outcome->reached_latest_s - row->warned_t_s;
     }
 }
 
@@ -340,6 +342,13 @@ static enum mr_status judge_outcome_by_observations(struct store *store, int64_t
     return status;
 }
 
+static const struct outcome unknown_outcome = {.longest_mats = STORE_NONE,
+                                               .closed_after_mats = STORE_NONE,
+                                               .longest_start_ft = (double)NAN,
+                                               .reached_t_s = (double)NAN,
+                                               .reached_earliest_s = (double)NAN,
+                                               .reached_latest_s = (double)NAN};
+
 /* `measured` must be loaded with samples (measured_load). */
 static enum mr_status outcome_load(struct store *store, const struct measured *measured,
                                    const struct neighbours *between, struct outcome *outcome,
@@ -347,12 +356,6 @@ static enum mr_status outcome_load(struct store *store, const struct measured *m
 {
     struct zones_slack before, after = {.surveyed_segments = 0};
     const struct store_landing *landing = &measured->landing;
-    *outcome = (struct outcome){.longest_mats = STORE_NONE,
-                                .closed_after_mats = STORE_NONE,
-                                .longest_start_ft = (double)NAN,
-                                .reached_t_s = (double)NAN,
-                                .reached_earliest_s = (double)NAN,
-                                .reached_latest_s = (double)NAN};
     enum mr_status status =
         load_board_survey(store, landing->id,
                           between->previous_landing ? between->previous_landing->id : 0, &before,
@@ -455,6 +458,7 @@ static enum mr_status judge_landing(struct store *store, const struct neighbours
     set_warning(loaded->measured, loaded->zones, row);
     set_deviation_from_plan(loaded->measured, row);
     enum mr_status status = load_max_risk(store, row, error);
+    row->outcome = unknown_outcome; /* a void landing keeps it */
     if (status == MR_OK && !row->is_void)
         status = outcome_load(store, loaded->measured, between, &row->outcome, error);
     if (status == MR_OK)
@@ -561,6 +565,19 @@ enum mr_status record_judge(struct store *store, struct record *record,
     return judge_landing(store, &between, loaded, row, error);
 }
 
+enum mr_status record_judge_one(struct store *store, const struct record_landing *loaded,
+                                struct record_row *row, struct error *error)
+{
+    struct record record;
+    enum mr_status status = record_begin(store, &record, error)
+                              ?: record_judge(store, &record, loaded, error);
+    const struct record_row *found = record_find_row(&record, loaded->measured->landing.id);
+    if (status == MR_OK && found)
+        *row = *found;
+    record_free(&record);
+    return status;
+}
+
 enum mr_status record_end(struct store *store, struct record *record, struct error *error)
 {
     enum mr_status status = MR_OK;
@@ -606,10 +623,8 @@ bool record_is_marginal(const struct record_row *row)
 
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE])
 {
-    const struct outcome *outcome = &row->outcome;
-    const double sign = row->verdict == RECORD_LATE ? -1.0 : 1.0,
-                 low_s = outcome->reached_earliest_s - row->warned_t_s,
-                 high_s = outcome->reached_latest_s - row->warned_t_s;
+    const double sign = row->verdict == RECORD_LATE ? -1.0 : 1.0, low_s = row->lead_time_low_s,
+                 high_s = row->lead_time_high_s;
     int used = snprintf(out, RECORD_TEXT_SIZE, "%s", record_verdict_text(row->verdict));
     if (isnan(row->lead_time_s))
         return out;
@@ -677,6 +692,34 @@ const char *record_format_evidence(const struct record_row *row, char out[RECORD
     if (row->verdict == RECORD_NOT_KNOWN && row->unknown_reason)
         snprintf(out + used, RECORD_TEXT_SIZE - used, " (%s)", row->unknown_reason);
     return out;
+}
+
+const char *record_format_line(const struct record_row *row, char out[RECORD_LINE_SIZE])
+{
+    char outcome[RECORD_TEXT_SIZE], evidence[RECORD_TEXT_SIZE];
+    snprintf(out, RECORD_LINE_SIZE, "%s: %s", record_format_outcome(row, outcome),
+             record_format_evidence(row, evidence));
+    return out;
+}
+
+void record_add_outcome(const struct record_row *row, struct answer *answer)
+{
+    const struct outcome *outcome = &row->outcome;
+    char line[RECORD_LINE_SIZE];
+    answer_words(answer, NULL, "outcome", "%s", record_format_line(row, line));
+    answer_open_group(answer, "outcome", NULL);
+    answer_words(answer, "result", NULL, "%s", record_verdict_text(row->verdict));
+    answer_value(answer, "lead", NULL, UNIT_TIME, row->lead_time_s, 3);
+    answer_value(answer, "lead_low", NULL, UNIT_TIME, row->lead_time_low_s, 3);
+    answer_value(answer, "lead_high", NULL, UNIT_TIME, row->lead_time_high_s, 3);
+    if (outcome->reached == OUTCOME_UNKNOWN)
+        answer_no_value(answer, "zone_reached", NULL, "");
+    else
+        answer_flag(answer, "zone_reached", NULL, outcome->reached == OUTCOME_REACHED);
+    answer_value(answer, "zone_reached_t", NULL, UNIT_TIME, outcome->reached_t_s, 3);
+    answer_count(answer, "zone_mats", NULL, outcome->longest_mats);
+    answer_words(answer, "evidence", NULL, "%s", record_format_evidence(row, line));
+    answer_close_group(answer);
 }
 
 const char *record_advice_text(const struct record_row *row, char out[RECORD_ADVICE_SIZE])

@@ -106,6 +106,8 @@ struct record_row {
     /* time from the warning until the wheel reached a zone, negative if the warning was too late;
      * NaN: no warning, or no zone */
     double lead_time_s;
+    /* the same until outcome.reached_earliest_s and reached_latest_s */
+    double lead_time_low_s, lead_time_high_s;
     double max_risk; /* largest risk reported during the landing; NaN: none */
     /* First landing that began on the same runway, if the runway was restored; STORE_NONE: none.
      * Only an emulated board can restore its runway, because its memory is a file. */
@@ -148,6 +150,9 @@ struct record_row *record_find_row(struct record *record, int64_t run);
 /* Judges a landing that the caller has loaded. */
 enum mr_status record_judge(struct store *store, struct record *record,
                             const struct record_landing *loaded, struct error *error);
+/* Judges such a landing without the other rows of the record. */
+enum mr_status record_judge_one(struct store *store, const struct record_landing *loaded,
+                                struct record_row *row, struct error *error);
 /* Loads and judges the rows that are not judged yet, and computes the totals. */
 enum mr_status record_end(struct store *store, struct record *record, struct error *error);
 /* record_begin and record_end in one call. */
@@ -161,6 +166,11 @@ const char *record_verdict_text(enum record_verdict verdict);
 const char *record_format_outcome(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
 /* Writes what the outcome follows from: when the board warned, and what the wheel reached. */
 const char *record_format_evidence(const struct record_row *row, char out[RECORD_TEXT_SIZE]);
+/* Writes both: "hit, lead time about 1.6 s (...): the board warned 0.434 s after ...". */
+#define RECORD_LINE_SIZE (2 * RECORD_TEXT_SIZE)
+const char *record_format_line(const struct record_row *row, char out[RECORD_LINE_SIZE]);
+/* Adds this line for people, and the JSON object "outcome" with the same facts. */
+void record_add_outcome(const struct record_row *row, struct answer *answer);
 /* True if the resolution decides the outcome: the longest zone that the wheel reached is within the
  * resolution of OUTCOME_MIN_ZONE_MATS. */
 bool record_is_marginal(const struct record_row *row);

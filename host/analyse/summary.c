@@ -498,6 +498,13 @@ enum mr_status summary_load(struct store *store, int64_t run, struct summary *su
            store_find_duplicate(store, run, &summary->duplicate_run, error);
 }
 
+enum mr_status summary_load_outcome(struct store *store, struct summary *summary,
+                                    struct error *error)
+{
+    const struct record_landing loaded = {&summary->measured, &summary->zones};
+    return record_judge_one(store, &loaded, &summary->outcome, error);
+}
+
 void summary_free(struct summary *summary)
 {
     measured_free(&summary->measured);
@@ -932,6 +939,8 @@ void summary_to_answer(const struct summary *summary, struct answer *answer)
     answer_count(answer, "run", NULL, landing->id);
     answer_count(answer, "landing", NULL, landing->board_landing);
     answer_words(answer, "state", NULL, "%s", mr_landing_state_text((unsigned)landing->state));
+    if (summary->outcome.is_judged)
+        record_add_outcome(&summary->outcome, answer);
     summary_add_facts(summary, answer);
     summary_add_zone(summary, answer);
     add_channels(&summary->measured, answer);

@@ -9,6 +9,7 @@
 #include "common/quantity.h"
 #include "host/analyse/braking.h"
 #include "host/analyse/bands.h"
+#include "host/analyse/record.h"
 #include "host/analyse/track.h"
 #include "host/analyse/zones.h"
 #include "host/analyse/measured.h"
@@ -74,11 +75,15 @@ struct summary {
     size_t key_state_count;        /* number of states; 0: not reported */
     struct store_mean mean[MR_QUANTITY_COUNT]; /* means of the messages that the board repeats */
     struct summary_ready_check ready_check[SUMMARY_READY_CHECK_COUNT];
-    int64_t duplicate_run; /* earlier RUN that is a record of the same landing; 0: none */
+    int64_t duplicate_run;     /* earlier RUN that is a record of the same landing; 0: none */
+    struct record_row outcome; /* is_judged: it was loaded by summary_load_outcome */
 };
 
 enum mr_status summary_load(struct store *store, int64_t run, struct summary *summary,
                             struct error *error);
+/* Loads the outcome of a loaded landing. The report does not need it: it has the whole record. */
+enum mr_status summary_load_outcome(struct store *store, struct summary *summary,
+                                    struct error *error);
 void summary_free(struct summary *summary); /* call also after an error */
 
 /* Writes the heading: "RUN 5: landing 5, done". */
@@ -86,8 +91,8 @@ void summary_free(struct summary *summary); /* call also after an error */
 void summary_format_heading(const struct summary *summary, char out[SUMMARY_HEADING_SIZE]);
 /* Adds "uncalibrated" to the JSON: true, false, or null if the configuration was not read. */
 void summary_add_calibration(const struct measured *measured, struct answer *answer);
-/* Adds the whole summary under its heading. The functions below add parts of it, which a page shows
- * in separate sections. */
+/* Adds the whole summary under its heading, with the outcome if it is loaded. The functions below
+ * add parts of it, which a page shows in separate sections. */
 void summary_to_answer(const struct summary *summary, struct answer *answer);
 /* Adds what makes the landing doubtful: incomplete, recorded twice, restarted, commands received,
  * or not ready. */

@@ -50,11 +50,6 @@ static struct zone_warning find_first_warning(const struct measured *measured,
         .predicted_wheel_after_s = (double)NAN,
     };
     warning.is_path_known = measured->fit_status == MR_OK;
-    warning.reached_t_s = measured_arrival_s(measured, row->start_ft);
-    warning.was_reached = !isnan(warning.reached_t_s);
-    if (warning.reached_t_s < warning.t_s) /* the wheel was already in the zone */
-        warning.reached_t_s = warning.t_s;
-    warning.true_lead_s = warning.reached_t_s - warning.t_s;
     return warning;
 }
 
@@ -237,24 +232,25 @@ static const char *get_not_reached_text(const struct zone_warning *w)
 /* Adds the board's own prediction. It is not the lead time to 50 closed mats (record.h). */
 static void add_lead_time(const struct zone_warning *w, struct answer *answer)
 {
-    answer_value(answer, "lead", get_label_if_known("predicted time to zone", w->predicted_lead_s),
-                 UNIT_TIME, w->predicted_lead_s, 3);
+    answer_value(answer, "time_to_zone",
+                 get_label_if_known("predicted time to zone", w->predicted_lead_s), UNIT_TIME,
+                 w->predicted_lead_s, 3);
     if (isfinite(w->predicted_lead_s) && isfinite(w->actual_lead_s))
         answer_remark(answer, ", reported at %.3f s; actual %.3f s", w->predicted_lead_t_s,
                       w->actual_lead_s);
     else if (isfinite(w->predicted_lead_s))
         answer_remark(answer, ", reported at %.3f s; actual: %s", w->predicted_lead_t_s,
                       get_not_reached_text(w));
-    answer_value(answer, "lead_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits = 9;
-    answer_value(answer, "lead_start", NULL, UNIT_STATION, w->predicted_lead_start_ft, 1)->digits =
-        9;
+    answer_value(answer, "time_to_zone_t", NULL, UNIT_TIME, w->predicted_lead_t_s, 3)->digits = 9;
+    answer_value(answer, "time_to_zone_start", NULL, UNIT_STATION, w->predicted_lead_start_ft, 1)
+        ->digits = 9;
     if (isnan(w->actual_lead_s))
-        answer_no_value(answer, "lead_became_s", NULL, get_not_reached_text(w));
+        answer_no_value(answer, "actual_time_to_zone_s", NULL, get_not_reached_text(w));
     else
-        answer_value(answer, "lead_became", NULL, UNIT_TIME, w->actual_lead_s, 3);
+        answer_value(answer, "actual_time_to_zone", NULL, UNIT_TIME, w->actual_lead_s, 3);
 }
 
-/* Adds the content of a warning, and its outcome. */
+/* Adds the content of a warning. */
 static void add_warning(const struct zone_warning *w, struct answer *answer)
 {
     answer_value(answer, "t", NULL, UNIT_TIME, w->t_s, 3)->digits = 9;
@@ -272,12 +268,6 @@ static void add_warning(const struct zone_warning *w, struct answer *answer)
     if (w->inferred_percent > 0)
         answer_words(answer, NULL, "inferred", "%lld %% of the zone, from the survey only",
                      (long long)w->inferred_percent);
-    answer_flag(answer, "reached", NULL, w->was_reached);
-    if (w->was_reached)
-        answer_value(answer, "true_lead", "wheel in the first zone", UNIT_TIME, w->true_lead_s, 3)
-            ->suffix = " after the warning";
-    else
-        answer_no_value(answer, "true_lead_s", "wheel in the first zone", get_not_reached_text(w));
     add_warning_reason(w, answer);
     add_lead_time(w, answer);
     answer_count(answer, "most_mats", "zone warned of, mats", w->longest_mats);

@@ -52,12 +52,7 @@ struct zone_warning {
     /* The zone of the warning: the longest run reported while the warning was on. */
     int64_t longest_mats;
     double longest_start_ft, longest_end_ft;
-    /* The wheel and the zone of the first warning, from the final fit. */
-    /* the path up to the stop is known; false: the wheel's position is unknown */
-    bool is_path_known;
-    bool was_reached;   /* the wheel reached the start of the zone, or was already in it */
-    double reached_t_s; /* NaN: the wheel did not reach the zone */
-    double true_lead_s; /* reached_t_s - t_s; NaN: the wheel did not reach the zone */
+    bool is_path_known; /* the path of the wheel up to the stop is known */
     /* The first predicted time to the zone that the board sent with a warning, and the actual
      * time. */
     double predicted_lead_s; /* predicted time to the zone; NaN: never sent */
@@ -78,7 +73,7 @@ struct zones {
 enum mr_status zones_load(struct store *store, const struct measured *measured, struct zones *zones,
                           struct error *error);
 void zones_free(struct zones *zones);
-/* Adds the first warning and its outcome. `watched`: a board was connected that could have
+/* Adds the first warning. `watched`: a board was connected that could have
  * warned. */
 void zones_to_answer(const struct zones *zones, bool watched, struct answer *answer);
 /* Adds whether and when the board warned, as text for people. */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "host/analyse/brief.h"
 #include "host/analyse/journal.h"
 #include "host/analyse/measured_load.h"
 #include "host/analyse/record.h"
@@ -320,8 +319,8 @@ static void show_landing(struct store *store, int64_t run, struct answer *answer
 {
     static struct summary summary;
     summary_load(store, run, &summary, fatal);
+    summary_load_outcome(store, &summary, fatal);
     summary_to_answer(&summary, answer);
-    brief_add_outcome(store, &summary, answer);
     add_journal(store, &summary.measured.landing, answer);
     summary_free(&summary);
 }

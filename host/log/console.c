@@ -228,7 +228,8 @@ static void report_summary(struct logger *logger, const struct summary *summary)
     size_t length = 0;
     FILE *out = open_memstream(&text, &length);
     if (out) {
-        brief_print(logger->store, summary, logger->prints_full_summaries, logger->cli->si, out);
+        brief_print(store_path(logger->store), summary, logger->prints_full_summaries,
+                    logger->cli->si, out);
         fclose(out);
     }
     char *all = realloc(logger->pending_output, logger->pending_output_length + length + 1);
@@ -241,12 +242,18 @@ static void report_summary(struct logger *logger, const struct summary *summary)
     logger_print_pending(logger);
 }
 
+static enum mr_status load_summary(struct logger *logger, int64_t run, struct summary *summary,
+                                   struct error *error)
+{
+    return summary_load(logger->store, run, summary, error)
+             ?: summary_load_outcome(logger->store, summary, error);
+}
+
 static void show_outcome_live(struct logger *logger, const struct summary *summary)
 {
-    char outcome[BRIEF_OUTCOME_SIZE], words[BRIEF_OUTCOME_SIZE + 40];
-    if (!brief_format_outcome(logger->store, summary, outcome)[0])
-        return;
-    snprintf(words, sizeof words, "RUN %lld: %s", (long long)summary->measured.landing.id, outcome);
+    char line[RECORD_LINE_SIZE], words[RECORD_LINE_SIZE + 40];
+    snprintf(words, sizeof words, "RUN %lld: %s", (long long)summary->measured.landing.id,
+             record_format_line(&summary->outcome, line));
     live_hub_add_outcome(logger->live.hub, words);
 }
 
@@ -259,7 +266,7 @@ enum mr_status logger_show_finished_landings(struct logger *logger, struct error
         enum mr_status status = logger_commit(logger, error);
         if (status != MR_OK)
             return status;
-        if (summary_load(logger->store, run, &summary, &why) != MR_OK) {
+        if (load_summary(logger, run, &summary, &why) != MR_OK) {
             /* a failed summary does not end the log: it can be printed later, while received data
              * cannot be repeated */
             cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)run, why.text);
@@ -301,7 +308,7 @@ enum mr_status logger_show_silent_landing(struct logger *logger, struct error *e
     enum mr_status status = logger_commit(logger, error);
     if (status != MR_OK)
         return status;
-    if (summary_load(logger->store, progress.run, &summary, &why) != MR_OK) {
+    if (load_summary(logger, progress.run, &summary, &why) != MR_OK) {
         cli_note(logger->cli, "no summary of RUN %lld: %s", (long long)progress.run, why.text);
     } else if (!logger->cli->json) {
         report_summary(logger, &summary);

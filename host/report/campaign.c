@@ -536,8 +536,6 @@ static void add_predictor_row(const struct report_facts *facts, struct answer *a
                      ? mr_predictor_reason_text((unsigned)w->reason)
                      : "");
     add_zone_ends(answer, "first zone", w->was_warned, w->start_ft, w->end_ft);
-    answer_value(answer, NULL, "wheel in first zone, after warning", UNIT_TIME,
-                 w->was_warned && w->was_reached ? w->true_lead_s : not_known, 3);
     answer_value(answer, NULL, "predicted time to zone", UNIT_TIME,
                  w->was_warned ? w->predicted_lead_s : not_known, 3);
     answer_value(answer, NULL, "actual time to zone", UNIT_TIME,
@@ -570,12 +568,13 @@ static void write_predictor(const struct report *report, FILE *out)
 /* "1.6 (1.2 to 1.6)" */
 static void add_lead_time(const struct record_row *row, struct answer *answer)
 {
-    const double low_s = row->outcome.reached_earliest_s - row->warned_t_s,
-                 high_s = row->outcome.reached_latest_s - row->warned_t_s;
     const char *label = "lead time, about (s)";
-    if (isfinite(row->lead_time_s) && isfinite(high_s))
+    if (isfinite(row->lead_time_s) && isfinite(row->lead_time_high_s))
         answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0to\xc2\xa0%.1f)",
-                     row->lead_time_s, low_s, high_s);
+                     row->lead_time_s, row->lead_time_low_s, row->lead_time_high_s);
+    else if (isfinite(row->lead_time_s) && isfinite(row->lead_time_low_s))
+        answer_words(answer, NULL, label, "%.1f\xc2\xa0(%.1f\xc2\xa0or\xc2\xa0more)",
+                     row->lead_time_s, row->lead_time_low_s);
     else
         answer_value(answer, NULL, label, UNIT_NUMBER, row->lead_time_s, 1);
 }

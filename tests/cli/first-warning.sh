@@ -26,6 +26,25 @@ in_its_json() {
     m --json --quiet log --can "file:$tmp/can" --serial "file:$tmp/serial" --db "$tmp/json.db" >"$tmp/log.json" || return 1
     same "$(json "$tmp/log.json" 'landings[0].zone.decided_block')" "$block" && same "$(printf '%.3f' "$(json "$tmp/log.json" 'landings[0].zone.t_s')")" "$want"
 }
+# One outcome with one lead time and its range: in the text and the JSON of log and show, and in the report.
+one_outcome() {
+    m show "$db" 1 >"$tmp/show.txt" && m --json show "$db" 1 >"$tmp/show.json" && m --quiet report "$db" -o "$tmp/outcome.html" || return 1
+    python3 - "$tmp" <<'P'
+import html, json, re, sys
+tmp = sys.argv[1]
+read = lambda name: open(tmp + "/" + name, encoding="utf-8").read()
+logged, shown = json.loads(read("log.json"))["landings"][0], json.loads(read("show.json"))
+outcome, lines = shown["outcome"], [re.search("^  outcome +(.*)$", read(name), re.M).group(1) for name in ("log.txt", "show.txt")]
+page = re.search('<p class="outcome"><strong>Outcome: (.*?)[.]</strong>', read("outcome.html")).group(1)
+print(outcome, lines, page, sep="\n")
+assert logged["outcome"] == outcome and lines[0] == lines[1] and lines[0] == html.unescape(page) + ": " + outcome["evidence"]
+sign, low, high = -1 if outcome["lead_s"] < 0 else 1, outcome["lead_low_s"], outcome["lead_high_s"]
+words = outcome["result"] + ", " + ("by" if sign < 0 else "lead time") + " about %.1f s" % (sign * outcome["lead_s"])
+words += " (%.1f s or " % (sign * low) if high is None else " (%.1f to %.1f s at" % tuple(sorted((sign * low, sign * high)))
+assert lines[0].startswith(words), words
+assert not [key for key in shown["zone"] if "lead" in key or key == "reached"], shown["zone"]
+P
+}
 again() { build/tests/again/again "$db" 1 >"$tmp/again.json" && same "$(json "$tmp/again.json" first_warning_block)" "$block"; }
 in_the_report() {
     m --quiet report "$db" -o "$tmp/report.html" && grep -o "<dt>zone</dt><dd class=\"warn\">warned $want s after touchdown, decided in block $block</dd>" "$tmp/report.html" &&
@@ -42,6 +61,7 @@ in_the_series() { # this landing alone, its own record
 check "landing 5 is warned of" it_warned
 check "the summary says when, and in which block" in_the_log
 check "so does its JSON" in_its_json
+check "one outcome and lead time: log, show, their JSON, the report" one_outcome
 check "computed again from the record it is the same" again
 check "so has the report" in_the_report
 check "the log is short, and whole with --all" short

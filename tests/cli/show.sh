@@ -49,7 +49,7 @@ said() {
         $matrig --quiet landing "$db" 1 --observe wave --station 88 >/dev/null && show "$db" 1 >"$tmp/said.txt" || return 1
     diff "$tmp/log.txt" "$tmp/said.txt" >"$tmp/more"
     cat "$tmp/more"
-    ! grep '^<' "$tmp/more" | grep -qv '^< outcome ' && grep -q '^> outcome .*(evidence: observation' "$tmp/more" && grep -q '^>.* kl .*brakes pulled left$' "$tmp/more" && grep -q '^>.*wave .*88\.0' "$tmp/more"
+    ! grep '^<' "$tmp/more" | grep -qv '^<   outcome ' && grep -q '^>   outcome .*(evidence: observation' "$tmp/more" && grep -q '^>.* kl .*brakes pulled left$' "$tmp/more" && grep -q '^>.*wave .*88\.0' "$tmp/more"
 }
 check "and what was said of it since" said
 

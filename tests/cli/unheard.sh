@@ -52,10 +52,10 @@ has_a_hole() { # into which the warning falls, or its beginning
         grep -q '^  zone  *warned 4\.1' "$tmp/hole.txt" &&
         grep -Eq '^  zone  *no warning was received, but one may have been sent: no zone messages from 1\.7[0-9]* to 4\.[78][0-9]* s after touchdown$' "$tmp/gone.txt"
 }
-# The same in the pages: a first warning is the first that was received, and where the wheel came is not known without a stop.
+# The same in the pages: a first warning is the first that was received, and when the wheel reached it is not known without a stop.
 first_that_was_heard() {
     grep -q '^  first warning that was received ' "$tmp/hole.txt" && ! grep -q 'that was received (+-' "$tmp/whole.txt" &&
-        grep -q '^    wheel in the first zone  *not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
+        grep -q '^    predicted time to zone .*; actual: not known: the record does not show where the gear stopped$' "$tmp/hole.txt" &&
         grep -q 'first warning that was received (' "$tmp/hole.html"
 }
 ends_while_it_moves() { # once above each table

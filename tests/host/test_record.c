@@ -118,6 +118,33 @@ static void is(const struct record *record, int run, enum record_verdict verdict
         assert_non_null(row->unknown_reason);
 }
 
+/* The JSON of an outcome. */
+static void has_json(const struct record_row *row, const char *result, int zone_reached)
+{
+    struct answer *answer = answer_new(false);
+    record_add_outcome(row, answer);
+    json_t *all = answer_into_json(answer), *outcome = json_object_get(all, "outcome");
+    const json_t *lead = json_object_get(outcome, "lead_s"),
+                 *reached = json_object_get(outcome, "zone_reached");
+    char evidence[RECORD_TEXT_SIZE];
+    assert_string_equal(json_string_value(json_object_get(outcome, "result")), result);
+    assert_string_equal(json_string_value(json_object_get(outcome, "evidence")),
+                        record_format_evidence(row, evidence));
+    assert_true(zone_reached < 0
+                    ? json_is_null(reached)
+                    : json_is_boolean(reached) && json_is_true(reached) == zone_reached);
+    assert_true(isnan(row->lead_time_s) ? json_is_null(lead) : json_is_real(lead));
+    if (json_is_real(lead)) {
+        assert_near(json_real_value(lead), row->lead_time_s, 1e-5);
+        assert_near(json_real_value(json_object_get(outcome, "lead_low_s")), row->lead_time_low_s,
+                    1e-5);
+    }
+    if (row->is_void)
+        assert_true(json_is_null(json_object_get(outcome, "zone_mats")) &&
+                    json_is_null(json_object_get(outcome, "zone_reached_t_s")));
+    json_decref(all);
+}
+
 TEST(each_kind)
 {
     struct record record;
@@ -177,6 +204,17 @@ TEST(each_kind)
     assert_near(record.row[0].warned_t_s, WARNED_AT_S, 0.051);
     assert_near(record.row[0].lead_time_s, FAR_AT_S - WARNED_AT_S, 0.06);
     assert_near(record.row[8].outcome.reached_t_s, NEAR_AT_S, 0.021);
+    assert_near(record.row[0].lead_time_low_s, record.row[0].lead_time_s,
+                0.0); /* 60 mats at once */
+    assert_near(record.row[0].lead_time_high_s, record.row[0].lead_time_s, 0.0);
+    assert_near(record.row[9].lead_time_s, NEAR_AT_S - WARNED_AT_S, 0.06);
+    has_json(&record.row[0], "hit", 1);
+    has_json(&record.row[1], "missed", 1);
+    has_json(&record.row[2], "false", 0);
+    has_json(&record.row[3], "correctly quiet", 0);
+    has_json(&record.row[4], "not known", -1);
+    has_json(&record.row[7], "not known", -1); /* void */
+    has_json(&record.row[9], "warned, but too late", 1);
     assert_int_equal(record.row[0].outcome.longest_mats, 60);
     assert_near(record.row[0].outcome.longest_start_ft, 57.14, 0.1);
     assert_int_equal(record.row[11].outcome.closed_after_mats, 52); /* 79.56 to 94.29 ft */

@@ -227,9 +227,10 @@ def predictor():
     told = [(of["start of %s (ft)" % name], of["end of %s (ft)" % name]) for of, name in ((row, "zone warned of"), (summed, "zone"))]
     check("summary and predictions have the same zone warned of", told == 2 * [tuple("%.1f" % v for v in longest)], told, longest)
     check("so has the front", ", %.1f to %.1f ft" % longest in re.search(r"<dt>zone warned of</dt><dd>(.*?)</dd>", page, re.S).group(1))
-    if number(row["wheel in first zone, after warning (s)"]) > 0:
-        k = next(k for k, g in enumerate(gear_ft) if g is not None and g >= start)
-        near("wheel reached it after, s", number(row["wheel in first zone, after warning (s)"]), time_s[k] - warned_s, 0.003)
+    lead_block, lead_start = db.execute("select block, start_ft from zones where landing = 1 and warning = 1 and lead_s is not null order by block limit 1").fetchone()
+    k = next((k for k, g in enumerate(gear_ft) if g is not None and g >= lead_start), None)
+    if k is not None:
+        near("actual time to zone, s", number(row["actual time to zone (s)"]), time_s[k] - (lead_block / 1000 - t0_s), 0.003)
     check("and in words", re.search(r">warned %.3f s after touchdown, decided in block %d<.*?<dt>closed mats</dt><dd>%d</dd>" % (warned_s, block, mats), section("run1"), re.S))
 
 
