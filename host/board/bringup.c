@@ -145,10 +145,10 @@ const struct bringup_line *bringup_find(const struct bringup *b, const char *nam
 
 struct receiver {
     char text[TEXT_BYTES_MAX + 1];
-    size_t length;
+    size_t text_length;
     double received_s, started_s, sent_s;
     size_t ready_position; /* position of the "ready:" line after which the word was last sent */
-    size_t bytes;          /* total of received bytes */
+    size_t received_byte_count; /* total of received bytes */
 };
 
 /* Returns the first line that begins with `word`, or NULL. */
@@ -184,9 +184,9 @@ static bool has_section_begun(const struct receiver *l, const char *section)
 static bool has_received_text(const struct receiver *l)
 {
     size_t others = 0;
-    for (size_t i = 0; i < l->length; i++)
+    for (size_t i = 0; i < l->text_length; i++)
         others += (l->text[i] < ' ' || l->text[i] > '~') && !strchr("\r\n\t", l->text[i]);
-    return l->length > 0 && others * 10u < l->length;
+    return l->text_length > 0 && others * 10u < l->text_length;
 }
 
 static enum mr_status set_silence_error(const struct receiver *l, const struct link *link,
@@ -197,17 +197,17 @@ static enum mr_status set_silence_error(const struct receiver *l, const struct l
             error, MR_TRUNCATED,
             "bring-up: section %s stopped after %zu bytes: %s; check cable and supply, reset "
             "the board and try again",
-            section, l->bytes, link_spec(link));
+            section, l->received_byte_count, link_spec(link));
     if (has_received_text(l))
         return error_set(
             error, MR_TIMEOUT,
             "the board sent %zu bytes, but no answer to `%s`: %s; check the cable, reset the "
             "board and try again",
-            l->bytes, section, link_spec(link));
+            l->received_byte_count, section, link_spec(link));
     return error_set(error, MR_TIMEOUT,
                      "no bring-up image answers at %d baud (%zu bytes received): %s; flash the "
                      "bring-up image, see docs/howto/bring-up.md",
-                     BRINGUP_BAUD, l->bytes, link_spec(link));
+                     BRINGUP_BAUD, l->received_byte_count, link_spec(link));
 }
 
 static enum mr_status receive_text(struct receiver *l, struct link *link, struct error *error)
@@ -215,22 +215,23 @@ static enum mr_status receive_text(struct receiver *l, struct link *link, struct
     size_t count = 0;
     uint64_t host_us;
     struct pollfd poll_at = {.fd = link_fd(link), .events = POLLIN};
-    enum mr_status status = link_receive_bytes(link, (uint8_t *)l->text + l->length,
-                                               TEXT_BYTES_MAX - l->length, &count, &host_us, error);
+    enum mr_status status = link_receive_bytes(link, (uint8_t *)l->text + l->text_length,
+                                               TEXT_BYTES_MAX - l->text_length, &count, &host_us,
+                                               error);
     if (status == MR_TOO_FEW) {
         (void)poll(&poll_at, 1, 100);
         status = link_service(link, error);
         return status == MR_TOO_FEW ? MR_OK : status;
     }
-    for (size_t i = l->length; status == MR_OK && i < l->length + count; i++) {
+    for (size_t i = l->text_length; status == MR_OK && i < l->text_length + count; i++) {
         if (l->text[i] == 0) /* a zero byte is noise, not the end of the text */
             l->text[i] = '?';
     }
     if (status == MR_OK && count) {
         l->received_s = monotonic_s();
-        l->bytes += count;
-        l->length += count;
-        l->text[l->length] = 0;
+        l->received_byte_count += count;
+        l->text_length += count;
+        l->text[l->text_length] = 0;
     }
     return status;
 }
@@ -238,8 +239,8 @@ static enum mr_status receive_text(struct receiver *l, struct link *link, struct
 /* Removes bytes before a "begin" line, which are not part of a report, to make room. */
 static void discard_noise(struct receiver *l)
 {
-    if (l->length > TEXT_BYTES_MAX / 2u && !find_line(l->text, "begin ")) {
-        l->length = l->ready_position = 0;
+    if (l->text_length > TEXT_BYTES_MAX / 2u && !find_line(l->text, "begin ")) {
+        l->text_length = l->ready_position = 0;
         l->text[0] = 0;
     }
 }
@@ -277,7 +278,7 @@ static bool has_timed_out(const struct receiver *l)
     bool is_alive = begun || has_received_text(l); /* the board is slow but alive */
     return now_s - (is_alive ? l->received_s : l->started_s) >
                (begun ? SILENCE_TIMEOUT_S : ANSWER_TIMEOUT_S) ||
-           now_s - l->started_s > TOTAL_TIMEOUT_S || l->length == TEXT_BYTES_MAX;
+           now_s - l->started_s > TOTAL_TIMEOUT_S || l->text_length == TEXT_BYTES_MAX;
 }
 
 /* Waits for the whole of `section`; if it is NULL, for the line `answer`. */
@@ -339,7 +340,7 @@ enum mr_status bringup_request(struct bringup *b, struct link *link, const char 
     if (status == MR_OK && !from)
         from = find_line(l->text, "begin ");
     if (status == MR_OK)
-        status = bringup_parse(b, from, l->length - (size_t)(from - l->text), error);
+        status = bringup_parse(b, from, l->text_length - (size_t)(from - l->text), error);
     free(l);
     return status;
 }

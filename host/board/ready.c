@@ -212,11 +212,12 @@ static void judge_zeros(const struct ready_facts *f, struct ready_report *report
         ready_add_check(report, READY_GO, "gage zeros", NULL, NULL, "all %u measured since reset",
                         gages);
     else if (gages)
-        ready_add_check(
-            report, READY_NOT_DONE, "gage zeros", NULL,
-            "valid for trimmed bridges; otherwise slacken the bands and run matrig board zero 2",
-            "%u of %u not measured since reset: configured values used, +- %s", gages - measured,
-            gages, unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
+        ready_add_check(report, READY_NOT_DONE, "gage zeros", NULL,
+                        "the configured zeros are valid only for trimmed bridges; otherwise "
+                        "slacken the bands and run matrig board zero 2",
+                        "%u of %u not measured since reset: configured values used, +- %s",
+                        gages - measured, gages,
+                        unit_value_text(UNIT_TENSION, f->si, (double)worst_lb, 1, is));
 }
 
 static void judge_certificate(const struct ready_facts *f, unsigned i, const char *channel,
@@ -563,10 +564,10 @@ static void judge_channels(const struct ready_facts *f, struct ready_report *rep
         return;
     }
     snprintf(limit, sizeof limit, "%u or more, none lost", READY_BLOCKS_WANTED / 2);
-    ready_add_check(report,
-                    verdict_for(f->blocks_lost == 0 && f->block_count >= READY_BLOCKS_WANTED / 2),
-                    "readings", limit, "see matrig board health",
-                    "%u blocks checked, %u lost by the board", f->block_count, f->blocks_lost);
+    ready_add_check(
+        report, verdict_for(f->lost_block_count == 0 && f->block_count >= READY_BLOCKS_WANTED / 2),
+        "readings", limit, "see matrig board health", "%u blocks checked, %u lost by the board",
+        f->block_count, f->lost_block_count);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++) {
         if (mr_channel_is_sensor(&f->config.channel[i]))
             judge_channel(f, i, report);
@@ -872,7 +873,7 @@ static void handle_serial_message(struct facts_query *a, const struct dialogue_m
         break;
     case MR_ID_HEALTH:
         if (DECODE_MESSAGE(health, m.health))
-            f->blocks_lost = update_rise(&a->lost_rise, m.health.blocks_lost);
+            f->lost_block_count = update_rise(&a->lost_rise, m.health.blocks_lost);
         break;
     case MR_ID_CAN_HEALTH:
         if (DECODE_MESSAGE(can_health, m.can))

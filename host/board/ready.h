@@ -100,7 +100,7 @@ struct ready_facts {
     /* bit masks of channels: the zero was reported; the zero was measured since reset */
     uint32_t zero_received_bits, zero_measured_bits;
     unsigned block_count; /* number of received records; 0: no scans, or the board is not idle */
-    unsigned blocks_lost; /* number of blocks that the board lost during the check */
+    unsigned lost_block_count; /* number of blocks that the board lost during the check */
     struct ready_channel channel[MR_CHANNELS];
     struct timemap_fit time_fit;
 

@@ -12,11 +12,11 @@
 
 static void handle_joints(struct runway_client *client, const struct mr_runway_joints *joints)
 {
-    if (client->parts_received >= mr_runway_messages(&client->state) ||
-        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->parts_received)
+    if (client->received_part_count >= mr_runway_messages(&client->state) ||
+        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->received_part_count)
         return;
     mr_runway_apply_message(&client->state, joints);
-    client->is_complete = ++client->parts_received == mr_runway_messages(&client->state);
+    client->is_complete = ++client->received_part_count == mr_runway_messages(&client->state);
 }
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
@@ -36,7 +36,7 @@ static enum mr_status handle_message(void *context, const struct dialogue_messag
     } else if (message->id == MR_ID_RUNWAY && mr_runway_get(&runway, bytes, length) == MR_OK) {
         client->state = (struct mr_predictor_state){
             .mats = runway.mats, .landings = runway.landings, .scale = runway.resistance};
-        client->parts_received = 0;
+        client->received_part_count = 0;
         client->is_complete = false;
     } else if (message->id == MR_ID_RUNWAY_JOINTS &&
                mr_runway_joints_get(&joints, bytes, length) == MR_OK) {

@@ -12,7 +12,7 @@ struct runway_client {
     bool hello_received, stored_known, is_memory_read, is_complete;
     struct mr_runway_store stored;   /* origin of the runway state */
     struct mr_predictor_state state; /* the runway state, after runway_client_read */
-    unsigned parts_received;
+    unsigned received_part_count;
 };
 
 /* Waits until the board has sent a hello and has read its stored runway. The caller owns the

@@ -94,7 +94,7 @@ static enum mr_status read_header(struct reader *r, const char *left, const char
         return refuse_points(r, MR_MALFORMED, "values in a unit of the wrong kind",
                              get_kind_text(r->kind));
     r->points->unit = value.unit;
-    r->points->codes_first = first.is_codes;
+    r->points->are_codes_first = first.is_codes;
     r->is_header_read = true;
     return MR_OK;
 }
@@ -116,8 +116,8 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
 {
     struct calibrate_points *points = r->points;
     struct calibrate_point point = {.spread = (double)NAN};
-    const char *value = points->codes_first ? right : left,
-               *code = points->codes_first ? left : right;
+    const char *value = points->are_codes_first ? right : left,
+               *code = points->are_codes_first ? left : right;
     struct quantity_error wrong = {"", ""};
     if (strchr(left, ',') || strchr(right, ','))
         return refuse_points(r, MR_MALFORMED, "a comma in a number", "write points in numbers");
@@ -125,7 +125,7 @@ static enum mr_status read_point(struct reader *r, const char *left, const char 
     if (!coded || (!calibrate_value_parse(value, r->kind, points->unit, &point.value, &wrong) &&
                    !wrong.what[0]))
         return refuse_points(r, MR_MALFORMED, "not a value and a code",
-                             points->codes_first
+                             points->are_codes_first
                                  ? "write CODE,VALUE, in the order of the first line"
                                  : "write VALUE,CODE");
     if (wrong.what[0])

@@ -21,7 +21,7 @@ struct calibrate_points {
     struct calibrate_point point[CALIBRATE_POINTS_MAX];
     size_t count;
     const struct unit_word *unit; /* unit of values without a unit; NULL: every value has a unit */
-    bool codes_first;
+    bool are_codes_first;
 };
 
 /* Meaning of a column name. A name that is not completely understood is refused, because a misread

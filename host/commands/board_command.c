@@ -881,8 +881,8 @@ static const struct command_part parts[] = {
     HELP_WORD("free N", "free the space of record N; only freed records are overwritten"),
     HELP_INCLUDE(command_board_config),
     HELP_WORD("runway",
-              "show the predictor's runway: landings, joints, origin; -o writes it to a file. "
-              "runway load F sends a file to the board; runway forget resets the runway to "
+              "show the predictor's runway: landings, joints, origin; -o writes the runway to a "
+              "file. runway load F sends a file to the board; runway forget resets the runway to "
               "unknown. The board refuses both while a landing is armed or in progress. Example:\n "
               " matrig board --serial serial:/dev/ttyUSB0 runway -o before.txt"),
     HELP_WORD("arm [LANDING]",

@@ -21,7 +21,7 @@ struct request {
     int64_t run;         /* RUN of the landing; 0: a series is compared */
     int64_t seeds;       /* simulated landings; 0: as many as the file of the series defines */
     double rms_limit_in; /* largest rms difference, in; NaN: no limit */
-    bool voided, all;
+    bool include_voided, all;
     struct compare_limits limits;
     char runway[500];
 };
@@ -52,7 +52,7 @@ static void read_words(const char *const words[3], struct request *request)
         error_set(fatal, MR_USAGE,
                   "a RUN and a series exclude each other: %s and --series %s; give only one",
                   words[1], request->series);
-    if (!request->run && (request->output || request->voided))
+    if (!request->run && (request->output || request->include_voided))
         error_set(fatal, MR_USAGE, "%s works only for a single landing; give its RUN",
                   request->output ? "-o" : "--void");
     if (file && request->scene)
@@ -108,7 +108,7 @@ static int compare_one_landing(struct store *store, const struct request *reques
     struct compare_landing landing;
     struct compare_verdict verdict = {0};
     struct answer *answer = answer_new(cli->si);
-    store_refuse_void(store, request->run, request->voided, fatal);
+    store_refuse_void(store, request->run, request->include_voided, fatal);
     compare_run_landing(store, request->run, model, 0, &landing, fatal);
     if (request->output)
         write_csv(request, &landing, cli->si);
@@ -189,7 +189,7 @@ static const struct command_part parts[] = {
     OPTION_TEXT("-o", "F.csv", output,
                 "one landing: write measured and simulated values every millisecond"),
     OPTION_FLAG("--all", all, "one landing: also print each transducer and each zone"),
-    OPTION_FLAG("--void", voided, "include a voided landing (matrig landing)"),
+    OPTION_FLAG("--void", include_voided, "include a voided landing (matrig landing)"),
     HELP_EXAMPLE("matrig compare campaign.db 5 --limits limits.json\n"
                  "         matrig compare campaign.db host/landing_series/series/standard.json"),
 };

@@ -20,7 +20,7 @@ static void make_default_path(const char *db, char *out, size_t size)
 struct request {
     const char *path;
     int64_t run; /* 0: all landings */
-    bool voided;
+    bool include_voided;
 };
 
 static int report_command(int argc, char **argv, const struct cli *cli)
@@ -41,8 +41,8 @@ static int report_command(int argc, char **argv, const struct cli *cli)
     report.store = program_open_campaign(words[0], STORE_READ);
     store_find_run(report.store, &report.run, fatal);
     if (report.run)
-        store_refuse_void(report.store, report.run, r.voided, fatal);
-    report_begin(&report, r.voided, fatal);
+        store_refuse_void(report.store, report.run, r.include_voided, fatal);
+    report_begin(&report, r.include_voided, fatal);
     /* the file is written when the page is complete */
     output_begin(&output, r.path, fatal);
     page_write(&report, output.file, fatal);
@@ -61,7 +61,7 @@ static const struct command_part parts[] = {
     HELP_ITEM("DB", "campaign database"),
     OPTION_TEXT("-o", "F.html", path, "file to write; default: the campaign's name with .html"),
     OPTION_RUN("--run", "RUN", run, "limit the report to this landing"),
-    OPTION_FLAG("--void", voided, "include voided landings (matrig landing)"),
+    OPTION_FLAG("--void", include_voided, "include voided landings (matrig landing)"),
     HELP_NOTE("Print the page in the browser, or save it there as PDF. The first page names the "
               "command that adds each missing entry (date, place, operator, ...)."),
     HELP_EXAMPLE("matrig report campaign.db -o report.html"),

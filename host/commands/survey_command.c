@@ -595,10 +595,11 @@ static void run_survey(const struct request *request, struct store *store, struc
 /* ---- loading ---- */
 
 struct load_result {
-    unsigned sent_segments; /* number of segments sent to the board */
+    unsigned sent_segment_count; /* number of segments sent to the board */
     /* number of these segments for which the board reports another value */
-    unsigned different_segments;
-    unsigned older_segments; /* number of segments that only an earlier survey set in the board */
+    unsigned different_segment_count;
+    unsigned
+        older_segment_count; /* number of segments that only an earlier survey set in the board */
 };
 
 #define ANSWER_TIMEOUT_S      2.0 /* s, after which the command is sent again */
@@ -665,9 +666,9 @@ static void compare_slacks(const struct board_load *l, const struct survey_slack
     for (unsigned k = 0; k < SURVEY_SPANS; k++) {
         double wanted_in = slack->segment[k].value_in;
         if (isnan(wanted_in))
-            loaded->older_segments += isnan(l->slack_in[k]) ? 0u : 1u;
+            loaded->older_segment_count += isnan(l->slack_in[k]) ? 0u : 1u;
         else
-            loaded->different_segments +=
+            loaded->different_segment_count +=
                 fabs(l->slack_in[k] - wanted_in) <= 0.51 * OPENING_RESOLUTION_IN ? 0u : 1u;
     }
 }
@@ -680,7 +681,7 @@ static void load_board(const struct request *request, struct store *store,
 {
     struct board_load loading = {.received = {false}};
     bool can = request->can || link_is_can(request->load);
-    *loaded = (struct load_result){.sent_segments = 0};
+    *loaded = (struct load_result){.sent_segment_count = 0};
     if (found->slack.surveyed_segments == 0)
         error_set(fatal, MR_TOO_FEW,
                   "no gage line was read: survey %lld of %s; read a gage line first",
@@ -695,13 +696,13 @@ static void load_board(const struct request *request, struct store *store,
             continue;
         send_command(&loading, MR_COMMAND_SURVEY, k,
                      (int32_t)lround(slack_in / OPENING_RESOLUTION_IN));
-        loaded->sent_segments++;
+        loaded->sent_segment_count++;
     }
     read_back_slacks(&loading);
     compare_slacks(&loading, &found->slack, loaded);
     dialogue_close(loading.dialogue);
     store_gage_load_add(store, survey->row.id, (int64_t)link_now_us(), request->load,
-                        loaded->sent_segments, fatal);
+                        loaded->sent_segment_count, fatal);
 }
 
 static int report_load(const struct request *request, const struct survey *survey,
@@ -709,16 +710,17 @@ static int report_load(const struct request *request, const struct survey *surve
 {
     struct answer *answer = answer_new(request->cli->si);
     answer_count(answer, "survey", "survey", survey->row.id);
-    answer_count(answer, "sent", "loaded", loaded->sent_segments)->suffix = " segments";
+    answer_count(answer, "sent", "loaded", loaded->sent_segment_count)->suffix = " segments";
     answer_count(answer, "read_back", "read back", SURVEY_SPANS)->suffix = " segments";
-    answer_count(answer, "different", "different", loaded->different_segments);
+    answer_count(answer, "different", "different", loaded->different_segment_count);
     answer_count(answer, "of_an_earlier_survey",
-                 loaded->older_segments ? "not in this survey" : NULL, loaded->older_segments)
+                 loaded->older_segment_count ? "not in this survey" : NULL,
+                 loaded->older_segment_count)
         ->suffix = " segments, for which the board keeps its earlier values";
-    if (!loaded->older_segments && loaded->sent_segments < SURVEY_SPANS)
-        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent_segments);
+    if (!loaded->older_segment_count && loaded->sent_segment_count < SURVEY_SPANS)
+        answer_count(answer, NULL, "not surveyed", SURVEY_SPANS - loaded->sent_segment_count);
     return answer_show(request->cli, answer,
-                       loaded->different_segments ? mr_status_exit_code(MR_LIMIT) : 0);
+                       loaded->different_segment_count ? mr_status_exit_code(MR_LIMIT) : 0);
 }
 
 static size_t write_sheet(const struct request *request, struct store *store, struct survey *survey)
@@ -756,7 +758,7 @@ static int run_request(const struct request *request)
 {
     static struct survey survey;
     static struct survey_results found;
-    struct load_result loaded = {.sent_segments = 0};
+    struct load_result loaded = {.sent_segment_count = 0};
     /* a campaign can be created by its first --sheet */
     bool fresh = request->sheet && access(request->db, F_OK) != 0;
     bool reading = !fresh && (request->show || request->sheet);

@@ -38,10 +38,11 @@ static void add_law(struct answer *answer, const struct push_ground *ground)
         break;
     case PUSH_RIGID:
         answer_sentence(answer, NULL,
-                        "Coulomb's rigid law: nothing moves before it slides. These readings are "
-                        "%s times as likely as with elastic ground within a factor of ten of "
-                        "--expect. No gear_ key is written.",
-                        times);
+                        "Coulomb's rigid law: the mat does not move before it slides. These "
+                        "readings are %s times as likely as with elastic ground of %.0f to %.0f "
+                        "lb/ft per mat. No gear_ key is written.",
+                        times, PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, -PUSH_PRIOR_DECADES),
+                        PUSH_EXPECTED_STIFFNESS_LB_FT * pow(10.0, PUSH_PRIOR_DECADES));
         break;
     default:
         answer_sentence(
@@ -102,8 +103,8 @@ static void add_warnings(struct answer *answer, const struct push_ground *ground
             rho->value, rho->low);
     if (ground->law == PUSH_ELASTIC && ground->undetermined_count > 0)
         answer_sentence(answer, NULL,
-                        "In %zu test%s the mat moved too little to give a stiffness. They are left "
-                        "out, so stiff places are under-represented.",
+                        "Left out: %zu test%s in which the mat moved too little to give a "
+                        "stiffness. Stiff places are therefore under-represented.",
                         ground->undetermined_count, ground->undetermined_count == 1 ? "" : "s");
 }
 

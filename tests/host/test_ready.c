@@ -159,7 +159,7 @@ TEST_IN(each_thing_that_is_wrong_is_named, all_well, NULL)
     no_go_advises("CAN", "see clock");
     f.time_fit.rate_ppm.value = 260.0;
     only_no_go("time of day", "+260");
-    f.blocks_lost = 1;
+    f.lost_block_count = 1;
     only_no_go("readings", "1 lost");
     f.block_count = 49;
     only_no_go("readings", "49 blocks");
