@@ -5,10 +5,10 @@
 #include "common/wire.h"
 
 /* a change is sudden if it exceeds the changes before and after it by this factor */
-#define SUDDEN_RATIO       3.0f
-#define PERSISTING_SHARE   0.5f /* fraction of a sudden change that must persist */
-#define SIGNIFICANCE_SIGMA 3.0f /* in standard errors */
-#define NO_STATION_FT      1e6f
+#define SUDDEN_RATIO_MIN     3.0f
+#define PERSISTING_SHARE_MIN 0.5f /* fraction of a sudden change that must persist */
+#define SIGNIFICANCE_SIGMA   3.0f /* in standard errors */
+#define UNKNOWN_STATION_FT   1e6f
 
 float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb)
 {
@@ -22,7 +22,7 @@ float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tens
 static float get_gage_station_ft(const struct mr_bands *bands, unsigned gage)
 {
     float station_ft = bands->channel[gage].station_ft;
-    return __builtin_isnan(station_ft) ? NO_STATION_FT : station_ft;
+    return __builtin_isnan(station_ft) ? UNKNOWN_STATION_FT : station_ft;
 }
 
 static void collect_gages_by_station(const struct mr_bands *bands, struct mr_band *band,
@@ -41,7 +41,7 @@ static void collect_gages_by_station(const struct mr_bands *bands, struct mr_ban
 }
 
 /* The weight of a gage is the share of the band between the midpoints to its neighbours. */
-static void compute_weights(const struct mr_bands *bands, struct mr_band *band)
+static void compute_gage_weights(const struct mr_bands *bands, struct mr_band *band)
 {
     float sum = 0.0f;
     for (unsigned i = 0; i < band->gages; i++) {
@@ -50,21 +50,22 @@ static void compute_weights(const struct mr_bands *bands, struct mr_band *band)
                           get_gage_station_ft(bands, band->gage[before]);
         if (after - before == 1) /* at an end of the band: only one neighbour */
             length_ft *= 2.0f;
-        band->weight[i] = length_ft > 0.0f && length_ft < NO_STATION_FT / 2.0f ? length_ft : 1.0f;
+        band->weight[i] = length_ft > 0.0f && length_ft < UNKNOWN_STATION_FT / 2.0f ? length_ft
+                                                                                    : 1.0f;
         sum += band->weight[i];
     }
     for (unsigned i = 0; i < band->gages; i++)
         band->weight[i] /= sum;
 }
 
-static void set_limits(struct mr_band *band, float pretension_lb)
+static void set_tension_limits(struct mr_band *band, float pretension_lb)
 {
-    float step_lb = MR_BANDS_STEP_PRETENSION_SHARE * pretension_lb;
-    band->step_lb = step_lb > MR_BANDS_STEP_LB ? step_lb : MR_BANDS_STEP_LB;
-    band->slack_lb = MR_BANDS_SLACK_SHARE * pretension_lb;
+    float step_lb = MR_BANDS_SUDDEN_MIN_SHARE * pretension_lb;
+    band->step_lb = step_lb > MR_BANDS_SUDDEN_MIN_LB ? step_lb : MR_BANDS_SUDDEN_MIN_LB;
+    band->slack_lb = MR_BANDS_SLACK_MAX_SHARE * pretension_lb;
 }
 
-static void start_group(struct mr_bands *bands)
+static void reset_group_sums(struct mr_bands *bands)
 {
     bands->group_steps = 0;
     bands->is_group_quiet = true;
@@ -81,16 +82,16 @@ void mr_bands_arm(struct mr_bands *bands, const struct mr_channel_config *gages,
         struct mr_band *each = &bands->band[b];
         if (band[b].pretension_lb > 0.0f)
             collect_gages_by_station(bands, each, b + 1);
-        compute_weights(bands, each);
-        set_limits(each, band[b].pretension_lb);
+        compute_gage_weights(bands, each);
+        set_tension_limits(each, band[b].pretension_lb);
         each->yield_lb = band[b].yield_lb;
         each->min_tension.tension_lb = each->max_tension.tension_lb = MR_NAN;
         bands->is_active |= each->gages > 0;
     }
     for (unsigned g = 0; g < MR_GAGES; g++)
-        bands->group_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] =
+        bands->group_mean_lb[g] = bands->before_lb[g] = bands->group_noise_lb[g] =
             bands->before_noise_lb[g] = MR_NAN;
-    start_group(bands);
+    reset_group_sums(bands);
 }
 
 /* ---- findings ---- */
@@ -124,14 +125,14 @@ static float compute_weighted_mean_lb(const struct mr_band *band, const float *l
 /* Tension of a gage `age` steps ago; 0: the newest. */
 static float get_tension_before_lb(const struct mr_bands *bands, unsigned gage, unsigned age)
 {
-    return bands
-        ->history[(bands->newest + MR_BANDS_HISTORY_STEPS - age) % MR_BANDS_HISTORY_STEPS][gage];
+    return bands->history[(bands->newest_row + MR_BANDS_HISTORY_STEPS - age) %
+                          MR_BANDS_HISTORY_STEPS][gage];
 }
 
 /* Finds neighbours that changed in opposite directions and whose difference fell. Returns the place
  * of the first in the band, or band->gages: none. */
-static unsigned find_pullout(const struct mr_bands *bands, const struct mr_band *band,
-                             const float *step_lb)
+static unsigned find_rivet_pullout(const struct mr_bands *bands, const struct mr_band *band,
+                                   const float *step_lb)
 {
     unsigned found = band->gages;
     float most_lb = 0.0f;
@@ -140,7 +141,8 @@ static unsigned find_pullout(const struct mr_bands *bands, const struct mr_band 
         float large = __builtin_fabsf(a) > __builtin_fabsf(b) ? __builtin_fabsf(a)
                                                               : __builtin_fabsf(b);
         float small = __builtin_fabsf(a) + __builtin_fabsf(b) - large;
-        if (!(a * b < 0.0f) || !(large >= band->step_lb) || small < MR_BANDS_STEP_SHARE * large)
+        if (!(a * b < 0.0f) || !(large >= band->step_lb) ||
+            small < MR_BANDS_SUDDEN_IGNORED_SHARE * large)
             continue;
         float before_lb = get_tension_before_lb(bands, band->gage[i + 1], 4) -
                           get_tension_before_lb(bands, band->gage[i], 4);
@@ -177,18 +179,18 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
             __builtin_isnan(step_lb[worst]))
             worst = i;
     }
-    float least_lb = MR_BANDS_STEP_SHARE * __builtin_fabsf(step_lb[worst]);
+    float least_lb = MR_BANDS_SUDDEN_IGNORED_SHARE * __builtin_fabsf(step_lb[worst]);
     for (unsigned i = 0; i < band->gages; i++) {
         drops += step_lb[i] <= -least_lb;
         rises += step_lb[i] >= least_lb;
         from_lb[i] = get_tension_before_lb(bands, band->gage[i], 4) +
-                     trend_lb[i] * (0.5f * (float)(MR_BANDS_HOLD_STEPS + 4u));
+                     trend_lb[i] * (0.5f * (float)(MR_BANDS_PERSIST_STEPS + 4u));
     }
     struct mr_band_candidate *doubt = &band->candidate;
     *doubt = (struct mr_band_candidate){.position = (uint8_t)worst,
                                         .change_lb = step_lb[worst],
                                         .block = block,
-                                        .min_lb = PERSISTING_SHARE * step_lb[worst],
+                                        .min_lb = PERSISTING_SHARE_MIN * step_lb[worst],
                                         .from_lb = from_lb[worst]};
     if (rises) {
         doubt->reason = MR_BAND_PULLOUT;
@@ -198,7 +200,7 @@ static void record_candidate(const struct mr_bands *bands, struct mr_band *band,
         unsigned other = find_larger_neighbour(band, step_lb, worst);
         doubt->reason = MR_BAND_SLIP;
         doubt->other = (uint8_t)(other < band->gages ? band->gage[other] + 1 : 0);
-        doubt->min_lb = PERSISTING_SHARE * compute_weighted_mean_lb(band, step_lb);
+        doubt->min_lb = PERSISTING_SHARE_MIN * compute_weighted_mean_lb(band, step_lb);
         doubt->from_lb = compute_weighted_mean_lb(band, from_lb);
     }
 }
@@ -217,7 +219,7 @@ static void confirm_candidate(struct mr_bands *bands, unsigned number)
                     doubt.from_lb;
     if (!(doubt.min_lb < 0.0f ? left_lb <= doubt.min_lb : left_lb >= doubt.min_lb))
         return;
-    band->is_frozen = true;
+    band->is_baseline_frozen = true;
     add_finding(bands, number, band->gage[doubt.position] + 1u, doubt.other,
                 (enum mr_band_reason)doubt.reason,
                 doubt.reason == MR_BAND_SLIP ? -doubt.change_lb : doubt.change_lb, doubt.block);
@@ -242,19 +244,20 @@ static void classify_step(struct mr_bands *bands, unsigned number, uint32_t bloc
         step_lb[i] = get_tension_before_lb(bands, g, 2) - get_tension_before_lb(bands, g, 4) -
                      trend_lb[i];
     }
-    band->hold_steps = MR_BANDS_HOLD_STEPS;
+    band->persist_steps = MR_BANDS_PERSIST_STEPS;
     block -= MR_BANDS_STEP_BLOCKS * 3u;
-    unsigned i = find_pullout(bands, band, step_lb);
+    unsigned i = find_rivet_pullout(bands, band, step_lb);
     if (i == band->gages) {
         record_candidate(bands, band, step_lb, trend_lb, block);
         return;
     }
-    band->is_frozen = true;
+    band->is_baseline_frozen = true;
     add_finding(bands, number, band->gage[i] + 1u, band->gage[i + 1] + 1u, MR_BAND_PULLOUT,
                 __builtin_fabsf(step_lb[i]) + __builtin_fabsf(step_lb[i + 1]), block);
 }
 
-static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, unsigned gage)
+static bool is_sudden_change(const struct mr_bands *bands, const struct mr_band *band,
+                             unsigned gage)
 {
     float at2 = get_tension_before_lb(bands, gage, 2), at4 = get_tension_before_lb(bands, gage, 4);
     float step_lb = __builtin_fabsf(at2 - at4);
@@ -265,27 +268,28 @@ static bool is_sudden(const struct mr_bands *bands, const struct mr_band *band, 
         return false;
     float before_lb = __builtin_fabsf(at4 - get_tension_before_lb(bands, gage, 6)),
           after_lb = __builtin_fabsf(get_tension_before_lb(bands, gage, 0) - at2);
-    return step_lb >= SUDDEN_RATIO * before_lb && step_lb >= SUDDEN_RATIO * after_lb;
+    return step_lb >= SUDDEN_RATIO_MIN * before_lb && step_lb >= SUDDEN_RATIO_MIN * after_lb;
 }
 
-static void check_slack(struct mr_bands *bands, unsigned number, unsigned gage, float lb,
-                        float wheel_ft, uint32_t block)
+static void check_for_slack(struct mr_bands *bands, unsigned number, unsigned gage, float lb,
+                            float wheel_ft, uint32_t block)
 {
     const struct mr_band *band = &bands->band[number];
     if (!(lb < band->slack_lb)) {
-        bands->slack_steps[gage] = 0;
+        bands->slack_step_count[gage] = 0;
         return;
     }
-    if (bands->slack_steps[gage] < MR_BANDS_SLACK_STEPS)
-        bands->slack_steps[gage]++;
-    if (bands->slack_steps[gage] < MR_BANDS_SLACK_STEPS || bands->slack_reported_gages >> gage & 1u)
+    if (bands->slack_step_count[gage] < MR_BANDS_SLACK_STEPS)
+        bands->slack_step_count[gage]++;
+    if (bands->slack_step_count[gage] < MR_BANDS_SLACK_STEPS ||
+        bands->slack_reported_gages >> gage & 1u)
         return;
     bands->slack_reported_gages |= 1u << gage;
     bool ahead = bands->channel[gage].station_ft > wheel_ft;
     add_finding(bands, number, gage + 1, 0, ahead ? MR_BAND_SLACK : MR_BAND_LOOSE, lb, block);
 }
 
-static void update_extremes(struct mr_band *band, unsigned gage, float lb, uint32_t block)
+static void update_tension_extremes(struct mr_band *band, unsigned gage, float lb, uint32_t block)
 {
     struct mr_band_extreme here = {.tension_lb = lb, .gage = (uint8_t)(gage + 1), .block = block};
     /* negated, so that both are also true for the first reading, when min and max are NaN */
@@ -309,30 +313,30 @@ static void update_band(struct mr_bands *bands, unsigned number, const float *te
         bands->sum_lb[g] += lb;
         bands->square_sum_lb2[g] += bands->group_steps ? change_lb * change_lb : 0.0f;
         if (__builtin_isnan(lb)) {
-            bands->slack_steps[g] = 0;
+            bands->slack_step_count[g] = 0;
             continue;
         }
         if (!quiet)
-            update_extremes(band, g, lb, block);
-        check_slack(bands, number, g, lb, wheel_ft, block);
+            update_tension_extremes(band, g, lb, block);
+        check_for_slack(bands, number, g, lb, wheel_ft, block);
         if (band->yield_lb > 0.0f && lb >= band->yield_lb &&
             !(bands->overload_reported_gages >> g & 1u)) {
             bands->overload_reported_gages |= 1u << g;
             add_finding(bands, number, g + 1, 0, MR_BAND_OVERLOAD, lb, block);
         }
-        sudden |= bands->filled == MR_BANDS_HISTORY_STEPS && is_sudden(bands, band, g);
+        sudden |= bands->filled_rows == MR_BANDS_HISTORY_STEPS && is_sudden_change(bands, band, g);
     }
-    if (!band->hold_steps) {
+    if (!band->persist_steps) {
         if (sudden)
             classify_step(bands, number, block);
-    } else if (--band->hold_steps == 0 && band->candidate.reason) {
+    } else if (--band->persist_steps == 0 && band->candidate.reason) {
         confirm_candidate(bands, number);
     }
 }
 
 /* ---- spread at rest before and after a group of steps ---- */
 
-static void check_spread(struct mr_bands *bands, unsigned number, uint32_t block)
+static void check_for_unequal_tension(struct mr_bands *bands, unsigned number, uint32_t block)
 {
     struct mr_band *band = &bands->band[number];
     unsigned low = MR_GAGES, high = MR_GAGES, valid = 0;
@@ -350,36 +354,36 @@ static void check_spread(struct mr_bands *bands, unsigned number, uint32_t block
     if (!valid)
         return;
     float mean_lb = sum_lb / (float)valid;
-    set_limits(band, mean_lb > 0.0f ? mean_lb : 0.0f);
+    set_tension_limits(band, mean_lb > 0.0f ? mean_lb : 0.0f);
     float spread_lb = bands->before_lb[high] - bands->before_lb[low];
     float low_error = mr_bands_tension_error_lb(&bands->channel[low], bands->before_lb[low]);
     float high_error = mr_bands_tension_error_lb(&bands->channel[high], bands->before_lb[high]);
     float error_lb = __builtin_sqrtf(low_error * low_error + high_error * high_error);
-    if (spread_lb > MR_BANDS_SPREAD_SHARE * mean_lb + SIGNIFICANCE_SIGMA * error_lb &&
+    if (spread_lb > MR_BANDS_SPREAD_MAX_SHARE * mean_lb + SIGNIFICANCE_SIGMA * error_lb &&
         !band->is_unequal_reported) {
         band->is_unequal_reported = true;
         add_finding(bands, number, low + 1, high + 1, MR_BAND_UNEQUAL, spread_lb, block);
     }
 }
 
-static void end_group(struct mr_bands *bands, uint32_t block)
+static void finish_group(struct mr_bands *bands, uint32_t block)
 {
     for (unsigned g = 0; g < MR_GAGES; g++) {
-        bands->group_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP_STEPS;
+        bands->group_mean_lb[g] = bands->sum_lb[g] / (float)MR_BANDS_GROUP_STEPS;
         bands->group_noise_lb[g] =
             __builtin_sqrtf(bands->square_sum_lb2[g] / (float)(2u * (MR_BANDS_GROUP_STEPS - 1u)));
     }
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         struct mr_band *band = &bands->band[b];
-        if (!bands->is_group_quiet || band->is_frozen)
+        if (!bands->is_group_quiet || band->is_baseline_frozen)
             continue;
         for (unsigned i = 0; i < band->gages; i++) {
-            bands->before_lb[band->gage[i]] = bands->group_lb[band->gage[i]];
+            bands->before_lb[band->gage[i]] = bands->group_mean_lb[band->gage[i]];
             bands->before_noise_lb[band->gage[i]] = bands->group_noise_lb[band->gage[i]];
         }
-        check_spread(bands, b, block);
+        check_for_unequal_tension(bands, b, block);
     }
-    start_group(bands);
+    reset_group_sums(bands);
 }
 
 unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES], bool quiet,
@@ -388,17 +392,17 @@ unsigned mr_bands_update(struct mr_bands *bands, const float tension_lb[MR_GAGES
     bands->finding_count = 0;
     if (!bands->is_active)
         return 0;
-    bands->newest = (bands->newest + 1u) % MR_BANDS_HISTORY_STEPS;
-    memcpy(bands->history[bands->newest], tension_lb, sizeof bands->history[0]);
-    if (bands->filled < MR_BANDS_HISTORY_STEPS)
-        bands->filled++;
+    bands->newest_row = (bands->newest_row + 1u) % MR_BANDS_HISTORY_STEPS;
+    memcpy(bands->history[bands->newest_row], tension_lb, sizeof bands->history[0]);
+    if (bands->filled_rows < MR_BANDS_HISTORY_STEPS)
+        bands->filled_rows++;
     for (unsigned b = 0; b < MR_CONFIG_BANDS; b++) {
         if (bands->band[b].gages)
             update_band(bands, b, tension_lb, quiet, wheel_ft, block);
     }
     bands->is_group_quiet &= quiet;
     if (++bands->group_steps == MR_BANDS_GROUP_STEPS)
-        end_group(bands, block);
+        finish_group(bands, block);
     return bands->finding_count;
 }
 
@@ -429,7 +433,7 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
     for (unsigned i = 0; i < band->gages; i++) {
         unsigned g = band->gage[i];
         const struct mr_channel_config *gage = &bands->channel[g];
-        float before_lb = bands->before_lb[g], change_lb = bands->group_lb[g] - before_lb;
+        float before_lb = bands->before_lb[g], change_lb = bands->group_mean_lb[g] - before_lb;
         if (__builtin_isnan(change_lb))
             continue;
         float noise = bands->before_noise_lb[g] * bands->before_noise_lb[g] /
@@ -455,8 +459,9 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned number,
     figures->max_error_lb = compute_extreme_error_lb(bands, &band->max_tension);
 }
 
-unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
-                           unsigned band, float *least_lb, float *mean_lb, float *most_lb)
+unsigned mr_bands_find_extremes(const struct mr_channel_config *gages,
+                                const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
+                                float *mean_lb, float *most_lb)
 {
     unsigned count = 0;
     float sum_lb = 0.0f;

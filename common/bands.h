@@ -41,21 +41,21 @@
 #include "common/catalogue.h"
 #include "common/config.h"
 
-#define MR_BANDS_STEP_BLOCKS           4u
-#define MR_BANDS_GROUP_STEPS           64u /* steps per group, 256 ms */
+#define MR_BANDS_STEP_BLOCKS          4u
+#define MR_BANDS_GROUP_STEPS          64u /* steps per group, 256 ms */
 /* number of steps kept: two intervals before, two during and two after a sudden change */
-#define MR_BANDS_HISTORY_STEPS         7u
+#define MR_BANDS_HISTORY_STEPS        7u
 /* steps (40 ms) that a sudden change must persist; a later change is a new one */
-#define MR_BANDS_HOLD_STEPS            10u
+#define MR_BANDS_PERSIST_STEPS        10u
 /* steps (12 ms) below the limit before a gage counts as slack */
-#define MR_BANDS_SLACK_STEPS           3u
-#define MR_BANDS_SLACK_SHARE           0.10f /* as a fraction of the pretension */
-#define MR_BANDS_STEP_PRETENSION_SHARE 0.05f /* as a fraction of the pretension */
-#define MR_BANDS_STEP_LB               5.0f  /* lower limit of the step that counts as sudden */
+#define MR_BANDS_SLACK_STEPS          3u
+#define MR_BANDS_SLACK_MAX_SHARE      0.10f /* as a fraction of the pretension */
+#define MR_BANDS_SUDDEN_MIN_SHARE     0.05f /* as a fraction of the pretension */
+#define MR_BANDS_SUDDEN_MIN_LB        5.0f  /* lower limit of the step that counts as sudden */
 /* fraction of the largest sudden change; smaller changes are ignored */
-#define MR_BANDS_STEP_SHARE            0.15f
-#define MR_BANDS_SPREAD_SHARE          0.20f /* as a fraction of the mean tension */
-#define MR_BANDS_FINDINGS_MAX          16u   /* maximum number of findings in one step */
+#define MR_BANDS_SUDDEN_IGNORED_SHARE 0.15f
+#define MR_BANDS_SPREAD_MAX_SHARE     0.20f /* as a fraction of the mean tension */
+#define MR_BANDS_FINDINGS_MAX         16u   /* maximum number of findings in one step */
 
 struct mr_band_finding {
     uint8_t band, gage; /* band and gage, from 1 */
@@ -89,9 +89,9 @@ struct mr_band {
     float weight[MR_GAGES]; /* share of the band's length that each gage represents; sum 1 */
     float step_lb, slack_lb, yield_lb;
     struct mr_band_extreme min_tension, max_tension;
-    uint8_t hold_steps; /* steps until the next search for a sudden change */
-    /* is_frozen: a failure was found, so the baseline does not change any more */
-    bool is_unequal_reported, is_frozen;
+    uint8_t persist_steps; /* steps until the next search for a sudden change */
+    /* is_baseline_frozen: a failure was found, so the baseline does not change any more */
+    bool is_unequal_reported, is_baseline_frozen;
     struct mr_band_candidate candidate;
 };
 
@@ -100,14 +100,14 @@ struct mr_bands {
     bool is_active;
     struct mr_band band[MR_CONFIG_BANDS];
     float history[MR_BANDS_HISTORY_STEPS][MR_GAGES];
-    unsigned newest, filled;
+    unsigned newest_row, filled_rows;
     /* sums over the group: tensions, and squared differences between successive steps */
     float sum_lb[MR_GAGES], square_sum_lb2[MR_GAGES];
     unsigned group_steps;
     bool is_group_quiet;
-    float group_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
+    float group_mean_lb[MR_GAGES], group_noise_lb[MR_GAGES]; /* last whole group; NaN: none */
     float before_lb[MR_GAGES], before_noise_lb[MR_GAGES];
-    uint8_t slack_steps[MR_GAGES];
+    uint8_t slack_step_count[MR_GAGES];
     uint32_t slack_reported_gages,
         overload_reported_gages; /* one bit per gage whose finding has been reported */
     struct mr_band_finding finding[MR_BANDS_FINDINGS_MAX];
@@ -142,8 +142,9 @@ void mr_bands_get_figures(const struct mr_bands *bands, unsigned band,
 
 /* Minimum, mean and maximum of a band's valid gages in this step, NaN if no gage is valid. Returns
  * the number of valid gages. */
-unsigned mr_bands_extremes(const struct mr_channel_config *gages, const float tension_lb[MR_GAGES],
-                           unsigned band, float *least_lb, float *mean_lb, float *most_lb);
+unsigned mr_bands_find_extremes(const struct mr_channel_config *gages,
+                                const float tension_lb[MR_GAGES], unsigned band, float *least_lb,
+                                float *mean_lb, float *most_lb);
 
 /* Standard error of a tension from the calibration, without noise. */
 float mr_bands_tension_error_lb(const struct mr_channel_config *gage, float tension_lb);

@@ -139,8 +139,8 @@ static void sum_columns(struct mr_block *block, const uint8_t *channel, unsigned
     count_saturation(block, channel[i], code + i, count);
 }
 
-void mr_block_from_fitted(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
-                          uint32_t tick, const uint16_t *transducers, const uint16_t *others)
+void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
+                                uint32_t tick, const uint16_t *transducers, const uint16_t *others)
 {
     uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
     const uint8_t *channel = scan->channel;

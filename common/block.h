@@ -88,8 +88,8 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
 
 /* As mr_block_from_scans, for the channels in `scan` only: the rows have scan->transducers and
  * scan->others codes. */
-void mr_block_from_fitted(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
-                          uint32_t tick, const uint16_t *transducers, const uint16_t *others);
+void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
+                                uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 
 /* Returns the length written, MR_BLOCK_BYTES_MIN to MR_BLOCK_BYTES_MAX. */
 size_t mr_block_put(const struct mr_block *block, uint8_t out[MR_BLOCK_BYTES_MAX]);

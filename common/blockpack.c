@@ -6,14 +6,14 @@
 
 /* Writes bit fields into 32-bit words, lowest bit first. Words in memory are little-endian, so
  * bytes also fill from the lowest bit. */
-struct mr_bits {
+struct mr_bit_writer {
     uint8_t *next;      /* address of the next whole word */
     uint32_t word;      /* bits of the incomplete word */
     unsigned word_bits; /* always below 32 */
 };
 
 /* `bits` at most 31; higher bits of `value` must be 0. Writes at most one word. */
-static inline void mr_bits_put(struct mr_bits *to, uint32_t value, unsigned bits)
+static inline void mr_bit_writer_put(struct mr_bit_writer *to, uint32_t value, unsigned bits)
 {
     unsigned total = to->word_bits + bits;
     to->word |= value << to->word_bits;
@@ -25,27 +25,34 @@ static inline void mr_bits_put(struct mr_bits *to, uint32_t value, unsigned bits
     to->word_bits = total;
 }
 
-static inline void mr_bits_put32(struct mr_bits *to, uint32_t value)
+static inline void mr_bit_writer_put32(struct mr_bit_writer *to, uint32_t value)
 {
-    mr_bits_put(to, value & 0xffffu, 16);
-    mr_bits_put(to, value >> 16, 16);
+    mr_bit_writer_put(to, value & 0xffffu, 16);
+    mr_bit_writer_put(to, value >> 16, 16);
 }
 
 /* Writes the incomplete word, padded with zeroes. Returns the bits written since `start`. */
-static inline size_t mr_bits_end(struct mr_bits *to, const uint8_t *start)
+static inline size_t mr_bit_writer_end(struct mr_bit_writer *to, const uint8_t *start)
 {
     if (to->word_bits)
         mr_put_u32(to->next, to->word);
     return (size_t)(to->next - start) * 8u + to->word_bits;
 }
 
-enum { TAG_PACKED, TAG_PLAIN, TAG_OTHER, TAG_END };
-enum { OTHER_MESSAGE, OTHER_KEY, OTHER_SATURATION, OTHER_WIDE, OTHER_PADDING, OTHER_ABSENT };
-#define OTHER_TAG(kind) (TAG_OTHER | (uint32_t)(kind) << 2)
-#define OTHER_BITS      5u
-#define ESCAPE_ZEROES   8u /* number of zeroes that precede a 16-bit value */
+enum { TAG_PACKED, TAG_PLAIN, TAG_EXTENDED, TAG_END };
+enum {
+    EXTENDED_MESSAGE,
+    EXTENDED_KEY,
+    EXTENDED_SATURATION,
+    EXTENDED_WIDE_BLOCK,
+    EXTENDED_PADDING,
+    EXTENDED_ABSENT_CHANNELS
+};
+#define EXTENDED_TAG(kind) (TAG_EXTENDED | (uint32_t)(kind) << 2)
+#define EXTENDED_TAG_BITS  5u
+#define ESCAPE_ZEROES      8u /* number of zeroes that precede a 16-bit value */
 /* a mean of 8: typical difference of the sum of 8 codes with 2 LSB of noise */
-#define INITIAL_MEAN16  128u
+#define INITIAL_MEAN_X16   128u
 
 /* The sums present in a block: first `four_code_count` sums of 4 codes each, then sums of 8. */
 struct sums {
@@ -54,26 +61,26 @@ struct sums {
     uint16_t gathered[MR_PACK_SUMS];
 };
 
-static unsigned get_plain_bits(const struct sums *sums, unsigned i)
+static unsigned get_plain_bit_count(const struct sums *sums, unsigned i)
 {
     return i < sums->four_code_count ? 14u : 15u;
 }
 
-static void count_sums(struct sums *sums, uint32_t absent)
+static void count_present_sums(struct sums *sums, uint32_t absent)
 {
     sums->four_code_count =
         2u * (MR_TRANSDUCERS - (unsigned)__builtin_popcount(absent & MR_BITS_TRANSDUCERS));
     sums->count = MR_PACK_SUMS - (unsigned)__builtin_popcount(mr_block_absent_sums(absent));
 }
 
-static void gather_sums(struct sums *sums, const struct mr_block *block)
+static void gather_present_sums(struct sums *sums, const struct mr_block *block)
 {
     sums->value = block->sums;
     sums->four_code_count = 2u * MR_TRANSDUCERS;
     sums->count = MR_PACK_SUMS;
     if (!block->absent)
         return;
-    count_sums(sums, block->absent);
+    count_present_sums(sums, block->absent);
     uint32_t absent = mr_block_absent_sums(block->absent);
     uint16_t *to = sums->gathered;
     sums->value = to;
@@ -87,12 +94,12 @@ static void gather_sums(struct sums *sums, const struct mr_block *block)
 
 static unsigned compute_rice_parameter(const struct mr_pack *pack, unsigned i)
 {
-    return 27u - (unsigned)__builtin_clz(pack->mean16[i] | 16u);
+    return 27u - (unsigned)__builtin_clz(pack->mean_x16[i] | 16u);
 }
 
 static void update_prediction(struct mr_pack *pack, unsigned i, uint32_t z, uint16_t value)
 {
-    pack->mean16[i] += z - (pack->mean16[i] >> 4);
+    pack->mean_x16[i] += z - (pack->mean_x16[i] >> 4);
     pack->value[i] = value;
 }
 
@@ -100,7 +107,7 @@ void mr_pack_reset(struct mr_pack *pack)
 {
     memset(pack, 0, sizeof *pack);
     for (unsigned i = 0; i < MR_PACK_SUMS; i++)
-        pack->mean16[i] = INITIAL_MEAN16;
+        pack->mean_x16[i] = INITIAL_MEAN_X16;
 }
 
 bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block)
@@ -109,23 +116,23 @@ bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block
            block->absent == pack->absent;
 }
 
-size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
-                   uint8_t out[MR_PACK_BYTES_MAX])
+size_t mr_pack_block_key(struct mr_pack *pack, const struct mr_block *block,
+                         uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct mr_bits w = {.next = out};
+    struct mr_bit_writer w = {.next = out};
     mr_pack_reset(pack);
     pack->has_key = true;
     pack->index = block->index;
     pack->tick = block->tick;
     pack->absent = block->absent;
-    mr_bits_put(&w, OTHER_TAG(OTHER_KEY), OTHER_BITS);
-    mr_bits_put32(&w, block->index);
-    mr_bits_put32(&w, block->tick);
+    mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_KEY), EXTENDED_TAG_BITS);
+    mr_bit_writer_put32(&w, block->index);
+    mr_bit_writer_put32(&w, block->tick);
     if (block->absent) {
-        mr_bits_put(&w, OTHER_TAG(OTHER_ABSENT), OTHER_BITS);
-        mr_bits_put(&w, block->absent, 24);
+        mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_ABSENT_CHANNELS), EXTENDED_TAG_BITS);
+        mr_bit_writer_put(&w, block->absent, 24);
     }
-    return mr_bits_end(&w, out);
+    return mr_bit_writer_end(&w, out);
 }
 
 static bool has_same_counts(const uint8_t *a, const uint8_t *b)
@@ -136,29 +143,30 @@ static bool has_same_counts(const uint8_t *a, const uint8_t *b)
     return differ == 0;
 }
 
-static void put_saturation(struct mr_bits *w, struct mr_pack *pack, const struct mr_block *block)
+static void put_saturation(struct mr_bit_writer *w, struct mr_pack *pack,
+                           const struct mr_block *block)
 {
     uint32_t mask = 0;
     if (has_same_counts(pack->low, block->low) && has_same_counts(pack->high, block->high))
         return;
     for (unsigned c = 0; c < MR_CHANNELS; c++)
         mask |= (block->low[c] || block->high[c] ? 1u : 0u) << c;
-    mr_bits_put(w, OTHER_TAG(OTHER_SATURATION), OTHER_BITS);
-    mr_bits_put(w, mask, 24);
+    mr_bit_writer_put(w, EXTENDED_TAG(EXTENDED_SATURATION), EXTENDED_TAG_BITS);
+    mr_bit_writer_put(w, mask, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         if (mask >> c & 1u)
-            mr_bits_put(w, (uint32_t)(block->low[c] << 4 | block->high[c]), 8);
+            mr_bit_writer_put(w, (uint32_t)(block->low[c] << 4 | block->high[c]), 8);
     }
     memcpy(pack->low, block->low, sizeof pack->low);
     memcpy(pack->high, block->high, sizeof pack->high);
 }
 
 /* Writes all sums as differences from the previous block. Returns the number of bits. */
-static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_t *value,
+static size_t put_packed(struct mr_bit_writer *to, struct mr_pack *pack, const uint16_t *value,
                          unsigned count)
 {
-    struct mr_bits w = *to; /* a local copy, which the compiler keeps in registers */
-    mr_bits_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
+    struct mr_bit_writer w = *to; /* a local copy, which the compiler keeps in registers */
+    mr_bit_writer_put(&w, TAG_PACKED, MR_PACK_TAG_BITS);
 #pragma GCC unroll 4
     for (unsigned i = 0; i < count; i++) {
         int32_t d = (int32_t)value[i] - (int32_t)pack->value[i];
@@ -173,7 +181,7 @@ static size_t put_packed(struct mr_bits *to, struct mr_pack *pack, const uint16_
             code = z << ESCAPE_ZEROES;
             length = ESCAPE_ZEROES + 16u;
         }
-        mr_bits_put(&w, code, length);
+        mr_bit_writer_put(&w, code, length);
     }
     size_t bits = (size_t)(w.next - to->next) * 8u + w.word_bits - to->word_bits;
     *to = w;
@@ -198,61 +206,61 @@ static bool is_wide(const struct sums *sums)
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
                      uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct mr_bits w = {.next = out};
+    struct mr_bit_writer w = {.next = out};
     put_saturation(&w, pack, block);
 
     /* Nearly every block packs well: write the packed form first and overwrite it if it does not
      * fit. */
-    struct mr_bits before = w;
+    struct mr_bit_writer before = w;
     struct sums sums;
-    gather_sums(&sums, block);
+    gather_present_sums(&sums, block);
     size_t packed = put_packed(&w, pack, sums.value, sums.count);
     bool wide_now = is_wide(&sums), wide = wide_now || pack->is_wide;
     pack->is_wide = wide_now;
     if (wide || packed >= MR_PACK_TAG_BITS + 15u * sums.count - sums.four_code_count) {
         w = before;
         if (wide)
-            mr_bits_put(&w, OTHER_TAG(OTHER_WIDE), OTHER_BITS);
+            mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_WIDE_BLOCK), EXTENDED_TAG_BITS);
         else
-            mr_bits_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
+            mr_bit_writer_put(&w, TAG_PLAIN, MR_PACK_TAG_BITS);
         for (unsigned i = 0; i < sums.count; i++)
-            mr_bits_put(&w, sums.value[i], wide ? 16u : get_plain_bits(&sums, i));
+            mr_bit_writer_put(&w, sums.value[i], wide ? 16u : get_plain_bit_count(&sums, i));
     }
     pack->index++;
     pack->tick += MR_TICKS_PER_BLOCK;
-    return mr_bits_end(&w, out);
+    return mr_bit_writer_end(&w, out);
 }
 
 size_t mr_pack_message(uint16_t id, const uint8_t *payload, size_t length,
                        uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct mr_bits w = {.next = out};
-    mr_bits_put(&w, OTHER_TAG(OTHER_MESSAGE), OTHER_BITS);
-    mr_bits_put(&w, id & 0x7ffu, 11);
-    mr_bits_put(&w, (uint32_t)length & 15u, 4);
+    struct mr_bit_writer w = {.next = out};
+    mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_MESSAGE), EXTENDED_TAG_BITS);
+    mr_bit_writer_put(&w, id & 0x7ffu, 11);
+    mr_bit_writer_put(&w, (uint32_t)length & 15u, 4);
     for (size_t i = 0; i < length; i++)
-        mr_bits_put(&w, payload[i], 8);
-    return mr_bits_end(&w, out);
+        mr_bit_writer_put(&w, payload[i], 8);
+    return mr_bit_writer_end(&w, out);
 }
 
 size_t mr_pack_padding(unsigned at, uint8_t out[MR_PACK_BYTES_MAX])
 {
-    struct mr_bits w = {.next = out};
+    struct mr_bit_writer w = {.next = out};
     if (at % 8u == 0)
         return 0;
-    unsigned after = (at + OTHER_BITS) % 8u;
-    mr_bits_put(&w, OTHER_TAG(OTHER_PADDING), OTHER_BITS);
-    mr_bits_put(&w, 0, after ? 8u - after : 0u);
-    return mr_bits_end(&w, out);
+    unsigned after = (at + EXTENDED_TAG_BITS) % 8u;
+    mr_bit_writer_put(&w, EXTENDED_TAG(EXTENDED_PADDING), EXTENDED_TAG_BITS);
+    mr_bit_writer_put(&w, 0, after ? 8u - after : 0u);
+    return mr_bit_writer_end(&w, out);
 }
 
-struct reader {
+struct bit_reader {
     const uint8_t *stream;
     size_t bits, at;
     bool is_truncated; /* more bits were read than exist */
 };
 
-static uint32_t get_bits(struct reader *r, unsigned bits)
+static uint32_t get_bits(struct bit_reader *r, unsigned bits)
 {
     uint32_t value = 0;
     if (bits > r->bits - r->at) {
@@ -265,7 +273,7 @@ static uint32_t get_bits(struct reader *r, unsigned bits)
     return value;
 }
 
-static uint32_t get_rice(struct reader *r, unsigned k)
+static uint32_t get_rice(struct bit_reader *r, unsigned k)
 {
     uint32_t q = 0;
     while (q < ESCAPE_ZEROES && !r->is_truncated && get_bits(r, 1) == 0)
@@ -273,11 +281,12 @@ static uint32_t get_rice(struct reader *r, unsigned k)
     return q < ESCAPE_ZEROES ? q << k | get_bits(r, k) : get_bits(r, 16);
 }
 
-static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, struct mr_block *block)
+static void get_block(struct bit_reader *r, struct mr_pack *pack, unsigned tag,
+                      struct mr_block *block)
 {
     uint32_t absent = mr_block_absent_sums(pack->absent);
     struct sums sums;
-    count_sums(&sums, pack->absent);
+    count_present_sums(&sums, pack->absent);
     *block = (struct mr_block){.index = pack->index++, .tick = pack->tick, .absent = pack->absent};
     pack->tick += MR_TICKS_PER_BLOCK;
     for (unsigned i = 0, place = 0; i < sums.count; i++, place++) {
@@ -290,7 +299,7 @@ static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, stru
             int32_t d = (int32_t)(z >> 1) ^ -(int32_t)(z & 1u);
             *value = (uint16_t)((int32_t)pack->value[i] + d);
         } else {
-            *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? get_plain_bits(&sums, i) : 16u);
+            *value = (uint16_t)get_bits(r, tag == TAG_PLAIN ? get_plain_bit_count(&sums, i) : 16u);
             int32_t d = (int32_t)*value - (int32_t)pack->value[i];
             z = (uint32_t)d << 1 ^ (uint32_t)(d >> 31);
         }
@@ -300,7 +309,7 @@ static void get_block(struct reader *r, struct mr_pack *pack, unsigned tag, stru
     memcpy(block->high, pack->high, sizeof block->high);
 }
 
-static void get_saturation(struct reader *r, struct mr_pack *pack)
+static void get_saturation(struct bit_reader *r, struct mr_pack *pack)
 {
     uint32_t mask = get_bits(r, 24);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
@@ -310,18 +319,19 @@ static void get_saturation(struct reader *r, struct mr_pack *pack)
     }
 }
 
-static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct mr_record *record)
+static enum mr_status get_extended_record(struct bit_reader *r, struct mr_pack *pack,
+                                          struct mr_record *record)
 {
     record->kind = MR_RECORD_OTHER;
-    switch (get_bits(r, OTHER_BITS - MR_PACK_TAG_BITS)) {
-    case OTHER_MESSAGE:
+    switch (get_bits(r, EXTENDED_TAG_BITS - MR_PACK_TAG_BITS)) {
+    case EXTENDED_MESSAGE:
         record->kind = MR_RECORD_MESSAGE;
         record->id = (uint16_t)get_bits(r, 11);
         record->length = (uint8_t)get_bits(r, 4);
         for (unsigned i = 0; i < record->length; i++)
             record->payload[i] = (uint8_t)get_bits(r, 8);
         return MR_OK;
-    case OTHER_KEY:
+    case EXTENDED_KEY:
         mr_pack_reset(pack);
         pack->has_key = true;
         pack->index = get_bits(r, 16);
@@ -329,32 +339,32 @@ static enum mr_status get_other(struct reader *r, struct mr_pack *pack, struct m
         pack->tick = get_bits(r, 16);
         pack->tick |= get_bits(r, 16) << 16;
         return MR_OK;
-    case OTHER_SATURATION: get_saturation(r, pack); return MR_OK;
-    case OTHER_WIDE:
+    case EXTENDED_SATURATION: get_saturation(r, pack); return MR_OK;
+    case EXTENDED_WIDE_BLOCK:
         record->kind = MR_RECORD_BLOCK;
         if (!pack->has_key)
             return MR_MALFORMED;
-        get_block(r, pack, TAG_OTHER, &record->block);
+        get_block(r, pack, TAG_EXTENDED, &record->block);
         return MR_OK;
-    case OTHER_ABSENT:
+    case EXTENDED_ABSENT_CHANNELS:
         pack->absent = get_bits(r, 24);
         return pack->has_key && !(pack->absent & ~MR_BITS_OPTIONAL) ? MR_OK : MR_MALFORMED;
-    case OTHER_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
+    case EXTENDED_PADDING: r->at = (r->at + 7) / 8 * 8; return MR_OK;
     default: return MR_MALFORMED;
     }
 }
 
-enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bits, size_t *at,
-                         struct mr_record *record)
+enum mr_status mr_unpack_record(struct mr_pack *pack, const uint8_t *stream, size_t bits,
+                                size_t *at, struct mr_record *record)
 {
-    struct reader r = {.stream = stream, .bits = bits, .at = *at};
+    struct bit_reader r = {.stream = stream, .bits = bits, .at = *at};
     struct mr_pack before = *pack;
     enum mr_status status = MR_OK;
     unsigned tag = get_bits(&r, MR_PACK_TAG_BITS);
     if (r.is_truncated)
         return MR_TRUNCATED;
-    if (tag == TAG_OTHER) {
-        status = get_other(&r, pack, record);
+    if (tag == TAG_EXTENDED) {
+        status = get_extended_record(&r, pack, record);
     } else if (tag == TAG_END) {
         record->kind = MR_RECORD_END;
     } else if (!pack->has_key) {

@@ -51,7 +51,7 @@ struct mr_pack {
     uint32_t absent;
     /* sums of the previous block: only those present, without gaps */
     uint16_t value[MR_PACK_SUMS];
-    uint32_t mean16[MR_PACK_SUMS]; /* 16 times the running mean */
+    uint32_t mean_x16[MR_PACK_SUMS]; /* 16 times the running mean */
     uint8_t low[MR_CHANNELS], high[MR_CHANNELS];
     bool is_wide; /* the previous block was wide: a difference from it may need more than 16 bits */
 };
@@ -62,8 +62,8 @@ bool mr_pack_can_follow(const struct mr_pack *pack, const struct mr_block *block
 
 /* The functions that fill `out` return the number of bits written; the remaining bits of the last
  * word are 0. */
-size_t mr_pack_key(struct mr_pack *pack, const struct mr_block *block,
-                   uint8_t out[MR_PACK_BYTES_MAX]);
+size_t mr_pack_block_key(struct mr_pack *pack, const struct mr_block *block,
+                         uint8_t out[MR_PACK_BYTES_MAX]);
 /* Packs a block for which mr_pack_can_follow is true, after a saturation record if its saturation
  * has changed. */
 size_t mr_pack_block(struct mr_pack *pack, const struct mr_block *block,
@@ -87,7 +87,7 @@ struct mr_record {
 /* Reads the record at bit `*at` of a stream of `bits` bits and advances *at past it. MR_OK;
  * MR_TRUNCATED: the stream ends inside the record, and *at is unchanged; MR_MALFORMED: not a
  * record, or a block before any key. */
-enum mr_status mr_unpack(struct mr_pack *pack, const uint8_t *stream, size_t bits, size_t *at,
-                         struct mr_record *record);
+enum mr_status mr_unpack_record(struct mr_pack *pack, const uint8_t *stream, size_t bits,
+                                size_t *at, struct mr_record *record);
 
 #endif

@@ -9,16 +9,16 @@
 
 static uint32_t compute_page_crc(const uint8_t page[MR_BOXPAGE_BYTES])
 {
-    uint8_t kind = page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE;
-    uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND);
+    uint8_t kind = page[MR_BOXPAGE_KIND_OFFSET] | MR_BOXPAGE_NOT_FREED;
+    uint32_t crc = mr_crc32(0, page, MR_BOXPAGE_KIND_OFFSET);
     crc = mr_crc32(crc, &kind, 1);
-    return mr_crc32(crc, page + MR_BOXPAGE_FIRST, CRC_OFFSET - MR_BOXPAGE_FIRST);
+    return mr_crc32(crc, page + MR_BOXPAGE_FIRST_OFFSET, CRC_OFFSET - MR_BOXPAGE_FIRST_OFFSET);
 }
 
 void mr_boxpage_seal(uint8_t page[MR_BOXPAGE_BYTES], uint32_t seq, uint16_t record)
 {
     mr_put_u16(mr_put_u32(page, seq), record);
-    page[MR_BOXPAGE_KIND] |= MR_BOXPAGE_LIVE;
+    page[MR_BOXPAGE_KIND_OFFSET] |= MR_BOXPAGE_NOT_FREED;
     mr_put_u32(page + CRC_OFFSET, compute_page_crc(page));
 }
 
@@ -37,8 +37,8 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
     header->seq = mr_get_u32(&p);
     header->record = mr_get_u16(&p);
     uint8_t kind = mr_get_u8(&p);
-    header->kind = kind & (uint8_t)~MR_BOXPAGE_LIVE;
-    header->is_freed = !(kind & MR_BOXPAGE_LIVE);
+    header->kind = kind & (uint8_t)~MR_BOXPAGE_NOT_FREED;
+    header->is_freed = !(kind & MR_BOXPAGE_NOT_FREED);
     header->first = mr_get_u8(&p);
     return header->kind >= MR_BOXPAGE_START && header->kind <= MR_BOXPAGE_END ? MR_OK : MR_CRC;
 }
@@ -46,7 +46,7 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
 static uint8_t *begin_page(uint8_t page[MR_BOXPAGE_BYTES], enum mr_boxpage_kind kind)
 {
     memset(page, 0xff, MR_BOXPAGE_BYTES);
-    page[MR_BOXPAGE_KIND] = (uint8_t)(MR_BOXPAGE_LIVE | kind);
+    page[MR_BOXPAGE_KIND_OFFSET] = (uint8_t)(MR_BOXPAGE_NOT_FREED | kind);
     return page + MR_BOXPAGE_HEADER_BYTES;
 }
 
@@ -99,8 +99,8 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_
 
 #define PAGE_BITS (MR_BOXPAGE_PAYLOAD_BYTES * 8u)
 
-void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present,
-                      size_t count)
+void mr_box_reader_begin(struct mr_box_reader *reader, const uint8_t *pages, const uint8_t *present,
+                         size_t count)
 {
     memset(reader, 0, sizeof *reader);
     reader->pages = pages;
@@ -108,20 +108,21 @@ void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uin
     reader->count = count;
 }
 
-static const uint8_t *find_stream_page(const struct mr_boxread *reader, size_t i)
+static const uint8_t *find_stream_page(const struct mr_box_reader *reader, size_t i)
 {
     const uint8_t *page = reader->pages + i * MR_BOXPAGE_BYTES;
     bool there = i < reader->count && reader->present[i] &&
-                 (page[MR_BOXPAGE_KIND] | MR_BOXPAGE_LIVE) == (MR_BOXPAGE_LIVE | MR_BOXPAGE_STREAM);
+                 (page[MR_BOXPAGE_KIND_OFFSET] | MR_BOXPAGE_NOT_FREED) ==
+                     (MR_BOXPAGE_NOT_FREED | MR_BOXPAGE_STREAM);
     return there ? page : NULL;
 }
 
-static bool resynchronise(struct mr_boxread *reader)
+static bool resynchronise(struct mr_box_reader *reader)
 {
     for (; reader->page < reader->count; reader->page++) {
         const uint8_t *page = find_stream_page(reader, reader->page);
-        if (page && page[MR_BOXPAGE_FIRST] < MR_BOXPAGE_PAYLOAD_BYTES) {
-            reader->bit = 8u * page[MR_BOXPAGE_FIRST];
+        if (page && page[MR_BOXPAGE_FIRST_OFFSET] < MR_BOXPAGE_PAYLOAD_BYTES) {
+            reader->bit = 8u * page[MR_BOXPAGE_FIRST_OFFSET];
             reader->pack.has_key = false;
             reader->is_synchronised = true;
             return true;
@@ -130,13 +131,13 @@ static bool resynchronise(struct mr_boxread *reader)
     return false;
 }
 
-static void skip_pages(struct mr_boxread *reader, size_t pages)
+static void skip_pages(struct mr_box_reader *reader, size_t pages)
 {
     reader->page += pages;
     reader->is_synchronised = false;
 }
 
-enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record)
+enum mr_status mr_box_reader_next(struct mr_box_reader *reader, struct mr_record *record)
 {
     uint8_t
         window[2 *
@@ -155,8 +156,8 @@ enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *reco
             memcpy(window + MR_BOXPAGE_PAYLOAD_BYTES, next + MR_BOXPAGE_HEADER_BYTES,
                    MR_BOXPAGE_PAYLOAD_BYTES);
         size_t at = reader->bit;
-        enum mr_status status = mr_unpack(&reader->pack, window, next ? 2 * PAGE_BITS : PAGE_BITS,
-                                          &at, record);
+        enum mr_status status = mr_unpack_record(&reader->pack, window,
+                                                 next ? 2 * PAGE_BITS : PAGE_BITS, &at, record);
         if (status != MR_OK) {
             skip_pages(reader, 1);
             continue;

@@ -26,9 +26,9 @@
 #define MR_BOXPAGE_BYTES         256u
 #define MR_BOXPAGE_HEADER_BYTES  8u
 #define MR_BOXPAGE_PAYLOAD_BYTES 244u
-#define MR_BOXPAGE_KIND          6u /* offsets */
-#define MR_BOXPAGE_FIRST         7u
-#define MR_BOXPAGE_LIVE          0x80u
+#define MR_BOXPAGE_KIND_OFFSET   6u /* offsets */
+#define MR_BOXPAGE_FIRST_OFFSET  7u
+#define MR_BOXPAGE_NOT_FREED     0x80u
 #define MR_BOXPAGE_NO_FIRST      0xffu
 
 enum mr_boxpage_kind { MR_BOXPAGE_START = 1, MR_BOXPAGE_STREAM = 2, MR_BOXPAGE_END = 3 };
@@ -80,7 +80,7 @@ void mr_boxpage_get_end(const uint8_t page[MR_BOXPAGE_BYTES], struct mr_boxpage_
  * missing. Data between a missing page and the next byte at which a reader may begin are skipped;
  * the block indices show the gap. */
 
-struct mr_boxread {
+struct mr_box_reader {
     const uint8_t *pages;
     const uint8_t *present;
     size_t count;
@@ -90,9 +90,9 @@ struct mr_boxread {
     struct mr_pack pack;
 };
 
-void mr_boxread_begin(struct mr_boxread *reader, const uint8_t *pages, const uint8_t *present,
-                      size_t count);
+void mr_box_reader_begin(struct mr_box_reader *reader, const uint8_t *pages, const uint8_t *present,
+                         size_t count);
 /* Returns the next block or message in `record`. MR_OK; MR_TOO_FEW: no more records. */
-enum mr_status mr_boxread_next(struct mr_boxread *reader, struct mr_record *record);
+enum mr_status mr_box_reader_next(struct mr_box_reader *reader, struct mr_record *record);
 
 #endif

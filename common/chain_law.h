@@ -15,7 +15,7 @@
 #define LAW_IS_AT_LEAST(a, b)              ((a) >= (b))
 #define LAW_IS_EQUAL(a, b)                 ((a) == (b))
 #define LAW_IF(mask, yes, no)              ((mask) ? (yes) : (no))
-#define LAW_OR_ZERO(mask, yes)             ((mask) ? (yes) : none)
+#define LAW_IF_ELSE_ZERO(mask, yes)        ((mask) ? (yes) : none)
 #define LAW_SELECT(mask, yes, no)          ((mask) ? (yes) : (no))
 #define LAW_AND(a, b)                      ((a) && (b))
 #define LAW_OR(a, b)                       ((a) || (b))
@@ -70,16 +70,16 @@ LAW_FUNCTION struct LAW(pull)
     LAW_MASK dirty = LAW_IS_GREATER(reach_ft, none);
     return LAW_SELECT(
         LAW_IS_AT_LEAST(g_ft, reach_ft),
-        LAW(pulled)(
-            LAW_OR_ZERO(LAW_IS_GREATER(g_ft, slack_ft), kl * (g_ft - slack_ft) + cl * rate_ft_s),
-            LAW_MIN(slack_ft, g_ft)),
-        LAW_SELECT(
-            LAW_AND(dirty, LAW_IS_AT_LEAST(held_lb, -grit_lb)),
-            LAW(held)(LAW_MIN(LAW_MAX(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
-            LAW_SELECT(
-                LAW_AND(dirty, LAW_IS_GREATER(yielded_ft, none)), LAW(pulled)(-grit_lb, yielded_ft),
-                LAW(pulled)(LAW_OR_ZERO(LAW_IS_GREATER(none, g_ft), kl * g_ft + cl * rate_ft_s),
-                            none))));
+        LAW(pulled)(LAW_IF_ELSE_ZERO(LAW_IS_GREATER(g_ft, slack_ft),
+                                     kl * (g_ft - slack_ft) + cl * rate_ft_s),
+                    LAW_MIN(slack_ft, g_ft)),
+        LAW_SELECT(LAW_AND(dirty, LAW_IS_AT_LEAST(held_lb, -grit_lb)),
+                   LAW(held)(LAW_MIN(LAW_MAX(held_lb + cl * rate_ft_s, -grit_lb), none), reach_ft),
+                   LAW_SELECT(LAW_AND(dirty, LAW_IS_GREATER(yielded_ft, none)),
+                              LAW(pulled)(-grit_lb, yielded_ft),
+                              LAW(pulled)(LAW_IF_ELSE_ZERO(LAW_IS_GREATER(none, g_ft),
+                                                           kl * g_ft + cl * rate_ft_s),
+                                          none))));
 }
 
 /* Motion of a mat after a step. */
@@ -104,13 +104,13 @@ LAW_FUNCTION struct LAW(slip)
     LAW_MASK goes_on = LAW_IS_GREATER(after_ft_s * v_ft_s, none);
     if (LAW_IS_SCALAR_TRUE(goes_on))
         return (struct LAW(slip)){after_ft_s, LAW_NOT(goes_on), none};
-    LAW_REAL moved_ft_s = LAW_OR_ZERO(LAW_OR(goes_on, pushes), after_ft_s);
+    LAW_REAL moved_ft_s = LAW_IF_ELSE_ZERO(LAW_OR(goes_on, pushes), after_ft_s);
     LAW_MASK stops = LAW_NOT(LAW_OR(rests, goes_on));
     if (!LAW_NEEDS_REMAINDER(stops, pushes))
         return (struct LAW(slip)){moved_ft_s, stops, none};
-    LAW_REAL left = LAW_OR_ZERO(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
+    LAW_REAL left = LAW_IF_ELSE_ZERO(stops, LAW_VALUE(1) + v_ft_s / (braking_lb * per_lb));
     LAW_REAL back_lb = x_lb - LAW_COPYSIGN(friction_lb, x_lb);
-    LAW_REAL thrown_ft_s = LAW_OR_ZERO(LAW_IS_GREATER(left, none), back_lb * per_lb * left);
+    LAW_REAL thrown_ft_s = LAW_IF_ELSE_ZERO(LAW_IS_GREATER(left, none), back_lb * per_lb * left);
     return (struct LAW(slip)){LAW_IF(LAW_AND(stops, pushes), thrown_ft_s, moved_ft_s), stops, left};
 }
 
@@ -124,7 +124,7 @@ LAW_FUNCTION struct LAW(slip)
 #undef LAW_IS_AT_LEAST
 #undef LAW_IS_EQUAL
 #undef LAW_IF
-#undef LAW_OR_ZERO
+#undef LAW_IF_ELSE_ZERO
 #undef LAW_SELECT
 #undef LAW_AND
 #undef LAW_OR

@@ -7,13 +7,14 @@
 
 #define CODES_PER_SUM ((float)MR_SCANS_PER_BLOCK)
 
-float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block)
+float mr_reference_ratio(const struct mr_channel_config *reference, const struct mr_block *block)
 {
     unsigned channel = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     float wanted = reference->zero_code > 0.0f ? reference->zero_code : MR_REFERENCE_CODE;
     float code = (float)block->sum[MR_ADC1_REFERENCE] / CODES_PER_SUM;
-    if (block->low[channel] || block->high[channel] || code < wanted * (1.0f - MR_REFERENCE_SPAN) ||
-        code > wanted * (1.0f + MR_REFERENCE_SPAN))
+    if (block->low[channel] || block->high[channel] ||
+        code < wanted * (1.0f - MR_REFERENCE_TOLERANCE) ||
+        code > wanted * (1.0f + MR_REFERENCE_TOLERANCE))
         return MR_NAN;
     return MR_REFERENCE_CODE / code;
 }
@@ -31,10 +32,10 @@ static uint8_t find_saturated_ends(const struct mr_block *block, unsigned channe
  * amplitude. */
 static uint8_t check_wiring(const struct mr_channel_config *config, float common_mode, float code)
 {
-    if (common_mode < MR_COMMON_MODE_LOW || common_mode > MR_COMMON_MODE_HIGH)
-        return __builtin_fabsf(code) < MR_FLOATING_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
-    if (__builtin_fabsf(code) < MR_UNEXCITED_CODES &&
-        __builtin_fabsf(config->zero_code) >= MR_ZERO_OFF_CODES)
+    if (common_mode < MR_COMMON_MODE_MIN_CODE || common_mode > MR_COMMON_MODE_MAX_CODE)
+        return __builtin_fabsf(code) < MR_SIGNAL_MIN_CODES ? MR_INVALID_OPEN : MR_INVALID_SHORT;
+    if (__builtin_fabsf(code) < MR_EXCITED_MIN_CODES &&
+        __builtin_fabsf(config->zero_code) >= MR_ZERO_OFFSET_MIN_CODES)
         return MR_INVALID_EXCITATION;
     return MR_VALID;
 }
@@ -102,17 +103,17 @@ static size_t get_item_offset(unsigned item)
         [MR_CALIBRATION_RATE_LIMIT] = offsetof(struct mr_channel_config, rate_limit_per_s),
         [MR_CALIBRATION_POINTS] = 0,
     };
-    if (item < MR_CALIBRATION_TABLE)
+    if (item < MR_CALIBRATION_FIRST_POINT_ITEM)
         return single[item];
-    if (item >= MR_CALIBRATION_ITEMS)
+    if (item >= MR_CALIBRATION_ITEM_COUNT)
         return 0;
-    size_t table = (item - MR_CALIBRATION_TABLE) % 2
+    size_t table = (item - MR_CALIBRATION_FIRST_POINT_ITEM) % 2
                      ? offsetof(struct mr_channel_config, point_value)
                      : offsetof(struct mr_channel_config, point_reading);
-    return table + (item - MR_CALIBRATION_TABLE) / 2 * sizeof(float);
+    return table + (item - MR_CALIBRATION_FIRST_POINT_ITEM) / 2 * sizeof(float);
 }
 
-float mr_channel_item(const struct mr_channel_config *config, unsigned item)
+float mr_channel_get_item(const struct mr_channel_config *config, unsigned item)
 {
     size_t offset = get_item_offset(item);
     float value = item == MR_CALIBRATION_POINTS ? (float)config->points : MR_NAN;
@@ -121,7 +122,7 @@ float mr_channel_item(const struct mr_channel_config *config, unsigned item)
     return value;
 }
 
-void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value)
+void mr_channel_set_item(struct mr_channel_config *config, unsigned item, float value)
 {
     size_t offset = get_item_offset(item);
     if (offset)
@@ -145,7 +146,7 @@ static float compute_linearity_share(const struct mr_channel_config *config, flo
     return size < segment ? size / segment : 1.0f;
 }
 
-float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_case *c)
+float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_conditions *c)
 {
     float variance = square(c->noise) / c->averaged;
     float scaled = c->value;

@@ -20,8 +20,8 @@
  *     the 2.5 V reference  transducers, which are driven from it, and bridges, excited by it.
  *                          Their voltages do not follow VDDA, so codes are multiplied by the
  *                          ratio; the error of the reference cancels. VDDA may be off by
- *                          MR_REFERENCE_SPAN (3.235 to 3.367 V at 3.3 V nominal): beyond it, the
- *                          reading is missing (REFERENCE), never wrong.
+ *                          MR_REFERENCE_TOLERANCE (3.235 to 3.367 V at 3.3 V nominal): beyond it,
+ *                          the reading is missing (REFERENCE), never wrong.
  *     VDDA                 the staircase: its gates are supplied by VDDA, so its raw codes are
  *                          used at any VDDA (mr_staircase_code). The reference is read raw too.
  *     nothing              times: they are ticks of the crystal, independent of any voltage.
@@ -42,24 +42,24 @@
 #include "common/block.h"
 #include "common/config.h"
 
-#define MR_REFERENCE_CODE   3103.0f /* 2.500 V at a scale of 3.300 V, 4096 codes */
+#define MR_REFERENCE_CODE        3103.0f /* 2.500 V at a scale of 3.300 V, 4096 codes */
 /* relative; beyond it no channel relative to the reference is valid */
-#define MR_REFERENCE_SPAN   0.02f
+#define MR_REFERENCE_TOLERANCE   0.02f
 /* Mean of both polarities, codes: a driven transducer is at mid-scale, 2048. Beyond these limits, a
  * fifth off, it is open or shorted. */
-#define MR_COMMON_MODE_LOW  1638.0f
-#define MR_COMMON_MODE_HIGH 2458.0f
+#define MR_COMMON_MODE_MIN_CODE  1638.0f
+#define MR_COMMON_MODE_MAX_CODE  2458.0f
 /* half difference of the polarities; a smaller one is pick-up, not a signal */
-#define MR_FLOATING_CODES   20.0f
+#define MR_SIGNAL_MIN_CODES      20.0f
 /* An amplitude below this counts as missing excitation. It is reported only for a transducer whose
- * zero is at least MR_ZERO_OFF_CODES off mid-scale. The limit is six standard deviations of a
- * block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
-#define MR_UNEXCITED_CODES  4.0f
-#define MR_ZERO_OFF_CODES   20.0f
+ * zero is at least MR_ZERO_OFFSET_MIN_CODES off mid-scale. The limit is six standard deviations of
+ * a block's mean at 2 LSB of noise (2 / sqrt(8) = 0.71). */
+#define MR_EXCITED_MIN_CODES     4.0f
+#define MR_ZERO_OFFSET_MIN_CODES 20.0f
 
 /* common/catalogue_values.def has the kinds of channels (enum mr_channel_kind) and the validities
  * of readings (enum mr_validity). */
-#define MR_VALIDITIES (MR_INVALID_EXCITATION + 1u)
+#define MR_VALIDITY_COUNT (MR_INVALID_EXCITATION + 1u)
 
 struct mr_reading {
     float value; /* in or lb; NaN unless valid */
@@ -74,14 +74,14 @@ static inline float mr_staircase_code(const struct mr_block *block)
 }
 
 /* Returns the scale correction of a block: MR_REFERENCE_CODE over the code of the reference. NaN
- * when the reference is off its nominal code by more than MR_REFERENCE_SPAN. The nominal code is
- * the zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0 or
- * missing. */
-float mr_channels_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
+ * when the reference is off its nominal code by more than MR_REFERENCE_TOLERANCE. The nominal code
+ * is the zero_code of the reference channel `reference`, or MR_REFERENCE_CODE where zero_code is 0
+ * or missing. */
+float mr_reference_ratio(const struct mr_channel_config *reference, const struct mr_block *block);
 
-/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` is from mr_channels_ratio for this block.
- * Staircase and reference are returned as mean codes, without the ratio. The range low to high is
- * checked if low is less than high. */
+/* Reading of channel 0..MR_CHANNELS-1 of a block; `ratio` is from mr_reference_ratio for this
+ * block. Staircase and reference are returned as mean codes, without the ratio. The range low to
+ * high is checked if low is less than high. */
 struct mr_reading mr_channel_read(const struct mr_channel_config *config,
                                   const struct mr_block *block, unsigned channel, float ratio);
 
@@ -98,12 +98,12 @@ static inline _Bool mr_channel_is_sensor(const struct mr_channel_config *channel
 /* Values of a channel's calibration, numbered as in the message `calibration`: enum
  * mr_calibration_item, then point_reading and point_value alternately. */
 enum {
-    MR_CALIBRATION_TABLE = MR_CALIBRATION_POINTS + 1,
-    MR_CALIBRATION_ITEMS = MR_CALIBRATION_TABLE + 2 * MR_CONFIG_POINTS
+    MR_CALIBRATION_FIRST_POINT_ITEM = MR_CALIBRATION_POINTS + 1,
+    MR_CALIBRATION_ITEM_COUNT = MR_CALIBRATION_FIRST_POINT_ITEM + 2 * MR_CONFIG_POINTS
 };
-float mr_channel_item(const struct mr_channel_config *config, unsigned item);
+float mr_channel_get_item(const struct mr_channel_config *config, unsigned item);
 /* Ignores items beyond the last, and points beyond the capacity of the table. */
-void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float value);
+void mr_channel_set_item(struct mr_channel_config *config, unsigned item, float value);
 
 /* ---- errors ---- */
 
@@ -146,7 +146,7 @@ void mr_channel_item_set(struct mr_channel_config *config, unsigned item, float 
 #define MR_QUANTISATION_CODES       0.289f
 #define MR_QUANTISATION_NOISE_CODES 0.18f
 
-struct mr_error_case {
+struct mr_error_conditions {
     float value;           /* the reading or the movement, in or lb */
     float noise;           /* standard deviation of one block, in or lb */
     float averaged;        /* blocks averaged in the reading */
@@ -156,6 +156,6 @@ struct mr_error_case {
 };
 
 /* Standard error, in or lb; NaN when `noise` is NaN. */
-float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_case *c);
+float mr_reading_error(const struct mr_channel_config *config, const struct mr_error_conditions *c);
 
 #endif

@@ -57,7 +57,7 @@ static void close_joints_by_movement(const struct mr_closure_input *input, float
 }
 
 /* Smaller root of d = v t - a t^2 / 2, in a form without cancellation. */
-float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
+float mr_closure_compute_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2)
 {
     if (!(speed_ft_s > 0.0f))
         return MR_NAN;
@@ -70,8 +70,8 @@ float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_
     return 2.0f * distance_ft / (speed_ft_s + __builtin_sqrtf(discriminant));
 }
 
-void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
-                     float *remaining_in)
+void mr_closure_find_zone(const struct mr_closure_input *input, struct mr_closure_zone *zone,
+                          float *remaining_in)
 {
     float wheel_ft = __builtin_isnan(input->wheel_ft) ? 0.0f : input->wheel_ft;
 
@@ -82,7 +82,7 @@ void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zon
     *zone = (struct mr_closure_zone){0};
     for (unsigned s = 0; s < MR_SEGMENTS;) {
         unsigned first = s;
-        while (s < MR_SEGMENTS && remaining_in[s] < MR_CLOSURE_OPEN_IN)
+        while (s < MR_SEGMENTS && remaining_in[s] < MR_CLOSED_SEGMENT_MAX_IN)
             s++;
         float start_ft = get_segment_start_ft(first);
         float end_ft = get_segment_start_ft(s);

@@ -19,14 +19,14 @@
 
 #include "common/block.h"
 
-#define MR_SEGMENTS          42u
-#define MR_MATS_PER_SEGMENT  10u
-#define MR_MAT_LENGTH_FT     (2.0f / 7.0f)
-#define MR_SEGMENT_LENGTH_FT (10.0f * MR_MAT_LENGTH_FT)
+#define MR_SEGMENTS              42u
+#define MR_MATS_PER_SEGMENT      10u
+#define MR_MAT_LENGTH_FT         (2.0f / 7.0f)
+#define MR_SEGMENT_LENGTH_FT     (10.0f * MR_MAT_LENGTH_FT)
 /* A segment counts as closed when its remaining slack is below this limit. The limit allows one
  * open joint (0.036 in by design, report 2.6), nine joints closed to 0.001 in each, and three times
  * the survey error of 0.005 in. */
-#define MR_CLOSURE_OPEN_IN   (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
+#define MR_CLOSED_SEGMENT_MAX_IN (0.036f + 9.0f * 0.001f + 3.0f * 0.005f)
 
 struct mr_closure_input {
     const float *station_ft;      /* MR_TRANSDUCERS stations, rising */
@@ -44,11 +44,11 @@ struct mr_closure_zone {
 /* Finds the longest run of closed segments that ends ahead of the wheel; of equally long runs, the
  * nearest. A run that contains the wheel starts at the wheel. `remaining_in` (MR_SEGMENTS values)
  * receives the remaining slack of each segment. */
-void mr_closure_find(const struct mr_closure_input *input, struct mr_closure_zone *zone,
-                     float *remaining_in);
+void mr_closure_find_zone(const struct mr_closure_input *input, struct mr_closure_zone *zone,
+                          float *remaining_in);
 
 /* Time to travel `distance_ft` at constant deceleration (NaN: none); 0 s if the distance is 0 or
  * negative. NaN when the gear stops earlier or has no speed. */
-float mr_closure_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2);
+float mr_closure_compute_lead_s(float distance_ft, float speed_ft_s, float deceleration_ft_s2);
 
 #endif

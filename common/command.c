@@ -16,7 +16,7 @@ static const struct command_row command_rows[] = {
 #include "common/catalogue.def"
 };
 
-#define ROW_COUNT (sizeof command_rows / sizeof command_rows[0])
+#define COMMAND_ROW_COUNT (sizeof command_rows / sizeof command_rows[0])
 
 static const char *skip_blanks(const char *p)
 {
@@ -52,7 +52,7 @@ static const char *parse_scaled(const char *p, int32_t per_unit, int32_t *value)
 enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_command *command)
 {
     words = skip_blanks(words);
-    for (size_t i = 0; i < ROW_COUNT; i++) {
+    for (size_t i = 0; i < COMMAND_ROW_COUNT; i++) {
         const char *p = match_word(words, command_rows[i].name);
         int32_t index = 0;
         int32_t argument = 0;
@@ -83,7 +83,7 @@ enum mr_status mr_command_parse(const char *words, uint16_t tag, struct mr_comma
 
 const char *mr_command_name(unsigned code)
 {
-    for (size_t i = 0; i < ROW_COUNT; i++) {
+    for (size_t i = 0; i < COMMAND_ROW_COUNT; i++) {
         if (command_rows[i].code == code)
             return command_rows[i].name;
     }

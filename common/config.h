@@ -52,7 +52,7 @@ struct mr_config {
 enum mr_config_group_number {
 #define GROUP(name, count) MR_GROUP_##name,
 #include "common/config.def"
-    MR_CONFIG_GROUPS
+    MR_CONFIG_GROUP_COUNT
 };
 /* clang-format off */
 #define GROUP(name, count) enum mr_config_##name##_field {
@@ -115,7 +115,7 @@ struct mr_config_group {
     const struct mr_config_field *fields;
 };
 
-/* All MR_CONFIG_GROUPS groups. Static storage. */
+/* All MR_CONFIG_GROUP_COUNT groups. Static storage. */
 extern const struct mr_config_group mr_config_groups[];
 
 /* Station of the main bogie's lead wheel when switch `i` (from 0) opens. All stations of the gear
@@ -138,7 +138,7 @@ enum mr_status mr_config_check_image(const uint8_t *image, size_t length);
 enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_config *config);
 /* Swaps the field values of a complete image and of `config`; a second call restores both. The
  * revision and CRC of the image are not updated. */
-void mr_config_swap(uint8_t *image, struct mr_config *config);
+void mr_config_swap_image(uint8_t *image, struct mr_config *config);
 
 /* Rules that a configuration must meet. The brackets give the meaning of `other`. */
 /* clang-format off */
@@ -149,10 +149,10 @@ void mr_config_swap(uint8_t *image, struct mr_config *config);
     X(NOT_TEXT,     4, "must be printable ASCII, padded with zero bytes")                         \
     X(NOT_ABOVE,    5, "must be greater than another field [other: its number in the group]")     \
     X(NOT_RISING,   6, "must be greater than the preceding value [other: its index, from 0]")     \
-    X(SUM,          7, "zero plus the steps up to this one exceeds the converter's range")        \
+    X(SUM,          7, "zero code plus the steps up to this one exceeds the converter's range")   \
     X(ALIKE,        8, "too close to the step of another switch [other: that switch, from 0]")    \
     X(ZERO,         9, "must not be 0 for a fitted part")                                         \
-    X(TAKEN,       10, "another channel of its kind has this number [other: its index, from 0]")  \
+    X(TAKEN,       10, "another channel of this kind has this number [other: its index, from 0]") \
     X(PLACE,       11, "this input cannot measure that kind")                                     \
     X(NO_BAND,     12, "the band is not fitted: its pretension is 0")                             \
     X(ONE_POINT,   13, "must be 0, or 2 or more points")                                          \
@@ -182,8 +182,8 @@ struct mr_config_reason {
  * because a smaller change is not a step. From each other: an edge is assigned to the switch with
  * the nearest step, and measured steps (matrig ready --walk) repeat to 2 codes. Steps that are set
  * by design values should be 8 apart. */
-#define MR_CONFIG_STEP_CODES          8u
-#define MR_CONFIG_STEP_DISTANCE_CODES 6u
+#define MR_CONFIG_STEP_MIN_CODES          8u
+#define MR_CONFIG_STEP_DISTANCE_MIN_CODES 6u
 
 /* MR_OK, or MR_LIMIT with the first violation in `reason`. The limits of all fields are checked
  * first, then the relations between fields. */
@@ -192,6 +192,6 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
 /* Start parameters of the predictor (common/predictor.h), from the groups site and predict and the
  * stations of the transducers. */
 struct mr_predictor_config;
-void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor);
+void mr_config_get_predictor(const struct mr_config *config, struct mr_predictor_config *predictor);
 
 #endif

@@ -10,14 +10,14 @@
 #include "common/staircase.h"
 #include "common/wire.h"
 
-#define MAGIC        0x4643524du /* "MRCF" */
-#define MISSING_BITS 0x7fc00000u
-#define CODE_MAX     4095u
-#define G_FT_S2      32.174f
-#define IN_PER_FT    12.0f
-#define MS_PER_S     1000.0f
+#define MAGIC             0x4643524du /* "MRCF" */
+#define MISSING_REAL_BITS 0x7fc00000u
+#define CODE_MAX          4095u
+#define G_FT_S2           32.174f
+#define IN_PER_FT         12.0f
+#define MS_PER_S          1000.0f
 
-_Static_assert(MR_CONFIG_STEP_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES,
+_Static_assert(MR_CONFIG_STEP_MIN_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE_CODES,
                "a step within the tolerance of none");
 
 /* clang-format off */
@@ -52,11 +52,11 @@ const struct mr_config_group mr_config_groups[] = {
 #include "common/config.def"
 };
 
-_Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUPS,
+_Static_assert(sizeof mr_config_groups / sizeof mr_config_groups[0] == MR_CONFIG_GROUP_COUNT,
                "a row for each group");
 
 /* Extends a CRC by a name, without its terminating zero. */
-static uint32_t add_name(uint32_t crc, const char *name)
+static uint32_t add_name_to_crc(uint32_t crc, const char *name)
 {
     for (; *name; name++)
         crc = mr_crc32(crc, (const uint8_t *)name, 1);
@@ -66,13 +66,13 @@ static uint32_t add_name(uint32_t crc, const char *name)
 uint32_t mr_config_layout_crc(void)
 {
     uint32_t crc = 0;
-    for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
+    for (unsigned g = 0; g < MR_CONFIG_GROUP_COUNT; g++) {
         const struct mr_config_group *group = &mr_config_groups[g];
-        crc = add_name(crc, group->name);
+        crc = add_name_to_crc(crc, group->name);
         crc = mr_crc32(crc, &group->count, 1);
         for (unsigned f = 0; f < group->field_count; f++) {
             const struct mr_config_field *field = &group->fields[f];
-            crc = add_name(crc, field->name);
+            crc = add_name_to_crc(crc, field->name);
             crc = mr_crc32(crc, (const uint8_t[]){field->type, field->count}, 2);
         }
     }
@@ -122,7 +122,7 @@ static uint8_t *put_bits(uint8_t *p, unsigned size, uint32_t bits)
                      : mr_put_u32(p, bits);
 }
 
-static uint32_t get_bits(const uint8_t **p, unsigned size)
+static uint32_t read_bits(const uint8_t **p, unsigned size)
 {
     return size == 1 ? mr_get_u8(p) : size == 2 ? mr_get_u16(p) : mr_get_u32(p);
 }
@@ -138,7 +138,7 @@ static uint8_t *get_group_address(struct mr_config *config, const struct mr_conf
 static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_image, bool to_config)
 {
     uint8_t *p = fields;
-    for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
+    for (unsigned g = 0; g < MR_CONFIG_GROUP_COUNT; g++) {
         const struct mr_config_group *group = &mr_config_groups[g];
         for (unsigned n = 0; n < group->count * group->field_count; n++) {
             const struct mr_config_field *field = &group->fields[n % group->field_count];
@@ -148,7 +148,7 @@ static void copy_elements(uint8_t *fields, struct mr_config *config, bool to_ima
                 const uint8_t *stored = p;
                 uint32_t old = get_element(at, size);
                 if (to_config)
-                    set_element(at, size, get_bits(&stored, size));
+                    set_element(at, size, read_bits(&stored, size));
                 if (to_image)
                     put_bits(p, size, old);
             }
@@ -205,7 +205,7 @@ enum mr_status mr_config_decode(const uint8_t *image, size_t length, struct mr_c
     return status;
 }
 
-void mr_config_swap(uint8_t *image, struct mr_config *config)
+void mr_config_swap_image(uint8_t *image, struct mr_config *config)
 {
     copy_elements(image + MR_CONFIG_HEADER_BYTES, config, true, true);
 }
@@ -217,7 +217,7 @@ static enum mr_config_rule check_real(const struct mr_config_field *field, const
     memcpy(&value, &bits, sizeof value);
     /* A missing value has exactly one bit pattern, so equal configurations have equal images. */
     if (__builtin_isnan(value))
-        return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_BITS
+        return field->type == MR_CONFIG_TYPE_OPTIONAL && bits == MISSING_REAL_BITS
                  ? MR_RULE_NONE
                  : MR_RULE_NOT_A_NUMBER;
     return value < field->real_min ? MR_RULE_TOO_SMALL
@@ -263,7 +263,7 @@ static enum mr_config_rule check_field(const struct mr_config_field *field, cons
 
 static bool check_limits(const struct mr_config *config, struct mr_config_reason *reason)
 {
-    for (unsigned g = 0; g < MR_CONFIG_GROUPS; g++) {
+    for (unsigned g = 0; g < MR_CONFIG_GROUP_COUNT; g++) {
         const struct mr_config_group *group = &mr_config_groups[g];
         for (unsigned n = 0; n < group->count * group->field_count; n++) {
             unsigned f = n % group->field_count, index = n / group->field_count;
@@ -401,7 +401,7 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
     const struct mr_gate_config *gate = &config->gate[i];
     if (!gate->step_codes)
         return true;
-    if (gate->step_codes < MR_CONFIG_STEP_CODES)
+    if (gate->step_codes < MR_CONFIG_STEP_MIN_CODES)
         return SET_REASON(reason, gate, i, step_codes, MR_RULE_TOO_SMALL);
     float sum_codes = config->channel[MR_TRANSDUCERS + MR_ADC1_STAIRCASE].zero_code +
                       (float)gate->step_codes;
@@ -413,13 +413,13 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
         sum_codes += (float)before->step_codes;
         if (before->step_codes && !(gate->station_ft > before->station_ft))
             return SET_REASON(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
-        if (before->step_codes && apart < MR_CONFIG_STEP_DISTANCE_CODES)
+        if (before->step_codes && apart < MR_CONFIG_STEP_DISTANCE_MIN_CODES)
             return SET_REASON(reason, gate, i, step_codes, MR_RULE_ALIKE, .other = (uint8_t)k);
     }
     return sum_codes <= (float)CODE_MAX || SET_REASON(reason, gate, i, step_codes, MR_RULE_SUM);
 }
 
-void mr_config_predictor(const struct mr_config *config, struct mr_predictor_config *predictor)
+void mr_config_get_predictor(const struct mr_config *config, struct mr_predictor_config *predictor)
 {
     const struct mr_predict_config *p = &config->predict[0];
     *predictor = (struct mr_predictor_config){
@@ -459,7 +459,7 @@ static bool check_predictor(const struct mr_config *config, struct mr_config_rea
     struct mr_predictor_config predictor;
     if (!config->predict[0].fitted)
         return true;
-    mr_config_predictor(config, &predictor);
+    mr_config_get_predictor(config, &predictor);
     return predictor.chain.step_s <=
                MR_CHAIN_STEP_MARGIN * mr_chain_step_limit_s(&predictor.chain) ||
            SET_REASON(reason, predict, 0, step_ms, MR_RULE_UNSTABLE);

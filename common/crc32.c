@@ -17,17 +17,17 @@
 #define ENTRIES_64(i, ...)                                         \
     ENTRIES_16(i, __VA_ARGS__), ENTRIES_16((i) + 16, __VA_ARGS__), \
         ENTRIES_16((i) + 32, __VA_ARGS__), ENTRIES_16((i) + 48, __VA_ARGS__)
-#define TABLE(...)                                                                             \
+#define CRC_TABLE(...)                                                                         \
     {                                                                                          \
         ENTRIES_64(0, __VA_ARGS__), ENTRIES_64(64, __VA_ARGS__), ENTRIES_64(128, __VA_ARGS__), \
             ENTRIES_64(192, __VA_ARGS__)                                                       \
     }
 
-static const uint32_t shifted[2][256] = {
-    TABLE(0x77073096u, 0xee0e612cu, 0x076dc419u, 0x0edb8832u, 0x1db71064u, 0x3b6e20c8u, 0x76dc4190u,
-          0xedb88320u),
-    TABLE(0x191b3141u, 0x32366282u, 0x646cc504u, 0xc8d98a08u, 0x4ac21251u, 0x958424a2u, 0xf0794f05u,
-          0x3b83984bu),
+static const uint32_t crc_table[2][256] = {
+    CRC_TABLE(0x77073096u, 0xee0e612cu, 0x076dc419u, 0x0edb8832u, 0x1db71064u, 0x3b6e20c8u,
+              0x76dc4190u, 0xedb88320u),
+    CRC_TABLE(0x191b3141u, 0x32366282u, 0x646cc504u, 0xc8d98a08u, 0x4ac21251u, 0x958424a2u,
+              0xf0794f05u, 0x3b83984bu),
 };
 
 uint32_t mr_crc32(uint32_t crc, const uint8_t *bytes, size_t length)
@@ -38,9 +38,9 @@ uint32_t mr_crc32(uint32_t crc, const uint8_t *bytes, size_t length)
          * at start. Four bytes at a time would make the code in flash 1.5 times as long and save a
          * thousandth of the processor time. */
         crc ^= mr_get_u16(&bytes);
-        crc = crc >> 16 ^ shifted[1][crc & 0xffu] ^ shifted[0][crc >> 8 & 0xffu];
+        crc = crc >> 16 ^ crc_table[1][crc & 0xffu] ^ crc_table[0][crc >> 8 & 0xffu];
     }
     for (; length; length--)
-        crc = crc >> 8 ^ shifted[0][(crc ^ *bytes++) & 0xffu];
+        crc = crc >> 8 ^ crc_table[0][(crc ^ *bytes++) & 0xffu];
     return ~crc;
 }

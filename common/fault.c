@@ -28,5 +28,5 @@ const char *mr_crash_item_name(unsigned item)
     };
     if (item < MR_CRASH_STACK_FIRST)
         return names[item];
-    return item < MR_CRASH_ITEMS ? "stack" : "unknown word";
+    return item < MR_CRASH_ITEM_COUNT ? "stack" : "unknown word";
 }

@@ -2,7 +2,7 @@
 
 struct mr_gain_limits mr_gain_limits(const struct mr_channel_config *channel)
 {
-    const float corrected = 1.0f + MR_REFERENCE_SPAN;
+    const float corrected = 1.0f + MR_REFERENCE_TOLERANCE;
     if (channel->kind == MR_KIND_DISPLACEMENT)
         return (struct mr_gain_limits){MR_TRANSDUCER_HALF_RANGE_MIN_IN / MR_TRANSDUCER_HALF_CODES,
                                        MR_TRANSDUCER_HALF_RANGE_MAX_IN / MR_TRANSDUCER_HALF_CODES,
@@ -30,7 +30,7 @@ float mr_channel_range_codes(const struct mr_channel_config *channel)
              : 0.0f;
 }
 
-static float get_value_at(const struct mr_channel_config *channel, float code)
+static float get_value_at_code(const struct mr_channel_config *channel, float code)
 {
     return mr_channel_linearise(channel, (code - channel->zero_code) * channel->unit_per_code);
 }
@@ -38,8 +38,8 @@ static float get_value_at(const struct mr_channel_config *channel, float code)
 float mr_channel_range_share(const struct mr_channel_config *channel)
 {
     struct mr_gain_limits limits = mr_gain_limits(channel);
-    float one = get_value_at(channel, limits.low_code),
-          other = get_value_at(channel, limits.high_code);
+    float one = get_value_at_code(channel, limits.low_code),
+          other = get_value_at_code(channel, limits.high_code);
     if (!(channel->low < channel->high))
         return 1.0f;
     float from = one < other ? one : other, to = one < other ? other : one;

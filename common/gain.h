@@ -7,7 +7,7 @@
  * rebuild the firmware.
  *
  * Codes: a transducer reads half the difference of the two polarities (channels.h), -2047.5 to
- * 2047.5. A gage reads 0 to 4095. The reference may correct both by up to MR_REFERENCE_SPAN.
+ * 2047.5. A gage reads 0 to 4095. The reference may correct both by up to MR_REFERENCE_TOLERANCE.
  *
  * Transducer, in per code. The built-in value (firmware/config.c) is 0.00161: 3 in of travel, 0.5
  * V/in, 3.3 V for 4096 codes.

@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#define TERMS (MR_GATES_ORDER_MAX + 1)
+#define TERM_COUNT (MR_GATES_ORDER_MAX + 1)
 
 /* Quantile 0.975 of Student's t for 1 to 10 degrees of freedom. */
 static const double student_975[] = {12.706, 4.303, 3.182, 2.776, 2.571,
@@ -21,9 +21,9 @@ double mr_gates_student_factor(unsigned freedom)
 /* Chebyshev polynomials T_0..T_order of scaled time, with their first two derivatives with respect
  * to time, in 1, 1/s, 1/s^2. */
 struct basis {
-    double value[TERMS];
-    double first_derivative[TERMS];
-    double second_derivative[TERMS];
+    double value[TERM_COUNT];
+    double first_derivative[TERM_COUNT];
+    double second_derivative[TERM_COUNT];
 };
 
 static double scale_time(const struct mr_gates_fit *fit, double t_s)
@@ -31,9 +31,9 @@ static double scale_time(const struct mr_gates_fit *fit, double t_s)
     return (t_s - fit->mid_s) / fit->half_s;
 }
 
-static void compute_values(const struct mr_gates_fit *fit, double tau, double value[TERMS])
+static void compute_values(const struct mr_gates_fit *fit, double tau, double value[TERM_COUNT])
 {
-    memset(value, 0, TERMS * sizeof value[0]);
+    memset(value, 0, TERM_COUNT * sizeof value[0]);
     value[0] = 1.0;
     value[1] = tau;
     for (unsigned k = 2; k <= fit->order; k++)
@@ -63,7 +63,7 @@ static double add_in_quadrature(double a, double b)
     return sqrt(a * a + b * b);
 }
 
-static double fit_value(const struct mr_gates_fit *fit, const double *terms)
+static double eval_fit(const struct mr_gates_fit *fit, const double *terms)
 {
     double sum = 0.0;
     for (unsigned k = 0; k <= fit->order; k++)
@@ -72,7 +72,7 @@ static double fit_value(const struct mr_gates_fit *fit, const double *terms)
 }
 
 /* Variance of a quantity, from its derivatives with respect to the n unknowns. */
-static double get_variance(const double covariance[TERMS][TERMS], unsigned n,
+static double get_variance(const double covariance[TERM_COUNT][TERM_COUNT], unsigned n,
                            const double *gradient)
 {
     double variance = 0.0;
@@ -90,7 +90,7 @@ static double compute_standard_error(const struct mr_gates_fit *fit, const doubl
 
 /* Cholesky factor in place (lower triangle). False if the matrix is not positive definite to
  * working accuracy. */
-static bool factor_cholesky(double matrix[TERMS][TERMS], unsigned n)
+static bool factor_cholesky(double matrix[TERM_COUNT][TERM_COUNT], unsigned n)
 {
     for (unsigned i = 0; i < n; i++) {
         for (unsigned k = 0; k <= i; k++) {
@@ -109,7 +109,7 @@ static bool factor_cholesky(double matrix[TERMS][TERMS], unsigned n)
     return true;
 }
 
-static void solve_factored(double lower[TERMS][TERMS], unsigned n, double x[TERMS])
+static void solve_factored(double lower[TERM_COUNT][TERM_COUNT], unsigned n, double x[TERM_COUNT])
 {
     for (unsigned i = 0; i < n; i++) {
         for (unsigned k = 0; k < i; k++)
@@ -124,11 +124,11 @@ static void solve_factored(double lower[TERMS][TERMS], unsigned n, double x[TERM
 }
 
 /* Computes `scale` times the inverse of the matrix with the given Cholesky factor. */
-static void invert_factored(double lower[TERMS][TERMS], unsigned n, double scale,
-                            double inverse[TERMS][TERMS])
+static void invert_factored(double lower[TERM_COUNT][TERM_COUNT], unsigned n, double scale,
+                            double inverse[TERM_COUNT][TERM_COUNT])
 {
     for (unsigned column = 0; column < n; column++) {
-        double unit[TERMS] = {0};
+        double unit[TERM_COUNT] = {0};
         unit[column] = scale;
         solve_factored(lower, n, unit);
         for (unsigned row = 0; row < n; row++)
@@ -139,8 +139,8 @@ static void invert_factored(double lower[TERMS][TERMS], unsigned n, double scale
 enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned order,
                             double position_error_ft, struct mr_gates_fit *fit)
 {
-    double matrix[TERMS][TERMS] = {{0}};
-    double right[TERMS] = {0};
+    double matrix[TERM_COUNT][TERM_COUNT] = {{0}};
+    double right[TERM_COUNT] = {0};
     unsigned terms = order + 1;
 
     if (order < 1 || order > MR_GATES_ORDER_MAX || count < terms)
@@ -156,7 +156,7 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
     fit->half_s = 0.5 * (gates[count - 1].t_s - gates[0].t_s);
 
     for (size_t g = 0; g < count; g++) {
-        double value[TERMS];
+        double value[TERM_COUNT];
         compute_values(fit, scale_time(fit, gates[g].t_s), value);
         for (unsigned i = 0; i < terms; i++) {
             right[i] += value[i] * gates[g].station_ft;
@@ -171,9 +171,9 @@ enum mr_status mr_gates_fit(const struct mr_gate *gates, size_t count, unsigned 
 
     double squares = 0.0;
     for (size_t g = 0; g < count; g++) {
-        double value[TERMS];
+        double value[TERM_COUNT];
         compute_values(fit, scale_time(fit, gates[g].t_s), value);
-        double residual = gates[g].station_ft - fit_value(fit, value);
+        double residual = gates[g].station_ft - eval_fit(fit, value);
         squares += residual * residual;
     }
     fit->residual_ft = count > terms ? sqrt(squares / (double)(count - terms)) : 0.0;
@@ -216,14 +216,14 @@ void mr_gates_motion_at(const struct mr_gates_fit *fit, double t_s,
     struct basis basis;
     compute_basis(fit, t_s, &basis);
     motion->t_s = t_s;
-    motion->position_ft = (struct mr_estimate){fit_value(fit, basis.value),
+    motion->position_ft = (struct mr_estimate){eval_fit(fit, basis.value),
                                                compute_standard_error(fit, basis.value)};
-    motion->speed_ft_s = (struct mr_estimate){fit_value(fit, basis.first_derivative),
+    motion->speed_ft_s = (struct mr_estimate){eval_fit(fit, basis.first_derivative),
                                               compute_standard_error(fit, basis.first_derivative)};
     motion->deceleration_ft_s2 = (struct mr_estimate){(double)NAN, (double)NAN};
     if (fit->order >= 2)
         motion->deceleration_ft_s2 =
-            (struct mr_estimate){-fit_value(fit, basis.second_derivative),
+            (struct mr_estimate){-eval_fit(fit, basis.second_derivative),
                                  compute_standard_error(fit, basis.second_derivative)};
 }
 
@@ -235,8 +235,8 @@ static bool is_parabola(const struct mr_gates_fit *fit, double position_error_ft
 }
 
 /* Fits all gates except `out`. True: these gates lie on a parabola, and `out` does not. */
-static bool fit_without(const struct mr_gate *gates, size_t count, size_t out,
-                        double position_error_ft, struct mr_gates_fit *fit)
+static bool fit_without_gate(const struct mr_gate *gates, size_t count, size_t out,
+                             double position_error_ft, struct mr_gates_fit *fit)
 {
     struct mr_gate rest[MR_GATES_END_MAX];
     struct mr_motion_estimate there;
@@ -258,7 +258,7 @@ static bool search_outlier(const struct mr_gate *gates, size_t count, double pos
 {
     struct mr_gates_fit without;
     if (count > 5 && search->next < count) {
-        if (fit_without(gates, count, search->next, position_error_ft, &without) &&
+        if (fit_without_gate(gates, count, search->next, position_error_ft, &without) &&
             (!search->found || without.residual_ft < search->min_residual_ft)) {
             search->found = true;
             search->outlier = search->next;
@@ -268,7 +268,7 @@ static bool search_outlier(const struct mr_gate *gates, size_t count, double pos
         return true;
     }
     if (search->found)
-        (void)fit_without(gates, count, search->outlier, position_error_ft, fit);
+        (void)fit_without_gate(gates, count, search->outlier, position_error_ft, fit);
     return false;
 }
 
@@ -302,13 +302,13 @@ static bool find_crossing(const struct mr_gates_fit *fit, bool speed, double sig
         double mid_s = 0.5 * (low_s + high_s);
         compute_basis(fit, mid_s, &basis);
         double excess = sign *
-                        (fit_value(fit, speed ? basis.first_derivative : basis.value) - target);
+                        (eval_fit(fit, speed ? basis.first_derivative : basis.value) - target);
         if (i == 0) {
             struct basis low, high;
             compute_basis(fit, low_s, &low);
             compute_basis(fit, high_s, &high);
-            if (sign * (fit_value(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
-                sign * (fit_value(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
+            if (sign * (eval_fit(fit, speed ? low.first_derivative : low.value) - target) > 0.0 ||
+                sign * (eval_fit(fit, speed ? high.first_derivative : high.value) - target) < 0.0)
                 return false;
         }
         if (excess < 0.0)
@@ -327,7 +327,7 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     double margin_s = 3.0 * fit->half_s / (double)(fit->count - 1);
     double t_s;
     struct basis basis;
-    double gradient[TERMS];
+    double gradient[TERM_COUNT];
 
     if (!find_crossing(fit, false, 1.0, station_ft, first_s - (beyond_last ? 0.0 : margin_s),
                        last_s + (beyond_last ? margin_s : 0.0), &t_s))
@@ -339,7 +339,7 @@ enum mr_status mr_gates_motion_at_station(const struct mr_gates_fit *fit, double
     double speed_ft_s = motion->speed_ft_s.value;
     for (unsigned k = 0; k <= fit->order; k++)
         gradient[k] = basis.first_derivative[k] -
-                      fit_value(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
+                      eval_fit(fit, basis.second_derivative) * basis.value[k] / speed_ft_s;
     motion->speed_ft_s.error = compute_standard_error(fit, gradient);
     return MR_OK;
 }
@@ -369,10 +369,10 @@ static bool extrapolate_stop(const struct mr_gates_fit *fit, struct mr_estimate 
 /* Steps of the braking fit, defined below. */
 static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, double touchdown_ft,
                                     uint32_t left_out, struct mr_braking *fit);
-static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size_t on_track,
-                                 struct mr_braking *fit);
-static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
-                                          double position_error_ft, struct mr_braking *fit);
+static enum mr_status begin_late_brake(const struct mr_gate *gates, size_t count, size_t on_track,
+                                       struct mr_braking *fit);
+static enum mr_status begin_without_worst_gate(const struct mr_gate *gates, size_t count,
+                                               double position_error_ft, struct mr_braking *fit);
 static bool iterate_fit(const struct mr_gate *gates, size_t count, double position_error_ft,
                         struct mr_braking *fit, enum mr_status *status);
 
@@ -383,7 +383,7 @@ static void mark_outliers(const struct mr_braking *fit, const struct mr_gate *ga
         if (!(fit->left_out & ~summary->outlier & 1u << g))
             continue;
         summary->outlier |= 1u << g;
-        summary->late_s[g] = mr_braking_late_s(fit, &gates[g]);
+        summary->late_s[g] = mr_gate_lateness_s(fit, &gates[g]);
     }
 }
 
@@ -474,25 +474,25 @@ static void finish_fit(struct mr_final_fit *work, enum mr_status status)
 /* One round of a constant-braking fit to the gates on the track and `used` gates beyond. MR_OK: it
  * fits; MR_TOO_FEW: call again, later attempts have a late brake, or leave out the worst gate;
  * MR_LIMIT: braking is not constant. */
-static enum mr_status try_uniform(struct mr_final_fit *work)
+static enum mr_status fit_uniform_braking(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = work->gates;
     size_t count = work->on_track + work->used;
     struct mr_braking *fit = &work->braking;
     enum mr_final_attempt attempt = work->attempt;
-    bool late = attempt == MR_FINAL_LATE;
+    bool late = attempt == MR_FINAL_LATE_BRAKE;
     enum mr_status status;
     if (!work->is_begun) {
-        status = late ? begin_late(gates, count, work->on_track, fit)
-               : attempt == MR_FINAL_WITHOUT
-                   ? begin_without_worst(gates, count, work->position_error_ft, fit)
+        status = late ? begin_late_brake(gates, count, work->on_track, fit)
+               : attempt == MR_FINAL_NO_WORST
+                   ? begin_without_worst_gate(gates, count, work->position_error_ft, fit)
                    : begin_braking(gates, count, work->touchdown_ft, 0, fit);
         work->is_begun = status == MR_OK;
         /* the fit of the first attempt is accepted */
         if (late && !work->is_begun && mr_braking_is_accepted(fit))
             return MR_OK;
         if (late && !work->is_begun)
-            work->attempt = MR_FINAL_WITHOUT;
+            work->attempt = MR_FINAL_NO_WORST;
         return work->is_begun || late ? MR_TOO_FEW : MR_LIMIT;
     }
     if (iterate_fit(gates, count, work->position_error_ft, fit, &status))
@@ -501,11 +501,11 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
     if (status != MR_OK && !late)
         return MR_LIMIT;
     bool holds = status == MR_OK && mr_braking_is_accepted(fit);
-    bool perhaps_late = attempt == MR_FINAL_AT_ONCE && work->on_track >= 2 &&
+    bool perhaps_late = attempt == MR_FINAL_PROMPT_BRAKE && work->on_track >= 2 &&
                         (!holds || fit->delay_s > MR_BRAKE_DELAY_S + 2.0 * MR_BRAKE_DELAY_ERROR_S);
     if (holds && !perhaps_late)
         return MR_OK;
-    work->attempt = perhaps_late ? MR_FINAL_LATE : late ? MR_FINAL_AGAIN : MR_FINAL_WITHOUT;
+    work->attempt = perhaps_late ? MR_FINAL_LATE_BRAKE : late ? MR_FINAL_REFIT : MR_FINAL_NO_WORST;
     return MR_TOO_FEW;
 }
 
@@ -513,7 +513,7 @@ static enum mr_status try_uniform(struct mr_final_fit *work)
 static void fit_all_gates(struct mr_final_fit *work)
 {
     struct mr_gates_summary *summary = &work->summary;
-    enum mr_status status = try_uniform(work);
+    enum mr_status status = fit_uniform_braking(work);
     if (status == MR_TOO_FEW)
         return;
     if (status == MR_OK) {
@@ -532,7 +532,7 @@ static void fit_all_gates(struct mr_final_fit *work)
         finish_fit(work, status);
     } else {
         work->stage = MR_FINAL_TOUCHDOWN;
-        work->attempt = MR_FINAL_AT_ONCE;
+        work->attempt = MR_FINAL_PROMPT_BRAKE;
         if (work->used > MR_GATES_END_MAX)
             work->used = MR_GATES_END_MAX;
     }
@@ -540,11 +540,11 @@ static void fit_all_gates(struct mr_final_fit *work)
 
 static void fit_touchdown(struct mr_final_fit *work)
 {
-    enum mr_status status = try_uniform(work);
+    enum mr_status status = fit_uniform_braking(work);
     if (status == MR_TOO_FEW)
         return;
     if (status == MR_LIMIT && work->used > 3) {
-        work->attempt = MR_FINAL_AT_ONCE;
+        work->attempt = MR_FINAL_PROMPT_BRAKE;
         work->used -= work->used > 5 ? 3 : 1;
         return;
     }
@@ -597,7 +597,7 @@ static void fit_end_gates(struct mr_final_fit *work)
 }
 
 /* Looks for a single gate without which the last gates lie on a parabola. */
-static void find_outlier(struct mr_final_fit *work)
+static void find_outlier_gate(struct mr_final_fit *work)
 {
     const struct mr_gate *gates = get_last_gates(work);
     struct mr_gates_search *search = &work->end_fit.search;
@@ -645,10 +645,10 @@ static enum mr_status find_stop(const struct mr_final_fit *work, struct mr_gates
 bool mr_final_fit_step(struct mr_final_fit *work)
 {
     switch (work->stage) {
-    case MR_FINAL_ALL: fit_all_gates(work); break;
+    case MR_FINAL_ALL_GATES: fit_all_gates(work); break;
     case MR_FINAL_TOUCHDOWN: fit_touchdown(work); break;
     case MR_FINAL_LAST_GATES: fit_end_gates(work); break;
-    case MR_FINAL_OUTLIER: find_outlier(work); break;
+    case MR_FINAL_OUTLIER: find_outlier_gate(work); break;
     case MR_FINAL_STOP: finish_fit(work, find_stop(work, &work->summary)); break;
     case MR_FINAL_DONE: break;
     }
@@ -668,14 +668,14 @@ enum mr_status mr_gates_summarise(const struct mr_gate *gates, size_t count, dou
 
 /* ---- braking ---- */
 
-#define UNKNOWNS MR_BRAKING_UNKNOWNS
-_Static_assert((int)UNKNOWNS == (int)TERMS, "both fits share factor, solve and invert");
+#define UNKNOWNS MR_BRAKING_UNKNOWN_COUNT
+_Static_assert((int)UNKNOWNS == (int)TERM_COUNT, "both fits share factor, solve and invert");
 #define ITERATIONS_MAX 10
 #define DELAY_MIN_S    (-0.5) /* not physical, but the iteration may pass through this range */
 #define DELAY_MAX_S    0.5
 #define ONSET_MAX_S    1.0  /* latest onset of a brake that acts late */
 #define LATE_GATES     4u   /* number of last gates needed to estimate the onset */
-#define LATE_OFF_FT    0.25 /* error of the estimated motion up to which the late brake is fitted */
+#define LATE_MISFIT_FT 0.25 /* error of the estimated motion up to which the late brake is fitted */
 
 /* Station and speed at a time, and the derivatives of the station with respect to the unknowns. */
 struct motion {
@@ -687,8 +687,8 @@ struct motion {
 /* Distance lost to braking per unit of deceleration, and its derivatives with respect to time and
  * delay. The shape applies only after the rise, during which it would affect only a switch right at
  * touchdown. */
-static void compute_speed_loss(double since_s, double delay_s, double shape, double *value,
-                               double *rate, double *by_delay)
+static void compute_distance_loss(double since_s, double delay_s, double shape, double *value,
+                                  double *rate, double *by_delay)
 {
     double rise_s = 2.0 * delay_s;
     if (since_s < rise_s) { /* twice the integral of 3 u^2 - 2 u^3 */
@@ -708,7 +708,7 @@ static void compute_motion(const struct mr_braking *fit, double t_s, struct moti
     double since_s = t_s - fit->touchdown_s, braked_s = since_s - fit->onset_s;
     double lost = 0.0, rate = 0.0, by_delay = 0.0;
     if (braked_s > 0.0)
-        compute_speed_loss(braked_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
+        compute_distance_loss(braked_s, fit->delay_s, fit->shape, &lost, &rate, &by_delay);
     motion->station_ft = fit->touchdown_ft + fit->speed_ft_s * since_s -
                          fit->deceleration_ft_s2 * lost;
     motion->speed_ft_s = fit->speed_ft_s - fit->deceleration_ft_s2 * rate;
@@ -727,7 +727,7 @@ static double get_braking_error(const struct mr_braking *fit, const double *grad
     return sqrt(get_variance(fit->covariance, UNKNOWNS, gradient));
 }
 
-static bool is_used(const struct mr_braking *fit, size_t gate)
+static bool is_gate_used(const struct mr_braking *fit, size_t gate)
 {
     return !(fit->left_out & 1u << gate);
 }
@@ -742,7 +742,7 @@ static enum mr_status set_start_values(const struct mr_gate *gates, size_t count
     struct mr_motion_estimate there;
     size_t total = 0, on_track = 0;
     for (size_t g = 0; g < count; g++) {
-        if (!is_used(fit, g))
+        if (!is_gate_used(fit, g))
             continue;
         on_track += gates[g].station_ft < fit->touchdown_ft;
         used[total++] = gates[g];
@@ -807,7 +807,7 @@ static void set_equations(const struct mr_gate *gates, size_t count, double posi
               right);
     for (size_t g = 0; g < count; g++) {
         struct motion motion;
-        if (!is_used(fit, g))
+        if (!is_gate_used(fit, g))
             continue;
         compute_motion(fit, gates[g].t_s, &motion);
         double residual = (gates[g].station_ft - motion.station_ft) * weight;
@@ -838,8 +838,8 @@ static enum mr_status begin_braking(const struct mr_gate *gates, size_t count, d
 /* Start values of a brake that acts late: the speed of the gates on the track, and the time at
  * which a parabola through the last gates has it. MR_LIMIT: the gear was elsewhere at that time;
  * `fit` is unchanged. */
-static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size_t on_track,
-                                 struct mr_braking *fit)
+static enum mr_status begin_late_brake(const struct mr_gate *gates, size_t count, size_t on_track,
+                                       struct mr_braking *fit)
 {
     size_t last = count - on_track < MR_GATES_END_MAX ? count - on_track : MR_GATES_END_MAX;
     struct mr_gates_fit parabola;
@@ -858,7 +858,7 @@ static enum mr_status begin_late(const struct mr_gate *gates, size_t count, size
     late.degrees_of_freedom--;
     late.onset_s = onset_s - late.touchdown_s - late.delay_s;
     if (!(late.deceleration_ft_s2 > 0.0) || !(late.onset_s > 0.0) || late.onset_s > ONSET_MAX_S ||
-        fabs(onset.position_ft.value - late.touchdown_ft - rolled_ft) > LATE_OFF_FT)
+        fabs(onset.position_ft.value - late.touchdown_ft - rolled_ft) > LATE_MISFIT_FT)
         return MR_LIMIT;
     *fit = late;
     return MR_OK;
@@ -921,13 +921,13 @@ bool mr_braking_is_accepted(const struct mr_braking *fit)
 
 /* Finds the gate without which chi-square falls most (exact for a linear model), and by how
  * much. */
-static double find_worst(const struct mr_braking *fit, const struct mr_gate *gates, size_t count,
-                         double position_error_ft, size_t *worst)
+static double find_worst_gate(const struct mr_braking *fit, const struct mr_gate *gates,
+                              size_t count, double position_error_ft, size_t *worst)
 {
     double most = 0.0;
     for (size_t g = 0; g < count; g++) {
         struct motion motion;
-        if (!is_used(fit, g))
+        if (!is_gate_used(fit, g))
             continue;
         compute_motion(fit, gates[g].t_s, &motion);
         double residual = (gates[g].station_ft - motion.station_ft) / position_error_ft;
@@ -941,29 +941,29 @@ static double find_worst(const struct mr_braking *fit, const struct mr_gate *gat
     return most;
 }
 
-static enum mr_status begin_without_worst(const struct mr_gate *gates, size_t count,
-                                          double position_error_ft, struct mr_braking *fit)
+static enum mr_status begin_without_worst_gate(const struct mr_gate *gates, size_t count,
+                                               double position_error_ft, struct mr_braking *fit)
 {
     size_t worst = 0, out = 0;
     for (size_t g = 0; g < count; g++)
-        out += !is_used(fit, g);
+        out += !is_gate_used(fit, g);
     if (out > count / 5 || fit->degrees_of_freedom < 2 ||
-        find_worst(fit, gates, count, position_error_ft, &worst) <
+        find_worst_gate(fit, gates, count, position_error_ft, &worst) <
             MR_GATE_OUTLIER_SIGMA * MR_GATE_OUTLIER_SIGMA)
         return MR_LIMIT;
     return begin_braking(gates, count, fit->touchdown_ft, fit->left_out | 1u << worst, fit);
 }
 
-enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
-                                    double position_error_ft, struct mr_braking *fit)
+enum mr_status mr_braking_drop_worst_gate(const struct mr_gate *gates, size_t count,
+                                          double position_error_ft, struct mr_braking *fit)
 {
-    enum mr_status status = begin_without_worst(gates, count, position_error_ft, fit);
+    enum mr_status status = begin_without_worst_gate(gates, count, position_error_ft, fit);
     while (status == MR_OK && iterate_fit(gates, count, position_error_ft, fit, &status)) {
     }
     return status;
 }
 
-double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate)
+double mr_gate_lateness_s(const struct mr_braking *fit, const struct mr_gate *gate)
 {
     struct motion motion;
     compute_motion(fit, gate->t_s, &motion);

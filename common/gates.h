@@ -171,7 +171,7 @@ enum mr_braking_unknown {
     MR_BRAKING_DECELERATION,
     MR_BRAKING_DELAY,
     MR_BRAKING_SHAPE,
-    MR_BRAKING_UNKNOWNS,
+    MR_BRAKING_UNKNOWN_COUNT,
 };
 
 struct mr_braking {
@@ -183,7 +183,7 @@ struct mr_braking {
     double delay_s;
     double shape;
     bool is_brake_late; /* the unknown MR_BRAKING_DELAY is the onset; delay_s is not fitted */
-    double covariance[MR_BRAKING_UNKNOWNS][MR_BRAKING_UNKNOWNS];
+    double covariance[MR_BRAKING_UNKNOWN_COUNT][MR_BRAKING_UNKNOWN_COUNT];
     double chi_square;
     unsigned degrees_of_freedom; /* degrees of freedom of chi-square */
     unsigned iterations;
@@ -201,15 +201,15 @@ enum mr_status mr_braking_fit(const struct mr_gate *gates, size_t count, double 
  * a fifth of the gates are left out, and two degrees of freedom must remain to identify the gate.
  * MR_OK; MR_LIMIT: no gate contradicts the others enough, or no more gates can be left out (`fit`
  * is then unchanged); else as mr_braking_fit. */
-enum mr_status mr_braking_leave_out(const struct mr_gate *gates, size_t count,
-                                    double position_error_ft, struct mr_braking *fit);
+enum mr_status mr_braking_drop_worst_gate(const struct mr_gate *gates, size_t count,
+                                          double position_error_ft, struct mr_braking *fit);
 
 /* True if the chi-square test does not reject the model. */
 bool mr_braking_is_accepted(const struct mr_braking *fit);
 
 /* Time from the wheel's arrival at the gate, according to the fit, to the opening of the gate, s.
  * Negative: the gate opened early. */
-double mr_braking_late_s(const struct mr_braking *fit, const struct mr_gate *gate);
+double mr_gate_lateness_s(const struct mr_braking *fit, const struct mr_gate *gate);
 
 /* Touchdown, stop and mean deceleration with their errors. MR_NUMERICS: the gear stops before the
  * deceleration has risen. */
@@ -232,7 +232,7 @@ double mr_chi_square(unsigned freedom, double deviations);
  * until the fit has finished. */
 
 enum mr_final_stage {
-    MR_FINAL_ALL,
+    MR_FINAL_ALL_GATES,
     MR_FINAL_TOUCHDOWN,
     MR_FINAL_LAST_GATES,
     MR_FINAL_OUTLIER,
@@ -242,10 +242,10 @@ enum mr_final_stage {
 
 /* Attempts to describe the gates by one deceleration, in this order. */
 enum mr_final_attempt {
-    MR_FINAL_AT_ONCE, /* the brake acts at touchdown */
-    MR_FINAL_LATE,    /* the brake acts later than at touchdown */
-    MR_FINAL_AGAIN,   /* as MR_FINAL_AT_ONCE, to find out which gate to leave out */
-    MR_FINAL_WITHOUT, /* as MR_FINAL_AT_ONCE, without the worst gate */
+    MR_FINAL_PROMPT_BRAKE, /* the brake acts at touchdown */
+    MR_FINAL_LATE_BRAKE,   /* the brake acts later than at touchdown */
+    MR_FINAL_REFIT,        /* as MR_FINAL_PROMPT_BRAKE, to find out which gate to leave out */
+    MR_FINAL_NO_WORST,     /* as MR_FINAL_PROMPT_BRAKE, without the worst gate */
 };
 
 /* Search among the last gates for a gate without which all the others lie on a parabola. */

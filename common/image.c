@@ -3,8 +3,8 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define CRC_OFFSET (MR_IMAGE_HEAD_BYTES - 4u)
-#define DIGITS     12u
+#define CRC_OFFSET    (MR_IMAGE_HEAD_BYTES - 4u)
+#define COMMIT_DIGITS 12u
 
 static bool is_in_flash(const struct mr_image *image)
 {
@@ -60,9 +60,9 @@ void mr_image_commit_text(uint32_t commit, uint16_t commit_more, bool changed,
         memcpy(text, "unknown", sizeof "unknown");
         return;
     }
-    for (unsigned i = 0; i < DIGITS; i++)
-        text[i] = digits[value >> 4u * (DIGITS - 1 - i) & 15u];
-    memcpy(text + DIGITS, changed ? "-dirty" : "", changed ? sizeof "-dirty" : 1);
+    for (unsigned i = 0; i < COMMIT_DIGITS; i++)
+        text[i] = digits[value >> 4u * (COMMIT_DIGITS - 1 - i) & 15u];
+    memcpy(text + COMMIT_DIGITS, changed ? "-dirty" : "", changed ? sizeof "-dirty" : 1);
 }
 
 /* ---- boards ---- */
@@ -72,16 +72,16 @@ static const struct mr_board boards[] = {
     [number] = {#name, part, package, text, chip},
 #include "common/boards.def"
 };
-#define BOARDS (sizeof boards / sizeof boards[0])
+#define BOARD_COUNT (sizeof boards / sizeof boards[0])
 
 const struct mr_board *mr_board_by_number(unsigned number)
 {
-    return number < BOARDS && boards[number].name ? &boards[number] : NULL;
+    return number < BOARD_COUNT && boards[number].name ? &boards[number] : NULL;
 }
 
 int mr_board_by_name(const char *name)
 {
-    for (unsigned i = 0; i < BOARDS; i++) {
+    for (unsigned i = 0; i < BOARD_COUNT; i++) {
         if (boards[i].name && strcmp(boards[i].name, name) == 0)
             return (int)i;
     }

@@ -53,7 +53,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     chain->step_s = params->step_s * (float)group;
     chain->per_lb = chain->step_s / chain->mass_slug;
     chain->low_bay = MR_CHAIN_BAYS + 1u;
-    chain->bays = (chain->count + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
+    chain->bays = (chain->count + MR_CHAIN_BAY_GROUPS - 1u) / MR_CHAIN_BAY_GROUPS;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
         float opening_ft = 0.0f, held_lb = 0.0f;
         unsigned inside = 0;
@@ -78,23 +78,24 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
 
 /* Values common to all joints and mats of a chain; the struct stays in registers while a bay
  * moves. */
-struct constants {
+struct chain_constants {
     struct one_joint joint;
     float friction_lb, per_lb, step_s;
 };
 
-static inline struct constants get_chain_constants(const struct mr_chain *chain)
+static inline struct chain_constants get_chain_constants(const struct mr_chain *chain)
 {
-    return (struct constants){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
-                              chain->friction_lb,
-                              chain->per_lb,
-                              chain->step_s};
+    return (struct chain_constants){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
+                                    chain->friction_lb,
+                                    chain->per_lb,
+                                    chain->step_s};
 }
 
 /* Tension of joint j at opening g_ft and opening speed opening_ft_s; also updates the joint's
  * reach. */
-static inline float update_joint(struct mr_chain *chain, const struct constants *constants,
-                                 unsigned j, float g_ft, float opening_ft_s)
+static inline float update_joint_pull(struct mr_chain *chain,
+                                      const struct chain_constants *constants, unsigned j,
+                                      float g_ft, float opening_ft_s)
 {
     float grit_lb = chain->grit_lb[j];
     struct one_pull pull = one_joint_pull(constants->joint, grit_lb,
@@ -105,12 +106,12 @@ static inline float update_joint(struct mr_chain *chain, const struct constants 
     return pull.lb;
 }
 
-static inline float update_joint_now(struct mr_chain *chain, const struct constants *constants,
-                                     unsigned j)
+static inline float update_joint_now(struct mr_chain *chain,
+                                     const struct chain_constants *constants, unsigned j)
 {
-    return update_joint(chain, constants, j,
-                        chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
-                        chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
+    return update_joint_pull(chain, constants, j,
+                             chain->gap_ft[j] + (chain->u_ft[j] - chain->u_ft[j - 1u]),
+                             chain->v_ft_s[j] - chain->v_ft_s[j - 1u]);
 }
 
 static unsigned get_group_index(const struct mr_chain *chain, unsigned mat)
@@ -118,27 +119,27 @@ static unsigned get_group_index(const struct mr_chain *chain, unsigned mat)
     return (mat - 1u) / chain->group + 1u;
 }
 
-static unsigned get_bay_first(unsigned bay)
+static unsigned get_first_group_of_bay(unsigned bay)
 {
-    return (bay - 1u) * MR_CHAIN_BAY + 1u;
+    return (bay - 1u) * MR_CHAIN_BAY_GROUPS + 1u;
 }
 
-static unsigned get_bay_last(const struct mr_chain *chain, unsigned bay)
+static unsigned get_last_group_of_bay(const struct mr_chain *chain, unsigned bay)
 {
-    return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY;
+    return bay == chain->bays ? chain->count : bay * MR_CHAIN_BAY_GROUPS;
 }
 
 /* Moves the mats of a bay by one step. `left_lb`: tension of the bay's first joint. Returns the
  * tension of the next bay's first joint. */
-static float step_bay(struct mr_chain *chain, const struct constants *constants, unsigned bay,
+static float step_bay(struct mr_chain *chain, const struct chain_constants *constants, unsigned bay,
                       float left_lb)
 {
-    unsigned first = get_bay_first(bay), last = get_bay_last(chain, bay);
+    unsigned first = get_first_group_of_bay(bay), last = get_last_group_of_bay(chain, bay);
     float u_ft = chain->u_ft[first], v_ft_s = chain->v_ft_s[first];
     for (unsigned n = first; n <= last; n++) {
         float next_ft = chain->u_ft[n + 1u], next_ft_s = chain->v_ft_s[n + 1u];
-        float right_lb = update_joint(chain, constants, n + 1u,
-                                      chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
+        float right_lb = update_joint_pull(
+            chain, constants, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
         if (v_ft_s != 0.0f || __builtin_fabsf(x_lb) > constants->friction_lb) {
             v_ft_s = one_mat_slip(v_ft_s, x_lb, constants->friction_lb, constants->per_lb).v_ft_s;
@@ -164,7 +165,7 @@ static void wake_bay(struct mr_chain *chain, unsigned bay)
 
 void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
 {
-    const struct constants constants = get_chain_constants(chain);
+    const struct chain_constants constants = get_chain_constants(chain);
     unsigned wheel = thrust_lb != 0.0f && mat >= 1 && mat <= chain->params.mats
                        ? get_group_index(chain, mat)
                        : 0;
@@ -173,24 +174,26 @@ void mr_chain_step(struct mr_chain *chain, unsigned mat, float thrust_lb)
     bool carried = false;
     float pushed_lb = chain->push_lb[wheel];
     if (wheel) {
-        wake_bay(chain, (wheel - 1u) / MR_CHAIN_BAY + 1u);
+        wake_bay(chain, (wheel - 1u) / MR_CHAIN_BAY_GROUPS + 1u);
         chain->push_lb[wheel] = pushed_lb + thrust_lb;
     }
     for (unsigned bay = chain->low_bay; bay <= chain->high_bay; bay++) {
         if (chain->is_awake[bay])
-            left_lb = step_bay(chain, &constants, bay,
-                               carried ? left_lb
-                                       : update_joint_now(chain, &constants, get_bay_first(bay)));
+            left_lb = step_bay(
+                chain, &constants, bay,
+                carried ? left_lb
+                        : update_joint_now(chain, &constants, get_first_group_of_bay(bay)));
         carried = chain->is_awake[bay];
     }
     chain->push_lb[wheel] = pushed_lb;
     for (unsigned bay = chain->low_bay, high = chain->high_bay; bay <= high; bay++) {
         if (!chain->is_awake[bay])
             continue;
-        if (bay > 1u && !chain->is_awake[bay - 1u] && chain->v_ft_s[get_bay_first(bay)] != 0.0f)
+        if (bay > 1u && !chain->is_awake[bay - 1u] &&
+            chain->v_ft_s[get_first_group_of_bay(bay)] != 0.0f)
             wake_bay(chain, bay - 1u);
         if (bay < chain->bays && !chain->is_awake[bay + 1u] &&
-            chain->v_ft_s[get_bay_last(chain, bay)] != 0.0f)
+            chain->v_ft_s[get_last_group_of_bay(chain, bay)] != 0.0f)
             wake_bay(chain, bay + 1u);
     }
 }
@@ -200,7 +203,7 @@ void mr_chain_set_force(struct mr_chain *chain, unsigned mat, float push_lb)
     unsigned n = get_group_index(chain, mat);
     chain->push_lb[n] = push_lb;
     if (push_lb > chain->friction_lb || push_lb < -chain->friction_lb)
-        wake_bay(chain, (n - 1u) / MR_CHAIN_BAY + 1u);
+        wake_bay(chain, (n - 1u) / MR_CHAIN_BAY_GROUPS + 1u);
 }
 
 bool mr_chain_end_block(struct mr_chain *chain)
@@ -209,7 +212,7 @@ bool mr_chain_end_block(struct mr_chain *chain)
     chain->low_bay = MR_CHAIN_BAYS + 1u;
     chain->high_bay = 0;
     for (unsigned bay = low; bay <= high; bay++) {
-        unsigned first = get_bay_first(bay), last = get_bay_last(chain, bay);
+        unsigned first = get_first_group_of_bay(bay), last = get_last_group_of_bay(chain, bay);
         if (!chain->is_awake[bay])
             continue;
         bool moves = chain->v_ft_s[first - 1u] != 0.0f || chain->v_ft_s[last + 1u] != 0.0f;

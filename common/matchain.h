@@ -15,9 +15,10 @@
  * of a group joint is the mean over its joints unless the caller sets a different one. The time
  * step grows with the group, because the stability limit does.
  *
- * Bays: the chain is divided into bays of MR_CHAIN_BAY mats, and only awake bays are computed. A
- * bay wakes up in the step in which the wheel pushes one of its mats or an adjacent mat moves. It
- * goes to sleep after a block in which neither its mats nor the adjacent mats have moved. */
+ * Bays: the chain is divided into bays of MR_CHAIN_BAY_GROUPS mats, and only awake bays are
+ * computed. A bay wakes up in the step in which the wheel pushes one of its mats or an adjacent mat
+ * moves. It goes to sleep after a block in which neither its mats nor the adjacent mats have moved.
+ * */
 #ifndef MATRIG_COMMON_MATCHAIN_H
 #define MATRIG_COMMON_MATCHAIN_H
 
@@ -28,8 +29,8 @@
 
 #define MR_CHAIN_MATS         512u
 #define MR_CHAIN_INDICES      (MR_CHAIN_MATS + 2u)
-#define MR_CHAIN_BAY          8u
-#define MR_CHAIN_BAYS         (MR_CHAIN_MATS / MR_CHAIN_BAY)
+#define MR_CHAIN_BAY_GROUPS   8u
+#define MR_CHAIN_BAYS         (MR_CHAIN_MATS / MR_CHAIN_BAY_GROUPS)
 /* largest plausible movement; in the report no mat moved by a foot */
 #define MR_CHAIN_RUNAWAY_FT   1.0f
 #define MR_CHAIN_RUNAWAY_FT_S 100.0f
@@ -53,7 +54,8 @@ struct mr_chain {
     unsigned count; /* number of groups */
     /* bays low..high contain all awake bays; low > high: none is awake */
     unsigned bays, low_bay, high_bay;
-    /* indexed by bay, from 1; bay b holds mats (b - 1) MR_CHAIN_BAY + 1 to b MR_CHAIN_BAY */
+    /* indexed by bay, from 1; bay b holds mats (b - 1) MR_CHAIN_BAY_GROUPS + 1 to b
+     * MR_CHAIN_BAY_GROUPS */
     bool is_awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* the values of one group */
     float per_lb;                                             /* step divided by mass */

@@ -2,10 +2,10 @@
 
 #include <string.h>
 
-#define UNCLEAR_BLOCKS      3000u /* longer than the 2.5 s between switches 5 ft apart at 2 ft/s */
+#define UNCLEAR_MAX_BLOCKS  3000u /* longer than the 2.5 s between switches 5 ft apart at 2 ft/s */
 #define REVERSE_MAX_FT_S    20.0  /* faster than a model can be pushed: a switch has opened late */
-/* A gear gets no faster than SPEED_RISE_MAX times its entry speed plus SPEED_RISE_MAX_FT_S. */
-#define SPEED_RISE_MAX      1.25
+/* A gear gets no faster than SPEED_RATIO_MAX times its entry speed plus SPEED_RISE_MAX_FT_S. */
+#define SPEED_RATIO_MAX     1.25
 #define SPEED_RISE_MAX_FT_S 3.0
 
 void mr_passage_start(struct mr_passage *passage)
@@ -37,7 +37,7 @@ static double compute_speed(const struct mr_passage_edge *from, const struct mr_
     return (to->station_ft - from->station_ft) / (since_s > 1e-6 ? since_s : 1e-6);
 }
 
-static bool is_rolling(double speed_ft_s)
+static bool is_rolling_speed(double speed_ft_s)
 {
     return speed_ft_s >= MR_PASSAGE_MIN_FT_S && speed_ft_s <= MR_PASSAGE_MAX_FT_S;
 }
@@ -62,7 +62,7 @@ static void add_gate(struct mr_passage *passage, const struct mr_passage_edge *e
                          .station_ft = edge->station_ft};
 }
 
-static void reject_held(struct mr_passage *passage, enum mr_switch_reason reason)
+static void reject_held_edges(struct mr_passage *passage, enum mr_switch_reason reason)
 {
     for (unsigned i = 0; i < passage->held_count; i++)
         add_event(passage, &passage->held[i], reason);
@@ -97,8 +97,8 @@ static void start_rolling(struct mr_passage *passage, unsigned first,
     add_missing_events(passage, from.station_ft, edge->station_ft, stations_ft, switches);
 }
 
-static bool add_push(struct mr_passage *passage, const struct mr_passage_edge *edge,
-                     double speed_ft_s)
+static bool add_pushback_edge(struct mr_passage *passage, const struct mr_passage_edge *edge,
+                              double speed_ft_s)
 {
     bool first = !passage->is_pushing;
     passage->is_pushing = true;
@@ -107,7 +107,7 @@ static bool add_push(struct mr_passage *passage, const struct mr_passage_edge *e
     passage->pushed_position = edge->position;
     if (first && passage->pushbacks < UINT16_MAX)
         passage->pushbacks++;
-    reject_held(passage, reason);
+    reject_held_edges(passage, reason);
     if (passage->state != MR_PASSAGE_ROLLING)
         passage->state = MR_PASSAGE_PUSHED;
     return first;
@@ -120,7 +120,7 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
 {
     struct mr_passage_changes news = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
-        if (is_rolling(compute_speed(&passage->held[i], edge))) {
+        if (is_rolling_speed(compute_speed(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
             news.has_started_landing = news.has_new_gate = true;
             return news;
@@ -129,7 +129,7 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
     if (passage->held_count) {
         double speed_ft_s = compute_speed(&passage->held[passage->held_count - 1], edge);
         if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
-            news.has_new_pushback = add_push(passage, edge, speed_ft_s);
+            news.has_new_pushback = add_pushback_edge(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
         passage->state = MR_PASSAGE_UNDECIDED;
     }
@@ -142,9 +142,9 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
 static bool is_plausible_speed(const struct mr_passage *passage, double speed_ft_s)
 {
     return passage->gates < 3
-             ? is_rolling(speed_ft_s)
+             ? is_rolling_speed(speed_ft_s)
              : speed_ft_s >= MR_PASSAGE_MIN_FT_S &&
-                   speed_ft_s <= SPEED_RISE_MAX * passage->entry_ft_s + SPEED_RISE_MAX_FT_S;
+                   speed_ft_s <= SPEED_RATIO_MAX * passage->entry_ft_s + SPEED_RISE_MAX_FT_S;
 }
 
 static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
@@ -157,7 +157,7 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
     double since_ft_s = compute_speed(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
     if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
-        news.has_new_pushback = add_push(passage, edge, since_ft_s);
+        news.has_new_pushback = add_pushback_edge(passage, edge, since_ft_s);
         add_event(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
     } else if (is_plausible_speed(passage, since_ft_s)) {
         if (passage->gates == MR_GATES_MAX)
@@ -199,9 +199,9 @@ bool mr_passage_on_block(struct mr_passage *passage, uint32_t block)
     passage->is_pushing = false;
     if (passage->state == MR_PASSAGE_NONE || passage->state == MR_PASSAGE_ROLLING)
         return false;
-    reject_held(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
-                         : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
-                                                             : MR_SWITCH_SLOW);
+    reject_held_edges(passage, passage->state != MR_PASSAGE_PUSHED ? MR_SWITCH_ALONE
+                               : passage->pushed_ft_s < 0.0        ? MR_SWITCH_REVERSE
+                                                                   : MR_SWITCH_SLOW);
     passage->state = MR_PASSAGE_NONE;
     return true;
 }
@@ -210,5 +210,5 @@ bool mr_passage_is_unclear(const struct mr_passage *passage, uint32_t block)
 {
     return passage->state == MR_PASSAGE_PUSHED ||
            (passage->state == MR_PASSAGE_UNDECIDED &&
-            block - passage->quiet_since_block < UNCLEAR_BLOCKS);
+            block - passage->quiet_since_block < UNCLEAR_MAX_BLOCKS);
 }

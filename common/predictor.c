@@ -11,46 +11,46 @@
 
 /* Correction of the model by readings. Tuned on seeds of `make score` that its tables do not
  * use. */
-#define SPRING_LB_FT      3000.0f
-#define SPRING_MAX_LB     16.0f
+#define SPRING_LB_FT           3000.0f
+#define SPRING_MAX_LB          16.0f
 /* The springs correct stations from SPRING_AHEAD_FT ahead of the wheel to SPRING_BEHIND_FT behind
  * it: the mat practically stops as the gear passes (report 2.7.2). */
-#define SPRING_AHEAD_FT   60.0f
-#define SPRING_BEHIND_FT  5.0f
+#define SPRING_AHEAD_FT        60.0f
+#define SPRING_BEHIND_FT       5.0f
 /* movement up to this far ahead of the wheel shows the resistance */
-#define EVIDENCE_AHEAD_FT 40.0f
-#define SCALE_PER_LB_IN   0.02f
-#define SCALE_MIN         0.3f
-#define SCALE_MAX         2.5f
+#define EVIDENCE_AHEAD_FT      40.0f
+#define SCALE_CHANGE_PER_LB_IN 0.02f
+#define SCALE_MIN              0.3f
+#define SCALE_MAX              2.5f
 /* share of a new reading in the mean: averages over about 50 blocks */
-#define SMOOTHING_SHARE   0.02f
+#define SMOOTHING_SHARE        0.02f
 
 /* When a transducer is no longer trusted. */
-#define DRIFT_IN        0.02f
-#define READING_MAX_IN  (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
-#define DISAGREE_IN     0.25f
-#define DISAGREE_BLOCKS 300u
+#define DRIFT_MAX_IN            0.02f
+#define READING_MAX_IN          (IN_PER_FT * MR_CHAIN_RUNAWAY_FT) /* a larger reading is invalid */
+#define DISAGREEMENT_MAX_IN     0.25f
+#define DISAGREEMENT_MAX_BLOCKS 300u
 
-#define STATION_MAX_FT          10000.0f /* limit of a plausible station */
-#define SPEED_MAX_FT_S          300.0f
-#define DECELERATION_MAX_FT_S2  64.0f /* twice the deceleration with locked wheels */
+#define STATION_MAX_FT         10000.0f /* limit of a plausible station */
+#define SPEED_MAX_FT_S         300.0f
+#define DECELERATION_MAX_FT_S2 64.0f /* twice the deceleration with locked wheels */
 /* more movement means that a wheel rolls, even if no switch opened */
-#define MOVED_IN                0.05f
+#define MOVED_MIN_IN           0.05f
 /* a smaller relative change of the deceleration does not restart the search */
-#define BRAKING_TOLERANCE       0.01f
-#define INTERVALS_WITHIN_BUDGET 10u
-#define FAILURES_MAX            3u
+#define BRAKING_TOLERANCE      0.01f
+#define INTERVALS_TO_UPGRADE   10u
+#define GUARD_TRIPS_MAX        3u
 
 /* Joints at rest. */
 /* gaps as laid: uniform between 0 and this, none beyond the slack (report 2.6) */
-#define LAID_GAP_IN        0.036f
+#define LAID_GAP_MAX_IN    0.036f
 #define SURVEY_ERROR_IN    0.005f
 /* a wheel rolls about half a mat in 4 blocks; updates every 8 blocks double the error */
 #define GRIT_UPDATE_BLOCKS 4u
 #define GRIT_UPDATE_VISITS 3u /* cost of one updated group, in joints visited */
 
 /* --- result --- */
-#define AT_WHEEL_FT        1.0f
+#define AT_WHEEL_MAX_FT    1.0f
 /* a zone end less than this far beyond a transducer has a smaller standard error */
 #define NEAR_TRANSDUCER_FT 9.5f
 /* a zone end less than this far from the end of the runway also has a smaller one */
@@ -74,7 +74,7 @@ static float compute_thrust_lb(const struct mr_predictor *p)
 /* --- joints at rest and their resistance --- */
 
 /* Uniform over 0..1: fractional part of i times an irrational number, to 24 bits. */
-static float spread_uniformly(uint32_t i, uint32_t multiplier)
+static float get_uniform_share(uint32_t i, uint32_t multiplier)
 {
     return (float)(i * multiplier >> 8) * (1.0f / 16777216.0f);
 }
@@ -82,7 +82,7 @@ static float spread_uniformly(uint32_t i, uint32_t multiplier)
 /* Closing resistance of a joint, relative to the mean of all joints. */
 static float get_grit_share(unsigned joint)
 {
-    return 2.0f * spread_uniformly(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
+    return 2.0f * get_uniform_share(joint, 2654435769u); /* 2^32 (sqrt 5 - 1) / 2 */
 }
 
 /* --- openings --- */
@@ -92,7 +92,7 @@ static void reset_gaps(struct mr_predictor *p)
     float slack_ft = p->config.chain.slack_ft;
     for (unsigned j = 0; j <= MR_CHAIN_MATS; j++) {
         /* 2^32 (sqrt 2 - 1) */
-        float gap_ft = LAID_GAP_IN / IN_PER_FT * spread_uniformly(j + 1u, 1779033704u);
+        float gap_ft = LAID_GAP_MAX_IN / IN_PER_FT * get_uniform_share(j + 1u, 1779033704u);
         p->gap_ft[j] = gap_ft < slack_ft ? gap_ft : slack_ft;
     }
 }
@@ -166,8 +166,8 @@ void mr_predictor_set_survey(struct mr_predictor *p, const float *sum_in)
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned first = s * MR_MATS_PER_SEGMENT, count = count_segment_joints(p, s);
         float have_ft = sum_gaps_ft(p, s), off_ft = sum_in[s] / IN_PER_FT - have_ft;
-        p->surveyed_in[s] = is_possible_sum(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
-        if (__builtin_isnan(p->surveyed_in[s]))
+        p->surveyed_sum_in[s] = is_possible_sum(p, s, sum_in[s]) ? sum_in[s] : MR_NAN;
+        if (__builtin_isnan(p->surveyed_sum_in[s]))
             continue;
         if (!(off_ft > error_ft || off_ft < -error_ft))
             continue;
@@ -194,7 +194,7 @@ void mr_predictor_mark_surveyed(struct mr_predictor *p, const float *sum_in)
         float said_in = sum_in[s] < 0.0f ? 0.0f : sum_in[s] > most_in ? most_in : sum_in[s];
         bool holds = is_possible_sum(p, s, sum_in[s]) &&
                      is_between(have_in - said_in, -error_in, error_in);
-        p->surveyed_in[s] = holds ? sum_in[s] : MR_NAN;
+        p->surveyed_sum_in[s] = holds ? sum_in[s] : MR_NAN;
     }
 }
 
@@ -204,8 +204,8 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
 {
     float slack_in[MR_SEGMENTS], moved_in[MR_TRANSDUCERS];
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        /* base_in is movement that the gaps already include */
-        moved_in[i] = p->last_in[i] - p->base_in[i];
+        /* model_base_in is movement that the gaps already include */
+        moved_in[i] = p->last_in[i] - p->model_base_in[i];
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
         slack_in[s] = count_segment_joints(p, s) == MR_MATS_PER_SEGMENT
                         ? IN_PER_FT * sum_gaps_ft(p, s)
@@ -214,7 +214,7 @@ void mr_predictor_find_kinematic(const struct mr_predictor *p, struct mr_closure
                                            .displacement_in = moved_in,
                                            .slack_in = slack_in,
                                            .wheel_ft = p->wheel_ft};
-    mr_closure_find(&input, zone, left_in);
+    mr_closure_find_zone(&input, zone, left_in);
 }
 
 /* Sets the gaps from the transducers alone. */
@@ -258,7 +258,7 @@ static void set_gaps_from_chain(struct mr_predictor *p)
 
 /* Resistance of a group's joint that closes next, relative to the mean. The weakest joint closes
  * first; reach_ft shows how far the group has closed. */
-static float find_next_joint_share(const struct mr_predictor *p, unsigned j)
+static float get_weakest_joint_share(const struct mr_predictor *p, unsigned j)
 {
     unsigned group = p->chain.group, first = (j - 1u) * group, last = get_joint_count(p) - 1u;
     float reach_ft = p->chain.reach_ft[j] - 1e-7f, best = 0.0f, most = 0.0f, share[4], gap_ft[4];
@@ -297,7 +297,7 @@ static void set_grits(struct mr_predictor *p)
     struct mr_chain *chain = &p->chain;
     float mean_lb = p->config.grit_lb * p->scale;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
-        chain->grit_lb[j] = mean_lb * find_next_joint_share(p, j);
+        chain->grit_lb[j] = mean_lb * get_weakest_joint_share(p, j);
         if (chain->group > 1u)
             p->closing_lb[j] = mean_lb * get_closing_share(p, j);
     }
@@ -307,8 +307,8 @@ static void set_grits(struct mr_predictor *p)
 static void update_grits(struct mr_predictor *p)
 {
     struct mr_chain *chain = &p->chain;
-    unsigned first = (chain->low_bay - 1u) * MR_CHAIN_BAY + 1u,
-             last = chain->high_bay * MR_CHAIN_BAY + 1u;
+    unsigned first = (chain->low_bay - 1u) * MR_CHAIN_BAY_GROUPS + 1u,
+             last = chain->high_bay * MR_CHAIN_BAY_GROUPS + 1u;
     if (chain->group == 1u || chain->low_bay > chain->high_bay ||
         p->block % GRIT_UPDATE_BLOCKS != 0)
         return;
@@ -316,7 +316,7 @@ static void update_grits(struct mr_predictor *p)
     for (unsigned j = first; j <= last && j <= chain->count + 1u; j++) {
         if (chain->v_ft_s[j] == 0.0f && chain->v_ft_s[j - 1u] == 0.0f)
             continue;
-        chain->grit_lb[j] = p->config.grit_lb * p->scale * find_next_joint_share(p, j);
+        chain->grit_lb[j] = p->config.grit_lb * p->scale * get_weakest_joint_share(p, j);
         followed++;
     }
     p->visits += GRIT_UPDATE_VISITS * followed;
@@ -353,7 +353,7 @@ static enum mr_status start_chain(struct mr_predictor *p)
 /* Displacement that the model predicts at a transducer, inches since arming. */
 static float get_model_displacement_in(const struct mr_predictor *p, unsigned i, unsigned mat)
 {
-    return p->base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
+    return p->model_base_in[i] + IN_PER_FT * mr_chain_displacement_ft(&p->chain, mat);
 }
 
 /* Sets which joints and wheel positions the search covers. The last position is the stop at the
@@ -382,7 +382,7 @@ static void begin_scan(struct mr_predictor *p)
         float last_ft = stop_ft < end_ft ? (stop_ft > 0.0f ? stop_ft : 0.0f) : end_ft;
         order.last_position = (uint16_t)((unsigned)(last_ft / group_ft) + 1u);
     }
-    p->scanned_ft_s2 = p->deceleration_ft_s2;
+    p->scan_deceleration_ft_s2 = p->deceleration_ft_s2;
     mr_zonescan_begin(&p->scan, chain, &order);
 }
 
@@ -406,8 +406,8 @@ static void complete_scan(struct mr_predictor *p)
 /* Continues the search by the share of one block. */
 static void continue_scan(struct mr_predictor *p)
 {
-    float off_ft_s2 = p->deceleration_ft_s2 - p->scanned_ft_s2,
-          same_ft_s2 = BRAKING_TOLERANCE * p->scanned_ft_s2;
+    float off_ft_s2 = p->deceleration_ft_s2 - p->scan_deceleration_ft_s2,
+          same_ft_s2 = BRAKING_TOLERANCE * p->scan_deceleration_ft_s2;
     if ((off_ft_s2 > same_ft_s2 || off_ft_s2 < -same_ft_s2) && !p->is_scan_restarted) {
         begin_scan(p);
         p->is_scan_restarted = true;
@@ -416,8 +416,8 @@ static void continue_scan(struct mr_predictor *p)
     bool complete = mr_zonescan_continue(&p->scan, &p->chain, MR_PREDICTOR_VISITS_PER_BLOCK);
     uint32_t visits = p->scan.visits - before;
     p->visits += visits;
-    p->interval_search += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
-                          MR_PREDICTOR_VISITS_PER_UPDATE;
+    p->interval_scan_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
+                                MR_PREDICTOR_VISITS_PER_UPDATE;
     p->interval_updates += (visits + MR_PREDICTOR_VISITS_PER_UPDATE - 1u) /
                            MR_PREDICTOR_VISITS_PER_UPDATE;
     if (complete)
@@ -430,7 +430,7 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         unsigned mat = find_mat_at_station(p, p->config.station_ft[i]);
         if (mat)
-            p->base_in[i] = get_model_displacement_in(p, i, mat);
+            p->model_base_in[i] = get_model_displacement_in(p, i, mat);
     }
     set_gaps_from_chain(p);
     p->level = level;
@@ -442,14 +442,14 @@ static void change_level(struct mr_predictor *p, enum mr_predictor_level level)
 
 /* Restarts the chain from the measured state when a guard has tripped; after too many times
  * continues without a model. */
-static void fall_back(struct mr_predictor *p)
+static void restart_diverged_chain(struct mr_predictor *p)
 {
     p->has_fallen_back = true;
     p->failures++;
     set_gaps_from_readings(p);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p->base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
-    if (p->failures > FAILURES_MAX)
+        p->model_base_in[i] = __builtin_isnan(p->last_in[i]) ? 0.0f : p->last_in[i];
+    if (p->failures > GUARD_TRIPS_MAX)
         p->level = MR_PREDICTOR_KINEMATIC;
     (void)start_chain(p);
     begin_scan(p);
@@ -457,7 +457,7 @@ static void fall_back(struct mr_predictor *p)
 
 /* True if the values are plausible for a model runway in feet, pounds and seconds. Values far off
  * are usually in another unit. */
-static bool is_plausible(const struct mr_predictor_config *config)
+static bool is_plausible_config(const struct mr_predictor_config *config)
 {
     const struct mr_chain_params *chain = &config->chain;
     float length_ft = chain->mat_length_ft, weight_lb = config->mat_weight_lb;
@@ -484,10 +484,10 @@ enum mr_status mr_predictor_start(struct mr_predictor *p, const struct mr_predic
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     reset_gaps(p);
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        p->surveyed_in[s] = MR_NAN;
+        p->surveyed_sum_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         p->last_in[i] = p->smoothed_in[i] = MR_NAN;
-    if (!is_plausible(config))
+    if (!is_plausible_config(config))
         return MR_USAGE;
     enum mr_status status = start_chain(p);
     if (status == MR_OK)
@@ -527,7 +527,7 @@ enum mr_status mr_predictor_load(struct mr_predictor *p, const struct mr_predict
 
 static void reset_budget(struct mr_predictor *p)
 {
-    p->interval_updates = p->interval_search = p->history_updates = 0;
+    p->interval_updates = p->interval_scan_updates = p->history_updates = 0;
     memset(p->interval_history, 0, sizeof p->interval_history);
 }
 
@@ -546,7 +546,7 @@ void mr_predictor_arm(struct mr_predictor *p)
     p->wheel_ft = p->speed_ft_s = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         p->last_in[i] = p->smoothed_in[i] = MR_NAN;
-        p->base_in[i] = 0.0f;
+        p->model_base_in[i] = 0.0f;
         p->doubt[i] = MR_PREDICTOR_TRUSTED;
         p->doubtful_blocks[i] = 0;
     }
@@ -558,18 +558,19 @@ void mr_predictor_arm(struct mr_predictor *p)
 
 /* True if this transducer is to be ignored for the rest of the landing. `off_in`: reading minus
  * model. */
-static bool is_doubted(struct mr_predictor *p, unsigned i, float reading_in, float off_in)
+static bool is_transducer_doubted(struct mr_predictor *p, unsigned i, float reading_in,
+                                  float off_in)
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
-    if (ahead_ft > SPRING_AHEAD_FT && (reading_in > DRIFT_IN || reading_in < -DRIFT_IN))
+    if (ahead_ft > SPRING_AHEAD_FT && (reading_in > DRIFT_MAX_IN || reading_in < -DRIFT_MAX_IN))
         p->doubt[i] = MR_PREDICTOR_DRIFTS;
     /* the plough level does not correct the model at the stations, so it may differ from the
      * readings */
     bool near = ahead_ft < EVIDENCE_AHEAD_FT && ahead_ft > -SPRING_BEHIND_FT &&
                 p->level != MR_PREDICTOR_PLOUGH;
-    if (!near || (off_in < DISAGREE_IN && off_in > -DISAGREE_IN))
+    if (!near || (off_in < DISAGREEMENT_MAX_IN && off_in > -DISAGREEMENT_MAX_IN))
         p->doubtful_blocks[i] = 0;
-    else if (++p->doubtful_blocks[i] >= DISAGREE_BLOCKS)
+    else if (++p->doubtful_blocks[i] >= DISAGREEMENT_MAX_BLOCKS)
         p->doubt[i] = MR_PREDICTOR_DISAGREES;
     return p->doubt[i] != MR_PREDICTOR_TRUSTED;
 }
@@ -580,12 +581,12 @@ static float compute_spring_force_lb(struct mr_predictor *p, unsigned i, unsigne
 {
     float ahead_ft = p->config.station_ft[i] - p->wheel_ft;
     float off_in = reading_in - get_model_displacement_in(p, i, mat);
-    if (is_doubted(p, i, reading_in, off_in)) {
+    if (is_transducer_doubted(p, i, reading_in, off_in)) {
         p->last_in[i] = MR_NAN;
         return 0.0f;
     }
     p->last_in[i] = reading_in;
-    if (reading_in > MOVED_IN || reading_in < -MOVED_IN)
+    if (reading_in > MOVED_MIN_IN || reading_in < -MOVED_MIN_IN)
         p->moved_mask |= 1u << i;
     if (__builtin_isnan(p->smoothed_in[i]))
         p->smoothed_in[i] = reading_in;
@@ -682,7 +683,7 @@ static void roll_wheel(struct mr_predictor *p, const struct mr_predictor_input *
             push_lb);
     }
     if (!mr_chain_end_block(&p->chain))
-        fall_back(p);
+        restart_diverged_chain(p);
     update_grits(p);
     uint32_t updates = mr_chain_reset_updates(&p->chain);
     p->updates += updates;
@@ -717,16 +718,16 @@ static void apply_budget(struct mr_predictor *p, bool is_interval_end)
     }
     if (!is_interval_end)
         return;
-    bool fits = (p->interval_updates - p->interval_search) * compute_next_level_cost(p) +
-                    p->interval_search <
+    bool fits = (p->interval_updates - p->interval_scan_updates) * compute_next_level_cost(p) +
+                    p->interval_scan_updates <
                 budget;
     p->intervals_within_budget = fits ? p->intervals_within_budget + 1u : 0;
     uint32_t *oldest = &p->interval_history[p->block / MR_PREDICTOR_INTERVAL_BLOCKS %
                                             (MR_PREDICTOR_INTERVALS_PER_S - 1u)];
     p->history_updates += p->interval_updates - *oldest;
     *oldest = p->interval_updates;
-    p->interval_updates = p->interval_search = 0;
-    if (p->intervals_within_budget >= INTERVALS_WITHIN_BUDGET && p->level > p->config.level)
+    p->interval_updates = p->interval_scan_updates = 0;
+    if (p->intervals_within_budget >= INTERVALS_TO_UPGRADE && p->level > p->config.level)
         change_level(p, p->level - 1);
 }
 
@@ -742,7 +743,7 @@ void mr_predictor_choose_cheaper(struct mr_predictor *p)
 static void adapt_resistance(struct mr_predictor *p)
 {
     /* at most a factor of 2 per interval */
-    float factor = 1.0f + SCALE_PER_LB_IN * p->work_lb_in;
+    float factor = 1.0f + SCALE_CHANGE_PER_LB_IN * p->work_lb_in;
     p->scale /= factor < 0.5f ? 0.5f : factor > 2.0f ? 2.0f : factor;
     p->scale = p->scale < SCALE_MIN ? SCALE_MIN : p->scale > SCALE_MAX ? SCALE_MAX : p->scale;
     p->work_lb_in = 0.0f;
@@ -790,9 +791,9 @@ void mr_predictor_end_landing(struct mr_predictor *p)
     p->is_armed = false;
     p->landings++;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        p->surveyed_in[s] = MR_NAN;
+        p->surveyed_sum_in[s] = MR_NAN;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
-        p->base_in[i] = 0.0f;
+        p->model_base_in[i] = 0.0f;
     p->level = p->config.level;
     (void)start_chain(p);
     complete_scan(p);
@@ -851,10 +852,11 @@ static void fill_kinematic_zone(const struct mr_predictor *p, struct mr_predicto
     zone->end_ft = found.end_ft;
     zone->closed_joints = found.mats ? found.mats + 1u : 0;
     zone->future_ft = found.start_ft;
-    zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSURE_OPEN_IN / (float)MR_MATS_PER_SEGMENT : 0.0f;
+    zone->mean_gap_in = found.mats ? 0.5f * MR_CLOSED_SEGMENT_MAX_IN / (float)MR_MATS_PER_SEGMENT
+                                   : 0.0f;
 }
 
-static void set_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void set_zone_basis(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     float low_ft = MR_NAN, high_ft = MR_NAN;
     unsigned surveyed = 0, segments = 0;
@@ -873,7 +875,7 @@ static void set_basis(const struct mr_predictor *p, struct mr_predictor_zone *zo
     for (unsigned s = (unsigned)(zone->start_ft / segment_ft);
          s < MR_SEGMENTS && (float)s * segment_ft < zone->end_ft; s++) {
         segments++;
-        surveyed += __builtin_isnan(p->surveyed_in[s]) ? 0u : 1u;
+        surveyed += __builtin_isnan(p->surveyed_sum_in[s]) ? 0u : 1u;
     }
     zone->basis |= !any ? MR_PREDICTOR_BLIND : 0u;
     zone->basis |= any && zone->mats && zone->start_ft >= low_ft && zone->end_ft <= high_ft
@@ -897,9 +899,9 @@ static const float end_error_mats[MR_PREDICTOR_END_CLASSES] = {16.07f, 17.60f, 2
 
 /* Factors by level on the errors above. Levels TWO and FOUR need none; the plough and kinematic
  * levels do (tests/score/README.md). */
-#define LEVELS (MR_PREDICTOR_KINEMATIC + 1)
-static const float start_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
-                   end_error_factor[LEVELS] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
+#define LEVEL_COUNT (MR_PREDICTOR_KINEMATIC + 1)
+static const float start_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 1.7f},
+                   end_error_factor[LEVEL_COUNT] = {1.0f, 1.0f, 1.0f, 1.2f, 2.0f};
 
 static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predictor_zone *zone)
 {
@@ -915,12 +917,12 @@ static uint8_t classify_end(const struct mr_predictor *p, const struct mr_predic
     return zone->end_ft > runway_ft - NEAR_RUNWAY_END_FT ? 3u : near ? 0u : beyond ? 1u : 2u;
 }
 
-static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
+static void set_zone_errors(const struct mr_predictor *p, struct mr_predictor_zone *zone)
 {
     unsigned surveyed = zone->basis & MR_PREDICTOR_SURVEY ? 4u : 0u,
              between = zone->basis & MR_PREDICTOR_BRACKETED ? 2u : 0u;
     /* ahead of the wheel, or at a coarser level, the start of the zone is less certain */
-    bool ahead = zone->distance_ft > AT_WHEEL_FT || zone->level != MR_PREDICTOR_FULL;
+    bool ahead = zone->distance_ft > AT_WHEEL_MAX_FT || zone->level != MR_PREDICTOR_FULL;
     float mat_ft = p->config.chain.mat_length_ft;
     zone->start_class = (uint8_t)(surveyed + between + ahead);
     zone->end_class = (uint8_t)(surveyed + classify_end(p, zone));
@@ -929,7 +931,7 @@ static void set_errors(const struct mr_predictor *p, struct mr_predictor_zone *z
     zone->end_error_ft = mat_ft * end_error_factor[zone->level] * end_error_mats[zone->end_class];
 }
 
-static void set_verdict(struct mr_predictor_zone *zone)
+static void set_zone_verdict(struct mr_predictor_zone *zone)
 {
     if (zone->future_mats >= MR_PREDICTOR_WARNING_MATS) {
         zone->verdict = MR_PREDICTOR_WARNING;
@@ -961,16 +963,16 @@ void mr_predictor_get_zone(const struct mr_predictor *p, struct mr_predictor_zon
         fill_zone(p, zone);
     }
     zone->basis = unmoved ? MR_PREDICTOR_NO_MOTION : 0u;
-    set_basis(p, zone);
+    set_zone_basis(p, zone);
     if (zone->mats) {
         float distance_ft = zone->start_ft - p->wheel_ft;
         zone->distance_ft = distance_ft < 0.0f ? 0.0f : distance_ft;
         /* the score has no valid errors for this level */
         if (zone->level != MR_PREDICTOR_KINEMATIC)
-            set_errors(p, zone);
+            set_zone_errors(p, zone);
         if (!unmoved)
-            zone->lead_s = mr_closure_lead_s(zone->distance_ft, p->speed_ft_s,
-                                             p->deceleration_ft_s2);
+            zone->lead_s = mr_closure_compute_lead_s(zone->distance_ft, p->speed_ft_s,
+                                                     p->deceleration_ft_s2);
     }
-    set_verdict(zone);
+    set_zone_verdict(zone);
 }

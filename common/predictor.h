@@ -106,14 +106,15 @@ struct mr_predictor {
     struct mr_chain chain;
     struct mr_zonescan scan;             /* search in progress */
     struct mr_zonescan_found found_zone; /* result of the last complete search */
-    float scanned_ft_s2;                 /* deceleration at the start of the search in progress */
+    float scan_deceleration_ft_s2;       /* deceleration at the start of the search in progress */
     bool is_scan_restarted;              /* the search in progress replaced an incomplete one */
     uint8_t found_group;                 /* mats per group in `found_zone` */
     float gap_ft[MR_CHAIN_MATS + 1u];    /* by joint, at the start of the chain */
     /* levels with groups: resistance against closing a whole group */
     float closing_lb[MR_CHAIN_MATS / 2u + 2u];
-    float surveyed_in[MR_SEGMENTS]; /* sums of openings; NaN: not surveyed since the last landing */
-    float scale;                    /* scale factor of the closing resistance */
+    /* sums of openings; NaN: not surveyed since the last landing */
+    float surveyed_sum_in[MR_SEGMENTS];
+    float scale; /* scale factor of the closing resistance */
     float wheel_ft, speed_ft_s, deceleration_ft_s2;
     uint32_t landings; /* landings included in the runway's state */
     bool is_armed, braking, is_degraded, has_fallen_back;
@@ -131,7 +132,7 @@ struct mr_predictor {
     uint32_t history_updates; /* sum of interval_history */
     /* share of interval_updates that does not depend on the level: the search, and other work
      * counted as joints examined */
-    uint32_t interval_search;
+    uint32_t interval_scan_updates;
     /* consecutive intervals in which the next better level would have been within the budget */
     unsigned intervals_within_budget;
     unsigned failures;     /* number of guards that tripped in this landing */
@@ -139,7 +140,8 @@ struct mr_predictor {
     float pending_s;       /* elapsed time that the model has not computed yet */
     /* work of the springs over the transducers' movements in this interval */
     float work_lb_in;
-    float base_in[MR_TRANSDUCERS]; /* displacement in the model at the last start of the chain */
+    /* displacement in the model at the last start of the chain */
+    float model_base_in[MR_TRANSDUCERS];
     float smoothed_in[MR_TRANSDUCERS]; /* readings, delayed by 50 ms */
     float last_in[MR_TRANSDUCERS];     /* newest trusted readings; NaN: none */
     uint8_t doubt[MR_TRANSDUCERS];     /* enum mr_predictor_doubt */

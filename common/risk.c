@@ -3,28 +3,28 @@
 #include "common/crc32.h"
 #include "common/wire.h"
 
-#define G_FT_S2                32.174f
-#define BLOCK_S                1e-3f
-#define ZONE_MATS              50.0f
-#define ZONE_RATIO_MAX         3.0f /* longer zones do not increase the risk */
-#define EXCESS_START_MATS      40.0f
-#define EXCESS_RANGE_MATS      20.0f
-#define STEP_S                 0.05f
-#define TIME_STEPS             240u
-#define DECELERATION_MIN_FT_S2 0.1f
-#define SLOW_FT_S              2.0f /* a slower wheel reaches no further zone */
+#define G_FT_S2                   32.174f
+#define BLOCK_S                   1e-3f
+#define ZONE_MATS                 50.0f
+#define ZONE_RATIO_MAX            3.0f /* longer zones do not increase the risk */
+#define EXCESS_START_MATS         40.0f
+#define EXCESS_RANGE_MATS         20.0f
+#define STEP_S                    0.05f
+#define TIME_STEP_COUNT           240u
+#define DECELERATION_MIN_FT_S2    0.1f
+#define SLOW_MAX_FT_S             2.0f /* a slower wheel reaches no further zone */
 /* planned speed loss above which the measurement is compared with the plan */
-#define COMPARED_LOSS_FT_S     2.0f
-#define PLAN_RATIO_MIN         0.6f
-#define PLAN_RATIO_MAX         1.6f
-#define OFF_BLOCKS             300u
-#define SPEED_TOLERANCE        0.15f
-#define HARDER_RATIO           1.05f
-#define MUCH_HARDER_RATIO      1.15f
-#define LANDINGS_MAX           6.0f
-#define EXPECTED_ZONE_MIN_MATS 30u
+#define COMPARED_LOSS_MIN_FT_S    2.0f
+#define PLAN_RATIO_MIN            0.6f
+#define PLAN_RATIO_MAX            1.6f
+#define DEVIATION_MAX_BLOCKS      300u
+#define SPEED_TOLERANCE           0.15f
+#define HARDER_BRAKING_RATIO      1.05f
+#define MUCH_HARDER_BRAKING_RATIO 1.15f
+#define LANDINGS_MAX              6.0f
+#define EXPECTED_ZONE_MIN_MATS    30u
 
-static const float risk_weights[MR_RISK_SETS][MR_RISK_INPUTS] = {
+static const float risk_weights[MR_RISK_WEIGHT_SET_COUNT][MR_RISK_INPUT_COUNT] = {
 #include "common/risk_weights.def"
 };
 
@@ -37,16 +37,16 @@ static bool is_between(float x, float least, float most)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan)
 {
-    for (unsigned i = 0; i < MR_RISK_ITEMS; i++)
-        (void)mr_risk_item_set(plan, i, MR_NAN);
+    for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++)
+        (void)mr_risk_plan_set_item(plan, i, MR_NAN);
 }
 
-static float *get_item_address(struct mr_risk_plan *plan, unsigned item)
+static float *get_plan_item_address(struct mr_risk_plan *plan, unsigned item)
 {
     float *const list[] = {plan->row_ft_s2, plan->row_log_odds, plan->row_ft, plan->knot_s,
                            plan->knot_ft_s2};
-    static const unsigned count[] = {MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_ROWS, MR_RISK_KNOTS,
-                                     MR_RISK_KNOTS};
+    static const unsigned count[] = {MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS, MR_RISK_CHART_ROWS,
+                                     MR_RISK_PLAN_KNOTS, MR_RISK_PLAN_KNOTS};
     if (item < 2u)
         return item ? &plan->speed_ft_s : &plan->landings;
     item -= 2u;
@@ -58,16 +58,16 @@ static float *get_item_address(struct mr_risk_plan *plan, unsigned item)
     return NULL;
 }
 
-float mr_risk_item(const struct mr_risk_plan *plan, unsigned item)
+float mr_risk_plan_get_item(const struct mr_risk_plan *plan, unsigned item)
 {
     struct mr_risk_plan copy = *plan;
-    const float *at = get_item_address(&copy, item);
+    const float *at = get_plan_item_address(&copy, item);
     return at ? *at : MR_NAN;
 }
 
-bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value)
+bool mr_risk_plan_set_item(struct mr_risk_plan *plan, unsigned item, float value)
 {
-    float *at = get_item_address(plan, item);
+    float *at = get_plan_item_address(plan, item);
     if (!at)
         return false;
     *at = __builtin_isnan(value) ? MR_NAN : value;
@@ -77,34 +77,34 @@ bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value)
 uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan)
 {
     uint32_t crc = 0;
-    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
+    for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++) {
         uint8_t bytes[4];
-        float value = mr_risk_item(plan, i);
+        float value = mr_risk_plan_get_item(plan, i);
         mr_put_f32(bytes, __builtin_isnan(value) ? MR_NAN : value);
         crc = mr_crc32(crc, bytes, sizeof bytes);
     }
     return crc;
 }
 
-static unsigned count_rows(const struct mr_risk_plan *plan)
+static unsigned count_chart_rows(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
-    while (n < MR_RISK_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
+    while (n < MR_RISK_CHART_ROWS && !__builtin_isnan(plan->row_ft_s2[n]))
         n++;
     return n;
 }
 
-static unsigned count_knots(const struct mr_risk_plan *plan)
+static unsigned count_plan_knots(const struct mr_risk_plan *plan)
 {
     unsigned n = 0;
-    while (n < MR_RISK_KNOTS && !__builtin_isnan(plan->knot_s[n]))
+    while (n < MR_RISK_PLAN_KNOTS && !__builtin_isnan(plan->knot_s[n]))
         n++;
     return n;
 }
 
 enum mr_status mr_risk_plan_check(const struct mr_risk_plan *plan)
 {
-    unsigned knots = count_knots(plan), rows = count_rows(plan);
+    unsigned knots = count_plan_knots(plan), rows = count_chart_rows(plan);
     if (!is_between(plan->speed_ft_s, 1.0f, 300.0f) || knots < 1u)
         return MR_USAGE;
     for (unsigned i = 0; i < knots; i++) {
@@ -142,7 +142,8 @@ static float interpolate(const float *x, const float *y, unsigned count, float a
 
 static float get_plan_ft_s2(const struct mr_risk_state *risk, float since_s)
 {
-    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, count_knots(&risk->plan), since_s);
+    return interpolate(risk->plan.knot_s, risk->plan.knot_ft_s2, count_plan_knots(&risk->plan),
+                       since_s);
 }
 
 static bool is_following_plan(const struct mr_risk_state *risk)
@@ -153,14 +154,14 @@ static bool is_following_plan(const struct mr_risk_state *risk)
 /* --- look ahead --- */
 
 /* Looks ahead from this speed, with the planned braking multiplied by the measured plan_ratio. */
-static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
+static void predict_planned_braking(struct mr_risk_state *risk, float speed_ft_s)
 {
-    float at_s = risk->since_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
-    for (unsigned i = 0; i < TIME_STEPS && v_ft_s > 0.0f; i++) {
+    float at_s = risk->since_touchdown_s, stopping_distance_ft = 0.0f, v_ft_s = speed_ft_s;
+    for (unsigned i = 0; i < TIME_STEP_COUNT && v_ft_s > 0.0f; i++) {
         float a_ft_s2 = get_plan_ft_s2(risk, at_s + 0.5f * STEP_S) * risk->plan_ratio;
         a_ft_s2 = a_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2 : a_ft_s2;
-        if (a_ft_s2 > HARDER_RATIO * risk->hardest_ft_s2) {
-            risk->hardest_ft_s2 = a_ft_s2;
+        if (a_ft_s2 > HARDER_BRAKING_RATIO * risk->hardest_braking_ft_s2) {
+            risk->hardest_braking_ft_s2 = a_ft_s2;
             risk->hardest_distance_ft = stopping_distance_ft;
         }
         float step_s = v_ft_s < a_ft_s2 * STEP_S ? v_ft_s / a_ft_s2 : STEP_S;
@@ -168,7 +169,7 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
         v_ft_s -= a_ft_s2 * STEP_S;
         at_s += STEP_S;
     }
-    if (v_ft_s > 0.0f) { /* after TIME_STEPS the last deceleration continues */
+    if (v_ft_s > 0.0f) { /* after TIME_STEP_COUNT the last deceleration continues */
         float last_ft_s2 = get_plan_ft_s2(risk, at_s) * risk->plan_ratio;
         stopping_distance_ft += 0.5f * v_ft_s * v_ft_s /
                                 (last_ft_s2 < DECELERATION_MIN_FT_S2 ? DECELERATION_MIN_FT_S2
@@ -178,26 +179,26 @@ static void look_ahead_by_plan(struct mr_risk_state *risk, float speed_ft_s)
 }
 
 /* Looks ahead as if the present deceleration continued. */
-static void look_ahead_at_present_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
+static void predict_present_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
     float speed_ft_s = p->speed_ft_s;
     float a_ft_s2 = p->deceleration_ft_s2 > DECELERATION_MIN_FT_S2 ? p->deceleration_ft_s2
                                                                    : DECELERATION_MIN_FT_S2;
-    risk->hardest_ft_s2 = a_ft_s2;
+    risk->hardest_braking_ft_s2 = a_ft_s2;
     risk->hardest_distance_ft = 0.0f;
     risk->stopping_distance_ft = __builtin_isnan(speed_ft_s)
                                    ? MR_NAN
                                    : 0.5f * speed_ft_s * speed_ft_s / a_ft_s2;
 }
 
-static void look_ahead(struct mr_risk_state *risk, const struct mr_predictor *p)
+static void predict_braking(struct mr_risk_state *risk, const struct mr_predictor *p)
 {
-    risk->hardest_ft_s2 = risk->hardest_distance_ft = 0.0f;
+    risk->hardest_braking_ft_s2 = risk->hardest_distance_ft = 0.0f;
     if (is_following_plan(risk))
-        look_ahead_by_plan(risk,
-                           __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s : p->speed_ft_s);
+        predict_planned_braking(risk, __builtin_isnan(p->speed_ft_s) ? risk->plan.speed_ft_s
+                                                                     : p->speed_ft_s);
     else
-        look_ahead_at_present_braking(risk, p);
+        predict_present_braking(risk, p);
 }
 
 /* Starts the search for the zone that the hardest later braking would close. */
@@ -218,13 +219,14 @@ static void begin_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
         return;
     }
     to_ft = to_ft < end_ft ? to_ft : end_ft;
-    mr_zonescan_begin(&risk->scan, chain,
-                      &(struct mr_zonescan_range){
-                          .from_joint = (uint16_t)(chain->count + 2u),
-                          .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
-                          .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
-                          .push_lb = p->config.thrust_lb_per_g * risk->hardest_ft_s2 / G_FT_S2,
-                          .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb});
+    mr_zonescan_begin(
+        &risk->scan, chain,
+        &(struct mr_zonescan_range){.from_joint = (uint16_t)(chain->count + 2u),
+                                    .position = (uint16_t)((unsigned)(from_ft / group_ft) + 1u),
+                                    .last_position = (uint16_t)((unsigned)(to_ft / group_ft) + 1u),
+                                    .push_lb = p->config.thrust_lb_per_g *
+                                               risk->hardest_braking_ft_s2 / G_FT_S2,
+                                    .grit_lb = chain->group > 1u ? p->closing_lb : chain->grit_lb});
 }
 
 static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor *p)
@@ -235,7 +237,7 @@ static void continue_scan(struct mr_risk_state *risk, const struct mr_predictor 
         return;
     }
     if (!risk->is_scanning || risk->scan_group != p->chain.group) {
-        look_ahead(risk, p);
+        predict_braking(risk, p);
         begin_scan(risk, p);
     }
     if (!risk->is_scanning ||
@@ -257,9 +259,9 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
         return;
     risk->plan = *plan;
     risk->has_plan = true;
-    look_ahead_by_plan(risk, plan->speed_ft_s);
+    predict_planned_braking(risk, plan->speed_ft_s);
     risk->mean_ft_s2 = 0.5f * plan->speed_ft_s * plan->speed_ft_s / risk->stopping_distance_ft;
-    bool has_chart = count_rows(plan) > 0;
+    bool has_chart = count_chart_rows(plan) > 0;
     risk->has_chart = has_chart && plan->landings == (float)p->landings;
     risk->is_chart_old = has_chart && !risk->has_chart;
 }
@@ -267,10 +269,10 @@ void mr_risk_arm(struct mr_risk_state *risk, const struct mr_risk_plan *plan,
 /* Compares the measured speed loss with the planned one. */
 static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
 {
-    risk->planned_loss_ft_s += BLOCK_S * get_plan_ft_s2(risk, risk->since_s);
+    risk->planned_loss_ft_s += BLOCK_S * get_plan_ft_s2(risk, risk->since_touchdown_s);
     bool off = risk->touchdown_ft_s > (1.0f + SPEED_TOLERANCE) * risk->plan.speed_ft_s ||
                risk->touchdown_ft_s < (1.0f - SPEED_TOLERANCE) * risk->plan.speed_ft_s;
-    if (risk->planned_loss_ft_s > COMPARED_LOSS_FT_S && speed_ft_s > 0.0f) {
+    if (risk->planned_loss_ft_s > COMPARED_LOSS_MIN_FT_S && speed_ft_s > 0.0f) {
         float met = (risk->touchdown_ft_s - speed_ft_s) / risk->planned_loss_ft_s;
         off = off || !is_between(met, PLAN_RATIO_MIN, PLAN_RATIO_MAX);
         risk->plan_ratio = met < PLAN_RATIO_MIN ? PLAN_RATIO_MIN
@@ -278,7 +280,7 @@ static void compare_with_plan(struct mr_risk_state *risk, float speed_ft_s)
                                                 : met;
     }
     risk->deviating_blocks = (uint16_t)(off ? risk->deviating_blocks + 1u : 0u);
-    risk->has_left_plan = risk->has_left_plan || risk->deviating_blocks >= OFF_BLOCKS;
+    risk->has_left_plan = risk->has_left_plan || risk->deviating_blocks >= DEVIATION_MAX_BLOCKS;
 }
 
 void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
@@ -291,7 +293,7 @@ void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *p,
     if (risk->has_touched_down && is_following_plan(risk))
         compare_with_plan(risk, p->speed_ft_s);
     if (risk->has_touched_down)
-        risk->since_s += BLOCK_S;
+        risk->since_touchdown_s += BLOCK_S;
     continue_scan(risk, p);
 }
 
@@ -353,8 +355,8 @@ static float compute_mean_opening_in(const struct mr_risk_state *risk, float whe
 }
 
 /* Reports when the wheel reaches the expected zone, and when it is 10 to 15 mats inside it. */
-static void set_lead(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
-                     struct mr_risk_report *report)
+static void set_zone_times(const struct mr_predictor *p, const struct mr_predictor_zone *zone,
+                           struct mr_risk_report *report)
 {
     float start_ft = zone->mats >= MR_PREDICTOR_WARNING_MATS     ? zone->start_ft
                    : zone->future_mats >= EXPECTED_ZONE_MIN_MATS ? zone->future_ft
@@ -364,14 +366,14 @@ static void set_lead(const struct mr_predictor *p, const struct mr_predictor_zon
         return;
     float ahead_ft = start_ft - p->wheel_ft;
     report->failure_ft = start_ft + MR_RISK_FAILURE_MATS * p->config.chain.mat_length_ft;
-    report->start_s = mr_closure_lead_s(ahead_ft > 0.0f ? ahead_ft : 0.0f, p->speed_ft_s,
-                                        p->deceleration_ft_s2);
-    report->failure_s = mr_closure_lead_s(report->failure_ft - p->wheel_ft, p->speed_ft_s,
-                                          p->deceleration_ft_s2);
+    report->start_s = mr_closure_compute_lead_s(ahead_ft > 0.0f ? ahead_ft : 0.0f, p->speed_ft_s,
+                                                p->deceleration_ft_s2);
+    report->failure_s = mr_closure_compute_lead_s(report->failure_ft - p->wheel_ft, p->speed_ft_s,
+                                                  p->deceleration_ft_s2);
 }
 
-static unsigned find_basis(const struct mr_risk_state *risk, const struct mr_predictor *p,
-                           const struct mr_predictor_zone *zone)
+static unsigned find_risk_basis(const struct mr_risk_state *risk, const struct mr_predictor *p,
+                                const struct mr_predictor_zone *zone)
 {
     unsigned basis = is_following_plan(risk) ? MR_RISK_OF_PLAN : 0u;
     basis |= is_following_plan(risk) && risk->has_chart ? MR_RISK_OF_CHART : 0u;
@@ -384,9 +386,9 @@ static unsigned find_basis(const struct mr_risk_state *risk, const struct mr_pre
     return basis;
 }
 
-static enum mr_risk_reason find_reason(const struct mr_risk_state *risk,
-                                       const struct mr_predictor_zone *zone,
-                                       const struct mr_risk_report *report)
+static enum mr_risk_reason find_risk_reason(const struct mr_risk_state *risk,
+                                            const struct mr_predictor_zone *zone,
+                                            const struct mr_risk_report *report)
 {
     if (__builtin_isnan(report->risk))
         return MR_RISK_NOT_KNOWN;
@@ -409,12 +411,12 @@ static bool is_plan_used(const struct mr_risk_state *risk, const struct mr_predi
 {
     return is_following_plan(risk) &&
            (risk->has_chart || !p->braking ||
-            risk->hardest_ft_s2 > MUCH_HARDER_RATIO * p->deceleration_ft_s2);
+            risk->hardest_braking_ft_s2 > MUCH_HARDER_BRAKING_RATIO * p->deceleration_ft_s2);
 }
 
-static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
-                       const struct mr_predictor_zone *zone, bool by_plan,
-                       struct mr_risk_report *report)
+static void set_risk_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
+                            const struct mr_predictor_zone *zone, bool by_plan,
+                            struct mr_risk_report *report)
 {
     struct mr_closure_zone closed;
     float left_in[MR_SEGMENTS], *x = report->input;
@@ -422,44 +424,45 @@ static void set_inputs(struct mr_risk_state *risk, const struct mr_predictor *p,
     float wheel_ft = __builtin_isnan(p->wheel_ft) || p->wheel_ft < risk->touchdown_ft
                        ? risk->touchdown_ft
                        : p->wheel_ft;
-    look_ahead(risk, p);
+    predict_braking(risk, p);
     bool planned = by_plan && is_plan_used(risk, p),
          charted = by_plan && report->basis & MR_RISK_OF_CHART;
     if (!planned)
-        look_ahead_at_present_braking(risk, p);
+        predict_present_braking(risk, p);
     mr_predictor_find_kinematic(p, &closed, left_in);
     x[MR_RISK_CONSTANT] = 1.0f;
     x[MR_RISK_FUTURE] = compute_zone_share(zone->future_mats);
     x[MR_RISK_KINEMATIC] = blind ? 0.0f : compute_zone_ratio(closed.mats);
     x[MR_RISK_EXCESS] = compute_excess_share(zone->future_mats);
-    x[MR_RISK_BRAKING] = (risk->hardest_ft_s2 < 20.0f ? risk->hardest_ft_s2 : 20.0f) / 6.0f;
+    x[MR_RISK_BRAKING] =
+        (risk->hardest_braking_ft_s2 < 20.0f ? risk->hardest_braking_ft_s2 : 20.0f) / 6.0f;
     float still = 1.0f - (planned ? compute_excess_share(risk->planned_mats) : x[MR_RISK_EXCESS]);
     x[MR_RISK_DISTANCE] =
         still * (risk->stopping_distance_ft < 150.0f ? risk->stopping_distance_ft : 150.0f) / 50.0f;
     x[MR_RISK_FRICTION] = p->config.chain.friction_lb / p->config.mat_weight_lb / 0.6f;
     x[MR_RISK_LANDINGS] = ((float)p->landings < LANDINGS_MAX ? (float)p->landings : LANDINGS_MAX) /
                           3.0f;
-    x[MR_RISK_OPEN] = compute_mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
+    x[MR_RISK_OPENING] = compute_mean_opening_in(risk, wheel_ft, left_in) / 0.015f;
     x[MR_RISK_PLANNED] = planned ? 0.5f * (compute_zone_share(risk->planned_mats) +
                                            compute_excess_share(risk->planned_mats))
                                  : 0.0f;
     x[MR_RISK_CHART] = 0.0f;
     if (charted) {
         x[MR_RISK_CHART] = interpolate(risk->plan.row_ft_s2, risk->plan.row_log_odds,
-                                       count_rows(&risk->plan),
+                                       count_chart_rows(&risk->plan),
                                        risk->mean_ft_s2 * risk->plan_ratio);
     }
-    report->weight_set = (charted   ? MR_RISK_BY_CHART
-                          : planned ? MR_RISK_BY_PLAN
-                                    : MR_RISK_NO_PLAN) +
-                         (report->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_IF_BRAKING : 0u) +
-                         (blind ? MR_RISK_IF_NO_SENSOR : 0u);
+    report->weight_set = (charted   ? MR_RISK_SET_BY_CHART
+                          : planned ? MR_RISK_SET_BY_PLAN
+                                    : MR_RISK_SET_NO_PLAN) +
+                         (report->basis & MR_RISK_BRAKING_KNOWN ? MR_RISK_SET_IF_BRAKING : 0u) +
+                         (blind ? MR_RISK_SET_IF_NO_SENSOR : 0u);
 }
 
 static float compute_risk(const struct mr_risk_report *report)
 {
     float sum = 0.0f;
-    for (unsigned i = 0; i < MR_RISK_INPUTS; i++)
+    for (unsigned i = 0; i < MR_RISK_INPUT_COUNT; i++)
         sum += risk_weights[report->weight_set][i] * report->input[i];
     return mr_risk_logistic(sum);
 }
@@ -467,28 +470,28 @@ static float compute_risk(const struct mr_risk_report *report)
 void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *p,
                      const struct mr_predictor_zone *zone, struct mr_risk_report *report)
 {
-    *report = (struct mr_risk_report){.risk = MR_NAN, .basis = find_basis(risk, p, zone)};
-    set_lead(p, zone, report);
+    *report = (struct mr_risk_report){.risk = MR_NAN, .basis = find_risk_basis(risk, p, zone)};
+    set_zone_times(p, zone, report);
     bool moves = !(report->basis & MR_RISK_NO_MOTION);
     /* without switches the motion that the rule needs is unknown */
     if ((moves || report->basis & MR_RISK_OF_PLAN) && !(p->moved_mask && !moves)) {
-        set_inputs(risk, p, zone, true, report);
+        set_risk_inputs(risk, p, zone, true, report);
         report->risk = compute_risk(report);
         /* a plan must not lower the risk of a measured zone */
         if (zone->mats >= MR_PREDICTOR_WARNING_MATS && report->start_s >= 0.0f &&
-            report->weight_set >= MR_RISK_BY_PLAN) {
+            report->weight_set >= MR_RISK_SET_BY_PLAN) {
             struct mr_risk_report without = *report;
-            set_inputs(risk, p, zone, false, &without);
+            set_risk_inputs(risk, p, zone, false, &without);
             without.risk = compute_risk(&without);
             if (without.risk > report->risk)
                 *report = without;
         }
     }
-    if (moves && risk->has_touched_down && p->speed_ft_s < SLOW_FT_S) {
+    if (moves && risk->has_touched_down && p->speed_ft_s < SLOW_MAX_FT_S) {
         report->basis |= MR_RISK_STOPPED;
         report->risk = 0.0f;
     }
-    report->reason = find_reason(risk, zone, report);
+    report->reason = find_risk_reason(risk, zone, report);
 }
 
 float mr_risk_lamp_limit(float cost_ratio)

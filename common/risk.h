@@ -25,8 +25,8 @@
 #include "common/catalogue.h"
 #include "common/predictor.h"
 
-#define MR_RISK_ROWS             9u
-#define MR_RISK_KNOTS            12u
+#define MR_RISK_CHART_ROWS       9u
+#define MR_RISK_PLAN_KNOTS       12u
 /* failure is expected this many mats inside a zone: 10 to 15 (report 6.1.4) */
 #define MR_RISK_FAILURE_MATS     12.5f
 /* joints examined per block in the search at the planned braking */
@@ -39,20 +39,21 @@ struct mr_risk_plan {
     float speed_ft_s; /* planned speed at touchdown */
     /* chart: mean decelerations, rising; the logarithm of the odds p / (1 - p) of a zone; the
      * station by which half of the members that reach a zone have reached it */
-    float row_ft_s2[MR_RISK_ROWS], row_log_odds[MR_RISK_ROWS], row_ft[MR_RISK_ROWS];
+    float row_ft_s2[MR_RISK_CHART_ROWS], row_log_odds[MR_RISK_CHART_ROWS],
+        row_ft[MR_RISK_CHART_ROWS];
     /* braking over the time since touchdown, linear between knots */
-    float knot_s[MR_RISK_KNOTS], knot_ft_s2[MR_RISK_KNOTS];
+    float knot_s[MR_RISK_PLAN_KNOTS], knot_ft_s2[MR_RISK_PLAN_KNOTS];
 };
-#define MR_RISK_ITEMS        (2u + 3u * MR_RISK_ROWS + 2u * MR_RISK_KNOTS)
+#define MR_RISK_PLAN_ITEM_COUNT   (2u + 3u * MR_RISK_CHART_ROWS + 2u * MR_RISK_PLAN_KNOTS)
 /* Items of the message risk_item: chart and plan, then the lamp's limit. */
-#define MR_RISK_REPORT_ITEMS (MR_RISK_ITEMS + 1u)
+#define MR_RISK_REPORT_ITEM_COUNT (MR_RISK_PLAN_ITEM_COUNT + 1u)
 
 void mr_risk_plan_clear(struct mr_risk_plan *plan);
-/* Item of the plan as a list of MR_RISK_ITEMS numbers, in the order of the struct; NaN beyond the
- * list. */
-float mr_risk_item(const struct mr_risk_plan *plan, unsigned item);
+/* Item of the plan as a list of MR_RISK_PLAN_ITEM_COUNT numbers, in the order of the struct; NaN
+ * beyond the list. */
+float mr_risk_plan_get_item(const struct mr_risk_plan *plan, unsigned item);
 /* Sets an item of the plan. False: no such item. */
-bool mr_risk_item_set(struct mr_risk_plan *plan, unsigned item, float value);
+bool mr_risk_plan_set_item(struct mr_risk_plan *plan, unsigned item, float value);
 /* CRC-32 of the list as little-endian IEEE 754 singles; all NaN have the same bits. */
 uint32_t mr_risk_plan_crc(const struct mr_risk_plan *plan);
 /* MR_OK; MR_USAGE: no speed, no braking, decelerations or times that do not rise, or impossible
@@ -69,19 +70,19 @@ enum mr_risk_input {
     MR_RISK_DISTANCE, /* remaining distance, no weight where a long zone is expected; scale 50 ft */
     MR_RISK_FRICTION, /* configured friction; scale 0.6 */
     MR_RISK_LANDINGS, /* number of landings, up to six; scale 3 */
-    MR_RISK_OPEN,     /* mean opening of the joints over the remaining distance; scale 0.015 in */
+    MR_RISK_OPENING,  /* mean opening of the joints over the remaining distance; scale 0.015 in */
     MR_RISK_PLANNED,  /* mean of FUTURE and EXCESS at the planned braking */
     MR_RISK_CHART,    /* logarithm of the chart's odds at the mean deceleration */
-    MR_RISK_INPUTS
+    MR_RISK_INPUT_COUNT
 };
 /* Numbers of the sets of weights: a base for the knowledge of plan and chart, plus one number if
  * braking is known and one if there is no transducer. */
-#define MR_RISK_NO_PLAN      0u
-#define MR_RISK_BY_PLAN      4u
-#define MR_RISK_BY_CHART     8u
-#define MR_RISK_IF_BRAKING   2u
-#define MR_RISK_IF_NO_SENSOR 1u
-#define MR_RISK_SETS         12u
+#define MR_RISK_SET_NO_PLAN      0u
+#define MR_RISK_SET_BY_PLAN      4u
+#define MR_RISK_SET_BY_CHART     8u
+#define MR_RISK_SET_IF_BRAKING   2u
+#define MR_RISK_SET_IF_NO_SENSOR 1u
+#define MR_RISK_WEIGHT_SET_COUNT 12u
 
 struct mr_risk_state {
     struct mr_risk_plan plan;
@@ -91,15 +92,15 @@ struct mr_risk_state {
     bool has_left_plan; /* the landing deviated from the plan */
     float touchdown_ft;
     bool has_touched_down;
-    float touchdown_ft_s;       /* speed at touchdown */
-    float since_s;              /* time since touchdown */
-    float mean_ft_s2;           /* mean of the planned decelerations over the distance */
-    float planned_loss_ft_s;    /* planned loss of speed since touchdown */
-    float plan_ratio;           /* ratio of the braking so far to the plan */
-    uint16_t deviating_blocks;  /* consecutive blocks outside the plan's range */
-    float hardest_ft_s2;        /* largest future braking */
-    float hardest_distance_ft;  /* distance until the largest future braking begins */
-    float stopping_distance_ft; /* remaining distance to the stop */
+    float touchdown_ft_s;        /* speed at touchdown */
+    float since_touchdown_s;     /* time since touchdown */
+    float mean_ft_s2;            /* mean of the planned decelerations over the distance */
+    float planned_loss_ft_s;     /* planned loss of speed since touchdown */
+    float plan_ratio;            /* ratio of the braking so far to the plan */
+    uint16_t deviating_blocks;   /* consecutive blocks outside the plan's range */
+    float hardest_braking_ft_s2; /* largest future braking */
+    float hardest_distance_ft;   /* distance until the largest future braking begins */
+    float stopping_distance_ft;  /* remaining distance to the stop */
     struct mr_zonescan scan;
     bool is_scanning;
     unsigned scan_group;
@@ -116,7 +117,7 @@ struct mr_risk_report {
     float start_s, failure_s, failure_ft;
     /* set of weights and inputs that were used */
     unsigned weight_set;
-    float input[MR_RISK_INPUTS];
+    float input[MR_RISK_INPUT_COUNT];
 };
 
 /* Begins a landing; call after mr_predictor_arm. `plan`: checked by mr_risk_plan_check, or NULL. */

@@ -57,9 +57,10 @@ static unsigned get_joint_count(const struct mr_predictor_state *state)
     return (state->mats < MR_CHAIN_MATS ? state->mats : MR_CHAIN_MATS) + 1u;
 }
 
-unsigned mr_runway_messages(const struct mr_predictor_state *state)
+unsigned mr_runway_message_count(const struct mr_predictor_state *state)
 {
-    return (get_joint_count(state) + MR_RUNWAY_PER_MESSAGE - 1u) / MR_RUNWAY_PER_MESSAGE;
+    return (get_joint_count(state) + MR_RUNWAY_JOINTS_PER_MESSAGE - 1u) /
+           MR_RUNWAY_JOINTS_PER_MESSAGE;
 }
 
 static uint16_t get_gap_hmil(const struct mr_predictor_state *state, unsigned j)
@@ -67,9 +68,9 @@ static uint16_t get_gap_hmil(const struct mr_predictor_state *state, unsigned j)
     return j < get_joint_count(state) ? state->gap_hmil[j] : 0;
 }
 
-struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n)
+struct mr_runway_joints mr_runway_make_message(const struct mr_predictor_state *state, unsigned n)
 {
-    unsigned j = n * MR_RUNWAY_PER_MESSAGE;
+    unsigned j = n * MR_RUNWAY_JOINTS_PER_MESSAGE;
     return (struct mr_runway_joints){.index = (uint16_t)(j + 1u),
                                      .gap_1 = get_gap_hmil(state, j),
                                      .gap_2 = get_gap_hmil(state, j + 1u),
@@ -115,7 +116,8 @@ int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned
 
 bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument)
 {
-    if (index >= MR_RUNWAY_WORDS || (index > 0 && (argument < 0 || argument > (int32_t)UINT16_MAX)))
+    if (index >= MR_RUNWAY_WORD_COUNT ||
+        (index > 0 && (argument < 0 || argument > (int32_t)UINT16_MAX)))
         return false;
     if (index == 0)
         memcpy(&state->scale, &argument, sizeof state->scale);
@@ -126,7 +128,7 @@ bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int3
     return true;
 }
 
-float mr_predict_item(const struct mr_predictor_config *config, unsigned item)
+float mr_predict_get_item(const struct mr_predictor_config *config, unsigned item)
 {
     unsigned n = 0;
 #define ITEM(field, text, unit) \
@@ -148,7 +150,7 @@ static uint32_t convert_count(float value)
     (__typeof__(field))_Generic((field), float: (value), default: convert_count(value))
 /* clang-format on */
 
-void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value)
+void mr_predict_set_item(struct mr_predictor_config *config, unsigned item, float value)
 {
     unsigned n = 0;
 #define ITEM(field, text, unit) \

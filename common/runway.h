@@ -17,10 +17,10 @@
 #include "common/catalogue.h"
 #include "common/predictor.h"
 
-#define MR_RUNWAY_JOINTS      (MR_CHAIN_MATS + 1u)
-#define MR_RUNWAY_BODY_BYTES  (8u + 2u * MR_RUNWAY_JOINTS)
-#define MR_RUNWAY_IMAGE_BYTES (8u + MR_RUNWAY_BODY_BYTES + 4u)
-#define MR_RUNWAY_PER_MESSAGE 3u
+#define MR_RUNWAY_JOINTS             (MR_CHAIN_MATS + 1u)
+#define MR_RUNWAY_BODY_BYTES         (8u + 2u * MR_RUNWAY_JOINTS)
+#define MR_RUNWAY_IMAGE_BYTES        (8u + MR_RUNWAY_BODY_BYTES + 4u)
+#define MR_RUNWAY_JOINTS_PER_MESSAGE 3u
 
 /* Writes the stored form of a state: MR_RUNWAY_IMAGE_BYTES bytes. */
 void mr_runway_write(const struct mr_predictor_state *state, uint32_t sequence, uint8_t *image);
@@ -30,8 +30,8 @@ enum mr_status mr_runway_read(struct mr_predictor_state *state, uint32_t *sequen
                               const uint8_t image[MR_RUNWAY_IMAGE_BYTES]);
 uint32_t mr_runway_crc(const struct mr_predictor_state *state);
 /* Number of messages that carry the joints of a state, and the n-th message, n from 0. */
-unsigned mr_runway_messages(const struct mr_predictor_state *state);
-struct mr_runway_joints mr_runway_message(const struct mr_predictor_state *state, unsigned n);
+unsigned mr_runway_message_count(const struct mr_predictor_state *state);
+struct mr_runway_joints mr_runway_make_message(const struct mr_predictor_state *state, unsigned n);
 /* Copies the joints of a message into the state; joints beyond the last are ignored. */
 void mr_runway_apply_message(struct mr_predictor_state *state,
                              const struct mr_runway_joints *message);
@@ -40,7 +40,7 @@ void mr_runway_apply_message(struct mr_predictor_state *state,
  * no such word. */
 int32_t mr_runway_joints_argument(const struct mr_predictor_state *state, unsigned index);
 void mr_runway_apply_joints(struct mr_predictor_state *state, unsigned index, int32_t argument);
-#define MR_RUNWAY_WORDS 3u
+#define MR_RUNWAY_WORD_COUNT 3u
 int32_t mr_runway_word_argument(const struct mr_predictor_state *state, unsigned index);
 bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int32_t argument);
 
@@ -66,17 +66,17 @@ bool mr_runway_apply_word(struct mr_predictor_state *state, unsigned index, int3
 /* clang-format on */
 
 enum {
-    MR_PREDICT_PLAIN_ITEMS = 0
+    MR_PREDICT_TABLE_ITEM_COUNT = 0
 #define MR_PREDICT_COUNT(field, text, unit) +1
     MR_PREDICT_ITEM_TABLE(MR_PREDICT_COUNT),
-    MR_PREDICT_ITEMS = MR_PREDICT_PLAIN_ITEMS + (int)MR_TRANSDUCERS
+    MR_PREDICT_ITEM_COUNT = MR_PREDICT_TABLE_ITEM_COUNT + (int)MR_TRANSDUCERS
 };
 #undef MR_PREDICT_COUNT
 
 /* Value of an item: MR_PREDICT_ITEM_TABLE, then the stations; NaN beyond. */
-float mr_predict_item(const struct mr_predictor_config *config, unsigned item);
+float mr_predict_get_item(const struct mr_predictor_config *config, unsigned item);
 /* Items beyond the table are ignored. An invalid count becomes 0, which mr_predictor_start
  * refuses. */
-void mr_predict_item_set(struct mr_predictor_config *config, unsigned item, float value);
+void mr_predict_set_item(struct mr_predictor_config *config, unsigned item, float value);
 
 #endif

@@ -17,12 +17,12 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
 }
 
 /* Sum and range of the levels on one side of an edge. */
-struct levels {
+struct level_mean {
     float sum, min, max;
     unsigned count;
 };
 
-static void add_level(struct levels *levels, float code)
+static void add_level(struct level_mean *levels, float code)
 {
     if (levels->count == 0 || code < levels->min)
         levels->min = code;
@@ -32,7 +32,7 @@ static void add_level(struct levels *levels, float code)
     levels->count++;
 }
 
-static bool is_steady(const struct levels *levels)
+static bool is_level_steady(const struct level_mean *levels)
 {
     return levels->max - levels->min < 2.0f * MR_STAIRCASE_TOLERANCE_CODES;
 }
@@ -49,25 +49,26 @@ static uint32_t get_history_index(const struct mr_staircase *staircase, uint32_t
     return (staircase->count - 1 - age) % MR_STAIRCASE_HISTORY_BLOCKS;
 }
 
-bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes)
+bool mr_staircase_level_before(const struct mr_staircase *staircase, uint32_t edge_tick,
+                               float *codes)
 {
-    struct levels before = {0};
+    struct level_mean before = {0};
     for (uint32_t age = 0;
          age < get_history_length(staircase) && before.count < MR_STAIRCASE_SIDE_BLOCKS; age++) {
         uint32_t at = get_history_index(staircase, age);
         if ((int32_t)(staircase->tick[at] + MR_TICKS_PER_BLOCK - edge_tick) <= 0)
             add_level(&before, staircase->code[at]);
     }
-    if (before.count == 0 || !is_steady(&before))
+    if (before.count == 0 || !is_level_steady(&before))
         return false;
     *codes = before.sum / (float)before.count;
     return true;
 }
 
-enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick,
-                                  float *codes)
+enum mr_status mr_staircase_level_after(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                        float *codes)
 {
-    struct levels after = {0};
+    struct level_mean after = {0};
     uint32_t count = 0;
     while (count < get_history_length(staircase) &&
            (int32_t)(staircase->tick[get_history_index(staircase, count)] - edge_tick) >=
@@ -78,20 +79,20 @@ enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t
     /* the earliest blocks after the edge, MR_STAIRCASE_SIDE_BLOCKS of them */
     for (uint32_t age = count - MR_STAIRCASE_SIDE_BLOCKS; age < count; age++)
         add_level(&after, staircase->code[get_history_index(staircase, age)]);
-    if (!is_steady(&after))
+    if (!is_level_steady(&after))
         return MR_NUMERICS;
     *codes = after.sum / (float)after.count;
     return MR_OK;
 }
 
-enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick,
-                                 float *step_codes)
+enum mr_status mr_staircase_find_step(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                      float *step_codes)
 {
     float before, after;
-    enum mr_status status = mr_staircase_after(staircase, edge_tick, &after);
+    enum mr_status status = mr_staircase_level_after(staircase, edge_tick, &after);
     if (status != MR_OK)
         return status;
-    if (!mr_staircase_before(staircase, edge_tick, &before))
+    if (!mr_staircase_level_before(staircase, edge_tick, &before))
         return MR_NUMERICS;
     *step_codes = after - before;
     return MR_OK;

@@ -34,16 +34,17 @@ void mr_staircase_add(struct mr_staircase *staircase, uint32_t tick, float code)
  * blocks after the edge so far, so call again after the next block; MR_NUMERICS: no block from
  * before the edge is kept, or the level on one side is not steady because another edge is too near;
  * the step could then identify a wrong switch. */
-enum mr_status mr_staircase_step(const struct mr_staircase *staircase, uint32_t edge_tick,
-                                 float *step_codes);
+enum mr_status mr_staircase_find_step(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                      float *step_codes);
 
 /* Level before an edge, in codes; false: unknown or not steady. Call when the edge occurs, because
  * the history is short. */
-bool mr_staircase_before(const struct mr_staircase *staircase, uint32_t edge_tick, float *codes);
+bool mr_staircase_level_before(const struct mr_staircase *staircase, uint32_t edge_tick,
+                               float *codes);
 
-/* Level after an edge, in codes. Errors as mr_staircase_step. */
-enum mr_status mr_staircase_after(const struct mr_staircase *staircase, uint32_t edge_tick,
-                                  float *codes);
+/* Level after an edge, in codes. Errors as mr_staircase_find_step. */
+enum mr_status mr_staircase_level_after(const struct mr_staircase *staircase, uint32_t edge_tick,
+                                        float *codes);
 
 /* Position (from 1) of the switch with the nearest step among those not yet in `opened` (bit p-1);
  * 0 if no step is within MR_STAIRCASE_TOLERANCE_CODES. `count` is at most 32. */

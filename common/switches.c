@@ -24,22 +24,24 @@ void mr_switches_add_level(struct mr_switches *switches, uint32_t tick, float co
     mr_staircase_add(&switches->staircase, tick, code);
 }
 
-bool mr_switches_add(struct mr_switches *switches, uint32_t tick)
+bool mr_switches_add_edge(struct mr_switches *switches, uint32_t tick)
 {
     if (switches->count == MR_SWITCHES_WAITING_MAX)
         return false;
     struct mr_switch_edge *edge = &switches->waiting[switches->count++];
     *edge = (struct mr_switch_edge){.tick = tick, .step_codes = MR_NAN};
-    edge->is_level_known = mr_staircase_before(&switches->staircase, tick, &edge->level_codes);
+    edge->is_level_known = mr_staircase_level_before(&switches->staircase, tick,
+                                                     &edge->level_codes);
     return true;
 }
 
-static bool is_below_step(float step_codes)
+static bool is_below_smallest_step(float step_codes)
 {
     return step_codes < MR_STAIRCASE_TOLERANCE_CODES && step_codes > -MR_STAIRCASE_TOLERANCE_CODES;
 }
 
-static bool is_following(const struct mr_switches *switches, uint32_t tick, uint32_t within_ticks)
+static bool follows_last_edge(const struct mr_switches *switches, uint32_t tick,
+                              uint32_t within_ticks)
 {
     return switches->has_decided && tick - switches->decided_tick < within_ticks;
 }
@@ -48,8 +50,8 @@ static void identify_switch(struct mr_switches *switches, const uint16_t *steps_
                             unsigned count, float step_codes, struct mr_switch_edge *edge)
 {
     edge->step_codes = step_codes;
-    if (is_below_step(step_codes)) {
-        edge->reason = is_following(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS)
+    if (is_below_smallest_step(step_codes)) {
+        edge->reason = follows_last_edge(switches, edge->tick, MR_SWITCH_BOUNCE_TICKS)
                          ? MR_SWITCH_BOUNCE
                          : MR_SWITCH_NO_STEP;
         return;
@@ -89,9 +91,9 @@ static bool decide_cluster(struct mr_switches *switches, const uint16_t *steps_c
     if (n < MR_SWITCHES_WAITING_MAX &&
         (int32_t)(now - last->tick) < (int32_t)MR_SWITCH_BOUNCE_TICKS)
         return false;
-    enum mr_status status = mr_staircase_after(staircase, last->tick, &after);
+    enum mr_status status = mr_staircase_level_after(staircase, last->tick, &after);
     if (!first->is_level_known && switches->is_level_after_known &&
-        is_following(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
+        follows_last_edge(switches, first->tick, MR_SWITCH_BOUNCE_TICKS)) {
         first->is_level_known = true;
         first->level_codes = switches->level_after_codes;
     }
@@ -142,15 +144,16 @@ static void remove_edge(struct mr_switches *switches, struct mr_switch_edge *edg
     }
 }
 
-bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
-                      struct mr_switch_edge *edge)
+bool mr_switches_next_edge(struct mr_switches *switches, const uint16_t *steps_codes,
+                           unsigned count, struct mr_switch_edge *edge)
 {
     if (!switches->count)
         return false;
     struct mr_switch_edge *oldest = &switches->waiting[0];
     if (!oldest->is_decided) {
         float step_codes = MR_NAN;
-        enum mr_status status = mr_staircase_step(&switches->staircase, oldest->tick, &step_codes);
+        enum mr_status status = mr_staircase_find_step(&switches->staircase, oldest->tick,
+                                                       &step_codes);
         if (status == MR_TOO_FEW)
             return false;
         if (status == MR_OK && count_cluster_edges(switches) == 1)

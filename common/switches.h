@@ -54,11 +54,11 @@ void mr_switches_reset(struct mr_switches *switches);
 /* Adds the level of the next block; afterwards add the edges up to that block. False: no room, and
  * the edge is ignored. */
 void mr_switches_add_level(struct mr_switches *switches, uint32_t tick, float code);
-bool mr_switches_add(struct mr_switches *switches, uint32_t tick);
+bool mr_switches_add_edge(struct mr_switches *switches, uint32_t tick);
 
 /* Returns in `edge` the oldest edge that can be decided. `steps_codes`: the step of each of `count`
  * (at most 32) switches. False: no edge can be decided yet; call again after the next block. */
-bool mr_switches_next(struct mr_switches *switches, const uint16_t *steps_codes, unsigned count,
-                      struct mr_switch_edge *edge);
+bool mr_switches_next_edge(struct mr_switches *switches, const uint16_t *steps_codes,
+                           unsigned count, struct mr_switch_edge *edge);
 
 #endif

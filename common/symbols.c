@@ -10,7 +10,7 @@
 #define SYMBOL_FUNCTION 2u
 
 /* Position of the symbol table and its names in the file. */
-struct table {
+struct symbol_table {
     const uint8_t *symbols;
     size_t count;
     uint64_t names, names_bytes; /* offset in the file */
@@ -25,21 +25,22 @@ static uint32_t read_u32(const uint8_t *p)
     return read_u16(p) | read_u16(p + 2) << 16;
 }
 
-static enum mr_status read_table(const uint8_t *file, size_t length, const uint8_t *section,
-                                 const uint8_t *strings, struct table *table)
+static enum mr_status read_symbol_table(const uint8_t *file, size_t length, const uint8_t *section,
+                                        const uint8_t *strings, struct symbol_table *table)
 {
     uint64_t at = read_u32(section + 16), bytes = read_u32(section + 20);
     uint64_t names = read_u32(strings + 16), names_bytes = read_u32(strings + 20);
     if (at + bytes > length || names + names_bytes > length)
         return MR_TRUNCATED;
-    *table = (struct table){file + at, (size_t)(bytes / SYMBOL_BYTES), names, names_bytes};
+    *table = (struct symbol_table){file + at, (size_t)(bytes / SYMBOL_BYTES), names, names_bytes};
     return MR_OK;
 }
 
 /* Finds the file's first symbol table; empty if there is none. */
-static enum mr_status find_table(const uint8_t *file, size_t length, struct table *table)
+static enum mr_status find_symbol_table(const uint8_t *file, size_t length,
+                                        struct symbol_table *table)
 {
-    *table = (struct table){0};
+    *table = (struct symbol_table){0};
     if (length < HEADER_BYTES || memcmp(file, "\177ELF\1\1", 6) != 0)
         return MR_MALFORMED;
     uint64_t sections = read_u32(file + 32);
@@ -49,8 +50,9 @@ static enum mr_status find_table(const uint8_t *file, size_t length, struct tabl
     for (uint32_t i = 0; i < count; i++) {
         const uint8_t *section = file + sections + (uint64_t)i * step;
         if (read_u32(section + 4) == SECTION_SYMBOLS && read_u32(section + 24) < count)
-            return read_table(file, length, section,
-                              file + sections + (uint64_t)read_u32(section + 24) * step, table);
+            return read_symbol_table(file, length, section,
+                                     file + sections + (uint64_t)read_u32(section + 24) * step,
+                                     table);
     }
     return MR_OK;
 }
@@ -87,8 +89,8 @@ static void remove_duplicates(struct mr_symbols *symbols)
 
 enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room)
 {
-    struct table table;
-    enum mr_status status = find_table(file, length, &table);
+    struct symbol_table table;
+    enum mr_status status = find_symbol_table(file, length, &table);
     *room = status == MR_OK ? table.count : 0;
     return status;
 }
@@ -96,8 +98,8 @@ enum mr_status mr_symbols_count(const uint8_t *file, size_t length, size_t *room
 enum mr_status mr_symbols_read(const uint8_t *file, size_t length, struct mr_symbol *all,
                                struct mr_symbols *symbols)
 {
-    struct table table;
-    enum mr_status status = find_table(file, length, &table);
+    struct symbol_table table;
+    enum mr_status status = find_symbol_table(file, length, &table);
     symbols->entries = all;
     symbols->count = 0;
     for (size_t i = 0; status == MR_OK && i < table.count; i++) {

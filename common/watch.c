@@ -4,14 +4,14 @@
 
 #include "common/wire.h"
 
-#define BLOCK_S           0.001f
+#define BLOCK_S                 0.001f
 /* A squared second difference is limited to this multiple of the variance so far plus one code
  * squared, because a jump is not noise. It applies after NOISE_LIMIT_COUNT differences. */
-#define NOISE_LIMIT       36.0f
-#define NOISE_LIMIT_COUNT 8u
+#define SQUARED_NOISE_RATIO_MAX 36.0f
+#define NOISE_LIMIT_COUNT       8u
 /* Each channel is checked in rotation, every ROTATION_BLOCKS blocks. The noise uses three blocks in
  * a row, the comparison with neighbours the last of them. */
-#define ROTATION_BLOCKS   8u
+#define ROTATION_BLOCKS         8u
 
 static bool is_displacement(const struct mr_channel_config *config)
 {
@@ -20,7 +20,7 @@ static bool is_displacement(const struct mr_channel_config *config)
 
 /* ---- beginning ---- */
 
-static bool is_on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
+static bool are_on_one_line(const struct mr_channel_config *a, const struct mr_channel_config *b)
 {
     return mr_channel_is_sensor(a) && a->kind == b->kind && a->band == b->band;
 }
@@ -31,7 +31,7 @@ static void find_neighbours(struct mr_watch_channel *channel,
     channel->upfield = channel->downfield = MR_WATCH_NO_CHANNEL;
     for (unsigned other = 0; other < MR_WATCH_CHANNELS; other++) {
         float station_ft = config[other].station_ft;
-        if (!is_on_one_line(&config[c], &config[other]))
+        if (!are_on_one_line(&config[c], &config[other]))
             continue;
         if (station_ft < config[c].station_ft && (channel->upfield == MR_WATCH_NO_CHANNEL ||
                                                   station_ft > config[channel->upfield].station_ft))
@@ -87,7 +87,7 @@ static void update_noise(struct mr_watch_channel *channel, float value, float un
     if (turn < 2 || __builtin_isnan(second))
         return;
     float square = second * second * (1.0f / 6.0f);
-    float most = NOISE_LIMIT * channel->variance + unit * unit;
+    float most = SQUARED_NOISE_RATIO_MAX * channel->variance + unit * unit;
     if (square > most && channel->noise_count >= NOISE_LIMIT_COUNT)
         square = most;
     if (channel->noise_count == MR_WATCH_NOISE_COUNT)
@@ -159,7 +159,7 @@ static bool have_neighbours_moved(const struct mr_watch *watch,
 static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *channel,
                                const struct mr_channel_config *config, float value, uint32_t index)
 {
-    float band = is_displacement(config) ? MR_STUCK_BAND_IN : MR_STUCK_BAND_LB;
+    float band = is_displacement(config) ? MR_STUCK_BAND_MAX_IN : MR_STUCK_BAND_MAX_LB;
     float noise_band = MR_STUCK_BAND_SIGMA * channel->rest_noise;
     if (noise_band > band)
         band = noise_band;
@@ -167,7 +167,8 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
     if (!holds || (!channel->is_stuck && !is_anchored(watch, channel)))
         set_anchor(watch, channel, value, index);
     else if (have_neighbours_moved(watch, channel,
-                                   is_displacement(config) ? MR_STUCK_MOVE_IN : MR_STUCK_MOVE_LB))
+                                   is_displacement(config) ? MR_STUCK_MOVE_MIN_IN
+                                                           : MR_STUCK_MOVE_MIN_LB))
         channel->is_stuck = true;
 }
 
@@ -176,7 +177,7 @@ static void compare_neighbours(struct mr_watch *watch, struct mr_watch_channel *
 static void mark_constant(struct mr_watch_channel *channel, const struct mr_channel_config *config,
                           float value, uint32_t index)
 {
-    if (!(channel->rest_noise > MR_STUCK_NOISE_CODES * __builtin_fabsf(config->unit_per_code)))
+    if (!(channel->rest_noise > MR_STUCK_NOISE_MIN_CODES * __builtin_fabsf(config->unit_per_code)))
         return;
     channel->anchor = value;
     channel->anchor_block = index - MR_STUCK_CONSTANT_BLOCKS;
@@ -199,8 +200,8 @@ static void update_validity(struct mr_watch *watch, unsigned c, uint8_t validity
     if (channel->repeat_count < UINT8_MAX)
         channel->repeat_count++;
     unsigned enough = validity == MR_INVALID_RATE ? 1
-                    : validity == MR_VALID        ? MR_WATCH_SETTLE_VALID
-                                                  : MR_WATCH_SETTLE;
+                    : validity == MR_VALID        ? MR_WATCH_SETTLE_VALID_COUNT
+                                                  : MR_WATCH_SETTLE_COUNT;
     bool paused = channel->has_reported && index - channel->reported_block < MR_WATCH_PAUSE_BLOCKS;
     if (validity != channel->reported_validity && channel->repeat_count >= enough && !paused)
         watch->changed_channels |= 1u << c;

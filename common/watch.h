@@ -27,9 +27,10 @@
  * row, provided that they changed at rest after arming (a real converter always has noise). A
  * channel without noise at rest is not judged by this rule.
  *
- * A change of a channel's validity is reported after MR_WATCH_SETTLE equal results in a row (RATE
- * at once), or MR_WATCH_SETTLE_VALID for a change to valid. Each channel reports at most one change
- * per MR_WATCH_PAUSE_BLOCKS, so that an intermittent contact does not flood the links.
+ * A change of a channel's validity is reported after MR_WATCH_SETTLE_COUNT equal results in a row
+ * (RATE at once), or MR_WATCH_SETTLE_VALID_COUNT for a change to valid. Each channel reports at
+ * most one change per MR_WATCH_PAUSE_BLOCKS, so that an intermittent contact does not flood the
+ * links.
  *
  * The result is a function of the blocks since mr_watch_begin. No clock, no heap; O(1) per reading;
  * single precision. */
@@ -41,22 +42,22 @@
 
 #include "common/channels.h"
 
-#define MR_WATCH_CHANNELS        (MR_TRANSDUCERS + MR_GAGES)
-#define MR_WATCH_NOISE_COUNT     64u
+#define MR_WATCH_CHANNELS           (MR_TRANSDUCERS + MR_GAGES)
+#define MR_WATCH_NOISE_COUNT        64u
 /* rest assumed after arming, before the gear arrives; no channel counts as stuck in this time */
-#define MR_WATCH_REST_BLOCKS     512u
-#define MR_WATCH_SETTLE          10u
-#define MR_WATCH_SETTLE_VALID    100u
-#define MR_WATCH_PAUSE_BLOCKS    500u
-#define MR_STUCK_BAND_IN         0.008f
-#define MR_STUCK_MOVE_IN         0.05f
-#define MR_STUCK_BAND_LB         1.0f
-#define MR_STUCK_MOVE_LB         8.0f
-#define MR_STUCK_BAND_SIGMA      6.0f
-#define MR_STUCK_CONSTANT_BLOCKS 200u
+#define MR_WATCH_REST_BLOCKS        512u
+#define MR_WATCH_SETTLE_COUNT       10u
+#define MR_WATCH_SETTLE_VALID_COUNT 100u
+#define MR_WATCH_PAUSE_BLOCKS       500u
+#define MR_STUCK_BAND_MAX_IN        0.008f
+#define MR_STUCK_MOVE_MIN_IN        0.05f
+#define MR_STUCK_BAND_MAX_LB        1.0f
+#define MR_STUCK_MOVE_MIN_LB        8.0f
+#define MR_STUCK_BAND_SIGMA         6.0f
+#define MR_STUCK_CONSTANT_BLOCKS    200u
 /* noise of a block's mean at rest; below this, quantisation may mask it at times */
-#define MR_STUCK_NOISE_CODES     0.2f
-#define MR_WATCH_NO_CHANNEL      255u
+#define MR_STUCK_NOISE_MIN_CODES    0.2f
+#define MR_WATCH_NO_CHANNEL         255u
 
 struct mr_watch_channel {
     float last_reading,

@@ -6,7 +6,7 @@ enum { PHASE_FUTURE_START, PHASE_FUTURE_END, PHASE_PRESENT_ZONE, PHASE_SUMS, PHA
 
 static float get_closed_ft(const struct mr_chain *chain)
 {
-    return MR_ZONE_CLOSED_FT * (float)chain->group;
+    return MR_ZONE_CLOSED_MAX_FT * (float)chain->group;
 }
 
 /* True if joint j is closed, or would close with the wheel at the position. */
@@ -47,7 +47,7 @@ static void end_position(struct mr_zonescan *scan)
         scan->found.future_groups = (uint16_t)groups;
         scan->found.future_position = scan->range.position;
     }
-    scan->range.position = (uint16_t)(scan->range.position + MR_ZONE_STRIDE);
+    scan->range.position = (uint16_t)(scan->range.position + MR_ZONE_STRIDE_GROUPS);
     begin_position(scan);
 }
 

@@ -21,18 +21,18 @@
 #include "common/matchain.h"
 
 /* number of consecutive joints of which one may be open in a zone */
-#define MR_ZONE_WINDOW_MATS 10u
+#define MR_ZONE_WINDOW_MATS   10u
 /* limit of a closed joint: the true limit of 0.001 in, plus 0.001 in for the residuals of the
  * springs */
-#define MR_ZONE_CLOSED_FT   (0.002f / 12.0f)
-#define MR_ZONE_STRIDE      4u /* number of groups between examined positions of the wheel */
+#define MR_ZONE_CLOSED_MAX_FT (0.002f / 12.0f)
+#define MR_ZONE_STRIDE_GROUPS 4u /* number of groups between examined positions of the wheel */
 
 /* Range of the search. */
 struct mr_zonescan_range {
     /* first joint of the search for the present zone; above count + 1: no search */
     uint16_t from_joint;
     uint16_t position; /* group under the wheel */
-    /* last position, in steps of MR_ZONE_STRIDE from `position`; below `position`: none */
+    /* last position, in steps of MR_ZONE_STRIDE_GROUPS from `position`; below `position`: none */
     uint16_t last_position;
     float push_lb; /* push of the wheel */
     /* by joint: resistance that the push must overcome; must stay valid during the search */

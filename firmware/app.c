@@ -125,12 +125,12 @@ void app_start(struct app *app)
     board_set_warning(false);
 }
 
-/* Sends up to APP_BLOCKS_BEFORE blocks before the next one, without a gap, so that a record
+/* Sends up to APP_BLOCKS_BEFORE_ARMING blocks before the next one, without a gap, so that a record
  * contains all blocks on which its first means depend. */
-static void report_blocks_before(struct app *app)
+static void report_blocks_before_arming(struct app *app)
 {
     uint32_t first = app->next_index;
-    while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE &&
+    while (first > 0 && app->next_index - first < APP_BLOCKS_BEFORE_ARMING &&
            app->consecutive_blocks > app->next_index - first)
         first--;
     for (; first != app->next_index; first++) {
@@ -139,7 +139,7 @@ static void report_blocks_before(struct app *app)
     }
 }
 
-static bool is_fitted(const struct app *app, unsigned channel)
+static bool is_channel_fitted(const struct app *app, unsigned channel)
 {
     return app->fitted >> channel & 1u;
 }
@@ -148,14 +148,14 @@ static bool is_fitted(const struct app *app, unsigned channel)
 static void read_channels(struct app *app, const struct mr_block *block)
 {
     unsigned row = block->index % 4;
-    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
+    float ratio = mr_reference_ratio(&config.channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
-        if (is_fitted(app, i))
+        if (is_channel_fitted(app, i))
             app->displacement_in[row][i] = channels_read(&app->channels, block, i, ratio);
     }
     for (unsigned i = 0; i < MR_GAGES; i++) {
         unsigned channel = MR_TRANSDUCERS + i;
-        if (is_fitted(app, channel))
+        if (is_channel_fitted(app, channel))
             app->tension_lb[row][i] = channels_read(&app->channels, block, channel, ratio);
     }
 }
@@ -169,9 +169,9 @@ static bool is_reported_while_idle(uint32_t index)
 
 /* At arming, fills the histories with the blocks that the first means use. Missing blocks are
  * already NaN in the histories. */
-static void read_blocks_before(struct app *app)
+static void read_blocks_before_arming(struct app *app)
 {
-    for (unsigned age = 1; age < APP_BLOCKS_BEFORE && age <= app->consecutive_blocks; age++)
+    for (unsigned age = 1; age < APP_BLOCKS_BEFORE_ARMING && age <= app->consecutive_blocks; age++)
         read_channels(app, &app->newest_blocks[(app->next_index - age) % APP_NEWEST_BLOCKS]);
 }
 
@@ -197,7 +197,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
         baseline_discard(&app->baseline);
         camera_arm(&app->camera);
         braking_arm(&app->braking);
-        read_blocks_before(app);
+        read_blocks_before_arming(app);
         channels_arm(&app->channels, app->next_index);
         bandwatch_arm(&app->bandwatch);
         healthlink_arm(&app->healthlink, &app->telemetry);
@@ -206,7 +206,7 @@ static enum mr_status execute_arm(struct app *app, const struct mr_command *comm
         landinglink_send_state(&app->telemetry, &app->landing);
         predict_arm(&app->predict, &app->telemetry, app->slack_in, app->next_index);
         predict_store_in_box(&app->predict, &app->telemetry, app->runwaystore.copy);
-        report_blocks_before(app);
+        report_blocks_before_arming(app);
         configround_start_burst(&app->telemetry, &app->landing);
     }
     return status;
@@ -263,7 +263,7 @@ static enum mr_status execute_bootrom(struct app *app, const struct mr_command *
         return MR_UNKNOWN;
     if (is_box_closing(app))
         return MR_WAIT;
-    app->ticks_to_rom = APP_ROM_TICKS;
+    app->ticks_to_rom = APP_BOOTROM_DELAY_TICKS;
     return MR_OK;
 }
 
@@ -476,11 +476,11 @@ static void handle_config_word(struct app *app, const uint8_t *payload, size_t l
 static void handle_input(struct app *app)
 {
     struct board_can_frame can;
-    uint8_t bytes[APP_SERIAL_BYTES];
+    uint8_t bytes[APP_SERIAL_BYTES_PER_BLOCK];
     tasks_begin(MR_TASK_COMMANDS);
 
     app->is_by_serial = false;
-    for (unsigned i = 0; i < APP_CAN_COMMANDS && board_can_receive(&can); i++) {
+    for (unsigned i = 0; i < APP_CAN_COMMANDS_PER_BLOCK && board_can_receive(&can); i++) {
         if (can.id == MR_ID_COMMAND)
             (void)handle_command(app, can.data, can.length);
         else if (can.id == MR_ID_CONFIG_WORD)
@@ -540,7 +540,7 @@ static void handle_slow_log(struct app *app, uint32_t index)
 static void process_block(struct app *app, const struct mr_block *block)
 {
     uint32_t edge_ticks[MR_SWITCHES_WAITING_MAX];
-    size_t edges = board_edges_get(block->tick + LANDING_EDGE_TICKS, edge_ticks,
+    size_t edges = board_edges_get(block->tick + LANDING_BLOCK_EDGE_TICKS, edge_ticks,
                                    MR_SWITCHES_WAITING_MAX);
     unsigned row = block->index % 4;
     bool was_recording = landing_is_recording(&app->landing);
@@ -549,7 +549,7 @@ static void process_block(struct app *app, const struct mr_block *block)
     tasks_begin(MR_TASK_LANDING);
     health_set_block(block->index);
     timesync_on_block(&app->timesync, &app->telemetry, block->index, block->tick);
-    if (__builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block)))
+    if (__builtin_isnan(mr_reference_ratio(&config.channel[MR_REFERENCE], block)))
         health_count(MR_FAULT_REFERENCE, 0);
     struct landing_block_changes news = landing_on_block(&app->landing, &config, block->index,
                                                          block->tick, mr_staircase_code(block),
@@ -573,14 +573,14 @@ static void process_block(struct app *app, const struct mr_block *block)
     live_on_block(&app->live, &app->landing, &app->telemetry, block);
     landinglink_send_changes(&app->telemetry, &app->landing, &news, block->index);
     camera_on_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
-                    block->tick + LANDING_EDGE_TICKS);
+                    block->tick + LANDING_BLOCK_EDGE_TICKS);
     braking_on_block(&app->braking, &app->telemetry, &app->landing, block->index,
-                     block->tick + LANDING_EDGE_TICKS);
+                     block->tick + LANDING_BLOCK_EDGE_TICKS);
     boxlink_on_block(&app->boxlink, &app->box, &app->telemetry, &app->landing, block, was_armed);
     if (recording)
         baseline_update(&app->baseline, app->displacement_in[row],
                         landing_is_quiet(&app->landing, block->index),
-                        predict_held_zeros(&app->predict.predictor, &app->landing));
+                        predict_find_kept_zeros(&app->predict.predictor, &app->landing));
     if (app->fitted & MR_BITS_TRANSDUCERS &&
         (recording ? DUE(DISPLACEMENTS, block->index) : DUE(DISPLACEMENTS_IDLE, block->index))) {
         float mean_in[MR_TRANSDUCERS];
@@ -600,7 +600,8 @@ static void process_block(struct app *app, const struct mr_block *block)
     clear_changed_zeros(app);
     configstore_on_block(&app->configstore, &app->telemetry, recording);
     handle_slow_log(app, block->index);
-    regular_on_block(&app->telemetry, &app->landing, app->slack_in, block->index, block->tick);
+    landinglink_send_regular(&app->telemetry, &app->landing, app->slack_in, block->index,
+                             block->tick);
     healthlink_send_regular(&app->healthlink, &app->telemetry, block->index);
     if (DUE(NONCE, block->index))
         proof_on_second(&app->proof, &app->keystore, &app->telemetry);
@@ -646,7 +647,7 @@ static struct mr_block *fetch_block(struct app *app)
 /* Runs the storage of the board's key. It uses the memory before all other modules at start, and
  * while the key is changed, which is possible only while nothing is armed. True: it uses the memory
  * now. */
-static bool run_keystore(struct app *app, bool free)
+static bool poll_keystore(struct app *app, bool free)
 {
     struct keystore *store = &app->keystore;
     struct mr_ack answer;
@@ -666,7 +667,7 @@ static bool run_keystore(struct app *app, bool free)
  * operation at a time; the runway only when the others are idle. A page of the runway that is being
  * written when a landing begins takes 3 ms at most. An erase takes 400 ms; it begins only while
  * nothing is armed, and the box keeps free pages in its ring for it, as for an erase of its own. */
-static void share_memory(struct app *app)
+static void share_nor_memory(struct app *app)
 {
     struct blackbox *box = &app->box;
     struct runwaystore *store = &app->runwaystore;
@@ -674,7 +675,7 @@ static void share_memory(struct app *app)
     bool begun = app->keystore.state != MR_KEY_NOT_READ;
     runwaystore_set_memory(store, blackbox_has_memory(box));
     if (!runwaystore_poll(store, &app->predict, app->slack_in) &&
-        !run_keystore(app, !begun || blackbox_is_idle(box))) {
+        !poll_keystore(app, !begun || blackbox_is_idle(box))) {
         blackbox_poll(box, app->next_index);
         if (blackbox_is_idle(box) && blackbox_has_memory(box))
             (void)runwaystore_begin(store, &app->predict, !landing_is_recording(&app->landing),
@@ -698,7 +699,7 @@ bool app_poll(struct app *app)
         tasks_done(MR_TASK_BLOCKS);
     }
     tasks_begin(MR_TASK_BOX);
-    share_memory(app);
+    share_nor_memory(app);
     tasks_done(MR_TASK_BOX);
     tasks_begin(MR_TASK_UPKEEP);
     healthlink_run_idle(&app->healthlink);
@@ -731,7 +732,7 @@ static void report_without_scans(struct app *app)
 {
     for (uint32_t phase = 0; phase < SCHEDULE_ROUND; phase++) {
         if (is_due_without_scans(phase))
-            regular_on_block(&app->telemetry, &app->landing, app->slack_in, phase, 0);
+            landinglink_send_regular(&app->telemetry, &app->landing, app->slack_in, phase, 0);
         if (DUE(NONCE, phase))
             proof_on_second(&app->proof, &app->keystore, &app->telemetry);
         if (DUE(CRASH_STALLED, phase))

@@ -24,18 +24,18 @@
 #include "firmware/thermometer.h"
 
 /* number of blocks averaged in a message of displacements and in one of tensions */
-#define APP_DISPLACEMENT_BLOCKS 2u
-#define APP_TENSION_BLOCKS      4u
+#define APP_DISPLACEMENT_BLOCKS    2u
+#define APP_TENSION_BLOCKS         4u
 /* a record begins this many blocks before arming, because the first means reach back that far */
-#define APP_BLOCKS_BEFORE       APP_TENSION_BLOCKS
-#define APP_NEWEST_BLOCKS       8u /* blocks kept: those before arming, and new ones */
+#define APP_BLOCKS_BEFORE_ARMING   APP_TENSION_BLOCKS
+#define APP_NEWEST_BLOCKS          8u /* blocks kept: those before arming, and new ones */
 /* Input processed per block: two commands from each link. The limit prevents a flood of commands
  * from delaying blocks or filling the links with answers. The input queues can hold a complete
  * survey. */
-#define APP_CAN_COMMANDS        2u
-#define APP_SERIAL_BYTES        36u
+#define APP_CAN_COMMANDS_PER_BLOCK 2u
+#define APP_SERIAL_BYTES_PER_BLOCK 36u
 /* 50 ms to send the answer before the boot ROM takes over */
-#define APP_ROM_TICKS           5u
+#define APP_BOOTROM_DELAY_TICKS    5u
 
 struct app {
     struct landing landing;

@@ -42,8 +42,9 @@ static void report_state(struct telemetry *telemetry, const float tension_lb[MR_
         struct mr_band_state state = {.band = (uint8_t)(b + 1)};
         if (!(config.band[b].pretension_lb > 0.0f))
             continue;
-        state.gages = (uint8_t)mr_bands_extremes(&config.channel[MR_TRANSDUCERS], tension_lb, b,
-                                                 &state.least_lb, &state.mean_lb, &state.most_lb);
+        state.gages = (uint8_t)mr_bands_find_extremes(&config.channel[MR_TRANSDUCERS], tension_lb,
+                                                      b, &state.least_lb, &state.mean_lb,
+                                                      &state.most_lb);
         TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, band_state, BAND_STATE, &state);
     }
 }

@@ -6,13 +6,13 @@
 #include "firmware/health.h"
 
 /* steps of work per call of blackbox_poll; a read takes two calls or more */
-#define STEPS_PER_POLL           128u
-#define VERIFY_TRIES             2u
-#define ERASE_TRIES              2u
+#define JOB_STEPS_PER_POLL       128u
+#define VERIFY_TRIES_MAX         2u
+#define ERASE_TRIES_MAX          2u
 #define FAILURES_MAX             64u
 #define ERASE_ASSUMED_MS         60u /* assumed until an erase has been timed */
-#define READ_TRIES               4u
-#define SCAN_TRIES               32u /* each page of a sector is read twice */
+#define READ_TRIES_MAX           4u
+#define SCAN_TRIES_MAX           32u /* each page of a sector is read twice */
 /* free pages of the ring: twice the 58 bytes per ms that arrive while 8 pages of configuration are
  * written, each in 4 ms */
 #define RING_RESERVE_PAGES       16u
@@ -32,7 +32,8 @@ enum {
      * not */
     SECTOR_ERASED = 0xff,
 };
-_Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD, "a place must not look like a state");
+_Static_assert(BLACKBOX_RECORDS_MAX <= SECTOR_BAD,
+               "an index of a record must differ from every sector state");
 
 enum job {
     JOB_NONE,
@@ -55,7 +56,7 @@ static uint32_t get_address(unsigned sector, unsigned page)
     return sector * NOR_SECTOR_BYTES + page * NOR_PAGE_BYTES;
 }
 
-static bool is_dirty(uint8_t state)
+static bool is_sector_dirty(uint8_t state)
 {
     return state == SECTOR_DIRTY || state == SECTOR_LAST;
 }
@@ -64,7 +65,7 @@ static void set_sector(struct blackbox *box, unsigned sector, uint8_t state)
 {
     uint8_t before = box->sector[sector];
     box->ready_sectors = box->ready_sectors - (before == SECTOR_ERASED) + (state == SECTOR_ERASED);
-    box->dirty_sectors = box->dirty_sectors - is_dirty(before) + is_dirty(state);
+    box->dirty_sectors = box->dirty_sectors - is_sector_dirty(before) + is_sector_dirty(state);
     box->bad_sectors = box->bad_sectors - (before == SECTOR_BAD) + (state == SECTOR_BAD);
     box->sector[sector] = state;
 }
@@ -81,7 +82,7 @@ static unsigned find_sector(const struct blackbox *box, unsigned from, uint8_t s
     return NOR_SECTORS;
 }
 
-static int free_record_index(const struct blackbox *box)
+static int find_unused_record_index(const struct blackbox *box)
 {
     for (int i = 0; i < (int)BLACKBOX_RECORDS_MAX; i++) {
         if (!box->records[i].is_used)
@@ -128,7 +129,7 @@ static void drop_record(struct blackbox *box, unsigned place)
 /* --- pages --- */
 
 /* True if the ring drops its oldest page when full, because nothing is written. */
-static bool is_rolling(const struct blackbox *box)
+static bool is_ring_running(const struct blackbox *box)
 {
     return box->state == MR_BOX_READY || box->state == MR_BOX_LOOKING;
 }
@@ -136,8 +137,8 @@ static bool is_rolling(const struct blackbox *box)
 static void open_page(struct blackbox_writer *writer, uint8_t *page)
 {
     memset(page, 0, MR_BOXPAGE_BYTES);
-    page[MR_BOXPAGE_KIND] = MR_BOXPAGE_LIVE | MR_BOXPAGE_STREAM;
-    page[MR_BOXPAGE_FIRST] = MR_BOXPAGE_NO_FIRST;
+    page[MR_BOXPAGE_KIND_OFFSET] = MR_BOXPAGE_NOT_FREED | MR_BOXPAGE_STREAM;
+    page[MR_BOXPAGE_FIRST_OFFSET] = MR_BOXPAGE_NO_FIRST;
     writer->page = page;
     writer->bit = 0;
     writer->held = 0;
@@ -145,9 +146,9 @@ static void open_page(struct blackbox_writer *writer, uint8_t *page)
 
 static void open_ring_page(struct blackbox *box)
 {
-    if (is_rolling(box) && box->pages_closed - box->pages_written == BLACKBOX_RING_PAGES)
+    if (is_ring_running(box) && box->pages_closed - box->pages_written == BLACKBOX_RING_PAGES)
         box->pages_written++;
-    if (box->pages_closed % BLACKBOX_KEY_PAGES == 0)
+    if (box->pages_closed % BLACKBOX_KEY_INTERVAL_PAGES == 0)
         box->is_key_due = true;
     box->has_key[box->pages_closed % BLACKBOX_RING_PAGES] = false;
     open_page(&box->stream_writer, box->ring[box->pages_closed % BLACKBOX_RING_PAGES]);
@@ -159,14 +160,14 @@ static void begin_ring(struct blackbox *box)
     box->pages_written = 0;
     box->pack.has_key = false;
     open_ring_page(box);
-    box->stream_writer.page[MR_BOXPAGE_FIRST] = 0;
+    box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] = 0;
 }
 
 /* True if the ring has room for one more block or message, which may need the page after the open
  * one. */
-static bool has_room(const struct blackbox *box)
+static bool has_ring_room(const struct blackbox *box)
 {
-    return is_rolling(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
+    return is_ring_running(box) || box->pages_closed + 1 - box->pages_written < BLACKBOX_RING_PAGES;
 }
 
 static void close_page(struct blackbox *box, struct blackbox_writer *writer)
@@ -227,8 +228,8 @@ static void append_key(struct blackbox *box, const struct mr_block *block)
     uint8_t bits[MR_PACK_BYTES_MAX];
     append_bits(box, &box->stream_writer, bits, mr_pack_padding(box->stream_writer.bit % 8, bits));
     unsigned slot = box->pages_closed % BLACKBOX_RING_PAGES;
-    if (box->stream_writer.page[MR_BOXPAGE_FIRST] == MR_BOXPAGE_NO_FIRST)
-        box->stream_writer.page[MR_BOXPAGE_FIRST] = (uint8_t)(box->stream_writer.bit / 8);
+    if (box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] == MR_BOXPAGE_NO_FIRST)
+        box->stream_writer.page[MR_BOXPAGE_FIRST_OFFSET] = (uint8_t)(box->stream_writer.bit / 8);
     if (!box->has_key[slot]) {
         box->has_key[slot] = true;
         box->key_block[slot] = block->index;
@@ -239,17 +240,17 @@ static void append_key(struct blackbox *box, const struct mr_block *block)
         box->end.first_block = block->index;
         box->first_stored_count = box->stored_count;
     }
-    append_bits(box, &box->stream_writer, bits, mr_pack_key(&box->pack, block, bits));
+    append_bits(box, &box->stream_writer, bits, mr_pack_block_key(&box->pack, block, bits));
     box->is_key_due = false;
 }
 
 void blackbox_on_block(struct blackbox *box, const struct mr_block *block)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->is_armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
+    if (!box->is_armed || (!is_ring_running(box) && box->state != MR_BOX_RECORDING))
         return;
     box->last_block = block->index;
-    if (!has_room(box)) {
+    if (!has_ring_room(box)) {
         health_count(MR_FAULT_BOX_LOST, 0);
         return;
     }
@@ -263,9 +264,9 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
                              size_t length)
 {
     uint8_t bits[MR_PACK_BYTES_MAX];
-    if (!box->is_armed || (!is_rolling(box) && box->state != MR_BOX_RECORDING))
+    if (!box->is_armed || (!is_ring_running(box) && box->state != MR_BOX_RECORDING))
         return;
-    if (!has_room(box)) {
+    if (!has_ring_room(box)) {
         box->end.messages_lost++;
         health_count(MR_FAULT_BOX_LOST, 1);
         return;
@@ -275,14 +276,14 @@ void blackbox_record_message(struct blackbox *box, uint16_t id, const uint8_t *p
 
 void blackbox_arm(struct blackbox *box, const struct mr_boxpage_start_page *start)
 {
-    if (is_rolling(box))
+    if (is_ring_running(box))
         begin_ring(box);
     box->is_armed = true;
     box->reading_index = -1;
     box->start = *start;
     box->config_closed = 1;
     open_page(&box->config_writer, box->config[1]);
-    box->config_writer.page[MR_BOXPAGE_FIRST] = 0;
+    box->config_writer.page[MR_BOXPAGE_FIRST_OFFSET] = 0;
     box->is_configuring = true;
 }
 
@@ -318,7 +319,7 @@ static void skip_to_key(struct blackbox *box)
     if (box->pages_closed + slack - box->pages_written > BLACKBOX_RING_PAGES)
         box->pages_written = box->pages_closed + slack - BLACKBOX_RING_PAGES;
     while (box->pages_written != box->pages_closed &&
-           box->ring[box->pages_written % BLACKBOX_RING_PAGES][MR_BOXPAGE_FIRST] ==
+           box->ring[box->pages_written % BLACKBOX_RING_PAGES][MR_BOXPAGE_FIRST_OFFSET] ==
                MR_BOXPAGE_NO_FIRST)
         box->pages_written++;
     uint32_t keyed = box->pages_written;
@@ -344,7 +345,7 @@ static unsigned find_record_index(struct blackbox *box, uint16_t record)
     int place = find_record(box, record);
     if (place >= 0)
         return (unsigned)place;
-    place = free_record_index(box);
+    place = find_unused_record_index(box);
     if (place < 0)
         return BLACKBOX_RECORDS_MAX;
     box->records[place] =
@@ -378,7 +379,7 @@ static void check_scanned_page(struct blackbox *box)
     if (mr_boxpage_check(box->buffer, &header) == MR_OK) {
         register_page(box, &header);
         scan_next_sector(box);
-    } else if (++box->tries < SCAN_TRIES) {
+    } else if (++box->tries < SCAN_TRIES_MAX) {
         begin_read(box, JOB_SCAN_PAGE, box->job_sector, box->tries / 2);
     } else { /* damaged, or not a page of the black box */
         set_sector(box, box->job_sector, SECTOR_DIRTY);
@@ -415,7 +416,7 @@ static void search_last_page(struct blackbox *box)
             record->blocks = end.blocks;
             record->lost = end.lost;
         }
-    } else if (status == MR_CRC && ++box->tries < READ_TRIES) {
+    } else if (status == MR_CRC && ++box->tries < READ_TRIES_MAX) {
         begin_read(box, JOB_SCAN_WALK, box->job_sector, box->job_page);
         return;
     }
@@ -430,7 +431,7 @@ static void read_start_page(struct blackbox *box)
 {
     struct mr_boxpage_header header;
     enum mr_status status = mr_boxpage_check(box->buffer, &header);
-    if (status == MR_CRC && ++box->tries < READ_TRIES) {
+    if (status == MR_CRC && ++box->tries < READ_TRIES_MAX) {
         begin_read(box, JOB_SCAN_START, box->job_sector, 0);
         return;
     }
@@ -515,7 +516,7 @@ static void read_page(struct blackbox *box)
         box->read_page = header.seq - record->first_seq;
         box->is_page_ready = true;
         box->read_part = 0;
-    } else if (status == MR_CRC && ++box->read_tries < READ_TRIES) {
+    } else if (status == MR_CRC && ++box->read_tries < READ_TRIES_MAX) {
         return;
     } else {
         if (status == MR_CRC)
@@ -528,7 +529,7 @@ static void read_page(struct blackbox *box)
 
 void blackbox_trigger(struct blackbox *box, uint32_t block)
 {
-    int place = free_record_index(box);
+    int place = find_unused_record_index(box);
     if (box->state != MR_BOX_READY || !box->is_armed || place < 0)
         return;
     if (box->is_configuring)
@@ -665,7 +666,7 @@ static void verify_page(struct blackbox *box)
     const uint8_t *page = begin_next_page(box);
     if (memcmp(page, box->buffer, NOR_PAGE_BYTES) == 0)
         confirm_page(box);
-    else if (++box->tries < VERIFY_TRIES)
+    else if (++box->tries < VERIFY_TRIES_MAX)
         begin_read(box, JOB_VERIFY, box->job_sector, box->job_page);
     else
         handle_failed_page(box);
@@ -696,7 +697,7 @@ static void check_erased_page(struct blackbox *box)
             begin_read(box, JOB_CHECK_ERASED, box->job_sector, box->job_page + 1);
     } else if (box->state != MR_BOX_READY || box->is_armed) {
         return; /* the sector stays dirty until a later erase */
-    } else if (++box->tries < ERASE_TRIES) {
+    } else if (++box->tries < ERASE_TRIES_MAX) {
         begin_erase(box, box->job_sector);
     } else {
         mark_sector_bad(box);
@@ -722,16 +723,16 @@ static bool begin_idle_work(struct blackbox *box)
 
 static void program_mark(struct blackbox *box)
 {
-    uint8_t kind = box->buffer[MR_BOXPAGE_KIND] & (uint8_t)~MR_BOXPAGE_LIVE;
+    uint8_t kind = box->buffer[MR_BOXPAGE_KIND_OFFSET] & (uint8_t)~MR_BOXPAGE_NOT_FREED;
     memset(box->buffer, 0xff, NOR_PAGE_BYTES);
-    box->buffer[MR_BOXPAGE_KIND] = kind;
+    box->buffer[MR_BOXPAGE_KIND_OFFSET] = kind;
     begin_job(box, JOB_MARK, box->job_sector, 0);
     nor_begin_program(get_address(box->job_sector, 0), box->buffer);
 }
 
 static void check_mark(struct blackbox *box)
 {
-    if (!(box->buffer[MR_BOXPAGE_KIND] & MR_BOXPAGE_LIVE))
+    if (!(box->buffer[MR_BOXPAGE_KIND_OFFSET] & MR_BOXPAGE_NOT_FREED))
         drop_record(box, (unsigned)box->freeing_index);
     else
         health_count(MR_FAULT_NOR_FAILED, 4); /* the record is not freed */
@@ -830,7 +831,7 @@ void blackbox_poll(struct blackbox *box, uint32_t now_ms)
     if (!blackbox_has_memory(box))
         return;
     write_end_page(box);
-    for (unsigned n = 0; n < STEPS_PER_POLL; n++) {
+    for (unsigned n = 0; n < JOB_STEPS_PER_POLL; n++) {
         enum nor_status status = nor_poll();
         if (status == NOR_BUSY)
             return;
@@ -862,7 +863,7 @@ enum mr_status blackbox_check_ready(const struct blackbox *box)
         return MR_OK;
     if (box->state != MR_BOX_READY || box->freeing_index >= 0)
         return MR_WAIT;
-    if (free_record_index(box) < 0 ||
+    if (find_unused_record_index(box) < 0 ||
         box->ready_sectors + box->dirty_sectors < BLACKBOX_RESERVE_SECTORS)
         return MR_FULL;
     return box->ready_sectors < BLACKBOX_RESERVE_SECTORS ? MR_WAIT : MR_OK;

@@ -30,15 +30,15 @@
 #include "firmware/board.h"
 
 /* pages, 32 KiB: the longest erase (0.4 s) needs 24 KiB; the longest page program takes 3 ms */
-#define BLACKBOX_RING_PAGES      128u
+#define BLACKBOX_RING_PAGES         128u
 /* pages for start and configuration: tables of 8 points for all 22 channels take 6.7 KB, a runway
  * of 512 mats takes 1.9 KB */
-#define BLACKBOX_CONFIG_PAGES    40u
-#define BLACKBOX_RECORDS_MAX     64u
-#define BLACKBOX_RESERVE_SECTORS 288u /* sectors */
+#define BLACKBOX_CONFIG_PAGES       40u
+#define BLACKBOX_RECORDS_MAX        64u
+#define BLACKBOX_RESERVE_SECTORS    288u /* sectors */
 /* maximum pages between two keys, at which a reader can resynchronise */
-#define BLACKBOX_KEY_PAGES       16u
-#define BLACKBOX_PART_BYTES      128u /* bytes of a page that one frame carries */
+#define BLACKBOX_KEY_INTERVAL_PAGES 16u
+#define BLACKBOX_PART_BYTES         128u /* bytes of a page that one frame carries */
 
 struct blackbox_record {
     bool is_used, is_complete; /* not complete: the power failed during recording */

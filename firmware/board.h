@@ -52,7 +52,7 @@ struct board_restart {
     uint8_t brown_out; /* level of the option bytes, as in the message restarts */
     uint8_t late_task; /* task that was late before a watchdog reset; 0: none */
     uint32_t late_pc;
-    /* MR_CRASH_ITEMS words recorded by a processor fault; NULL: none since power on */
+    /* MR_CRASH_ITEM_COUNT words recorded by a processor fault; NULL: none since power on */
     const uint32_t *crash;
     uint16_t crash_age; /* number of restarts since the one that the crash caused */
 };

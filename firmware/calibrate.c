@@ -79,7 +79,7 @@ static float get_channel_code(const struct mr_block *block, unsigned channel)
 
 static void add_block(struct calibrate *calibrate, const struct mr_block *block)
 {
-    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
+    float ratio = mr_reference_ratio(&config.channel[MR_REFERENCE], block);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct calibrate_mean *mean = &calibrate->mean[c];
         if (!is_calibrated(calibrate, c))
@@ -197,7 +197,7 @@ static void end_phase(struct calibrate *calibrate)
         if (compute_mean_spread(mean) > MOVEMENT_MAX_LB)
             calibrate->moved_gages |= 1u << g;
         if (calibrate->phase == PHASE_SHUNTED) {
-            calibrate->on_lb[g] = lb;
+            calibrate->shunted_lb[g] = lb;
         } else if (calibrate->phase == PHASE_REST) {
             calibrate->rest_lb[g] = lb;
             calibrate->noise_lb[g] = compute_standard_deviation(mean);
@@ -230,7 +230,7 @@ static enum verdict check_span(const struct calibrate *calibrate, unsigned g, fl
 
 static void report_gage(struct calibrate *calibrate, struct telemetry *telemetry, unsigned g)
 {
-    float span_lb = calibrate->on_lb[g] - calibrate->rest_lb[g];
+    float span_lb = calibrate->shunted_lb[g] - calibrate->rest_lb[g];
     enum verdict verdict = check_span(calibrate, g, span_lb);
     bool known = verdict == VERDICT_GOOD || verdict == VERDICT_WRONG;
     if (verdict == VERDICT_NOT_VALID)

@@ -40,9 +40,10 @@ struct calibrate {
     unsigned count;                   /* blocks processed in this phase */
     uint32_t invalid_channels;        /* one bit per channel: not valid in at least one block */
     struct calibrate_mean mean[MR_CHANNELS];
-    float rest_lb[MR_GAGES], on_lb[MR_GAGES], noise_lb[MR_GAGES]; /* results of completed phases */
-    uint32_t moved_gages;                                         /* one bit per gage */
-    uint16_t number; /* number of shunt calibrations since reset */
+    float rest_lb[MR_GAGES], shunted_lb[MR_GAGES],
+        noise_lb[MR_GAGES]; /* results of completed phases */
+    uint32_t moved_gages;   /* one bit per gage */
+    uint16_t number;        /* number of shunt calibrations since reset */
     /* results of the previous calibration; NaN: none */
     float last_span_lb[MR_GAGES], last_rest_lb[MR_GAGES];
     unsigned gages_to_report; /* number of gages still to be reported */

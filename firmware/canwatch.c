@@ -2,9 +2,9 @@
 
 #include <string.h>
 
-#define LEC_NO_ACKNOWLEDGE 3u
-#define WARNING_COUNT      96u
-#define OUTAGE_TICKS_MAX   65534u
+#define LEC_NO_ACKNOWLEDGE  3u
+#define ERROR_WARNING_COUNT 96u
+#define OUTAGE_TICKS_MAX    65534u
 
 static void add_saturating(uint16_t *counter, uint32_t more)
 {
@@ -35,8 +35,8 @@ static enum mr_can_state find_state(const struct canwatch *watch)
                                                                               : MR_CAN_STUCK;
     if (errors->is_passive)
         return MR_CAN_PASSIVE;
-    return errors->tec >= WARNING_COUNT || errors->rec >= WARNING_COUNT ? MR_CAN_WARNING
-                                                                        : MR_CAN_GOOD;
+    return errors->tec >= ERROR_WARNING_COUNT || errors->rec >= ERROR_WARNING_COUNT ? MR_CAN_WARNING
+                                                                                    : MR_CAN_GOOD;
 }
 
 static bool is_outage(enum mr_can_state state)

@@ -13,7 +13,7 @@
 #define BLOCKS_PER_H         3600000.0f
 #define QUALITY_ROUND_BLOCKS 1000u /* blocks in which each channel is checked once */
 _Static_assert(QUALITY_ROUND_BLOCKS / SCHEDULE_QUALITY_PERIOD >= MR_WATCH_CHANNELS,
-               "a turn for each channel");
+               "one turn for each channel");
 
 void channels_start(struct channels *channels)
 {
@@ -62,7 +62,7 @@ static void report_quality(const struct channels *channels, struct telemetry *te
     if (!mr_channel_is_sensor(channel))
         return;
     bool movement = !__builtin_isnan(baseline);
-    struct mr_error_case c_now = {
+    struct mr_error_conditions c_now = {
         .value = movement ? value - baseline : value,
         .noise = mr_watch_noise(&channels->watch, c),
         .averaged = 1.0f,

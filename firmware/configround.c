@@ -13,16 +13,16 @@
 #define FIRST_SWITCH          MR_CHANNELS
 #define FIRST_SEGMENT         (FIRST_SWITCH + MR_CONFIG_SWITCHES)
 #define FIRST_CALIBRATION     (FIRST_SEGMENT + MR_SEGMENTS)
-#define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEMS / 2)
+#define PARTS_PER_CALIBRATION (MR_CALIBRATION_ITEM_COUNT / 2)
 #define FIRST_PARAMETER       (FIRST_CALIBRATION + MR_CHANNELS * PARTS_PER_CALIBRATION)
-#define ITEMS                 (FIRST_PARAMETER + MR_PREDICT_ITEMS)
+#define ITEM_COUNT            (FIRST_PARAMETER + MR_PREDICT_ITEM_COUNT)
 
 static unsigned count_calibration_items(const struct mr_channel_config *channel)
 {
     unsigned points = channel->points < MR_CONFIG_POINTS ? channel->points : MR_CONFIG_POINTS;
     if (channel->kind == MR_KIND_REFERENCE)
         return MR_CALIBRATION_GAIN_ERROR + 1;
-    return mr_channel_is_sensor(channel) ? MR_CALIBRATION_TABLE + 2 * points : 0;
+    return mr_channel_is_sensor(channel) ? MR_CALIBRATION_FIRST_POINT_ITEM + 2 * points : 0;
 }
 
 void configround_send_hello(struct telemetry *telemetry, unsigned sinks,
@@ -72,7 +72,7 @@ static bool is_not_fitted(unsigned item)
 /* Returns the next item after `item` that has content; 0 after the last one. */
 static unsigned find_next_item(unsigned item)
 {
-    for (item++; item < ITEMS; item++) {
+    for (item++; item < ITEM_COUNT; item++) {
         unsigned part = item - FIRST_CALIBRATION;
         if (item < FIRST_CALIBRATION || (item >= FIRST_PARAMETER && config.predict[0].fitted))
             return item;
@@ -101,15 +101,16 @@ static void send_calibration(struct telemetry *telemetry, unsigned sinks, unsign
     for (unsigned item = first;
          item < first + 2 && item < count_calibration_items(&config.channel[i]); item++)
         TELEMETRY_SEND(telemetry, sinks, calibration, CALIBRATION, .index = (uint8_t)i,
-                       .item = (uint8_t)item, .value = mr_channel_item(&config.channel[i], item));
+                       .item = (uint8_t)item,
+                       .value = mr_channel_get_item(&config.channel[i], item));
 }
 
 static void send_parameter(struct telemetry *telemetry, unsigned sinks, unsigned i)
 {
     struct mr_predictor_config predictor;
-    mr_config_predictor(&config, &predictor);
+    mr_config_get_predictor(&config, &predictor);
     TELEMETRY_SEND(telemetry, sinks, predict_item, PREDICT_ITEM, .index = (uint8_t)i,
-                   .items = MR_PREDICT_ITEMS, .value = mr_predict_item(&predictor, i));
+                   .items = MR_PREDICT_ITEM_COUNT, .value = mr_predict_get_item(&predictor, i));
 }
 
 static void send_item(struct telemetry *telemetry, unsigned sinks, unsigned item,
@@ -148,7 +149,7 @@ void configround_on_block(struct telemetry *telemetry, const float *slack_in, ui
     bool bursting = telemetry->round.is_bursting;
     if (bursting ? !telemetry_can_burst(telemetry) : !DUE(ITEM, index))
         return;
-    for (unsigned n = 0; !bursting && n < ITEMS && is_not_fitted(item); n++)
+    for (unsigned n = 0; !bursting && n < ITEM_COUNT && is_not_fitted(item); n++)
         item = find_next_item(item);
     send_item(telemetry, TO_LINKS, item, slack_in);
     telemetry->round.item = find_next_item(item);

@@ -51,9 +51,9 @@ static bool use_copy(struct configstore *store, unsigned copy)
 {
     struct mr_config_reason reason;
     memcpy(store->image, flash_copy(copy), MR_CONFIG_IMAGE_BYTES);
-    mr_config_swap(store->image, &config);
+    mr_config_swap_image(store->image, &config);
     if (check_config(&reason) != MR_OK) {
-        mr_config_swap(store->image, &config);
+        mr_config_swap_image(store->image, &config);
         store->copy[copy] = (uint8_t)-MR_LIMIT;
         return false;
     }
@@ -134,11 +134,11 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
     struct mr_config_word word;
     if (mr_config_word_get(&word, payload, length) != MR_OK || word.offset >= MR_CONFIG_WORDS)
         return;
-    if (!locked && (!store->staging || word.tag != store->tag)) {
+    if (!locked && (!store->is_staging || word.tag != store->tag)) {
         memset(store->received, 0, sizeof store->received);
         store->word_count = 0;
         store->tag = word.tag;
-        store->staging = true;
+        store->is_staging = true;
         store->is_reading = false;
     }
     if (!locked) {
@@ -158,14 +158,14 @@ void configstore_put_word(struct configstore *store, struct telemetry *telemetry
 static enum mr_status check_staged(struct configstore *store, struct mr_config_reason *reason)
 {
     uint32_t revision = config.site[0].revision;
-    mr_config_swap(store->image, &config);
+    mr_config_swap_image(store->image, &config);
     enum mr_status status = check_config(reason);
     if (status == MR_OK && config.site[0].revision != revision + 1u) {
         *reason = (struct mr_config_reason){
             .group = MR_GROUP_site, .field = MR_FIELD_site_revision, .rule = MR_RULE_REVISION};
         status = MR_LIMIT;
     }
-    mr_config_swap(store->image, &config);
+    mr_config_swap_image(store->image, &config);
     return status;
 }
 
@@ -188,7 +188,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
 {
     struct mr_config_reason r;
     unsigned copy = store->source == CONFIGSTORE_COPY_A ? 1 : 0;
-    if (!store->staging || store->word_count != MR_CONFIG_WORDS)
+    if (!store->is_staging || store->word_count != MR_CONFIG_WORDS)
         return MR_TOO_FEW;
     enum mr_status status = mr_config_check_image(store->image, MR_CONFIG_IMAGE_BYTES);
     if (status == MR_OK && get_word(store->image, MR_CONFIG_WORDS - 1) != crc)
@@ -211,7 +211,7 @@ enum mr_status configstore_apply(struct configstore *store, struct telemetry *te
         health_count(MR_FAULT_CONFIG, (uint8_t)(copy + 1));
         return MR_IO;
     }
-    store->staging = false;
+    store->is_staging = false;
     use_copy(store, copy);
     return MR_OK;
 }
@@ -223,7 +223,7 @@ enum mr_status configstore_read(struct configstore *store, uint32_t word, bool b
     zero_swap(); /* store the configured zeros, not the ones measured since */
     mr_config_encode(&config, store->image);
     zero_swap();
-    store->staging = false;
+    store->is_staging = false;
     store->is_reading = true;
     store->is_read_by_serial = by_serial;
     store->next_read_word = word;

@@ -38,7 +38,7 @@ struct configstore {
 
     uint8_t image[MR_CONFIG_IMAGE_BYTES];          /* configuration being staged or read out */
     uint8_t received[(MR_CONFIG_WORDS + 7u) / 8u]; /* one bit per staged word */
-    bool staging;
+    bool is_staging;
     uint16_t tag;        /* tag of the staged words */
     unsigned word_count; /* number of staged words */
     bool is_reading, is_read_by_serial;

@@ -64,7 +64,7 @@ static const uint8_t limit_ticks[MR_TASK_COUNT] = {
 
 static volatile uint8_t age_ticks[MR_TASK_COUNT];
 static volatile bool is_any_task_late;
-static uint32_t good_ticks;
+static uint32_t healthy_ticks;
 
 /* Not cleared at start. The complement shows if it is valid: at power on RAM holds anything. */
 static volatile struct {
@@ -94,7 +94,7 @@ void tasks_start(void)
     for (unsigned task = 0; task < MR_TASK_COUNT; task++)
         age_ticks[task] = 0;
     is_any_task_late = false;
-    good_ticks = 0;
+    healthy_ticks = 0;
     tasks_begin(MR_TASK_LOOP);
 }
 
@@ -124,8 +124,8 @@ void tasks_tick(uint32_t pc)
         board_record_late_task(0, 0);
     }
     is_any_task_late = task != 0;
-    good_ticks = is_any_task_late ? 0 : good_ticks + 1;
-    if (good_ticks == TASKS_GOOD_TICKS)
+    healthy_ticks = is_any_task_late ? 0 : healthy_ticks + 1;
+    if (healthy_ticks == TASKS_GOOD_TICKS)
         board_reset_restart_count();
 }
 

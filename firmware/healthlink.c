@@ -10,7 +10,7 @@
 
 /* A driven transducer at its mechanical zero reads 62 codes, an undriven one 0. The sums are of
  * four scans of each polarity. */
-#define DRIVEN_SUM (8 * 8)
+#define DRIVEN_SUM_MIN (8 * 8)
 
 static void record_result(struct selftest *test, enum mr_self_test_number number, bool good)
 {
@@ -110,19 +110,19 @@ void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
     if (!test->is_running || test->blocks >= SELFTEST_BLOCKS)
         return;
     test->is_reference_bad |=
-        __builtin_isnan(mr_channels_ratio(&config.channel[MR_REFERENCE], block));
+        __builtin_isnan(mr_reference_ratio(&config.channel[MR_REFERENCE], block));
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         int difference = (int)block->forward_sum[i] - (int)block->reversed_sum[i];
         if (config.channel[i].kind == MR_KIND_DISPLACEMENT &&
-            (difference > DRIVEN_SUM || difference < -DRIVEN_SUM))
-            test->excited = true;
+            (difference > DRIVEN_SUM_MIN || difference < -DRIVEN_SUM_MIN))
+            test->is_excited = true;
     }
     if (++test->blocks < SELFTEST_BLOCKS)
         return;
     record_result(test, MR_SELF_TEST_REFERENCE, !test->is_reference_bad);
     if (has_transducers())
         record_result(test, MR_SELF_TEST_EXCITATION,
-                      test->excited &&
+                      test->is_excited &&
                           health_get_count(MR_FAULT_POLARITY) == test->polarity_faults);
 }
 
@@ -131,7 +131,7 @@ void healthlink_on_block(struct healthlink *link, const struct mr_block *block)
 void healthlink_start(struct healthlink *link)
 {
     struct board_identity identity;
-    *link = (struct healthlink){.next_crash_word = MR_CRASH_ITEMS};
+    *link = (struct healthlink){.next_crash_word = MR_CRASH_ITEM_COUNT};
     board_identify(&identity);
     board_get_restart(&link->restart);
     if (link->restart.crash && link->restart.crash_age == 0)
@@ -142,7 +142,7 @@ void healthlink_start(struct healthlink *link)
 
 void healthlink_report_crash(struct healthlink *link)
 {
-    link->next_crash_word = link->restart.crash ? 0 : MR_CRASH_ITEMS;
+    link->next_crash_word = link->restart.crash ? 0 : MR_CRASH_ITEM_COUNT;
 }
 
 void healthlink_schedule_restart(struct healthlink *link)
@@ -181,7 +181,7 @@ static void send_restarts(const struct board_restart *restart, struct telemetry 
 static void send_crash(struct healthlink *link, struct telemetry *telemetry)
 {
     TELEMETRY_SEND(telemetry, TO_LINKS, crash, CRASH, .item = (uint8_t)link->next_crash_word,
-                   .items = MR_CRASH_ITEMS, .age = link->restart.crash_age,
+                   .items = MR_CRASH_ITEM_COUNT, .age = link->restart.crash_age,
                    .value = link->restart.crash[link->next_crash_word]);
     link->next_crash_word++;
 }
@@ -197,7 +197,7 @@ void healthlink_send_regular(struct healthlink *link, struct telemetry *telemetr
         send_upkeep(telemetry);
     if (DUE(RESTARTS, index))
         send_restarts(&link->restart, telemetry);
-    if (link->next_crash_word < MR_CRASH_ITEMS)
+    if (link->next_crash_word < MR_CRASH_ITEM_COUNT)
         send_crash(link, telemetry);
 }
 

@@ -30,7 +30,7 @@ struct selftest {
     uint16_t ram_rounds, flash_rounds; /* counts at the start of the self-test */
     uint16_t polarity_faults;
     unsigned blocks;
-    bool is_reference_bad, excited;
+    bool is_reference_bad, is_excited;
 };
 
 /* ---- health on the links ---- */
@@ -42,7 +42,7 @@ struct selftest {
 struct healthlink {
     struct selftest test;
     struct board_restart restart;
-    unsigned next_crash_word; /* next word to be sent; MR_CRASH_ITEMS: none */
+    unsigned next_crash_word; /* next word to be sent; MR_CRASH_ITEM_COUNT: none */
     unsigned ticks;           /* supervision ticks, which pace the background tests */
     unsigned ticks_to_reset;  /* 0: no reset requested */
 };

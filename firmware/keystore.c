@@ -62,7 +62,7 @@ static void set_key_state(struct keystore *store, enum mr_key_state state)
     store->state = state;
     store->step = STEP_NONE;
     if (store->has_stale_copy) {
-        store->at = 1u - store->copy;
+        store->copy_in_work = 1u - store->copy;
         store->step = STEP_WIPE;
     }
     if (state == MR_KEY_DAMAGED)
@@ -101,10 +101,10 @@ static void check_copy(struct keystore *store)
     store->tries = 0;
     store->has_stale_copy = whole && store->copy != KEY_COPIES;
     if (whole && (store->copy == KEY_COPIES || mr_get_u32(&p) > store->change_number))
-        use_record(store, store->at);
-    if (++store->at < KEY_COPIES)
+        use_record(store, store->copy_in_work);
+    if (++store->copy_in_work < KEY_COPIES)
         return;
-    store->at = store->copy;
+    store->copy_in_work = store->copy;
     store->page = 1;
     if (store->is_set)
         store->step = STEP_COUNT;
@@ -190,10 +190,10 @@ static bool is_as_written(struct keystore *store)
 static void verify_record(struct keystore *store)
 {
     if (is_as_written(store)) {
-        unsigned old = 1u - store->at;
-        use_record(store, store->at);
+        unsigned old = 1u - store->copy_in_work;
+        use_record(store, store->copy_in_work);
         store->state = store->is_set ? MR_KEY_SET : MR_KEY_OPEN;
-        store->at = old;
+        store->copy_in_work = old;
         store->step = STEP_WIPE;
     } else if (++store->tries < TRIES_MAX) {
         store->step = STEP_ERASE;
@@ -220,7 +220,7 @@ static void next_step(struct keystore *store)
     }
 }
 
-static void discard_memory(struct keystore *store)
+static void discard_copies(struct keystore *store)
 {
     if (store->answer.code && !store->has_answer)
         set_answer(store, MR_IO);
@@ -237,7 +237,7 @@ bool keystore_poll(struct keystore *store)
         return true;
     store->is_in_progress = false;
     if (status == NOR_MISSING || status == NOR_STUCK)
-        discard_memory(store);
+        discard_copies(store);
     else
         next_step(store); /* reading back shows whether it succeeded */
     return false;
@@ -246,13 +246,13 @@ bool keystore_poll(struct keystore *store)
 bool keystore_begin(struct keystore *store)
 {
     bool of_starts = store->step >= STEP_COUNT && store->step <= STEP_CHECK;
-    uint32_t address = get_address(store->at, of_starts ? store->page : 0);
+    uint32_t address = get_address(store->copy_in_work, of_starts ? store->page : 0);
     if (store->step == STEP_NONE)
         return false;
     /* At start, the chip may still be busy with an operation that a reset interrupted. */
     enum nor_status status = nor_poll();
     if (status == NOR_MISSING || status == NOR_STUCK)
-        discard_memory(store);
+        discard_copies(store);
     if (status != NOR_IDLE && status != NOR_FAILED)
         return false;
     store->is_in_progress = true;
@@ -312,7 +312,7 @@ enum mr_status keystore_execute(struct keystore *store, const struct mr_command 
         return MR_CRC;
     store->answer = (struct mr_ack){.code = command->code, .tag = command->tag};
     store->has_answer = false;
-    store->at = store->copy == 0 ? 1 : 0;
+    store->copy_in_work = store->copy == 0 ? 1 : 0;
     store->tries = 0;
     store->step = STEP_ERASE;
     return MR_OK;

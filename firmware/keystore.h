@@ -31,7 +31,7 @@ struct keystore {
 
     bool is_set;   /* the valid copy contains a key */
     unsigned copy; /* the valid copy; KEY_COPIES: none */
-    unsigned step, at, page, tries;
+    unsigned step, copy_in_work, page, tries;
     bool is_in_progress;   /* an operation of this module is in progress in the memory */
     bool has_damaged_copy; /* a copy is damaged */
     /* the power failed before the old copy was erased; it must still be erased */

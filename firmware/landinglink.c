@@ -5,7 +5,7 @@
 #include "firmware/schedule.h"
 #include "firmware/configround.h"
 
-#define CLOCK_ERROR 0.01 /* relative error of the internal oscillator */
+#define INTERNAL_CLOCK_ERROR 0.01 /* relative error of the internal oscillator */
 
 void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *block)
 {
@@ -14,7 +14,7 @@ void landinglink_send_block(struct telemetry *telemetry, const struct mr_block *
 }
 
 /* True if any of the `count` inputs from `first` on is fitted. */
-static bool has_any(uint32_t fitted, unsigned first, unsigned count)
+static bool has_any_channel(uint32_t fitted, unsigned first, unsigned count)
 {
     return (fitted >> first & ((1u << count) - 1u)) != 0;
 }
@@ -25,7 +25,7 @@ static void send_series(struct telemetry *telemetry, enum mr_series_number serie
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
     for (unsigned i = 0; i < MR_SERIES_PACK_COUNT; i++) {
         const struct mr_series_pack *pack = mr_series_pack_at(i);
-        if (pack->series == series && has_any(fitted, pack->first - 1u, pack->count))
+        if (pack->series == series && has_any_channel(fitted, pack->first - 1u, pack->count))
             telemetry_send(telemetry, TO_CAN, pack->id, payload,
                            mr_series_pack_put(pack, readings, index, payload));
     }
@@ -66,7 +66,7 @@ static float add_clock_error(const struct telemetry *telemetry, const struct mr_
 {
     double error = estimate->error;
     if (telemetry->identity.clock_source != MR_CLOCK_CRYSTAL) {
-        double clock = CLOCK_ERROR * times * estimate->value;
+        double clock = INTERNAL_CLOCK_ERROR * times * estimate->value;
         error = __builtin_sqrt(error * error + clock * clock);
     }
     return (float)error;
@@ -185,8 +185,8 @@ static void send_count(struct telemetry *telemetry)
     telemetry->count_index = (place + 1) % MR_MESSAGE_COUNT;
 }
 
-void regular_on_block(struct telemetry *telemetry, const struct landing *landing,
-                      const float *slack_in, uint32_t index, uint32_t tick)
+void landinglink_send_regular(struct telemetry *telemetry, const struct landing *landing,
+                              const float *slack_in, uint32_t index, uint32_t tick)
 {
     if (DUE(CLOCK, index))
         TELEMETRY_SEND(telemetry, TO_LINKS, clock, CLOCK, .block = index, .tick = tick);

@@ -54,7 +54,7 @@ void live_on_block(struct live *live, struct landing *landing, struct telemetry 
 
 /* Sends the regular messages of one block, then the items of the configuration that are due
  * (configround.h). Without scans, call at the phases that schedule_due_without_scans returns. */
-void regular_on_block(struct telemetry *telemetry, const struct landing *landing,
-                      const float *slack_in, uint32_t index, uint32_t tick);
+void landinglink_send_regular(struct telemetry *telemetry, const struct landing *landing,
+                              const float *slack_in, uint32_t index, uint32_t tick);
 
 #endif

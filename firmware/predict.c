@@ -35,7 +35,7 @@ void predict_configure(struct predict *p, const float *slack_in)
     p->status = MR_NOT_NOW;
     if (!config.predict[0].fitted)
         return;
-    mr_config_predictor(&config, &started);
+    mr_config_get_predictor(&config, &started);
     p->status = mr_predictor_start(&p->predictor, &started);
     if (p->status != MR_OK)
         return;
@@ -131,7 +131,7 @@ void predict_send_regular(struct predict *p, struct telemetry *telemetry, const 
 static void report_joints(const struct predict *p, struct telemetry *telemetry, unsigned sinks,
                           unsigned n)
 {
-    struct mr_runway_joints message = mr_runway_message(&p->state, n);
+    struct mr_runway_joints message = mr_runway_make_message(&p->state, n);
     TELEMETRY_SEND_MESSAGE(telemetry, sinks, runway_joints, RUNWAY_JOINTS, &message);
 }
 
@@ -145,7 +145,7 @@ static void begin_report(struct predict *p, struct telemetry *telemetry)
 /* Returns item n of the report: chart and plan, then the lamp limit. */
 static float get_risk_item(const struct predict *p, unsigned n)
 {
-    return n < MR_RISK_ITEMS ? mr_risk_item(&p->plan, n) : p->lamp_limit;
+    return n < MR_RISK_PLAN_ITEM_COUNT ? mr_risk_plan_get_item(&p->plan, n) : p->lamp_limit;
 }
 
 /* Reports an item; missing values of a chart only for its first two rows. False: nothing sent. */
@@ -156,7 +156,7 @@ static bool report_risk_item(const struct predict *p, struct telemetry *telemetr
     if (n >= 2 && __builtin_isnan(value))
         return false;
     TELEMETRY_SEND(telemetry, sinks, risk_item, RISK_ITEM, .index = (uint8_t)n,
-                   .items = MR_RISK_REPORT_ITEMS, .value = value);
+                   .items = MR_RISK_REPORT_ITEM_COUNT, .value = value);
     return true;
 }
 
@@ -167,7 +167,8 @@ static void continue_risk_report(struct predict *p, struct telemetry *telemetry)
     for (unsigned i = 0; i < PREDICT_JOINTS_PER_BLOCK && p->next_risk_item != NOTHING_TO_REPORT;) {
         i += report_risk_item(p, telemetry, TO_LINKS, p->next_risk_item++);
         /* the lamp limit belongs to a landing */
-        if (p->next_risk_item >= (p->predictor.is_armed ? MR_RISK_REPORT_ITEMS : MR_RISK_ITEMS))
+        if (p->next_risk_item >=
+            (p->predictor.is_armed ? MR_RISK_REPORT_ITEM_COUNT : MR_RISK_PLAN_ITEM_COUNT))
             p->next_risk_item = NOTHING_TO_REPORT;
     }
 }
@@ -180,7 +181,7 @@ static void continue_report(struct predict *p, struct telemetry *telemetry)
     for (unsigned i = 0;
          i < PREDICT_JOINTS_PER_BLOCK && p->next_report_message != NOTHING_TO_REPORT; i++) {
         report_joints(p, telemetry, TO_LINKS, p->next_report_message++);
-        if (p->next_report_message >= mr_runway_messages(&p->state))
+        if (p->next_report_message >= mr_runway_message_count(&p->state))
             p->next_report_message = NOTHING_TO_REPORT;
     }
 }
@@ -220,9 +221,9 @@ void predict_store_in_box(struct predict *p, struct telemetry *telemetry, const 
     report_store(p, telemetry, TO_CONFIGURATION, copy);
     p->is_store_due = true; /* reports the copy on the links too */
     report_runway(p, telemetry, TO_CONFIGURATION);
-    for (unsigned n = 0; n < mr_runway_messages(&p->state); n++)
+    for (unsigned n = 0; n < mr_runway_message_count(&p->state); n++)
         report_joints(p, telemetry, TO_CONFIGURATION, n);
-    for (unsigned n = 0; n < MR_RISK_REPORT_ITEMS; n++)
+    for (unsigned n = 0; n < MR_RISK_REPORT_ITEM_COUNT; n++)
         (void)report_risk_item(p, telemetry, TO_CONFIGURATION, n);
 }
 
@@ -302,7 +303,7 @@ static void discard_plan(struct predict *p)
 bool predict_end(struct predict *p, struct telemetry *telemetry, const struct landing *landing,
                  uint32_t index)
 {
-    uint32_t held = predict_held_zeros(&p->predictor, landing);
+    uint32_t held = predict_find_kept_zeros(&p->predictor, landing);
     bool moved = landing->state != MR_LANDING_ARMED || (held & (held - 1u)) != 0;
     bool folded = p->status == MR_OK && p->predictor.is_armed && moved;
     if (p->status != MR_OK || !p->predictor.is_armed)
@@ -387,7 +388,7 @@ static enum mr_status execute_chart(struct predict *p, const struct mr_command *
     switch (command->code) {
     case MR_COMMAND_CHART_WORD:
         memcpy(&value, &command->argument, sizeof value);
-        return mr_risk_item_set(&p->staged_plan, command->index, value) ? MR_OK : MR_USAGE;
+        return mr_risk_plan_set_item(&p->staged_plan, command->index, value) ? MR_OK : MR_USAGE;
     case MR_COMMAND_CHART_FORGET: /* also the received words of an incomplete chart */
         mr_risk_plan_clear(&p->staged_plan);
         discard_plan(p);

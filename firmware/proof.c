@@ -9,7 +9,7 @@ void proof_store(struct proof *proof, bool by_serial, const uint8_t *payload, si
     if (length != MR_PROOF_BYTES)
         return;
     memcpy(proof->link[by_serial].proof, payload, MR_PROOF_BYTES);
-    proof->link[by_serial].given = true;
+    proof->link[by_serial].is_given = true;
 }
 
 /* Compares in constant time. */
@@ -27,9 +27,9 @@ static void renew_nonce(struct proof *proof, const struct keystore *store,
 {
     const uint32_t numbers[3] = {store->change_number, store->start_count, ++proof->nonces};
     const uint8_t *p = proof->nonce;
-    proof->link[0].given = proof->link[1].given = false;
-    proof->valid = store->state == MR_KEY_SET;
-    if (!proof->valid)
+    proof->link[0].is_given = proof->link[1].is_given = false;
+    proof->is_nonce_valid = store->state == MR_KEY_SET;
+    if (!proof->is_nonce_valid)
         return;
     mr_proof_nonce(proof->nonce, store->key, numbers);
     uint32_t low = mr_get_u32(&p);
@@ -45,9 +45,9 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
         return MR_OK;
     if (store->state == MR_KEY_NOT_READ)
         return MR_WAIT;
-    if (!proof->valid || !proof->link[by_serial].given)
+    if (!proof->is_nonce_valid || !proof->link[by_serial].is_given)
         return MR_PROOF;
-    if (proof->link[by_serial].locked)
+    if (proof->link[by_serial].lock_seconds)
         return MR_LOCKOUT;
     mr_proof_make(wanted, store->key, proof->nonce, payload, telemetry->identity.uid);
     if (is_equal(wanted, proof->link[by_serial].proof)) {
@@ -57,9 +57,9 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
     }
     if (proof->refused < UINT16_MAX)
         proof->refused++;
-    if (++proof->link[by_serial].failures == PROOF_FAILURES) {
+    if (++proof->link[by_serial].failures == PROOF_FAILURES_MAX) {
         proof->link[by_serial].failures = 0;
-        proof->link[by_serial].locked = PROOF_LOCKED;
+        proof->link[by_serial].lock_seconds = PROOF_LOCK_SECONDS;
     }
     return MR_PROOF;
 }
@@ -67,8 +67,8 @@ enum mr_status proof_check(struct proof *proof, const struct keystore *store,
 void proof_on_second(struct proof *proof, const struct keystore *store, struct telemetry *telemetry)
 {
     for (unsigned link = 0; link < 2; link++) {
-        if (proof->link[link].locked)
-            proof->link[link].locked--;
+        if (proof->link[link].lock_seconds)
+            proof->link[link].lock_seconds--;
     }
     renew_nonce(proof, store, telemetry);
 }

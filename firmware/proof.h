@@ -12,19 +12,19 @@
 #include "firmware/keystore.h"
 #include "firmware/telemetry.h"
 
-#define PROOF_FAILURES 3u
+#define PROOF_FAILURES_MAX 3u
 /* nonces until the link is unlocked; the second in progress does not count */
-#define PROOF_LOCKED   2u
+#define PROOF_LOCK_SECONDS 2u
 
 struct proof {
     uint8_t nonce[MR_PROOF_BYTES];
-    bool valid;       /* the nonce may be used */
-    uint32_t nonces;  /* number of nonces since start */
-    uint16_t refused; /* number of wrong proofs */
+    bool is_nonce_valid; /* the nonce may be used */
+    uint32_t nonces;     /* number of nonces since start */
+    uint16_t refused;    /* number of wrong proofs */
     struct {
         uint8_t proof[MR_PROOF_BYTES];
-        bool given;
-        uint8_t failures, locked;
+        bool is_given;
+        uint8_t failures, lock_seconds;
     } link[2]; /* links: CAN, serial */
 };
 

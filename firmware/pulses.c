@@ -10,9 +10,9 @@ size_t pulses_get(struct pulses *pulses, enum board_pulses input, bool fitted, u
                   uint32_t until_tick, uint32_t ticks[PULSES_PER_BLOCK])
 {
     size_t accepted = 0, count = 0;
-    if (fitted != pulses->captured)
+    if (fitted != pulses->is_capturing)
         board_pulses_enable(input, fitted);
-    pulses->captured = fitted;
+    pulses->is_capturing = fitted;
     if (fitted)
         count = board_pulses_get(input, until_tick, ticks, PULSES_PER_BLOCK);
     for (size_t i = 0; i < count; i++) {

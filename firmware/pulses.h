@@ -11,7 +11,7 @@
 #define PULSES_PER_BLOCK 8u
 
 struct pulses {
-    bool captured;
+    bool is_capturing;
     bool has_last;        /* there is an accepted pulse */
     uint32_t tick, block; /* last accepted pulse */
 };

@@ -10,7 +10,7 @@ enum step { STEP_NONE, STEP_READ, STEP_READ_AGAIN, STEP_ERASE, STEP_PROGRAM, STE
 #define COPY_PAGES ((MR_RUNWAY_IMAGE_BYTES + NOR_PAGE_BYTES - 1u) / NOR_PAGE_BYTES)
 #define TRIES_MAX  3u
 
-_Static_assert(COPY_PAGES <= NOR_PAGES_PER_SECTOR, "a copy has a sector");
+_Static_assert(COPY_PAGES <= NOR_PAGES_PER_SECTOR, "each copy fits into one sector");
 
 static uint32_t get_address(unsigned copy, unsigned page)
 {
@@ -77,7 +77,7 @@ static void check_copy(struct runwaystore *store, struct predict *predict)
     store->step = STEP_NONE;
     store->is_loaded = true;
     if (is_damaged(store->copy[0]) || is_damaged(store->copy[1]))
-        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
+        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
 }
 
 /* Loads the newest whole copy, unless it belongs to another runway. */
@@ -116,7 +116,7 @@ static void end_writing(struct runwaystore *store, struct predict *predict, bool
         return;
     }
     if (!holds)
-        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_DETAIL);
+        health_count(MR_FAULT_NOR_FAILED, RUNWAYSTORE_FAULT_DETAIL);
     store->step = STEP_NONE;
     store->tries = 0;
     predict_mark_stored(predict, store->crc);

@@ -5,9 +5,9 @@
  * written with its first page last, and read back. One copy is therefore intact after a power
  * failure at any time, and the CRC over the whole copy (common/runway.h) detects a mixture of two.
  * At start the newer intact copy is loaded before a landing can be armed. A damaged copy is
- * reported (runway_store). If no intact copy is left, the fault NOR_FAILED with RUNWAYSTORE_DETAIL
- * is counted too, and the runway starts unmeasured. Without the memory the runway is unmeasured
- * after each reset.
+ * reported (runway_store). If no intact copy is left, the fault NOR_FAILED with
+ * RUNWAYSTORE_FAULT_DETAIL is counted too, and the runway starts unmeasured. Without the memory the
+ * runway is unmeasured after each reset.
  *
  * Pure except for the calls of board.h. */
 #ifndef MATRIG_FIRMWARE_RUNWAYSTORE_H
@@ -16,7 +16,7 @@
 #include "firmware/board.h"
 #include "firmware/predict.h"
 
-#define RUNWAYSTORE_DETAIL       6u /* detail of MR_FAULT_NOR_FAILED */
+#define RUNWAYSTORE_FAULT_DETAIL 6u /* detail of MR_FAULT_NOR_FAILED */
 /* blocks without a change before writing, so that a survey of 42 segments is one change */
 #define RUNWAYSTORE_QUIET_BLOCKS 500u
 #define RUNWAYSTORE_BLANK        255u

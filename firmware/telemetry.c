@@ -67,8 +67,9 @@ bool telemetry_can_burst(struct telemetry *telemetry)
 {
     unsigned waiting = board_can_waiting();
     if (waiting == 0)
-        telemetry->refusals = 0;
-    return waiting <= TELEMETRY_BURST_WAITING_MAX || ++telemetry->refusals > TELEMETRY_REFUSALS_MAX;
+        telemetry->burst_refusals = 0;
+    return waiting <= TELEMETRY_BURST_WAITING_MAX ||
+           ++telemetry->burst_refusals > TELEMETRY_REFUSALS_MAX;
 }
 
 bool telemetry_has_box(const struct telemetry *telemetry)

@@ -41,7 +41,7 @@ struct telemetry {
     uint16_t serial_bad;
     uint16_t blocks_lost;
 
-    unsigned refusals; /* refusals by telemetry_can_burst since no frame was waiting */
+    unsigned burst_refusals; /* refusals by telemetry_can_burst since no frame was waiting */
     /* by link (CAN, serial) and message: number of messages sent to the link */
     uint32_t sent_counts[2][MR_MESSAGE_COUNT];
     unsigned count_index; /* index of the message whose count is sent next */

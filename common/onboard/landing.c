@@ -76,10 +76,10 @@ static bool is_reporting_edges(const struct landing *landing)
     return landing->is_live || landing_is_recording(landing);
 }
 
-static void put_event(struct landing *landing, uint8_t count, uint8_t position,
-                      enum mr_switch_reason reason, float late_ms, uint32_t block)
+static void add_switch_event(struct landing *landing, uint8_t count, uint8_t position,
+                             enum mr_switch_reason reason, float late_ms, uint32_t block)
 {
-    if (is_reporting_edges(landing) && landing->changes.events < LANDING_EVENTS)
+    if (is_reporting_edges(landing) && landing->changes.events < LANDING_EVENTS_MAX)
         landing->event[landing->changes.events++] =
             (struct mr_switch_event){.count = count,
                                      .position = position,
@@ -88,13 +88,13 @@ static void put_event(struct landing *landing, uint8_t count, uint8_t position,
                                      .block16 = (uint16_t)block};
 }
 
-static void put_passage_events(struct landing *landing, uint32_t block)
+static void add_passage_events(struct landing *landing, uint32_t block)
 {
     const struct mr_passage *passage = &landing->passage;
     for (unsigned i = 0; i < passage->events; i++) {
         const struct mr_passage_event *note = &passage->event[i];
-        put_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason,
-                  MR_NAN, block);
+        add_switch_event(landing, note->number, note->position, (enum mr_switch_reason)note->reason,
+                         MR_NAN, block);
     }
 }
 
@@ -107,7 +107,7 @@ void landing_set_brake(struct landing *landing, uint32_t tick)
 }
 
 /* True if the gear passed the gate before the brake acted, MR_BRAKE_DELAY_S after its edge. */
-static bool is_before_brake(const struct landing *landing, const struct mr_gate *gate)
+static bool is_gate_before_brake(const struct landing *landing, const struct mr_gate *gate)
 {
     const struct mr_passage *passage = &landing->passage;
     double brake_s = (double)(int32_t)(landing->brake_tick - passage->source[0].tick) *
@@ -124,7 +124,7 @@ static void estimate_motion(struct landing *landing, const struct mr_config *con
     while (landing->gates_before_braking < passage->gates) {
         const struct mr_gate *gate = &passage->gate[landing->gates_before_braking];
         if (gate->station_ft >= (double)config->site[0].touchdown_ft &&
-            !is_before_brake(landing, gate))
+            !is_gate_before_brake(landing, gate))
             break;
         landing->gates_before_braking++;
     }
@@ -153,7 +153,7 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
                                      .station_ft = (double)station_ft[edge->position - 1]};
     struct mr_passage_changes news = mr_passage_on_edge(
         &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
-    put_passage_events(landing, index);
+    add_passage_events(landing, index);
     landing->changes.has_new_pushback |= news.has_new_pushback;
     if (!landing_is_recording(landing) || !news.has_new_gate)
         return;
@@ -176,7 +176,7 @@ static void handle_edge(struct landing *landing, const struct mr_config *config,
     bool counts = edge->position && (edge->reason == MR_SWITCH_GOOD ||
                                      (edge->reason == MR_SWITCH_DOUBLE && !rolling));
     if (landing->passage.state == MR_PASSAGE_ROLLING && landing_is_recording(landing) &&
-        index - landing->first_block >= LANDING_LIMIT_BLOCKS)
+        index - landing->first_block >= LANDING_MAX_BLOCKS)
         counts = false;
     if (landing->edges < UINT8_MAX)
         landing->edges++;
@@ -188,8 +188,8 @@ static void handle_edge(struct landing *landing, const struct mr_config *config,
                              .count = number,
                              .step_codes = edge->step_codes < 0.0f ? 0.0f : edge->step_codes};
     if (edge->reason != MR_SWITCH_GOOD)
-        put_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason, MR_NAN,
-                  index);
+        add_switch_event(landing, number, edge->position, (enum mr_switch_reason)edge->reason,
+                         MR_NAN, index);
     if (counts)
         handle_identified_edge(landing, config, edge, number, index);
 }
@@ -204,8 +204,8 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
             (landing->is_live ? LANDING_LIVE_PAUSE_BLOCKS : MR_PASSAGE_QUIET_BLOCKS))
         landing->edges_without_pause = 0;
     for (unsigned i = 0; i < edge_count; i++) {
-        if (landing->edges_without_pause < LANDING_EDGES &&
-            mr_switches_add(&landing->switches, edge_ticks[i]))
+        if (landing->edges_without_pause < LANDING_EDGES_MAX &&
+            mr_switches_add_edge(&landing->switches, edge_ticks[i]))
             landing->edges_without_pause++;
         landing->edge_block = index;
     }
@@ -213,7 +213,7 @@ static void handle_edges(struct landing *landing, const struct mr_config *config
         return;
     for (unsigned i = 0; i < MR_CONFIG_SWITCHES; i++)
         steps_codes[i] = config->gate[i].step_codes;
-    while (mr_switches_next(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
+    while (mr_switches_next_edge(&landing->switches, steps_codes, MR_CONFIG_SWITCHES, &edge))
         handle_edge(landing, config, &edge, index);
 }
 
@@ -229,7 +229,7 @@ static uint32_t compute_blocks_to_rest(const struct landing *landing)
     return LANDING_NO_EDGE_BLOCKS;
 }
 
-static void start_fit(struct landing *landing, const struct mr_config *config)
+static void start_final_fit(struct landing *landing, const struct mr_config *config)
 {
     mr_final_fit_start(&landing->fit, landing->passage.gate, landing->passage.gates,
                        (double)config->site[0].touchdown_ft,
@@ -239,7 +239,7 @@ static void start_fit(struct landing *landing, const struct mr_config *config)
 }
 
 /* Computes one step of the final fit, and stores the result after the last step. */
-static void continue_fit(struct landing *landing, uint32_t index)
+static void continue_final_fit(struct landing *landing, uint32_t index)
 {
     const struct mr_passage *passage = &landing->passage;
     if (mr_final_fit_step(&landing->fit))
@@ -252,9 +252,9 @@ static void continue_fit(struct landing *landing, uint32_t index)
     for (unsigned g = 0; landing->is_summary_known && g < passage->gates; g++) {
         double late_s = landing->summary.late_s[g];
         if (landing->summary.outlier & 1u << g)
-            put_event(landing, passage->source[g].number, passage->source[g].position,
-                      late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY, (float)(1000.0 * late_s),
-                      index);
+            add_switch_event(landing, passage->source[g].number, passage->source[g].position,
+                             late_s > 0.0 ? MR_SWITCH_LATE : MR_SWITCH_EARLY,
+                             (float)(1000.0 * late_s), index);
     }
 }
 
@@ -269,16 +269,16 @@ struct landing_block_changes landing_on_block(struct landing *landing,
     mr_switches_add_level(&landing->switches, tick, staircase_code);
     handle_edges(landing, config, index, edge_ticks, edge_count);
     if (mr_passage_on_block(&landing->passage, index)) {
-        put_passage_events(landing, index);
+        add_passage_events(landing, index);
         mr_switches_reset(&landing->switches);
     }
     if (landing->state == MR_LANDING_LANDING) {
         if (index - landing->last_gate_block >= compute_blocks_to_rest(landing))
             change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_STOP, index);
-        else if (index - landing->first_block >= LANDING_LIMIT_BLOCKS)
+        else if (index - landing->first_block >= LANDING_MAX_BLOCKS)
             change_state(landing, MR_LANDING_SETTLING, MR_LANDING_BY_LIMIT, index);
         if (landing->state == MR_LANDING_SETTLING)
-            start_fit(landing, config);
+            start_final_fit(landing, config);
     } else if (landing->state == MR_LANDING_SETTLING &&
                index - landing->changed_block >= LANDING_SETTLE_BLOCKS) {
         change_state(landing, MR_LANDING_DONE, MR_LANDING_BY_SETTLED, index);
@@ -289,7 +289,7 @@ struct landing_block_changes landing_on_block(struct landing *landing,
     }
     if (landing->is_fitting && landing->state == MR_LANDING_SETTLING &&
         index % LANDING_FIT_BLOCKS == 0)
-        continue_fit(landing, index);
+        continue_final_fit(landing, index);
     landing->changes.state = landing->state != before;
     return landing->changes;
 }

@@ -7,12 +7,12 @@
  * The gear counts as at rest half a second after the estimated stop, or three seconds after the
  * last gate; a gate during settling returns the state to landing. Settling lasts two seconds: the
  * mat practically ceases to move as the gear passes (report 2.7.2). A landing lasts at most
- * LANDING_LIMIT_BLOCKS plus settling. A push-back of the model, at any time, is counted and
+ * LANDING_MAX_BLOCKS plus settling. A push-back of the model, at any time, is counted and
  * reported but changes no state (common/passage.h).
  *
- * Edges are reported while armed, landing or settling, at most LANDING_EDGES between two pauses of
- * 30 s, so that a chattering contact does not flood the links. In live mode they are reported too,
- * with pauses of one second.
+ * Edges are reported while armed, landing or settling, at most LANDING_EDGES_MAX between two pauses
+ * of 30 s, so that a chattering contact does not flood the links. In live mode they are reported
+ * too, with pauses of one second.
  *
  * Pure: the state is a function of configuration, blocks and edges. The board runs this code, and
  * the host reruns it over a record. */
@@ -31,11 +31,11 @@
 /* An edge within the first 0.9 ms of a block belongs to that block, a later edge to the next block.
  * A block is processed 0.97 ms after its first trigger; all edges of its first 0.9 ms are stored by
  * then at any processor load. */
-#define LANDING_EDGE_TICKS        75600u
-#define LANDING_EDGES             96u
+#define LANDING_BLOCK_EDGE_TICKS  75600u
+#define LANDING_EDGES_MAX         96u
 /* maximum number of switch events reported per block; the links can queue this many */
-#define LANDING_EVENTS            80u
-#define LANDING_LIMIT_BLOCKS      20000u
+#define LANDING_EVENTS_MAX        80u
+#define LANDING_MAX_BLOCKS        20000u
 #define LANDING_SETTLE_BLOCKS     2000u
 #define LANDING_LIVE_PAUSE_BLOCKS 1000u
 /* number of blocks from the predicted stop until the gear counts as at rest */
@@ -74,7 +74,7 @@ struct landing {
     uint32_t opened;     /* switches opened by gates: bit p-1 */
 
     struct mr_edge edge[MR_SWITCHES_WAITING_MAX]; /* edges to be reported with this block */
-    struct mr_switch_event event[LANDING_EVENTS];
+    struct mr_switch_event event[LANDING_EVENTS_MAX];
     struct landing_block_changes changes;
 
     bool is_braked;      /* the brake was applied in this landing */

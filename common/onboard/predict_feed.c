@@ -55,7 +55,8 @@ static void set_motion(const struct predict_motion *motion, float touchdown_ft, 
     input->is_on_runway = input->wheel_ft >= touchdown_ft;
 }
 
-uint32_t predict_held_zeros(const struct mr_predictor *predictor, const struct landing *landing)
+uint32_t predict_find_kept_zeros(const struct mr_predictor *predictor,
+                                 const struct landing *landing)
 {
     return landing->edges ? 0u : predictor->moved_mask;
 }
@@ -148,7 +149,7 @@ void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
 
 /* ---- baseline ---- */
 
-static void begin_group(struct baseline *baseline)
+static void begin_baseline_group(struct baseline *baseline)
 {
     baseline->blocks = 0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -157,7 +158,7 @@ static void begin_group(struct baseline *baseline)
 
 void baseline_discard(struct baseline *baseline)
 {
-    begin_group(baseline);
+    begin_baseline_group(baseline);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         baseline->zero_in[i] = MR_NAN;
 }
@@ -166,7 +167,7 @@ void baseline_update(struct baseline *baseline, const float *displacement_in, bo
                      uint32_t held)
 {
     if (!quiet) {
-        begin_group(baseline);
+        begin_baseline_group(baseline);
         return;
     }
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -176,5 +177,5 @@ void baseline_update(struct baseline *baseline, const float *displacement_in, bo
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         baseline->zero_in[i] = held >> i & 1u ? baseline->zero_in[i]
                                               : baseline->sum_in[i] / (float)BASELINE_BLOCKS;
-    begin_group(baseline);
+    begin_baseline_group(baseline);
 }

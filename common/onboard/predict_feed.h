@@ -34,7 +34,8 @@ struct predict_block {
 
 /* Bit mask of transducers that have moved before any switch opened since arming: their zero is kept
  * although no gear has been detected. */
-uint32_t predict_held_zeros(const struct mr_predictor *predictor, const struct landing *landing);
+uint32_t predict_find_kept_zeros(const struct mr_predictor *predictor,
+                                 const struct landing *landing);
 
 /* Computes the predictor's input from a block. `touchdown_ft`: station where the runway begins,
  * from the configuration of the site. */
@@ -66,7 +67,7 @@ void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
 
 /* The zero of a landing's movement is the mean of a full group of blocks while armed with nothing
  * rolling; the last group before the first edge is used. If no switch works there is no first edge,
- * and transducers that have moved keep their zero (predict_held_zeros). Pure. */
+ * and transducers that have moved keep their zero (predict_find_kept_zeros). Pure. */
 
 #define BASELINE_BLOCKS 256u
 

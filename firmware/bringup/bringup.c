@@ -125,7 +125,7 @@ static uint32_t get_systick_since(uint32_t value)
     return value >= now ? value - now : value + SYST_RVR + 1u - now;
 }
 
-static void print_rates(void)
+static void print_clock_rates(void)
 {
     uint32_t mask = irq_mask();
     uint32_t tick = TIM2->CNT, systick = SYST_CVR, begun = pace_now();
@@ -213,7 +213,7 @@ static void print_conversions(void)
 static void print_clocks(void)
 {
     print_crystal();
-    print_rates();
+    print_clock_rates();
     print_timers();
     print_conversions();
 }
@@ -388,14 +388,14 @@ static void make_predictor_input(const struct mr_predictor_config *started, uint
     }
 }
 
-static void print_cost(void)
+static void print_predictor_cost(void)
 {
     static struct mr_predictor predictor;
     struct mr_predictor_config started;
     struct mr_predictor_input input;
     const uint32_t assumed = (3u * INSTRUCTIONS_PER_BLOCK + 25u * DIVISIONS_PER_BLOCK) / 2u;
     uint64_t spent = 0;
-    mr_config_predictor(&config, &started);
+    mr_config_get_predictor(&config, &started);
     started.updates_per_block = 1u << 20; /* no limit: always the full level */
     if (mr_predictor_start(&predictor, &started) != MR_OK) {
         print_none("cycles_predict", "cycles");
@@ -498,7 +498,7 @@ static void print_can(void)
 
 static uint8_t written[NOR_PAGE_BYTES] DMA_BUFFER, read_back[NOR_PAGE_BYTES] DMA_BUFFER;
 
-struct outcome {
+struct flash_test_result {
     uint32_t rounds, wrong, failed;
     /* sums and maxima of the durations */
     uint32_t erase_us, erase_max_us, program_us, program_max_us;
@@ -557,7 +557,7 @@ static uint32_t find_blank_sector(void)
     return NO_SECTOR;
 }
 
-static bool erase_sector(uint32_t sector, struct outcome *o)
+static bool erase_sector(uint32_t sector, struct flash_test_result *o)
 {
     uint32_t us;
     nor_begin_erase(sector * NOR_SECTOR_BYTES);
@@ -578,7 +578,7 @@ static void fill_page(uint32_t round, uint32_t number)
     }
 }
 
-static void write_page(uint32_t address, struct outcome *o)
+static void write_page(uint32_t address, struct flash_test_result *o)
 {
     uint32_t us;
     nor_begin_program(address, written);
@@ -590,7 +590,7 @@ static void write_page(uint32_t address, struct outcome *o)
         o->wrong++;
 }
 
-static void test_sector(uint32_t sector, struct outcome *o)
+static void test_sector(uint32_t sector, struct flash_test_result *o)
 {
     for (uint32_t round = 0; round < ROUND_COUNT && o->failed == 0; round++) {
         if (!erase_sector(sector, o))
@@ -606,7 +606,7 @@ static void test_sector(uint32_t sector, struct outcome *o)
     o->wrong += !is_blank(sector);
 }
 
-static void print_outcome(uint32_t sector, const struct outcome *o)
+static void print_outcome(uint32_t sector, const struct flash_test_result *o)
 {
     print_number("memory_sector", (int32_t)sector, "sector");
     print_number("memory_rounds", (int32_t)o->rounds, "rounds");
@@ -629,7 +629,7 @@ static bool is_memory_present(void)
 
 static void print_memory(void)
 {
-    struct outcome outcome = {0};
+    struct flash_test_result outcome = {0};
     uint32_t sector = NO_SECTOR;
     if (!is_memory_present()) {
         print_none("memory_id", "id");
@@ -657,8 +657,8 @@ static void print_memory(void)
  *
  * The supply is measured against the 2.500 V reference and must match the board's nominal supply: a
  * pin without a reference reads anything. RM0090 3.6.2 (option bytes), 3.9.10. */
-#define KEY1                     0x08192a3bu
-#define KEY2                     0x4c5d6e7fu
+#define OPTION_KEY_1             0x08192a3bu
+#define OPTION_KEY_2             0x4c5d6e7fu
 #define OPTCR_OPTLOCK            (1u << 0)
 #define OPTCR_OPTSTRT            (1u << 1)
 #define OPTCR_BOR_SHIFT          2u
@@ -682,8 +682,8 @@ static bool write_options(uint32_t options)
     uint32_t mask = irq_mask(); /* the handlers are in flash, which is busy now */
     watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_OPTCR & OPTCR_OPTLOCK) {
-        FLASH_OPTKEYR = KEY1;
-        FLASH_OPTKEYR = KEY2;
+        FLASH_OPTKEYR = OPTION_KEY_1;
+        FLASH_OPTKEYR = OPTION_KEY_2;
     }
     FLASH_OPTCR = options;
     FLASH_OPTCR = options | OPTCR_OPTSTRT;
@@ -864,7 +864,7 @@ static void print_report(void)
     print_options();
     print_clocks();
     print_noise();
-    print_cost();
+    print_predictor_cost();
     print_can();
     print_memory();
     print_flush();

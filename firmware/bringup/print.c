@@ -5,9 +5,9 @@
 #include "common/crc32.h"
 #include "firmware/f407/drivers.h"
 
-#define LINE_BYTES    80u
-#define WAIT_US       2000000u /* uart.c sends its ring of 8 KiB in 0.7 s */
-#define LAST_BYTES_US 200u     /* two bytes last 174 us */
+#define LINE_BYTES      80u
+#define SEND_TIMEOUT_US 2000000u /* uart.c sends its ring of 8 KiB in 0.7 s */
+#define LAST_BYTES_US   200u     /* two bytes last 174 us */
 
 /* Kept through resets; print_begin overwrites the random content at power on. */
 static struct {
@@ -69,7 +69,7 @@ static void send_line(struct line *line)
     uint32_t begun = pace_now();
     line->bytes[line->length++] = '\n';
     while (!board_serial_send((const uint8_t *)line->bytes, line->length) &&
-           !pace_passed(begun, WAIT_US)) {
+           !pace_passed(begun, SEND_TIMEOUT_US)) {
     }
 }
 
@@ -174,7 +174,7 @@ void print_text(const char *words)
 void print_flush(void)
 {
     uint32_t begun = pace_now();
-    while (!uart_is_sent() && !pace_passed(begun, WAIT_US)) {
+    while (!uart_is_sent() && !pace_passed(begun, SEND_TIMEOUT_US)) {
     }
     pace_wait(LAST_BYTES_US);
 }

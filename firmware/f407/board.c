@@ -39,7 +39,7 @@ __attribute__((section(".header"), used)) static const struct {
     .patch = FIRMWARE_PATCH,
     .board = BOARD_NUMBER,
 };
-_Static_assert(sizeof header == MR_IMAGE_BYTES, "common/image.h says where what is");
+_Static_assert(sizeof header == MR_IMAGE_BYTES, "the layout in common/image.h");
 
 static uint8_t check_image(struct mr_image *image, uint32_t *crc)
 {

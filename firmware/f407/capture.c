@@ -21,7 +21,7 @@
 static volatile uint32_t edge_tick[EDGE_CAPTURES] DMA_BUFFER,
     pulse_tick[BOARD_PULSES][PULSE_CAPTURES] DMA_BUFFER;
 /* index of the oldest capture not yet taken */
-static unsigned edge_taken, pulse_taken[BOARD_PULSES];
+static unsigned edges_taken, pulses_taken[BOARD_PULSES];
 static const uint8_t pulse_stream[BOARD_PULSES] = {
     [BOARD_FRAMES] = 6, [BOARD_BRAKE] = 1, [BOARD_WHEEL] = 7};
 
@@ -84,10 +84,10 @@ static void drop_old_captures(unsigned stream, const volatile uint32_t *captured
 
 void capture_drop_old(void)
 {
-    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edge_taken, DETAIL_TOO_OLD);
+    drop_old_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edges_taken, DETAIL_TOO_OLD);
     for (unsigned i = 0; i < BOARD_PULSES; i++) {
         if (TIM2->DIER & TIM_DIER_CC1DE << get_pulse_channel((enum board_pulses)i))
-            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES, &pulse_taken[i],
+            drop_old_captures(pulse_stream[i], pulse_tick[i], PULSE_CAPTURES, &pulses_taken[i],
                               DETAIL_PULSES);
     }
 }
@@ -98,7 +98,7 @@ size_t board_edges_get(uint32_t until_tick, uint32_t *ticks, size_t capacity)
         TIM2->SR = ~TIM_SR_CC1OF;
         health_count(MR_FAULT_EDGE_OVERRUN, 0);
     }
-    return get_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edge_taken, until_tick,
+    return get_captures(EDGE_STREAM, edge_tick, EDGE_CAPTURES, &edges_taken, until_tick,
                         EDGE_FILTER_TICKS, ticks, capacity);
 }
 
@@ -109,7 +109,7 @@ void board_pulses_enable(enum board_pulses input, bool on)
     TIM2->DIER &= ~(TIM_DIER_CC1DE << channel);
     TIM2->CCER &= ~(TIM_CCER_CC1E << 4 * channel);
     dma_stream_stop(DMA1, pulse_stream[input]);
-    pulse_taken[input] = 0;
+    pulses_taken[input] = 0;
     if (!on)
         return;
     start_stream(pulse_stream[input], channel, pulse_tick[input], PULSE_CAPTURES,
@@ -128,8 +128,8 @@ size_t board_pulses_get(enum board_pulses input, uint32_t until_tick, uint32_t *
         TIM2->SR = ~overrun;
         health_count(MR_FAULT_EDGE_OVERRUN, DETAIL_PULSES);
     }
-    return get_captures(pulse_stream[input], pulse_tick[input], PULSE_CAPTURES, &pulse_taken[input],
-                        until_tick, PULSE_FILTER_TICKS, ticks, capacity);
+    return get_captures(pulse_stream[input], pulse_tick[input], PULSE_CAPTURES,
+                        &pulses_taken[input], until_tick, PULSE_FILTER_TICKS, ticks, capacity);
 }
 
 uint32_t board_set_camera_trigger(bool high)

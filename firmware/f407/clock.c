@@ -16,7 +16,7 @@
 #define CRYSTAL_KHZ_MIN 7500u
 #define CRYSTAL_KHZ_MAX 8800u
 #define RTC_DIVIDER     31u
-#define CAPTURES        16u
+#define CAPTURE_COUNT   16u
 #define CAPTURE_POLLS   1000u /* 0.5 ms; captures of a 4 MHz crystal are 62 us apart */
 
 #define DETAIL_STOPPED 255u /* detail of the fault */
@@ -100,13 +100,13 @@ static uint32_t measure_crystal_khz(void)
     TIM11->CCER = TIM_CCER_CC1E;
     TIM11->CR1 = TIM_CR1_CEN;
     bool came = wait_for_capture(&first);
-    for (unsigned n = 0; came && n < CAPTURES; n++)
+    for (unsigned n = 0; came && n < CAPTURE_COUNT; n++)
         came = wait_for_capture(&last);
     TIM11->CR1 = 0;
     RCC->APB2ENR &= ~RCC_APB2ENR_TIM11;
     RCC->CFGR = 0;
     uint32_t ticks = (uint16_t)(last - first);
-    return came && ticks ? INTERNAL_KHZ * CAPTURES * 8u * RTC_DIVIDER / ticks : 0;
+    return came && ticks ? INTERNAL_KHZ * CAPTURE_COUNT * 8u * RTC_DIVIDER / ticks : 0;
 }
 
 /* Starts the crystal and checks that its frequency fits the PLL setting. With another crystal the

@@ -1,6 +1,7 @@
 /* A processor fault stores its registers and resets; the next start counts and reports it.
- * Unrequested restarts are counted through resets: after QUIET_RESTARTS in a row the board starts
- * without its measuring parts and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults). */
+ * Unrequested restarts are counted through resets: after QUIET_RESTARTS_MIN in a row the board
+ * starts without its measuring parts and only communicates. PM0214 2.3.7 (frames), 2.4.4 (faults).
+ * */
 #include <string.h>
 
 #include "common/fault.h"
@@ -8,19 +9,19 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/health.h"
 
-#define QUIET_RESTARTS 5u
-#define CRYSTAL_STOPS  2u
-#define FRAME_WORDS    8u  /* r0-r3, r12, lr, pc, xpsr */
-#define FRAME_FP_WORDS 26u /* also s0-s15, fpscr, one reserved */
-#define XPSR_ALIGNED   (1u << 9)
-#define IPSR_MASK      0x1ffu
+#define QUIET_RESTARTS_MIN 5u
+#define CRYSTAL_STOPS_MAX  2u
+#define FRAME_WORDS        8u  /* r0-r3, r12, lr, pc, xpsr */
+#define FRAME_FP_WORDS     26u /* also s0-s15, fpscr, one reserved */
+#define XPSR_ALIGNED       (1u << 9)
+#define IPSR_MASK          0x1ffu
 
 extern uint32_t stack_bottom[], stack_top[]; /* linker script */
 
 /* Not cleared at start, so it survives a reset. At power on RAM holds anything, and the CRC does
  * not match. */
 static struct {
-    uint32_t words[MR_CRASH_ITEMS];
+    uint32_t words[MR_CRASH_ITEM_COUNT];
     uint32_t age;
     uint32_t fresh;
     uint32_t crc;
@@ -43,12 +44,12 @@ static uint32_t compute_words_crc(const void *words, size_t bytes)
     return mr_crc32(0, words, bytes);
 }
 
-static void seal_crash(void)
+static void seal_crash_record(void)
 {
     crash_record.crc = compute_words_crc(&crash_record, offsetof(__typeof__(crash_record), crc));
 }
 
-static void seal_restarts(void)
+static void seal_restart_record(void)
 {
     restart_record.crc = compute_words_crc(&restart_record,
                                            offsetof(__typeof__(restart_record), crc));
@@ -132,7 +133,7 @@ void fault_store(const uint32_t *frame, uint32_t exc_return)
     }
     crash_record.age = 0;
     crash_record.fresh = 1;
-    seal_crash();
+    seal_crash_record();
     reset_chip();
 }
 
@@ -184,26 +185,26 @@ bool fault_read_record(uint8_t cause)
         restart_record.crystal_stops =
             (uint8_t)(restart_record.crystal_stops + (restart_record.crystal_stops < UINT8_MAX));
     crash_record.fresh = 0;
-    seal_crash();
+    seal_crash_record();
     restart_record.late_task = 0;
     restart_record.late_pc = 0;
     last_restart.restarts = restart_record.restarts;
     last_restart.consecutive = restart_record.in_row;
-    last_restart.is_quiet = restart_record.in_row >= QUIET_RESTARTS;
-    seal_restarts();
+    last_restart.is_quiet = restart_record.in_row >= QUIET_RESTARTS_MIN;
+    seal_restart_record();
     tasks_start();
     return last_restart.is_quiet;
 }
 
 bool fault_has_crystal_stopped_twice(void)
 {
-    return restart_record.crystal_stops >= CRYSTAL_STOPS;
+    return restart_record.crystal_stops >= CRYSTAL_STOPS_MAX;
 }
 
 void fault_set_image_crc(uint32_t crc)
 {
     restart_record.image_crc = crc;
-    seal_restarts();
+    seal_restart_record();
 }
 
 void board_get_restart(struct board_restart *out)
@@ -215,13 +216,13 @@ void board_record_late_task(uint8_t task, uint32_t pc)
 {
     restart_record.late_task = task;
     restart_record.late_pc = pc;
-    seal_restarts();
+    seal_restart_record();
 }
 
 void board_reset_restart_count(void)
 {
     restart_record.in_row = 0;
-    seal_restarts();
+    seal_restart_record();
 }
 
 void board_reset(void)

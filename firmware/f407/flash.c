@@ -8,19 +8,19 @@
 
 #include "firmware/f407/drivers.h"
 
-#define COPY_A    ((uint32_t)MR_CONFIGURATION)
+#define COPY_A_ADDRESS ((uint32_t)MR_CONFIGURATION)
 /* sectors 0 to 3 have the size of one copy */
-#define SECTOR_A  ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
-#define KEY1      0x45670123u
-#define KEY2      0xcdef89abu
+#define SECTOR_A       ((MR_CONFIGURATION - MR_FLASH) / FLASH_COPY_BYTES)
+#define FLASH_KEY_1    0x45670123u
+#define FLASH_KEY_2    0xcdef89abu
 /* about 1 s if the loop runs from the cache; otherwise it stalls while the flash is busy */
-#define POLLS_MAX 12000000u
+#define POLLS_MAX      12000000u
 
 static uint32_t irq_state, begun_tick;
 
 const uint8_t *flash_copy(unsigned copy)
 {
-    return (const uint8_t *)(COPY_A + copy * FLASH_COPY_BYTES);
+    return (const uint8_t *)(COPY_A_ADDRESS + copy * FLASH_COPY_BYTES);
 }
 
 /* The data cache may hold old content of changed sectors. RM0090 3.5.2: reset it while it is
@@ -39,8 +39,8 @@ void flash_begin(void)
     begun_tick = TIM2->CNT;
     watchdog_set_timeout(WATCHDOG_FLASH_COUNTS);
     if (FLASH_CR & FLASH_CR_LOCK) {
-        FLASH_KEYR = KEY1;
-        FLASH_KEYR = KEY2;
+        FLASH_KEYR = FLASH_KEY_1;
+        FLASH_KEYR = FLASH_KEY_2;
     }
     FLASH_SR = FLASH_SR_ERRORS;
 }
@@ -55,7 +55,7 @@ void flash_end(void)
     irq_restore(irq_state);
 }
 
-static bool is_done(void)
+static bool is_flash_done(void)
 {
     uint32_t polls = POLLS_MAX;
     while ((FLASH_SR & FLASH_SR_BSY) && --polls) {
@@ -70,7 +70,7 @@ bool flash_erase(unsigned copy)
     watchdog_feed();
     FLASH_CR = FLASH_CR_PSIZE_32 | FLASH_CR_SER | (SECTOR_A + copy) << 3;
     FLASH_CR |= FLASH_CR_STRT;
-    bool done = is_done();
+    bool done = is_flash_done();
     FLASH_CR = FLASH_CR_PSIZE_32;
     reset_data_cache();
     return done;
@@ -80,9 +80,9 @@ bool flash_program(unsigned copy, uint32_t offset, uint32_t word)
 {
     watchdog_feed();
     FLASH_CR = FLASH_CR_PSIZE_32 | FLASH_CR_PG;
-    *(volatile uint32_t *)(COPY_A + copy * FLASH_COPY_BYTES + offset) = word;
+    *(volatile uint32_t *)(COPY_A_ADDRESS + copy * FLASH_COPY_BYTES + offset) = word;
     __asm volatile("dsb" ::: "memory");
-    bool done = is_done();
+    bool done = is_flash_done();
     FLASH_CR = FLASH_CR_PSIZE_32;
     return done;
 }

@@ -150,7 +150,7 @@ static void send_next(void)
     }
 }
 
-static void receive_both(void)
+static void receive_last_two_bytes(void)
 {
     I2C1->CR1 = I2C_CR1_PE | I2C_CR1_POS | I2C_CR1_STOP;
     in_bytes[0] = (uint8_t)I2C1->DR;
@@ -187,7 +187,7 @@ static void advance_transfer(uint32_t sr1)
         break;
     case PHASE_RECEIVE:
         if (sr1 & I2C_SR1_BTF)
-            receive_both();
+            receive_last_two_bytes();
         break;
     case PHASE_STOP:
         if (!(I2C1->CR1 & I2C_CR1_STOP)) {

@@ -18,7 +18,7 @@
 #define FLASH_SLICE_BYTES 128u
 /* a stream may write up to this number of bytes after its address */
 #define DMA_REACH_BYTES   1024u
-#define STREAMS           16u
+#define STREAM_COUNT      16u
 
 /* linker script */
 extern uint32_t stack_bottom[], stack_top[], dma_start[], dma_end[], ram_used_end[];
@@ -93,10 +93,10 @@ void memory_set_image_crc(uint32_t crc)
 /* Stores the addresses that active streams write to or read from, and returns their number. No
  * other stream can start during the test, unless its buffer is a DMA buffer: only the main loop
  * starts streams, and it runs the test. */
-static unsigned find_streams(uint32_t address[STREAMS])
+static unsigned find_active_streams(uint32_t address[STREAM_COUNT])
 {
     unsigned count = 0;
-    for (unsigned i = 0; i < STREAMS; i++) {
+    for (unsigned i = 0; i < STREAM_COUNT; i++) {
         const struct dma_stream_regs *stream = &(i < 8 ? DMA1 : DMA2)->stream[i % 8];
         uint32_t cr = stream->CR;
         if (cr & DMA_CR_EN && cr & DMA_CR_MINC)
@@ -119,8 +119,8 @@ static bool is_used_by_dma(const uint32_t *words, const uint32_t *address, unsig
 
 static void test_ram(void)
 {
-    uint32_t address[STREAMS];
-    unsigned count = find_streams(address);
+    uint32_t address[STREAM_COUNT];
+    unsigned count = find_active_streams(address);
     for (unsigned i = 0; i < SLICE_WINDOWS; i++) {
         if (!is_used_by_dma(next_window, address, count) && !is_window_good(next_window))
             fail_ram(next_window);

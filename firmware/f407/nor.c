@@ -209,7 +209,7 @@ uint32_t nor_read_jedec_id(void)
     return id;
 }
 
-static bool is_expected(void)
+static bool is_expected_chip(void)
 {
     uint32_t id = nor_read_jedec_id();
     return id >> 16 == MANUFACTURER && (id & 0xffu) == CAPACITY;
@@ -217,7 +217,7 @@ static bool is_expected(void)
 
 static void read_identification(void)
 {
-    phase = is_expected() ? PHASE_IDLE : PHASE_ABSENT;
+    phase = is_expected_chip() ? PHASE_IDLE : PHASE_ABSENT;
 }
 
 enum nor_status nor_identify(void)
@@ -226,7 +226,7 @@ enum nor_status nor_identify(void)
         return phase == PHASE_ABSENT ? NOR_MISSING : NOR_STUCK;
     if (phase != PHASE_IDLE)
         return NOR_BUSY;
-    return is_expected() ? NOR_IDLE : NOR_MISSING;
+    return is_expected_chip() ? NOR_IDLE : NOR_MISSING;
 }
 
 /* Detects the chip. It may still be busy with an operation from before a reset. An absent chip

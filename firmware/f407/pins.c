@@ -6,9 +6,9 @@ enum pull { PULL_NONE, PULL_UP };
 #define I2C1_FUNCTION 4u
 #define SERIAL_CLOCK  (BOARD_SERIAL == 6 ? RCC_APB2ENR_USART6 : RCC_APB2ENR_USART1)
 
-static const struct setting {
+static const struct pin_setting {
     uint8_t mode, function, pull, first_level;
-} settings[PINS] = {
+} pin_settings[PINS] = {
 #define ANALOGUE(port, pin, converter, input, SIGNAL, text) \
     [PIN_##SIGNAL] = {.mode = ANALOGUE_MODE},
 #define FUNCTION(port, pin, number, signal, pull, SIGNAL, text) \
@@ -42,7 +42,7 @@ static void set_function(struct pin_place at, uint32_t function)
 static void set_pin(enum pin_signal signal)
 {
     struct pin_place at = pin_place(signal);
-    const struct setting *setting = &settings[signal];
+    const struct pin_setting *setting = &pin_settings[signal];
     at.port->PUPDR = (at.port->PUPDR & ~(3u << (2 * at.pin))) | (uint32_t)setting->pull
                                                                     << (2 * at.pin);
     if (setting->mode == OUTPUT_MODE) {

@@ -224,7 +224,7 @@ static void end_block(unsigned stream, unsigned other, unsigned other_count)
         mr_block_from_scans(block, index, tick, (uint16_t(*)[MR_TRANSDUCERS])transducers,
                             (uint16_t(*)[MR_ADC1_CHANNELS])others);
     else
-        mr_block_from_fitted(block, &scan, index, tick, transducers, others);
+        mr_block_from_fitted_scans(block, &scan, index, tick, transducers, others);
     queue_add(&block_queue, 1);
 }
 

@@ -5,17 +5,17 @@
 #include "firmware/f407/drivers.h"
 #include "firmware/f407/queue.h"
 
-#define TX_RING   8192u
-#define RX_RING   1024u
-#define UART      (BOARD_SERIAL == 6 ? USART6 : USART1)
+#define TX_RING_BYTES    8192u
+#define RX_RING_BYTES    1024u
+#define UART             (BOARD_SERIAL == 6 ? USART6 : USART1)
 /* RM0090 table 43 */
-#define TX_STREAM 7u
-#define RX_STREAM 2u
-#define REQUEST   (BOARD_SERIAL == 6 ? 5u : 4u)
-#define BRR_2M    (2u << 4 | 10u) /* divider 2 + 10/16 = 2.625 */
-#define PCLK2_HZ  84000000u
+#define TX_STREAM        7u
+#define RX_STREAM        2u
+#define UART_DMA_CHANNEL (BOARD_SERIAL == 6 ? 5u : 4u)
+#define BRR_2M           (2u << 4 | 10u) /* divider 2 + 10/16 = 2.625 */
+#define PCLK2_HZ         84000000u
 
-static uint8_t tx_ring[TX_RING] DMA_BUFFER, rx_ring[RX_RING] DMA_BUFFER;
+static uint8_t tx_ring[TX_RING_BYTES] DMA_BUFFER, rx_ring[RX_RING_BYTES] DMA_BUFFER;
 static struct queue tx_queue;
 static volatile uint32_t tx_dma_bytes; /* bytes the DMA is sending */
 static uint32_t rx_read_count;
@@ -28,8 +28,8 @@ void uart_start(void)
     struct dma_stream_regs *rx = &DMA2->stream[RX_STREAM];
     rx->PAR = (uint32_t)(uintptr_t)&UART->DR;
     rx->M0AR = (uint32_t)(uintptr_t)rx_ring;
-    rx->NDTR = RX_RING;
-    dma_stream_start(rx, DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_CIRC);
+    rx->NDTR = RX_RING_BYTES;
+    dma_stream_start(rx, DMA_CR_CHANNEL(UART_DMA_CHANNEL) | DMA_CR_MINC | DMA_CR_CIRC);
     DMA2->stream[TX_STREAM].PAR = (uint32_t)(uintptr_t)&UART->DR;
     irq_enable(IRQ_DMA2_STREAM7, PRIORITY_SERIAL);
 }
@@ -39,15 +39,15 @@ void uart_start(void)
 static void send_next(void)
 {
     uint32_t waiting = queue_filled(&tx_queue);
-    uint32_t at = tx_queue.removed % TX_RING;
+    uint32_t at = tx_queue.removed % TX_RING_BYTES;
     struct dma_stream_regs *tx = &DMA2->stream[TX_STREAM];
-    tx_dma_bytes = waiting < TX_RING - at ? waiting : TX_RING - at;
+    tx_dma_bytes = waiting < TX_RING_BYTES - at ? waiting : TX_RING_BYTES - at;
     if (!tx_dma_bytes)
         return;
     DMA2->IFCR[TX_STREAM / 4] = DMA_FLAGS_ALL << dma_flag_shift(TX_STREAM);
     tx->M0AR = (uint32_t)(uintptr_t)&tx_ring[at];
     tx->NDTR = tx_dma_bytes;
-    dma_stream_start(tx, DMA_CR_CHANNEL(REQUEST) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL |
+    dma_stream_start(tx, DMA_CR_CHANNEL(UART_DMA_CHANNEL) | DMA_CR_MINC | DMA_CR_MEM_TO_PERIPHERAL |
                              DMA_CR_TCIE | DMA_CR_TEIE);
 }
 
@@ -62,10 +62,10 @@ void dma2_stream7_irq(void)
 
 bool board_serial_send(const uint8_t *bytes, size_t length)
 {
-    if (length > TX_RING - queue_filled(&tx_queue))
+    if (length > TX_RING_BYTES - queue_filled(&tx_queue))
         return false;
-    uint32_t at = tx_queue.added % TX_RING;
-    size_t to_end = TX_RING - at;
+    uint32_t at = tx_queue.added % TX_RING_BYTES;
+    size_t to_end = TX_RING_BYTES - at;
     size_t first = length < to_end ? length : to_end;
     memcpy(&tx_ring[at], bytes, first);
     memcpy(tx_ring, bytes + first, length - first);
@@ -80,11 +80,11 @@ bool board_serial_send(const uint8_t *bytes, size_t length)
 size_t board_serial_receive(uint8_t *bytes, size_t capacity)
 {
     size_t count = 0;
-    uint32_t head = (RX_RING - DMA2->stream[RX_STREAM].NDTR) % RX_RING;
+    uint32_t head = (RX_RING_BYTES - DMA2->stream[RX_STREAM].NDTR) % RX_RING_BYTES;
     memory_fence();
     while (rx_read_count != head && count < capacity) {
         bytes[count++] = rx_ring[rx_read_count];
-        rx_read_count = (rx_read_count + 1) % RX_RING;
+        rx_read_count = (rx_read_count + 1) % RX_RING_BYTES;
     }
     return count;
 }

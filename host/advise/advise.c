@@ -791,7 +791,7 @@ void advise_to_answer(const struct advise *advise, struct answer *answer)
 
 /* ---- chart ---- */
 
-_Static_assert(MR_RISK_ROWS >= ADVISE_ROW_COUNT, "a board takes all rows");
+_Static_assert(MR_RISK_CHART_ROWS >= ADVISE_ROW_COUNT, "a board takes all rows");
 
 static float convert_to_log_odds(double p)
 {

@@ -72,7 +72,7 @@ void advise_to_answer(const struct advise *advise, struct answer *answer);
 /* Converts the advice to the row that the campaign stores. */
 struct store_advice advise_to_stored_row(const struct advise *advise, int64_t made_us);
 /* Makes the chart and the plan, which are loaded into a board before a landing. `landings`: number
- * of landings in the history of the board's runway. The plan has at most MR_RISK_KNOTS points.
+ * of landings in the history of the board's runway. The plan has at most MR_RISK_PLAN_KNOTS points.
  * MR_USAGE: the plan exceeds the limits of a board. */
 enum mr_status advise_make_chart(const struct advise *advise, unsigned landings,
                                  struct mr_risk_plan *plan, struct error *error);

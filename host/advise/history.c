@@ -147,7 +147,7 @@ static enum mr_status load_runway(struct store *store, const struct store_landin
         enum mr_status status = store_predict_config_get(store, row[i].id, &config, &items, error);
         if (status != MR_OK)
             return status;
-        if (items != (size_t)MR_PREDICT_ITEMS)
+        if (items != (size_t)MR_PREDICT_ITEM_COUNT)
             continue;
         history->runway = (struct advise_runway){.chain = config.chain,
                                                  .grit_lb = (double)config.grit_lb,

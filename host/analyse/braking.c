@@ -198,7 +198,7 @@ enum mr_status braking_load(struct store *store, const struct measured *measured
         measured->is_t0_touchdown) {
         struct pulse *pulse = xcalloc(rows, sizeof *pulse);
         size_t count = extract_pulses(row, rows, &edge[i], measured, pulse, braking);
-        bool known = items == (size_t)MR_PREDICT_ITEMS;
+        bool known = items == (size_t)MR_PREDICT_ITEM_COUNT;
         compute_braking(measured, known ? (double)predictor.thrust_lb_per_g : (double)NAN, pulse,
                         count, braking);
         free(pulse);

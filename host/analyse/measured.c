@@ -542,13 +542,13 @@ size_t measured_list_channels(const struct measured *measured,
 
 #define BLOCKS_PER_HOUR 3600000.0
 
-struct mr_error_case measured_error_case(const struct measured *measured,
-                                         const struct measured_channel *channel, double value,
-                                         double samples)
+struct mr_error_conditions measured_error_case(const struct measured *measured,
+                                               const struct measured_channel *channel, double value,
+                                               double samples)
 {
     bool movement = channel->config.kind == MR_KIND_DISPLACEMENT;
     double stride = (double)channel->stride;
-    return (struct mr_error_case){
+    return (struct mr_error_conditions){
         .value = (float)value,
         .noise = (float)channel->noise,
         .averaged = (float)fmax(samples / stride, 1.0),
@@ -564,7 +564,7 @@ struct mr_error_case measured_error_case(const struct measured *measured,
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
                       double value, double samples)
 {
-    struct mr_error_case c = measured_error_case(measured, channel, value, samples);
+    struct mr_error_conditions c = measured_error_case(measured, channel, value, samples);
     return (double)mr_reading_error(&channel->config, &c);
 }
 

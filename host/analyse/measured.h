@@ -177,9 +177,9 @@ double measured_moving_mean(const struct measured *measured, const struct measur
 double measured_error(const struct measured *measured, const struct measured_channel *channel,
                       double value, double samples);
 /* Returns the input from which measured_error computes the standard error. */
-struct mr_error_case measured_error_case(const struct measured *measured,
-                                         const struct measured_channel *channel, double value,
-                                         double samples);
+struct mr_error_conditions measured_error_case(const struct measured *measured,
+                                               const struct measured_channel *channel, double value,
+                                               double samples);
 /* Computes t0_us, the gate times relative to t0_us, the summary and the fit from the gates and the
  * landing. */
 void measured_fit_gear_motion(struct measured *measured);

@@ -281,7 +281,7 @@ static void decode_block(struct measured *measured, struct mr_watch *watch,
                          const struct mr_block *block, enum measured_source source)
 {
     size_t i = (size_t)((int64_t)block->index - measured->first_block);
-    float ratio = mr_channels_ratio(&measured->channel[MR_REFERENCE].config, block);
+    float ratio = mr_reference_ratio(&measured->channel[MR_REFERENCE].config, block);
     for (unsigned c = 0; c < MR_CHANNELS; c++) {
         struct measured_channel *channel = &measured->channel[c];
         struct mr_reading reading = mr_channel_read(&channel->config, block, c, ratio);

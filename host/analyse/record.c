@@ -303,7 +303,7 @@ static void judge_outcome_by_survey_after(const struct measured *measured,
                                      .slack_in = slack->slack_in,
                                      .wheel_ft = (float)stop_ft};
     float left_in[MR_SEGMENTS];
-    mr_closure_find(&input, &zone, left_in);
+    mr_closure_find_zone(&input, &zone, left_in);
     bool at_it = zone.mats > 0 && (double)zone.start_ft - stop_ft < OUTCOME_REACHED_DISTANCE_FT;
     outcome->closed_after_mats = at_it ? (int64_t)zone.mats : 0;
     if (outcome->closed_after_mats < OUTCOME_MIN_ZONE_MATS || outcome->reached == OUTCOME_REACHED)

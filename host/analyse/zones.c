@@ -194,7 +194,7 @@ void zones_find_closed_segments(const struct measured *measured, const struct zo
         .slack_in = closure->slack_in,
         .wheel_ft = (float)measured_station_ft(measured, t_s),
     };
-    mr_closure_find(&input, zone, remaining_in);
+    mr_closure_find_zone(&input, zone, remaining_in);
 }
 
 /* ---- answer ---- */

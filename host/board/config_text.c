@@ -43,7 +43,7 @@ static bool advance_field(struct config_field_ref *at)
     if (++at->index < mr_config_groups[at->group].count)
         return true;
     at->index = 0;
-    return ++at->group < MR_CONFIG_GROUPS;
+    return ++at->group < MR_CONFIG_GROUP_COUNT;
 }
 
 static void field_name(struct config_field_ref at, char out[CONFIG_FIELD_NAME_SIZE])
@@ -192,7 +192,7 @@ static const char *get_rule_text(unsigned rule)
 
 static bool is_reason_field_known(const struct mr_config_reason *r)
 {
-    return r->group < MR_CONFIG_GROUPS && r->index < mr_config_groups[r->group].count &&
+    return r->group < MR_CONFIG_GROUP_COUNT && r->index < mr_config_groups[r->group].count &&
            r->field < mr_config_groups[r->group].field_count;
 }
 
@@ -253,7 +253,7 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_TOO_SMALL:
         if (r->group == MR_GROUP_gate && r->field == MR_FIELD_gate_step_codes) {
             snprintf(out, size, "a step is at least %u codes, or 0: not fitted",
-                     MR_CONFIG_STEP_CODES);
+                     MR_CONFIG_STEP_MIN_CODES);
             break;
         }
         snprintf(out, size, "it is %s", limits);
@@ -262,7 +262,8 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_NOT_A_NUMBER:
     case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
     case MR_RULE_ALIKE:
-        snprintf(out, size, "steps must be %u codes or more apart", MR_CONFIG_STEP_DISTANCE_CODES);
+        snprintf(out, size, "steps must be %u codes or more apart",
+                 MR_CONFIG_STEP_DISTANCE_MIN_CODES);
         break;
     case MR_RULE_PLACE: snprintf(out, size, "%s", allowed_kinds_text); break;
     case MR_RULE_SUM:
@@ -438,9 +439,10 @@ static enum mr_status read_name(const struct reader *r, const char **p, struct c
                            "write group[index].field = value, or begin the line with #");
     }
     *at = (struct config_field_ref){0};
-    while (at->group < MR_CONFIG_GROUPS && strcmp(mr_config_groups[at->group].name, group) != 0)
+    while (at->group < MR_CONFIG_GROUP_COUNT &&
+           strcmp(mr_config_groups[at->group].name, group) != 0)
         at->group++;
-    if (at->group == MR_CONFIG_GROUPS) {
+    if (at->group == MR_CONFIG_GROUP_COUNT) {
         snprintf(what, sizeof what, "no such group: `%s`", group);
         return refuse_text(r, MR_UNKNOWN, what, "use site, channel, gate, band or predict");
     }
@@ -624,8 +626,8 @@ static enum mr_status check_fields(struct reader *r)
 enum mr_status config_text_read(const char *text, const char *name, struct mr_config *config,
                                 struct error *error)
 {
-    struct config_field_ref end = {.group = MR_CONFIG_GROUPS - 1,
-                                   .index = mr_config_groups[MR_CONFIG_GROUPS - 1].count};
+    struct config_field_ref end = {.group = MR_CONFIG_GROUP_COUNT - 1,
+                                   .index = mr_config_groups[MR_CONFIG_GROUP_COUNT - 1].count};
     static struct mr_config read;
     struct reader reader = {.name = name, .config = &read, .error = error};
     enum mr_status status = MR_OK;

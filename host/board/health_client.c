@@ -9,11 +9,11 @@
 
 /* ---- crash ---- */
 
-#define ALL_CRASH_WORDS ((1ull << MR_CRASH_ITEMS) - 1u)
+#define ALL_CRASH_WORDS ((1ull << MR_CRASH_ITEM_COUNT) - 1u)
 
 bool crash_receive(struct crash_report *report, const struct mr_crash *message)
 {
-    if (message->item >= MR_CRASH_ITEMS || message->items != MR_CRASH_ITEMS)
+    if (message->item >= MR_CRASH_ITEM_COUNT || message->items != MR_CRASH_ITEM_COUNT)
         return false;
     if (message->item == 0 ||
         message->age != report->restart_count) /* the word begins a new report */

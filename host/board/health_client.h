@@ -14,12 +14,12 @@
 
 /* A processor fault, assembled from the board's `crash` messages. */
 struct crash_report {
-    uint32_t word[MR_CRASH_ITEMS];
+    uint32_t word[MR_CRASH_ITEM_COUNT];
     uint64_t present_bits;  /* bit n: word n was received */
     uint16_t restart_count; /* number of restarts since the fault */
 };
 
-_Static_assert(MR_CRASH_ITEMS <= 64, "crash_report.present_bits has one bit per word");
+_Static_assert(MR_CRASH_ITEM_COUNT <= 64, "crash_report.present_bits has one bit per word");
 
 /* Adds one word. Returns true if this word completes the report. */
 bool crash_receive(struct crash_report *report, const struct mr_crash *message);

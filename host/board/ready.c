@@ -381,7 +381,7 @@ void ready_summarize_channel(const struct mr_config *config, const struct mr_blo
         for (unsigned i = 0; i < count; i++) {
             struct mr_reading reading =
                 mr_channel_read(&config->channel[c], &blocks[i], c,
-                                mr_channels_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
+                                mr_reference_ratio(&config->channel[MR_REFERENCE], &blocks[i]));
             if (pass && reading.validity == MR_VALID) {
                 double off = (double)reading.code - code_sum / valid;
                 square += off * off;

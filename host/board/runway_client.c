@@ -12,11 +12,11 @@
 
 static void handle_joints(struct runway_client *client, const struct mr_runway_joints *joints)
 {
-    if (client->received_part_count >= mr_runway_messages(&client->state) ||
-        joints->index != 1u + MR_RUNWAY_PER_MESSAGE * client->received_part_count)
+    if (client->received_part_count >= mr_runway_message_count(&client->state) ||
+        joints->index != 1u + MR_RUNWAY_JOINTS_PER_MESSAGE * client->received_part_count)
         return;
     mr_runway_apply_message(&client->state, joints);
-    client->is_complete = ++client->received_part_count == mr_runway_messages(&client->state);
+    client->is_complete = ++client->received_part_count == mr_runway_message_count(&client->state);
 }
 
 static enum mr_status handle_message(void *context, const struct dialogue_message *message,
@@ -135,7 +135,7 @@ enum mr_status runway_client_load(struct runway_client *client,
                            "the runway of the file has %u mats, that of the board %u: %s; check "
                            "site.mats of the board's configuration",
                            state->mats, client->state.mats, dialogue_spec(client->dialogue));
-    for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORDS; i++)
+    for (unsigned i = 0; status == MR_OK && i < MR_RUNWAY_WORD_COUNT; i++)
         status = send_command(client->dialogue, MR_COMMAND_RUNWAY_WORD, i,
                               mr_runway_word_argument(state, i), error);
     for (unsigned i = 0; status == MR_OK && i < 256 && 2 * i <= state->mats; i++)
@@ -160,8 +160,8 @@ enum mr_status runway_client_send_chart(struct dialogue *dialogue, const struct 
 {
     /* discards the words of an earlier, incomplete chart */
     enum mr_status status = send_command(dialogue, MR_COMMAND_CHART_FORGET, 0, 0, error);
-    for (unsigned i = 0; status == MR_OK && i < MR_RISK_ITEMS; i++) {
-        float value = mr_risk_item(plan, i);
+    for (unsigned i = 0; status == MR_OK && i < MR_RISK_PLAN_ITEM_COUNT; i++) {
+        float value = mr_risk_plan_get_item(plan, i);
         int32_t bits;
         memcpy(&bits, &value, sizeof bits);
         if (!isnan(value))

@@ -112,7 +112,7 @@ static bool add_response(struct walk *walk, enum walk_kind kind, struct walk_res
 
 bool walk_add_edge(struct walk *walk, const struct mr_edge *edge)
 {
-    if (!((double)edge->step_codes >= MR_CONFIG_STEP_CODES))
+    if (!((double)edge->step_codes >= MR_CONFIG_STEP_MIN_CODES))
         return false;
     return add_response(walk, WALK_SWITCH,
                         (struct walk_response){.number = edge->position,
@@ -135,7 +135,7 @@ bool walk_add_reading(struct walk *walk, const struct mr_block *block, enum walk
 {
     const struct mr_channel_config *channel = walk->config->channel;
     float value[MR_TRANSDUCERS + MR_GAGES],
-        ratio = mr_channels_ratio(&channel[MR_REFERENCE], block);
+        ratio = mr_reference_ratio(&channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS + MR_GAGES; i++)
         value[i] = mr_channel_read(&channel[i], block, i, ratio).value;
     unsigned pushed = walk_motion_add(&walk->transducers, value),

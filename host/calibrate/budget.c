@@ -66,7 +66,7 @@ double budget_noise_codes(void)
 static double compute_single_source_error(const struct budget_case *of, enum budget_source source)
 {
     struct mr_channel_config channel = {.low = of->channel->low, .high = of->channel->high};
-    struct mr_error_case reading = of->reading;
+    struct mr_error_conditions reading = of->reading;
     float step = of->channel->unit_per_code;
     reading.noise = reading.reference_error = 0.0f;
     switch (source) {

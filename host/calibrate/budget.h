@@ -44,7 +44,7 @@ enum budget_source {
 
 struct budget_case {
     const struct mr_channel_config *channel;
-    struct mr_error_case reading;
+    struct mr_error_conditions reading;
     double certificate_expanded_uncertainty; /* at the reading; NaN: no certificate */
     double certificate_coverage_factor;
     double station_error_ft; /* standard uncertainty of the station, ft */

@@ -135,8 +135,9 @@ static enum mr_status count_edges(struct store *store, int64_t run, int64_t *edg
     return status;
 }
 
-static enum mr_status fill_landing(struct store *store, int64_t session, struct mr_boxread *reader,
-                                   struct boxfill *result, struct error *error)
+static enum mr_status fill_landing(struct store *store, int64_t session,
+                                   struct mr_box_reader *reader, struct boxfill *result,
+                                   struct error *error)
 {
     struct mr_record record;
     struct box_collector *messages = xmalloc(sizeof *messages);
@@ -147,7 +148,7 @@ static enum mr_status fill_landing(struct store *store, int64_t session, struct 
         status = count_edges(store, result->run, &edges, error);
     if (status == MR_OK)
         begin_box_collector(messages, store, &landing);
-    while (status == MR_OK && mr_boxread_next(reader, &record) == MR_OK) {
+    while (status == MR_OK && mr_box_reader_next(reader, &record) == MR_OK) {
         if (record.kind != MR_RECORD_BLOCK) {
             status = handle_message(messages, &record, result->is_new_landing, error);
             continue;
@@ -173,7 +174,7 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
 {
     struct mr_boxpage_header header = {0};
     struct mr_boxpage_start_page start;
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct store_session session = {.started_us = (int64_t)link_now_us(), .serial_link = link};
     char uid[25];
     if (!count || !present[0] || mr_boxpage_check(pages[0], &header) != MR_OK ||
@@ -198,7 +199,7 @@ enum mr_status boxfill_store_record(struct store *store, const char *link, int64
     result->is_new_landing = status == MR_OK && !result->run;
     if (result->is_new_landing)
         status = create_landing(store, session.id, &start, uid, &result->run, error);
-    mr_boxread_begin(&reader, pages[0], present, count);
+    mr_box_reader_begin(&reader, pages[0], present, count);
     if (status == MR_OK)
         status = fill_landing(store, session.id, &reader, result, error);
     if (status == MR_OK)

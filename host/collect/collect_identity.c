@@ -149,21 +149,21 @@ static enum mr_status put_calibration(struct collector *collector, const struct 
     return store_calibration_put(
         collector->store, slot->row.id,
         &(struct store_calibration){
-            index, item, (double)mr_channel_item(&collector->reported.channel[index], item)},
+            index, item, (double)mr_channel_get_item(&collector->reported.channel[index], item)},
         error);
 }
 
 static enum mr_status handle_calibration(struct collector *collector, const struct link_side *side,
                                          const struct mr_calibration *message, struct error *error)
 {
-    if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEMS)
+    if (message->index >= MR_CHANNELS || message->item >= MR_CALIBRATION_ITEM_COUNT)
         return MR_OK;
     struct mr_channel_config *known = &collector->reported.channel[message->index];
     uint32_t bit = 1u << message->item;
     if (collector->reported.items_known[message->index] & bit &&
-        mr_channel_item(known, message->item) == message->value)
+        mr_channel_get_item(known, message->item) == message->value)
         return MR_OK;
-    mr_channel_item_set(known, message->item, message->value);
+    mr_channel_set_item(known, message->item, message->value);
     collector->reported.items_known[message->index] |= bit;
     return put_calibration(collector, side->current_landing, message->index, message->item, error);
 }
@@ -212,9 +212,9 @@ enum mr_status collect_write_configuration(struct collector *collector,
     enum mr_status status = MR_OK;
     for (unsigned i = 0; i < MR_CHANNELS && status == MR_OK; i++)
         status = put_channel(collector, slot, i, error);
-    for (unsigned i = 0; i < MR_CHANNELS * MR_CALIBRATION_ITEMS && status == MR_OK; i++)
-        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEMS,
-                                 i % MR_CALIBRATION_ITEMS, error);
+    for (unsigned i = 0; i < MR_CHANNELS * MR_CALIBRATION_ITEM_COUNT && status == MR_OK; i++)
+        status = put_calibration(collector, slot, i / MR_CALIBRATION_ITEM_COUNT,
+                                 i % MR_CALIBRATION_ITEM_COUNT, error);
     for (unsigned i = 0; i < STORE_SWITCHES_MAX && status == MR_OK; i++) {
         if (collector->reported.switch_known[i])
             status = store_switch_put(collector->store, slot->row.id,

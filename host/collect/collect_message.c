@@ -316,12 +316,12 @@ static enum mr_status record_joints(struct collector *collector, struct link_sid
                                     const struct mr_runway_joints *m, struct error *error)
 {
     struct mr_predictor_state *state = &side->runway;
-    if (m->index != 1u + MR_RUNWAY_PER_MESSAGE * side->runway_part_count ||
-        side->runway_part_count >= mr_runway_messages(state))
+    if (m->index != 1u + MR_RUNWAY_JOINTS_PER_MESSAGE * side->runway_part_count ||
+        side->runway_part_count >= mr_runway_message_count(state))
         return MR_OK;
     mr_runway_apply_message(state, m);
     side->runway_part_count++;
-    if (!side->current_landing || side->runway_part_count < mr_runway_messages(state) ||
+    if (!side->current_landing || side->runway_part_count < mr_runway_message_count(state) ||
         mr_runway_crc(state) != side->runway_store.crc)
         return MR_OK;
     return store_runway_put(collector->store, side->current_landing->row.id, state,
@@ -351,7 +351,7 @@ static void record_runway_state(struct collector *collector, struct link_side *s
 static enum mr_status record_item(struct collector *collector, const struct link_side *side,
                                   const struct mr_predict_item *m, struct error *error)
 {
-    if (m->index >= MR_PREDICT_ITEMS ||
+    if (m->index >= MR_PREDICT_ITEM_COUNT ||
         (collector->reported.predict_known[m->index] &&
          is_same_value(collector->reported.predict_item[m->index], m->value)))
         return MR_OK;
@@ -366,14 +366,14 @@ enum mr_status collect_write_parameters(struct collector *collector,
                                         const struct landing_slot *slot, struct error *error)
 {
     enum mr_status status = MR_OK;
-    for (unsigned i = 0; i < MR_PREDICT_ITEMS && status == MR_OK; i++) {
+    for (unsigned i = 0; i < MR_PREDICT_ITEM_COUNT && status == MR_OK; i++) {
         if (collector->reported.predict_known[i])
             status = store_predict_item_put(
                 collector->store, slot->row.id,
                 &(struct store_predict_item){i, (double)collector->reported.predict_item[i]},
                 error);
     }
-    for (unsigned i = 0; i < MR_RISK_REPORT_ITEMS && status == MR_OK; i++) {
+    for (unsigned i = 0; i < MR_RISK_REPORT_ITEM_COUNT && status == MR_OK; i++) {
         if (collector->reported.risk_known[i])
             status = store_risk_item_put(
                 collector->store, slot->row.id,
@@ -386,9 +386,10 @@ enum mr_status collect_write_parameters(struct collector *collector,
  * as missing. */
 static enum mr_status record_risk_parameter(struct collector *collector,
                                             const struct link_side *side,
-                                            const struct mr_risk_item *m, struct error *error)
+                                            const struct mr_risk_item *m,
+                                            struct error *error)
 {
-    if (m->index >= MR_RISK_REPORT_ITEMS)
+    if (m->index >= MR_RISK_REPORT_ITEM_COUNT)
         return MR_OK;
     if (m->index == 0)
         memset(collector->reported.risk_known, 0, sizeof collector->reported.risk_known);
@@ -604,7 +605,7 @@ static enum mr_status record_crash(struct collector *collector, const struct lin
         return MR_OK;
     collector->stored_crash = *report;
     collector->crash_unread = true;
-    for (unsigned i = 0; i < MR_CRASH_ITEMS && status == MR_OK; i++)
+    for (unsigned i = 0; i < MR_CRASH_ITEM_COUNT && status == MR_OK; i++)
         status = collect_put_event(collector, side, "crash", 0, i, report->restart_count,
                                    report->word[i], host_us, error);
     return status;

@@ -134,10 +134,10 @@ struct board_report {
     struct store_switch switch_place[STORE_SWITCHES_MAX];
     bool segment_known[MR_SEGMENTS];
     struct store_segment segment[MR_SEGMENTS];
-    bool predict_known[MR_PREDICT_ITEMS];
-    float predict_item[MR_PREDICT_ITEMS];
-    bool risk_known[MR_RISK_REPORT_ITEMS];
-    float risk_item[MR_RISK_REPORT_ITEMS];
+    bool predict_known[MR_PREDICT_ITEM_COUNT];
+    float predict_item[MR_PREDICT_ITEM_COUNT];
+    bool risk_known[MR_RISK_REPORT_ITEM_COUNT];
+    float risk_item[MR_RISK_REPORT_ITEM_COUNT];
 };
 
 struct collector {

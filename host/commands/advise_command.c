@@ -225,11 +225,11 @@ static int advise_command(int argc, char **argv, const struct cli *cli)
                   "mean deceleration; leave one out");
     if (r.profile)
         read_profile(r.profile, cli->si, &r.advise.profile);
-    if (r.load && r.advise.profile.point_count > MR_RISK_KNOTS)
+    if (r.load && r.advise.profile.point_count > MR_RISK_PLAN_KNOTS)
         error_set(fatal, MR_USAGE,
                   "too many points: --profile has %zu, but the board accepts only %u (--load); "
                   "leave some out",
-                  r.advise.profile.point_count, MR_RISK_KNOTS);
+                  r.advise.profile.point_count, MR_RISK_PLAN_KNOTS);
     return run_advise(&r, cli);
 }
 

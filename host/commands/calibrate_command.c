@@ -233,7 +233,7 @@ static enum mr_status gather_readings(void *context, const struct dialogue_messa
     if (message->id != MR_ID_BLOCK || g->count == BLOCKS_PER_POINT ||
         mr_block_get(&block, message->payload, message->length) != MR_OK)
         return MR_OK;
-    float ratio = mr_channels_ratio(g->reference, &block);
+    float ratio = mr_reference_ratio(g->reference, &block);
     struct mr_reading reading = mr_channel_read(&plain, &block, g->channel, ratio);
     if (isnan(reading.value)) {
         g->invalid_count++;

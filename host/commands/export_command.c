@@ -45,7 +45,7 @@ static void write_csv_provenance(const struct measured *measured, bool si, FILE 
                 ? "first 0.5 s"
                 : "0.5 s before the first edge");
     fputs("# validity: one character per channel in the order of the columns: ", out);
-    for (unsigned validity = MR_VALID; validity < MR_VALIDITIES; validity++)
+    for (unsigned validity = MR_VALID; validity < MR_VALIDITY_COUNT; validity++)
         fprintf(out, "%u %s, ", validity, mr_validity_text(validity));
     fputs("n: not valid, L: block lost; an empty cell is a missing value\n", out);
     fputs("# source: one character per channel: S serial, B black box, C CAN (each value is a mean "

@@ -94,8 +94,8 @@ static void load_budget_input(const struct request *r, struct budget_input *s)
 
 /* Describes a reading of the landing for the error budget: the peak in the summary, or
  * `at_value`. */
-static struct mr_error_case make_landing_case(const struct budget_input *s, double at_value,
-                                              struct channel_budget *one)
+static struct mr_error_conditions make_landing_case(const struct budget_input *s, double at_value,
+                                                    struct channel_budget *one)
 {
     const struct measured_channel *channel = &s->measured.channel[one->index];
     one->channel = channel->config;
@@ -106,13 +106,14 @@ static struct mr_error_case make_landing_case(const struct budget_input *s, doub
 }
 
 /* Describes a reading of a board with this configuration for the error budget. */
-static struct mr_error_case make_plain_case(const struct request *r, const struct budget_input *s,
-                                            struct channel_budget *one)
+static struct mr_error_conditions make_plain_case(const struct request *r,
+                                                  const struct budget_input *s,
+                                                  struct channel_budget *one)
 {
     one->channel = s->config.channel[one->index];
     bool movement = one->channel.kind == MR_KIND_DISPLACEMENT;
     one->value = isnan(r->at_value) ? (double)one->channel.high / 3.0 : r->at_value;
-    return (struct mr_error_case){
+    return (struct mr_error_conditions){
         .value = (float)one->value,
         .noise = (float)budget_noise_codes() * fabsf(one->channel.unit_per_code),
         .averaged = 1.0f,

@@ -213,7 +213,7 @@ struct compare_zone compare_find_closed_zone(const float *remaining_in, double w
     struct compare_zone best = {.is_known = true};
     for (unsigned s = 0; s < MR_SEGMENTS; s++) {
         unsigned end = s;
-        while (end < MR_SEGMENTS && remaining_in[end] < MR_CLOSURE_OPEN_IN)
+        while (end < MR_SEGMENTS && remaining_in[end] < MR_CLOSED_SEGMENT_MAX_IN)
             end++;
         double start_ft = fmax(s * SEGMENT_FT, isnan(wheel_ft) ? 0.0 : wheel_ft),
                end_ft = end * SEGMENT_FT;

@@ -69,7 +69,7 @@ static const struct {
     const char *(*text)(unsigned number);
 } named_values[] = {
     {MR_ID_FAULT, "code", 0, MR_FAULT_COUNT - 1, 1, mr_fault_text},
-    {MR_ID_CRASH, "item", 0, MR_CRASH_ITEMS - 1, 1, mr_crash_item_name},
+    {MR_ID_CRASH, "item", 0, MR_CRASH_ITEM_COUNT - 1, 1, mr_crash_item_name},
     {MR_ID_CAN_ALARM, "state", 0, MR_CAN_MISSING, 1, mr_can_state_text},
     {MR_ID_RESTARTS, "late_task", 1, MR_TASK_COUNT - 1, 1, mr_task_text},
     {MR_ID_COMMAND, "code", MR_COMMAND_STATE, MR_COMMAND_SELF_TEST, 1, mr_command_name},

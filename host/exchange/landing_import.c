@@ -255,10 +255,10 @@ static enum mr_status put_configuration(struct import_work *w,
     if (!isnan(channel->standard_error))
         config.linearity_error = (float)channel->standard_error;
     enum mr_status status = store_channel_put(w->store, w->run, index, &config, error);
-    for (unsigned item = 0; item < MR_CALIBRATION_TABLE && status == MR_OK; item++)
+    for (unsigned item = 0; item < MR_CALIBRATION_FIRST_POINT_ITEM && status == MR_OK; item++)
         status = store_calibration_put(
             w->store, w->run,
-            &(struct store_calibration){index, item, (double)mr_channel_item(&config, item)},
+            &(struct store_calibration){index, item, (double)mr_channel_get_item(&config, item)},
             error);
     return status;
 }

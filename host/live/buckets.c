@@ -112,7 +112,7 @@ static bool is_calibrated(const struct live_buckets *b, unsigned index)
 {
     const struct mr_channel_config *known = &b->channel[index];
     unsigned points = known->points < MR_CONFIG_POINTS ? known->points : MR_CONFIG_POINTS;
-    uint32_t needed = (1u << (MR_CALIBRATION_TABLE + 2u * points)) - 1u;
+    uint32_t needed = (1u << (MR_CALIBRATION_FIRST_POINT_ITEM + 2u * points)) - 1u;
     if (!b->channel_known[index] || known->kind == MR_KIND_NONE)
         return b->channel_known[index];
     return b->zero_known[index] &&
@@ -122,7 +122,7 @@ static bool is_calibrated(const struct live_buckets *b, unsigned index)
 void live_buckets_add_record(struct live_buckets *b, const struct mr_block *record)
 {
     struct live_bucket *bucket = find_bucket(b, record->index);
-    float ratio = mr_channels_ratio(&b->channel[MR_REFERENCE], record);
+    float ratio = mr_reference_ratio(&b->channel[MR_REFERENCE], record);
     b->record_count++;
     if ((int64_t)record->index > b->newest_record_block)
         b->newest_record_block = record->index;
@@ -181,8 +181,8 @@ void live_buckets_add_message(struct live_buckets *b, const struct mr_message *m
     case MR_INDEX_CHANNEL: set_channel(b, &message->as.channel); break;
     case MR_INDEX_CHANNEL_ZERO: set_zero(b, &message->as.channel_zero); break;
     case MR_INDEX_CALIBRATION:
-        if (item->index < MR_CHANNELS && item->item < MR_CALIBRATION_ITEMS) {
-            mr_channel_item_set(&b->channel[item->index], item->item, item->value);
+        if (item->index < MR_CHANNELS && item->item < MR_CALIBRATION_ITEM_COUNT) {
+            mr_channel_set_item(&b->channel[item->index], item->item, item->value);
             b->calibration_known[item->index] |= 1u << item->item;
         }
         break;

@@ -162,10 +162,10 @@ static json_t *make_configuration_json(const struct live_source *source)
         make_texts_json(mr_fault_text, MR_FAULT_COUNT), "can_states",
         make_texts_json(mr_can_state_text, MR_CAN_MISSING + 1), "statuses",
         make_texts_json(get_status_text, 32), "box_good", MR_BOX_READY, MR_BOX_RECORDING,
-        MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_ITEMS, "risk_of_plan", MR_RISK_OF_PLAN,
-        "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM, "disarm", MR_COMMAND_DISARM,
-        "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers", (int)MR_TRANSDUCERS, "emulated_lot",
-        (int)MR_EMULATED_LOT);
+        MR_BOX_CLOSING, "lamp_limit_item", (int)MR_RISK_PLAN_ITEM_COUNT, "risk_of_plan",
+        MR_RISK_OF_PLAN, "risk_of_chart", MR_RISK_OF_CHART, "arm", MR_COMMAND_ARM, "disarm",
+        MR_COMMAND_DISARM, "bucket_s", LIVE_BUCKET_BLOCKS / 1000.0, "transducers",
+        (int)MR_TRANSDUCERS, "emulated_lot", (int)MR_EMULATED_LOT);
 }
 
 static void put_number(FILE *out, const char *key, double value, int digits)

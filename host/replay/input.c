@@ -351,12 +351,13 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
         return status;
     size_t block = FIRST_COMMAND_BLOCK + input->measured_zero_count +
                    2 * input->survey_segment_count;
-    for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
+    for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i,
                  RUNWAY_COMMAND_TAG + i, mr_runway_word_argument(&state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state.mats; i++)
         put_line(writer, "command %zu %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_JOINTS, i,
-                 RUNWAY_COMMAND_TAG + MR_RUNWAY_WORDS + i, mr_runway_joints_argument(&state, i));
+                 RUNWAY_COMMAND_TAG + MR_RUNWAY_WORD_COUNT + i,
+                 mr_runway_joints_argument(&state, i));
     put_line(writer, "command %zu %d 0 %u %" PRId32 "\n", block, MR_COMMAND_RUNWAY_TAKE,
              RUNWAY_COMMAND_TAG - 1u, (int32_t)mr_runway_crc(&state));
     return MR_OK;
@@ -374,8 +375,8 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
                                                 &items, error);
     if (status != MR_OK || isnan(plan.speed_ft_s))
         return status;
-    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
-        float value = mr_risk_item(&plan, i);
+    for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++) {
+        float value = mr_risk_plan_get_item(&plan, i);
         int32_t bits;
         memcpy(&bits, &value, sizeof bits);
         if (isnan(value))

@@ -390,7 +390,8 @@ enum mr_status store_runway_put(struct store *store, int64_t run,
                                 struct error *error);
 enum mr_status store_runway_get(struct store *store, int64_t run, struct mr_predictor_state *state,
                                 int64_t *source, bool *found, struct error *error);
-/* *items is the number of stored items. The configuration is complete if it is MR_PREDICT_ITEMS. */
+/* *items is the number of stored items. The configuration is complete if it is
+ * MR_PREDICT_ITEM_COUNT. */
 enum mr_status store_predict_config_get(struct store *store, int64_t run,
                                         struct mr_predictor_config *config, size_t *items,
                                         struct error *error);

@@ -273,8 +273,8 @@ enum mr_status store_recalibrate(struct store *store, int64_t run, unsigned inde
     if (status == MR_OK)
         status = put_recalibration(store, run, index, STORE_ITEM_ZERO_CODE, old->zero_code,
                                    becomes.zero_code, how, changed, error);
-    for (unsigned item = 0; item < MR_CALIBRATION_ITEMS && status == MR_OK; item++) {
-        float was = mr_channel_item(old, item), value = mr_channel_item(new, item);
+    for (unsigned item = 0; item < MR_CALIBRATION_ITEM_COUNT && status == MR_OK; item++) {
+        float was = mr_channel_get_item(old, item), value = mr_channel_get_item(new, item);
         status = put_recalibration(store, run, index, item, was, value, how, changed, error);
         if (status == MR_OK && !is_same_value(was, value))
             status = store_calibration_put(

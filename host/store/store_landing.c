@@ -117,8 +117,8 @@ static enum mr_status read_calibration(struct store *store, int64_t run,
     while (status == MR_OK &&
            (status = STORE_READ_NEXT(store, error, CALIBRATION, s, &row)) == MR_OK) {
         if (row.index >= 0 && row.index < (int64_t)MR_CHANNELS && row.item >= 0 &&
-            row.item < MR_CALIBRATION_ITEMS)
-            mr_channel_item_set(&channels[row.index], (unsigned)row.item, (float)row.value);
+            row.item < MR_CALIBRATION_ITEM_COUNT)
+            mr_channel_set_item(&channels[row.index], (unsigned)row.item, (float)row.value);
     }
     return status == MR_TOO_FEW ? MR_OK : status;
 }
@@ -607,7 +607,7 @@ enum mr_status store_predict_config_get(struct store *store, int64_t run,
     memset(config, 0, sizeof *config);
     enum mr_status status = store_predict_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++)
-        mr_predict_item_set(config, (unsigned)rows[i].item, (float)rows[i].value);
+        mr_predict_set_item(config, (unsigned)rows[i].item, (float)rows[i].value);
     free(rows);
     return status;
 }
@@ -620,7 +620,7 @@ enum mr_status store_risk_plan_get(struct store *store, int64_t run, struct mr_r
     *lamp_limit = MR_NAN;
     enum mr_status status = store_risk_items(store, run, &rows, items, error);
     for (size_t i = 0; status == MR_OK && i < *items; i++) {
-        if (!mr_risk_item_set(plan, (unsigned)rows[i].item, (float)rows[i].value))
+        if (!mr_risk_plan_set_item(plan, (unsigned)rows[i].item, (float)rows[i].value))
             *lamp_limit = (float)rows[i].value;
     }
     free(rows);

@@ -107,7 +107,7 @@ static const char *lacking(const struct again *again, bool runway, size_t items)
         return "a word of the predictor";
     if (!runway)
         return "the runway it was armed with";
-    if (items != (size_t)MR_PREDICT_ITEMS)
+    if (items != (size_t)MR_PREDICT_ITEM_COUNT)
         return "its parameters";
     if (!edges_whole(again))
         return "an edge";
@@ -341,7 +341,7 @@ static void read_transducers(struct again *again, const struct mr_block *block,
                              float *displacement_in)
 {
     struct mr_watch_change news;
-    float ratio = mr_channels_ratio(&again->config.channel[MR_REFERENCE], block);
+    float ratio = mr_reference_ratio(&again->config.channel[MR_REFERENCE], block);
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         displacement_in[i] = NAN;
         if (again->config.channel[i].kind != MR_KIND_DISPLACEMENT)
@@ -427,7 +427,8 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     again->block = block.index;
     if (!again->armed && again->block >= again->row.armed_block)
         arm(again, &block);
-    unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_EDGE_TICKS, ticks) : 0;
+    unsigned edges = again->armed ? take_edges(again, block.tick + LANDING_BLOCK_EDGE_TICKS, ticks)
+                                  : 0;
     landing_on_block(&again->landing, &again->config, block.index, block.tick,
                      mr_staircase_code(&block), ticks, edges);
     again->over = again->armed && !landing_is_recording(&again->landing);
@@ -436,7 +437,7 @@ static enum mr_status take_block(void *context, const uint8_t *record, size_t le
     read_transducers(again, &block, displacement_in);
     baseline_update(&again->baseline, displacement_in,
                     landing_is_quiet(&again->landing, block.index),
-                    predict_held_zeros(&again->predictor, &again->landing));
+                    predict_find_kept_zeros(&again->predictor, &again->landing));
     take_backlog(again);
     predict_compute_input(&again->motion, &again->landing, again->config.site[0].touchdown_ft,
                           &(struct predict_block){.index = block.index,

@@ -622,11 +622,11 @@ TEST(what_a_band_has_now)
     float least, mean, most, tension_lb[MR_GAGES] = {90.0f, 120.0f, NAN, 700.0f, 800.0f};
     set_up(station_ft, 4, 100.0f);
     gage[3].band = 2;
-    assert_int_equal(mr_bands_extremes(gage, tension_lb, 0, &least, &mean, &most), 2);
+    assert_int_equal(mr_bands_find_extremes(gage, tension_lb, 0, &least, &mean, &most), 2);
     assert_near(least, 90.0, 0.0);
     assert_near(mean, 105.0, 1e-5);
     assert_near(most, 120.0, 0.0);
-    assert_int_equal(mr_bands_extremes(gage, tension_lb, 3, &least, &mean, &most), 0);
+    assert_int_equal(mr_bands_find_extremes(gage, tension_lb, 3, &least, &mean, &most), 0);
     assert_true(isnan(least) && isnan(mean) && isnan(most));
 }
 

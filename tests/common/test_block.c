@@ -144,7 +144,7 @@ TEST(some_channels_are_summed_like_all)
         assert_int_equal(scan.transducers * MR_SCANS_PER_BLOCK, at[0]);
         assert_int_equal(scan.others * MR_SCANS_PER_BLOCK, at[1]);
         mr_block_from_scans(&all, 3, 4, transducers, adc1);
-        mr_block_from_fitted(&some, &scan, 3, 4, some_transducers, some_others);
+        mr_block_from_fitted_scans(&some, &scan, 3, 4, some_transducers, some_others);
         assert_int_equal(some.absent, absent);
         for (unsigned c = 0; c < MR_CHANNELS; c++) {
             bool there = c >= 22 || !(absent >> c & 1u);
@@ -206,7 +206,7 @@ TEST(readings_follow_from_volts)
     for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++)
         adc1[scan][MR_ADC1_REFERENCE] = 3103;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
-    float ratio = mr_channels_ratio(&plain_reference, &block);
+    float ratio = mr_reference_ratio(&plain_reference, &block);
     assert_near(ratio, 1.0, 1e-6);
     struct mr_reading reading = mr_channel_read(&transducer, &block, 0, ratio);
     assert_int_equal(reading.validity, MR_VALID);
@@ -219,7 +219,7 @@ TEST(readings_follow_from_volts)
         /* the converter's scale is 1 % high: everything reads 1 % high */
         adc1[scan][MR_ADC1_REFERENCE] = 3134;
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
-    assert_near(mr_channels_ratio(&plain_reference, &block), 3103.0 / 3134.0, 1e-6);
+    assert_near(mr_reference_ratio(&plain_reference, &block), 3103.0 / 3134.0, 1e-6);
 }
 
 TEST(what_cannot_be_true_is_not_a_value)
@@ -238,12 +238,12 @@ TEST(what_cannot_be_true_is_not_a_value)
     fill(300, 280, 2000); /* a broken lead floats low: far from mid-scale in both polarities */
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
-    assert_true(isnan(mr_channels_ratio(&plain_reference, &block))); /* reference far off */
+    assert_true(isnan(mr_reference_ratio(&plain_reference, &block))); /* reference far off */
 
     fill(3700, 3680, 3300); /* or high */
     mr_block_from_scans(&block, 0, 0, transducers, adc1);
     assert_int_equal(mr_channel_read(&transducer, &block, 0, 1.0f).validity, MR_INVALID_OPEN);
-    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
+    assert_true(isnan(mr_reference_ratio(&plain_reference, &block)));
 
     fill(2100, 1990, 2000);
     transducers[4][0] = 4095;

@@ -19,7 +19,7 @@ TEST(a_key_and_a_still_block_by_hand)
     uint8_t bits[MR_PACK_BYTES_MAX];
     /* tag 2, kind 1: 0b00110; then 1 in 32 bits, 0x80000002 in 32: 69 bits from the lowest on */
     const uint8_t key[] = {0x26, 0, 0, 0, 0x40, 0, 0, 0, 0x10};
-    assert_int_equal(mr_pack_key(&pack, &block, bits), 69);
+    assert_int_equal(mr_pack_block_key(&pack, &block, bits), 69);
     assert_memory_equal(bits, key, sizeof key);
     /* tag 0; the mean begins at 8, so k = 3: zero is a one and three zeroes, 32 times: 130 bits */
     assert_int_equal(mr_pack_block(&pack, &block, bits), 130);
@@ -41,7 +41,7 @@ TEST(what_is_absent_costs_no_bits)
     struct mr_pack pack;
     struct mr_block block = {.index = 1, .tick = 2, .absent = 0x3fffff};
     uint8_t bits[MR_PACK_BYTES_MAX];
-    assert_int_equal(mr_pack_key(&pack, &block, bits), 69 + 29);
+    assert_int_equal(mr_pack_block_key(&pack, &block, bits), 69 + 29);
     assert_int_equal(bits[8] >> 5 | (bits[9] & 3u) << 3, 2 | 5 << 2);
     assert_int_equal((bits[9] >> 2 | bits[10] << 6 | bits[11] << 14 | bits[12] << 22) & 0xffffff,
                      0x3fffff);
@@ -56,16 +56,18 @@ TEST(what_is_absent_costs_no_bits)
     struct mr_record record;
     struct mr_pack unpack = {0};
     size_t at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record),
-                     MR_MALFORMED);
+    assert_int_equal(
+        mr_unpack_record(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0}, 32, &at, &record),
+        MR_MALFORMED);
     unpack.has_key = true;
     at = 0;
     assert_int_equal(
-        mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record),
+        mr_unpack_record(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x10}, 32, &at, &record),
         MR_MALFORMED);
     at = 0;
     assert_int_equal(
-        mr_unpack(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x04}, 32, &at, &record), MR_OK);
+        mr_unpack_record(&unpack, (const uint8_t[]){2u | 5u << 2, 0, 0, 0x04}, 32, &at, &record),
+        MR_OK);
 }
 
 enum look { STILL, QUIET, WHITE, WIDE, ONE_WIDE, SATURATED, STEPS, LOOKS };
@@ -130,7 +132,7 @@ TEST(every_block_comes_back)
             absent = draw(2) ? draw(1u << 22) : 0;
         leave_out(&sent[n], absent);
         if (!mr_pack_can_follow(&pack, &sent[n]))
-            count[0] = mr_pack_key(&pack, &sent[n], bits[0]);
+            count[0] = mr_pack_block_key(&pack, &sent[n], bits[0]);
         count[1] = mr_pack_block(&pack, &sent[n], bits[1]);
         assert_true(count[1] <= MR_PACK_BYTES_MAX * 8u);
         for (unsigned part = 0; part < 2; part++) {
@@ -142,7 +144,7 @@ TEST(every_block_comes_back)
     size_t read = 0;
     for (unsigned n = 0; n < COUNT_OF(sent);) {
         struct mr_record record;
-        assert_int_equal(mr_unpack(&unpack, stream, at, &read, &record), MR_OK);
+        assert_int_equal(mr_unpack_record(&unpack, stream, at, &read, &record), MR_OK);
         if (record.kind == MR_RECORD_BLOCK)
             assert_memory_equal(&record.block, &sent[n++], sizeof sent[0]);
     }
@@ -156,7 +158,7 @@ TEST(no_codes_exceed_the_bound)
     uint8_t bits[MR_PACK_BYTES_MAX];
     size_t white = 0, quiet = 0;
     random_state = 2;
-    mr_pack_key(&pack, &block, bits);
+    mr_pack_block_key(&pack, &block, bits);
     for (unsigned n = 0; n < 20000; n++) {
         enum look look = n < 5000  ? QUIET
                        : n < 10000 ? WHITE
@@ -185,26 +187,27 @@ TEST(what_is_cut_off_or_none_is_refused)
     struct mr_record record;
     uint8_t key[MR_PACK_BYTES_MAX], bits[MR_PACK_BYTES_MAX];
     size_t at = 0;
-    size_t key_bits = mr_pack_key(&pack, &block, key);
+    size_t key_bits = mr_pack_block_key(&pack, &block, key);
     size_t count = mr_pack_block(&pack, &block, bits);
-    assert_int_equal(mr_unpack(&unpack, bits, count, &at, &record), MR_MALFORMED); /* no key */
+    assert_int_equal(mr_unpack_record(&unpack, bits, count, &at, &record),
+                     MR_MALFORMED); /* no key */
     for (size_t cut = 0; cut < key_bits; cut++) {
         at = 0;
-        assert_int_equal(mr_unpack(&unpack, key, cut, &at, &record), MR_TRUNCATED);
+        assert_int_equal(mr_unpack_record(&unpack, key, cut, &at, &record), MR_TRUNCATED);
         assert_int_equal(at, 0);
     }
-    assert_int_equal(mr_unpack(&unpack, key, key_bits, &at, &record), MR_OK);
+    assert_int_equal(mr_unpack_record(&unpack, key, key_bits, &at, &record), MR_OK);
     for (size_t cut = 0; cut < count; cut++) {
         at = 0;
-        assert_int_equal(mr_unpack(&unpack, bits, cut, &at, &record), MR_TRUNCATED);
+        assert_int_equal(mr_unpack_record(&unpack, bits, cut, &at, &record), MR_TRUNCATED);
     }
     at = 0; /* nothing of the attempts has stayed */
-    assert_int_equal(mr_unpack(&unpack, bits, count, &at, &record), MR_OK);
+    assert_int_equal(mr_unpack_record(&unpack, bits, count, &at, &record), MR_OK);
     assert_int_equal(record.block.index, 7);
     at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){2u | 7u << 2}, 8, &at, &record),
+    assert_int_equal(mr_unpack_record(&unpack, (const uint8_t[]){2u | 7u << 2}, 8, &at, &record),
                      MR_MALFORMED);
     at = 0;
-    assert_int_equal(mr_unpack(&unpack, (const uint8_t[]){0xff}, 8, &at, &record), MR_OK);
+    assert_int_equal(mr_unpack_record(&unpack, (const uint8_t[]){0xff}, 8, &at, &record), MR_OK);
     assert_int_equal(record.kind, MR_RECORD_END);
 }

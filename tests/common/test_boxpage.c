@@ -16,7 +16,7 @@ static void make_page(uint8_t page[MR_BOXPAGE_BYTES], unsigned kind)
 {
     for (unsigned i = 0; i < MR_BOXPAGE_BYTES; i++)
         page[i] = (uint8_t)(i * 11u);
-    page[MR_BOXPAGE_KIND] = (uint8_t)kind;
+    page[MR_BOXPAGE_KIND_OFFSET] = (uint8_t)kind;
     mr_boxpage_seal(page, 0x01020304, 0x0506);
 }
 
@@ -33,7 +33,7 @@ TEST(the_header_is_that_of_the_table)
     assert_int_equal(header.kind, MR_BOXPAGE_STREAM);
     assert_int_equal(header.first, 7 * 11);
     assert_int_equal(header.is_freed, 0);
-    page[MR_BOXPAGE_KIND] &= 0x7f; /* freeing programs one bit, and the page stays whole */
+    page[MR_BOXPAGE_KIND_OFFSET] &= 0x7f; /* freeing programs one bit, and the page stays whole */
     assert_int_equal(mr_boxpage_check(page, &header), MR_OK);
     assert_int_equal(header.is_freed, 1);
 }
@@ -47,7 +47,7 @@ TEST(what_is_no_page_is_noticed)
          bit++) { /* any single bit, but that of freeing */
         page[bit / 8] ^= (uint8_t)(1u << bit % 8);
         assert_int_equal(mr_boxpage_check(page, &header),
-                         bit == 8 * MR_BOXPAGE_KIND + 7 ? MR_OK : MR_CRC);
+                         bit == 8 * MR_BOXPAGE_KIND_OFFSET + 7 ? MR_OK : MR_CRC);
         page[bit / 8] ^= (uint8_t)(1u << bit % 8);
     }
     make_page(page, 0); /* a whole page of no kind is of somebody else */
@@ -67,13 +67,13 @@ TEST(start_and_end_come_back)
     struct mr_boxpage_start_page start_again;
     struct mr_boxpage_end end_again;
     mr_boxpage_put_start(page, &start);
-    assert_int_equal(page[MR_BOXPAGE_KIND], 0x81);
+    assert_int_equal(page[MR_BOXPAGE_KIND_OFFSET], 0x81);
     assert_int_equal(u32_at(page + 8), 7u << 16 | 3u);
     assert_int_equal(u32_at(page + 12), 1000);
     mr_boxpage_get_start(page, &start_again);
     assert_memory_equal(&start_again, &start, sizeof start);
     mr_boxpage_put_end(page, &end);
-    assert_int_equal(page[MR_BOXPAGE_KIND], 0x83);
+    assert_int_equal(page[MR_BOXPAGE_KIND_OFFSET], 0x83);
     assert_int_equal(u32_at(page + 12), 9999);
     mr_boxpage_get_end(page, &end_again);
     assert_memory_equal(&end_again, &end, sizeof end);

@@ -75,15 +75,15 @@ TEST(the_closed_form_is_found)
     assert_near(fit.touchdown_s, TOUCHDOWN_S, 1e-5);
     for (size_t g = 0; g < count; g++) {
         struct mr_gate later = {.t_s = gates[g].t_s + 1e-3, .station_ft = gates[g].station_ft};
-        assert_near(mr_braking_late_s(&fit, &gates[g]), 0.0, 1e-5);
-        assert_near(mr_braking_late_s(&fit, &later), 1e-3, 1e-5);
+        assert_near(mr_gate_lateness_s(&fit, &gates[g]), 0.0, 1e-5);
+        assert_near(mr_gate_lateness_s(&fit, &later), 1e-3, 1e-5);
     }
     /* a switch that opens when the gear stands or would roll back has no lateness */
     assert_near(
-        mr_braking_late_s(&fit, &(struct mr_gate){.t_s = TOUCHDOWN_S + 6.0, .station_ft = 50.0}),
+        mr_gate_lateness_s(&fit, &(struct mr_gate){.t_s = TOUCHDOWN_S + 6.0, .station_ft = 50.0}),
         0.0, 0.0);
     /* none contradicts the others */
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
+    assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_LIMIT);
     assert_int_equal(fit.left_out, 0);
 }
 
@@ -116,9 +116,9 @@ TEST(the_worst_are_left_out_one_by_one)
     gates[8].station_ft -= 0.06;
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
     assert_false(mr_braking_is_accepted(&fit));
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_OK);
+    assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_OK);
     assert_int_equal(fit.left_out, 1u << 5);
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_OK);
+    assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_OK);
     assert_int_equal(fit.left_out, 1u << 5 | 1u << 8);
     assert_true(mr_braking_is_accepted(&fit));
     assert_near(fit.speed_ft_s, SPEED_FT_S, 2e-3);
@@ -129,14 +129,14 @@ TEST(the_worst_are_left_out_one_by_one)
         mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 1u << 5 | 1u << 8 | 1u << 9, &fit),
         MR_OK);
     assert_false(mr_braking_is_accepted(&fit));
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
+    assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_LIMIT);
     /* nor with five gates, of which two alone are beyond what is needed: with one less none could
      * tell which it was */
     const double few_s[] = {-0.2, 0.4, 1.2, 2.9};
     count = gates_at(few_s, 4, gates);
     gates[2].station_ft += 0.10;
     assert_int_equal(mr_braking_fit(gates, count, TOUCHDOWN_FT, ERROR_FT, 0, &fit), MR_OK);
-    assert_int_equal(mr_braking_leave_out(gates, count, ERROR_FT, &fit), MR_LIMIT);
+    assert_int_equal(mr_braking_drop_worst_gate(gates, count, ERROR_FT, &fit), MR_LIMIT);
 }
 
 TEST(three_gates_are_taken_as_they_are)

@@ -43,7 +43,7 @@ static unsigned validity_of(double plus_v, double minus_v)
 {
     struct mr_block block = block_of(plus_v, minus_v, 0.9, 2.5);
     struct mr_reading reading = mr_channel_read(&transducer, &block, 3,
-                                                mr_channels_ratio(&plain_reference, &block));
+                                                mr_reference_ratio(&plain_reference, &block));
     assert_int_equal(isnan(reading.value), reading.validity != MR_VALID);
     return reading.validity;
 }
@@ -79,7 +79,7 @@ TEST(without_a_zero_off_mid_scale_no_amplitude_is_a_reading)
     centred.zero_code = 0.0f;
     struct mr_block block = block_of(1.65, 1.65, 0.9, 2.5);
     struct mr_reading reading = mr_channel_read(&centred, &block, 0,
-                                                mr_channels_ratio(&plain_reference, &block));
+                                                mr_reference_ratio(&plain_reference, &block));
     assert_int_equal(reading.validity, MR_VALID);
     assert_near(reading.value, 0.0, 1e-6);
 }
@@ -102,7 +102,7 @@ TEST(a_bridge_at_an_end_is_open_or_short)
 TEST(the_reference_takes_the_scale_out_of_reading_and_zero)
 {
     struct mr_block block = block_of(1.65 + 0.303, 1.65 - 0.303, 0.909, 2.525);
-    float ratio = mr_channels_ratio(&plain_reference, &block);
+    float ratio = mr_reference_ratio(&plain_reference, &block);
     assert_near(ratio, 1.0 / 1.01, 2e-4);
     struct mr_reading reading = mr_channel_read(&gage, &block, MR_TRANSDUCERS + 5, ratio);
     assert_near(reading.value, 100.0, 0.15); /* a code is 0.16 lb */
@@ -112,10 +112,10 @@ TEST(the_reference_takes_the_scale_out_of_reading_and_zero)
     /* a mean that looks good of codes that were not */
     const uint8_t reference = MR_TRANSDUCERS + MR_ADC1_REFERENCE;
     block.low[reference] = 1;
-    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
+    assert_true(isnan(mr_reference_ratio(&plain_reference, &block)));
     block.low[reference] = 0;
     block.high[reference] = 1;
-    assert_true(isnan(mr_channels_ratio(&plain_reference, &block)));
+    assert_true(isnan(mr_reference_ratio(&plain_reference, &block)));
 }
 
 TEST(a_table_is_straight_lines)
@@ -153,21 +153,21 @@ TEST(beyond_its_limits_it_is_not_valid)
     config.point_value[1] = 2.0f;
     struct mr_block block = block_of(1.65 + 0.05 + 0.35, 1.65 - 0.05 - 0.35, 0.9, 2.5);
     struct mr_reading reading = mr_channel_read(&config, &block, 0,
-                                                mr_channels_ratio(&plain_reference, &block));
+                                                mr_reference_ratio(&plain_reference, &block));
     /* beyond the last point of the table, but not beyond the limit */
     assert_int_equal(reading.validity, MR_VALID);
     assert_near(reading.value, 1.4, 0.005);
     block = block_of(1.65 + 0.05 + 0.40, 1.65 - 0.05 - 0.40, 0.9, 2.5);
     assert_int_equal(
-        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        mr_channel_read(&config, &block, 0, mr_reference_ratio(&plain_reference, &block)).validity,
         MR_INVALID_RANGE);
     block = block_of(1.65 + 0.05 - 0.08, 1.65 - 0.05 + 0.08, 0.9, 2.5);
     assert_int_equal(
-        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        mr_channel_read(&config, &block, 0, mr_reference_ratio(&plain_reference, &block)).validity,
         MR_INVALID_RANGE);
     config.high = config.low; /* not set */
     assert_int_equal(
-        mr_channel_read(&config, &block, 0, mr_channels_ratio(&plain_reference, &block)).validity,
+        mr_channel_read(&config, &block, 0, mr_reference_ratio(&plain_reference, &block)).validity,
         MR_VALID);
 }
 
@@ -186,24 +186,24 @@ TEST(a_calibration_travels_item_by_item)
         from.point_reading[i] = 10.0f + (float)i;
         from.point_value[i] = 20.0f + (float)i;
     }
-    for (unsigned item = 0; item < MR_CALIBRATION_ITEMS; item++)
-        mr_channel_item_set(&to, item, mr_channel_item(&from, item));
+    for (unsigned item = 0; item < MR_CALIBRATION_ITEM_COUNT; item++)
+        mr_channel_set_item(&to, item, mr_channel_get_item(&from, item));
     assert_memory_equal(&to, &from, sizeof to);
-    assert_near(mr_channel_item(&from, 3), 0.4, 1e-6);
-    assert_near(mr_channel_item(&from, 9), 20.0, 0.0);
-    assert_near(mr_channel_item(&from, 22), 17.0, 0.0);
-    assert_true(isnan(mr_channel_item(&from, MR_CALIBRATION_ITEMS)));
-    mr_channel_item_set(&to, MR_CALIBRATION_ITEMS, 1.0f);
-    mr_channel_item_set(&to, MR_CALIBRATION_POINTS, 9.0f); /* more than there is room for */
-    mr_channel_item_set(&to, MR_CALIBRATION_POINTS, NAN);
+    assert_near(mr_channel_get_item(&from, 3), 0.4, 1e-6);
+    assert_near(mr_channel_get_item(&from, 9), 20.0, 0.0);
+    assert_near(mr_channel_get_item(&from, 22), 17.0, 0.0);
+    assert_true(isnan(mr_channel_get_item(&from, MR_CALIBRATION_ITEM_COUNT)));
+    mr_channel_set_item(&to, MR_CALIBRATION_ITEM_COUNT, 1.0f);
+    mr_channel_set_item(&to, MR_CALIBRATION_POINTS, 9.0f); /* more than there is room for */
+    mr_channel_set_item(&to, MR_CALIBRATION_POINTS, NAN);
     assert_memory_equal(&to, &from, sizeof to);
 }
 
 TEST(each_validity_has_a_text)
 {
-    for (unsigned i = 0; i < MR_VALIDITIES; i++) {
+    for (unsigned i = 0; i < MR_VALIDITY_COUNT; i++) {
         for (unsigned k = 0; k < i; k++)
             assert_string_not_equal(mr_validity_text(i), mr_validity_text(k));
     }
-    assert_string_equal(mr_validity_text(MR_VALIDITIES), "unknown");
+    assert_string_equal(mr_validity_text(MR_VALIDITY_COUNT), "unknown");
 }

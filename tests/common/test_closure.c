@@ -24,7 +24,7 @@ TEST(open_joints_are_no_zone)
 {
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.18f);
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_int_equal(zone.mats, 0);
 }
 
@@ -35,13 +35,13 @@ TEST(a_runway_without_slack_is_one_zone)
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(0.0f);
     input.wheel_ft = 115.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_near(zone.start_ft, 115.0, 1e-4);
     assert_near(zone.end_ft, 120.0, 1e-4);
     for (unsigned i = 0; i < 14; i++) /* open to 40 ft */
         slack_in[i] = 0.2f;
     input.wheel_ft = 30.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_near(zone.start_ft, 40.0, 1e-4);
 }
 
@@ -55,7 +55,7 @@ TEST(a_plough_closes_from_the_wheel_on)
     moved_in[1] = 0.05f;
     moved_in[2] = 0.05f;
     input.wheel_ft = 35.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_int_equal(zone.mats, 30);
     assert_near(zone.start_ft, 40.0, 1e-4);
     assert_near(zone.end_ft, 48.5714, 1e-3);
@@ -71,7 +71,7 @@ TEST(a_run_the_wheel_is_inside_starts_at_the_wheel)
     for (unsigned s = 28; s < 33; s++) /* 80.0 to 94.286 ft closed before the landing */
         slack_in[s] = 0.01f;
     input.wheel_ft = 84.9f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_near(zone.start_ft, 84.9, 1e-4);
     assert_near(zone.end_ft, 94.2857, 1e-3);
     assert_int_equal(zone.mats, 33); /* 9.3857 ft / (2/7 ft) = 32.85 */
@@ -81,12 +81,12 @@ TEST(a_run_the_wheel_is_inside_starts_at_the_wheel)
  * and just reached at 4. */
 TEST(lead_times)
 {
-    assert_near(mr_closure_lead_s(5.0f, 20.0f, 4.0f), 0.256584, 1e-5);
-    assert_near(mr_closure_lead_s(10.0f, 20.0f, NAN), 0.5, 1e-5);
-    assert_near(mr_closure_lead_s(0.0f, 20.0f, 4.0f), 0.0, 0.0);
-    assert_near(mr_closure_lead_s(50.0f, 20.0f, 4.0f), 5.0, 1e-3);
-    assert_true(isnan(mr_closure_lead_s(50.0f, 20.0f, 5.0f)));
-    assert_true(isnan(mr_closure_lead_s(5.0f, NAN, 4.0f)));
+    assert_near(mr_closure_compute_lead_s(5.0f, 20.0f, 4.0f), 0.256584, 1e-5);
+    assert_near(mr_closure_compute_lead_s(10.0f, 20.0f, NAN), 0.5, 1e-5);
+    assert_near(mr_closure_compute_lead_s(0.0f, 20.0f, 4.0f), 0.0, 0.0);
+    assert_near(mr_closure_compute_lead_s(50.0f, 20.0f, 4.0f), 5.0, 1e-3);
+    assert_true(isnan(mr_closure_compute_lead_s(50.0f, 20.0f, 5.0f)));
+    assert_true(isnan(mr_closure_compute_lead_s(5.0f, NAN, 4.0f)));
 }
 
 TEST(a_lost_transducer_widens_the_interval)
@@ -96,7 +96,7 @@ TEST(a_lost_transducer_widens_the_interval)
     moved_in[0] = 0.43f;
     moved_in[1] = NAN;
     input.wheel_ft = 40.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     /* 4.3 segments' worth between 40 and 60 ft: four closed, 0.07 in of the fifth left */
     assert_int_equal(zone.mats, 40);
     assert_near(zone.end_ft, 51.4286, 1e-3);
@@ -111,7 +111,7 @@ TEST(a_segment_across_a_station_closes_from_both_sides)
     struct mr_closure_input input = even_slack(0.36f);
     moved_in[0] = 2.0f * 3.5f * 0.36f;
     moved_in[1] = 3.5f * 0.36f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_near(remaining_in[17], 0.0, 1e-5);
     assert_int_equal(zone.mats, 70);
     assert_near(zone.start_ft, 40.0, 1e-4);
@@ -126,7 +126,7 @@ TEST(nothing_closes_behind_the_wheel)
     struct mr_closure_input input = even_slack(0.1f);
     moved_in[0] = 0.1f;
     input.wheel_ft = 45.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_near(remaining_in[14], 0.1, 1e-6);
     assert_near(remaining_in[15], 0.075, 1e-5);
     assert_near(remaining_in[16], 0.025, 1e-5);
@@ -139,7 +139,7 @@ TEST(of_equal_runs_the_nearest_is_told)
     struct mr_closure_input input = even_slack(0.1f);
     for (unsigned s = 0; s < 4; s++)
         slack_in[14 + s] = slack_in[28 + s] = 0.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_int_equal(zone.mats, 40);
     assert_near(zone.start_ft, 40.0, 1e-4);
 }
@@ -149,6 +149,6 @@ TEST(what_was_not_surveyed_is_never_closed)
     struct mr_closure_zone zone;
     struct mr_closure_input input = even_slack(NAN);
     moved_in[0] = 1.0f;
-    mr_closure_find(&input, &zone, remaining_in);
+    mr_closure_find_zone(&input, &zone, remaining_in);
     assert_int_equal(zone.mats, 0);
 }

@@ -92,12 +92,12 @@ TEST(exchanging_twice_changes_nothing)
     other.gate[23].step_codes = 1;
     mr_config_encode(&other, kept);
     memcpy(image, kept, sizeof image);
-    mr_config_swap(image, &c);
+    mr_config_swap_image(image, &c);
     assert_int_equal(c.gate[23].step_codes, 1);
     assert_near(c.site[0].touchdown_ft, 9.0, 0.0);
     mr_config_encode(&c, of_other);
     assert_memory_equal(of_other, kept, sizeof kept);
-    mr_config_swap(image, &c);
+    mr_config_swap_image(image, &c);
     assert_memory_equal(image, kept, sizeof image);
     struct mr_config sound = sound_config();
     assert_memory_equal(&c, &sound, sizeof c);

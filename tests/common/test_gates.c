@@ -505,12 +505,12 @@ TEST(the_staircase_names_the_switch)
     const uint32_t edge_tick = 0xfffff000u; /* TIM2 wraps in the middle */
     mr_staircase_init(&staircase);
     for (int32_t n = -8; n < 4; n++) {
-        assert_int_equal(mr_staircase_step(&staircase, edge_tick, &step), MR_TOO_FEW);
+        assert_int_equal(mr_staircase_find_step(&staircase, edge_tick, &step), MR_TOO_FEW);
         /* The block that begins 0.1 ms before the edge straddles it and must not count. */
         float code = n < -1 ? 62.0f : n == -1 ? 140.0f : 62.0f + 176.0f + (n % 2 ? 0.7f : -0.7f);
         mr_staircase_add(&staircase, edge_tick + (uint32_t)(84000 * n + 75600), code);
     }
-    assert_int_equal(mr_staircase_step(&staircase, edge_tick, &step), MR_OK);
+    assert_int_equal(mr_staircase_find_step(&staircase, edge_tick, &step), MR_OK);
     assert_near(step, 176.0, 1e-3);
     assert_int_equal(mr_staircase_identify(step, steps, 4, 0), 3);
     assert_int_equal(mr_staircase_identify(step, steps, 4, 4), 0);  /* that one is open already */
@@ -526,7 +526,7 @@ static enum mr_status step_of(const float *codes, unsigned count, float *step)
     mr_staircase_init(&staircase);
     for (unsigned i = 0; i < count; i++)
         mr_staircase_add(&staircase, (uint32_t)(84000 * ((int32_t)i - 4)) + 42000u, codes[i]);
-    return mr_staircase_step(&staircase, 42000u + 84000u / 2u, step);
+    return mr_staircase_find_step(&staircase, 42000u + 84000u / 2u, step);
 }
 
 TEST(a_step_is_read_next_to_its_edge)

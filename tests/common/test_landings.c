@@ -87,9 +87,9 @@ static void hear(const struct seeded_landing *landing, uint64_t seed, struct hea
             codes += steps[opening[i].position] * open_part(&opening[i], t_s);
         mr_switches_add_level(&switches, tick0 + 84000u * block, (float)codes);
         for (; next < count && opening[next].t_s < t_s + 0.9e-3; next++)
-            assert_true(mr_switches_add(
+            assert_true(mr_switches_add_edge(
                 &switches, tick0 + (uint32_t)llround(opening[next].t_s * TICKS_PER_S)));
-        while (mr_switches_next(&switches, steps, SEEDED_SWITCHES, &edge)) {
+        while (mr_switches_next_edge(&switches, steps, SEEDED_SWITCHES, &edge)) {
             heard->bounces += (unsigned)(edge.reason == MR_SWITCH_BOUNCE);
             heard->other += (unsigned)(edge.reason > MR_SWITCH_BOUNCE);
             if (edge.reason != MR_SWITCH_GOOD)

@@ -95,10 +95,10 @@ TEST(a_plan_is_a_list_of_numbers)
 {
     struct mr_risk_plan plan = charted(3.0f), copy;
     mr_risk_plan_clear(&copy);
-    for (unsigned i = 0; i < MR_RISK_ITEMS; i++)
-        assert_true(mr_risk_item_set(&copy, i, mr_risk_item(&plan, i)));
-    assert_false(mr_risk_item_set(&copy, MR_RISK_ITEMS, 1.0f));
-    assert_true(isnan(mr_risk_item(&copy, MR_RISK_ITEMS)));
+    for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++)
+        assert_true(mr_risk_plan_set_item(&copy, i, mr_risk_plan_get_item(&plan, i)));
+    assert_false(mr_risk_plan_set_item(&copy, MR_RISK_PLAN_ITEM_COUNT, 1.0f));
+    assert_true(isnan(mr_risk_plan_get_item(&copy, MR_RISK_PLAN_ITEM_COUNT)));
     assert_int_equal(mr_risk_plan_crc(&plan), mr_risk_plan_crc(&copy));
     assert_true(copy.row_log_odds[1] == 2.0f && copy.knot_ft_s2[0] == 6.0f &&
                 copy.landings == 3.0f);
@@ -191,7 +191,7 @@ TEST(a_plan_that_is_not_met_is_left)
     said = roll(30.0, 12.0, 901);
     assert_int_equal(said.basis & (MR_RISK_OF_PLAN | MR_RISK_OF_CHART | MR_RISK_PLAN_LEFT),
                      MR_RISK_PLAN_LEFT);
-    assert_true(said.weight_set < MR_RISK_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
+    assert_true(said.weight_set < MR_RISK_SET_BY_PLAN && said.input[MR_RISK_CHART] == 0.0f);
     begin(&plan); /* another speed than planned */
     said = roll(40.0, 6.0, 901);
     assert_int_equal(said.basis & MR_RISK_PLAN_LEFT, MR_RISK_PLAN_LEFT);
@@ -232,7 +232,7 @@ TEST(no_transducer_is_told)
     mr_predictor_get_zone(&predictor, &zone);
     mr_risk_compute(&risk, &predictor, &zone, &said);
     assert_int_equal(said.basis, MR_RISK_BLIND | MR_RISK_BRAKING_KNOWN);
-    assert_int_equal(said.weight_set, MR_RISK_IF_BRAKING + MR_RISK_IF_NO_SENSOR);
+    assert_int_equal(said.weight_set, MR_RISK_SET_IF_BRAKING + MR_RISK_SET_IF_NO_SENSOR);
 }
 
 /* 60 mats from 40 ft on, the wheel at 20 ft with 25 ft/s and 5 ft/s2. */

@@ -31,8 +31,8 @@ static void block_of(double codes, const double *edges_ms, unsigned edges)
 {
     mr_switches_add_level(&switches, block * BLOCK_TICKS, (float)codes);
     for (unsigned i = 0; i < edges; i++)
-        assert_true(mr_switches_add(&switches, block * BLOCK_TICKS + MS(edges_ms[i])));
-    while (mr_switches_next(&switches, steps, 4, &answered[answers]))
+        assert_true(mr_switches_add_edge(&switches, block * BLOCK_TICKS + MS(edges_ms[i])));
+    while (mr_switches_next_edge(&switches, steps, 4, &answered[answers]))
         answers++;
     block++;
 }
@@ -247,17 +247,17 @@ TEST_IN(there_is_room_for_32, begin, NULL)
     rest(8);
     mr_switches_add_level(&switches, block * BLOCK_TICKS, 62.0f);
     for (unsigned i = 0; i < MR_SWITCHES_WAITING_MAX; i++)
-        assert_true(mr_switches_add(&switches, block * BLOCK_TICKS + 1000 * i));
-    assert_false(mr_switches_add(&switches, block * BLOCK_TICKS + 40000));
+        assert_true(mr_switches_add_edge(&switches, block * BLOCK_TICKS + 1000 * i));
+    assert_false(mr_switches_add_edge(&switches, block * BLOCK_TICKS + 40000));
     assert_int_equal(switches.count, MR_SWITCHES_WAITING_MAX);
     block++;
     for (unsigned n = 0; n < 6; n++, block++) { /* ten would be needed after the last of fewer */
         mr_switches_add_level(&switches, block * BLOCK_TICKS, 62.0f);
-        if (mr_switches_next(&switches, steps, 4, &ignored))
+        if (mr_switches_next_edge(&switches, steps, 4, &ignored))
             break;
     }
     assert_true(block < 15);
     for (unsigned i = 1; i < MR_SWITCHES_WAITING_MAX; i++)
-        assert_true(mr_switches_next(&switches, steps, 4, &ignored));
-    assert_false(mr_switches_next(&switches, steps, 4, &ignored));
+        assert_true(mr_switches_next_edge(&switches, steps, 4, &ignored));
+    assert_false(mr_switches_next_edge(&switches, steps, 4, &ignored));
 }

@@ -482,7 +482,7 @@ static int start_and_keep(void **state)
 TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back)
 {
     static uint8_t present[BLACKBOX_CONFIG_PAGES];
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record record;
     struct mr_calibration calibration = {0};
     unsigned calibrations = 0, channels = 0, segments = 0;
@@ -502,8 +502,8 @@ TEST_IN(the_box_has_room_for_the_longest_configuration, start_and_keep, put_back
                    app.box.config_writer.bit / 32 * 4,
                app.box.config_writer.held);
     memset(present + 1, 1, app.box.config_closed);
-    mr_boxread_begin(&reader, app.box.config[0], present, app.box.config_closed + 1);
-    while (mr_boxread_next(&reader, &record) == MR_OK) {
+    mr_box_reader_begin(&reader, app.box.config[0], present, app.box.config_closed + 1);
+    while (mr_box_reader_next(&reader, &record) == MR_OK) {
         channels += record.id == MR_ID_CHANNEL;
         segments += record.id == MR_ID_SLACK;
         calibrations += record.id == MR_ID_CALIBRATION &&
@@ -616,13 +616,13 @@ TEST_IN(configuration_commands_that_are_refused, start, NULL)
     frame = &fake.received[fake.received_count++];
     *frame = (struct board_can_frame){.id = MR_ID_CONFIG_WORD, .length = 3};
     play(1);
-    assert_false(app.configstore.staging);
+    assert_false(app.configstore.is_staging);
     frame = &fake.received[fake.received_count++];
     frame->id = MR_ID_CONFIG_WORD;
     frame->length = (uint8_t)mr_config_word_put(
         &(struct mr_config_word){.tag = 1, .offset = MR_CONFIG_WORDS}, frame->data);
     play(1);
-    assert_false(app.configstore.staging);
+    assert_false(app.configstore.is_staging);
 }
 
 /* Backward over two switches while idle: told once, with speed and place, on CAN. */

@@ -162,11 +162,11 @@ struct board_report {
 /* What the pages say, block for block what was sent and without a hole; configuration first. */
 static struct board_report check_pages(void)
 {
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record record;
     struct board_report told = {0};
-    mr_boxread_begin(&reader, pages[0], present, page_count);
-    while (mr_boxread_next(&reader, &record) == MR_OK) {
+    mr_box_reader_begin(&reader, pages[0], present, page_count);
+    while (mr_box_reader_next(&reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_BLOCK) {
             if (!told.blocks)
                 told.first = told.next = record.block.index;
@@ -258,11 +258,11 @@ TEST_IN(a_loss_is_told, fresh, NULL)
     const struct blackbox_record *record = blackbox_record_at(&box, 0);
     assert_true(record->is_complete);
     fetch(record->record, 0);
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record r;
     uint32_t blocks = 0;
-    mr_boxread_begin(&reader, pages[0], present, page_count);
-    while (mr_boxread_next(&reader, &r) == MR_OK) {
+    mr_box_reader_begin(&reader, pages[0], present, page_count);
+    while (mr_box_reader_next(&reader, &r) == MR_OK) {
         if (r.kind == MR_RECORD_BLOCK) {
             assert_memory_equal(&r.block, &sent[r.block.index % SENT], sizeof r.block);
             blocks++;
@@ -754,13 +754,13 @@ TEST_IN(a_missing_page_costs_17_pages, fresh, NULL)
     fetch(land(2, 100, 600), 0);
     unsigned whole = check_pages().blocks;
     for (size_t missing = 1; missing < page_count; missing++) {
-        struct mr_boxread reader;
+        struct mr_box_reader reader;
         struct mr_record record;
         unsigned blocks = 0;
         uint32_t last = 0;
         present[missing] = 0;
-        mr_boxread_begin(&reader, pages[0], present, page_count);
-        while (mr_boxread_next(&reader, &record) == MR_OK) {
+        mr_box_reader_begin(&reader, pages[0], present, page_count);
+        while (mr_box_reader_next(&reader, &record) == MR_OK) {
             if (record.kind != MR_RECORD_BLOCK)
                 continue;
             assert_true(blocks == 0 || record.block.index > last);

@@ -100,7 +100,7 @@ static unsigned check_pages(uint32_t trigger)
 {
     struct mr_boxpage_header header;
     struct mr_boxpage_start_page first;
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record record;
     unsigned blocks = 0;
     for (size_t i = 0; i < page_count; i++) {
@@ -112,8 +112,8 @@ static unsigned check_pages(uint32_t trigger)
     assert_int_equal(first.landing, 7);
     /* with the second edge */
     assert_true(first.trigger_block >= trigger && first.trigger_block < trigger + 400);
-    mr_boxread_begin(&reader, pages[0], present, page_count);
-    while (mr_boxread_next(&reader, &record) == MR_OK)
+    mr_box_reader_begin(&reader, pages[0], present, page_count);
+    while (mr_box_reader_next(&reader, &record) == MR_OK)
         blocks += record.kind == MR_RECORD_BLOCK;
     return blocks;
 }
@@ -218,7 +218,7 @@ TEST_IN(the_record_holds_what_a_landing_needs, begin, NULL)
                                         MR_ID_TENSION_1_3,   MR_ID_CONFIG_STATE,
                                         MR_ID_SLOW_ROW};
     static unsigned kept[2048];
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record record;
     arm_when_ready("arm 7");
     pass(1500);
@@ -231,8 +231,8 @@ TEST_IN(the_record_holds_what_a_landing_needs, begin, NULL)
     pass(2 * PAGES_MAX);
     assert_true(collect() > 0);
     memset(kept, 0, sizeof kept);
-    mr_boxread_begin(&reader, pages[0], present, page_count);
-    while (mr_boxread_next(&reader, &record) == MR_OK) {
+    mr_box_reader_begin(&reader, pages[0], present, page_count);
+    while (mr_box_reader_next(&reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_MESSAGE)
             kept[record.id & 2047u]++;
     }

@@ -13,13 +13,14 @@ static void arm(void)
 
 static void give(const struct mr_risk_plan *plan, uint32_t crc)
 {
-    for (unsigned i = 0; i <= MR_RISK_ITEMS; i++) {
-        float value = mr_risk_item(plan, i);
-        struct mr_command message = {
-            .code = (uint8_t)(i < MR_RISK_ITEMS ? MR_COMMAND_CHART_WORD : MR_COMMAND_CHART_TAKE),
-            .index = (uint8_t)(i < MR_RISK_ITEMS ? i : 0)};
+    for (unsigned i = 0; i <= MR_RISK_PLAN_ITEM_COUNT; i++) {
+        float value = mr_risk_plan_get_item(plan, i);
+        struct mr_command message = {.code = (uint8_t)(i < MR_RISK_PLAN_ITEM_COUNT
+                                                           ? MR_COMMAND_CHART_WORD
+                                                           : MR_COMMAND_CHART_TAKE),
+                                     .index = (uint8_t)(i < MR_RISK_PLAN_ITEM_COUNT ? i : 0)};
         memcpy(&message.argument, &value, sizeof value);
-        if (i == MR_RISK_ITEMS)
+        if (i == MR_RISK_PLAN_ITEM_COUNT)
             message.argument = (int32_t)crc;
         else if (isnan(value))
             continue;
@@ -78,12 +79,13 @@ TEST_IN(a_chart_counts_for_one_landing, start, NULL)
         if (fake.sent[i].id != MR_ID_RISK_ITEM ||
             mr_risk_item_get(&item, fake.sent[i].data, 8) != MR_OK)
             continue;
-        float wanted = item.index < MR_RISK_ITEMS ? mr_risk_item(&plan, item.index)
-                                                  : app.predict.lamp_limit;
+        float wanted = item.index < MR_RISK_PLAN_ITEM_COUNT
+                         ? mr_risk_plan_get_item(&plan, item.index)
+                         : app.predict.lamp_limit;
         assert_true(item.value == wanted);
-        seen |= item.index == MR_RISK_ITEMS - 2u * MR_RISK_KNOTS ? 1u : 0u;
+        seen |= item.index == MR_RISK_PLAN_ITEM_COUNT - 2u * MR_RISK_PLAN_KNOTS ? 1u : 0u;
         seen |= item.index == 2 ? 2u : 0u;
-        seen |= item.index == MR_RISK_ITEMS ? 4u : 0u;
+        seen |= item.index == MR_RISK_PLAN_ITEM_COUNT ? 4u : 0u;
     }
     assert_int_equal(seen, 7);
     fly(4.0);

@@ -264,7 +264,7 @@ TEST_IN(chatter_is_no_landing, start, NULL)
     chatter(0.020);
     GET_LAST(landing, LANDING, &message);
     assert_int_equal(message.state, MR_LANDING_ARMED);
-    assert_int_equal(count_frames(MR_ID_EDGE), LANDING_EDGES);
+    assert_int_equal(count_frames(MR_ID_EDGE), LANDING_EDGES_MAX);
     assert_int_equal(count_frames(MR_ID_MOTION), 0);
     GET_LAST(switch_event, SWITCH_EVENT, &event);
     assert_int_equal(event.reason, MR_SWITCH_NO_STEP);

@@ -293,28 +293,28 @@ TEST_IN(a_reset_waits_for_its_answer, start, NULL)
 /* Words of a fault go out one a block, once; on the command state again; an old one only then. */
 TEST_IN(a_crash_is_told, start, NULL)
 {
-    static uint32_t word[MR_CRASH_ITEMS] = {3, 77};
+    static uint32_t word[MR_CRASH_ITEM_COUNT] = {3, 77};
     struct mr_crash crash;
     command("state");
     play(50);
     assert_int_equal(count_frames(MR_ID_CRASH), 0); /* there has been none */
     fake.restart = (struct board_restart){.crash = word};
     app_start(&app);
-    play(MR_CRASH_ITEMS + 10);
-    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
+    play(MR_CRASH_ITEM_COUNT + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEM_COUNT);
     GET_LAST(crash, CRASH, &crash);
-    assert_int_equal(crash.item, MR_CRASH_ITEMS - 1);
+    assert_int_equal(crash.item, MR_CRASH_ITEM_COUNT - 1);
     command("state");
-    play(MR_CRASH_ITEMS + 10);
-    assert_int_equal(count_frames(MR_ID_CRASH), 2 * MR_CRASH_ITEMS);
+    play(MR_CRASH_ITEM_COUNT + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), 2 * MR_CRASH_ITEM_COUNT);
     fake.restart.crash_age = 4;
     fake.sent_count = 0;
     app_start(&app);
-    play(MR_CRASH_ITEMS + 10);
+    play(MR_CRASH_ITEM_COUNT + 10);
     assert_int_equal(count_frames(MR_ID_CRASH), 0);
     command("state");
-    play(MR_CRASH_ITEMS + 10);
-    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEMS);
+    play(MR_CRASH_ITEM_COUNT + 10);
+    assert_int_equal(count_frames(MR_ID_CRASH), MR_CRASH_ITEM_COUNT);
 }
 
 /* What is not fitted is not tested: neither excitation nor black box, and a second test at the same
@@ -462,7 +462,7 @@ TEST(names_end_where_the_tables_end)
 {
     assert_string_equal(mr_crash_item_name(MR_CRASH_PC), "pc");
     assert_string_equal(mr_crash_item_name(MR_CRASH_STACK_FIRST + 3), "stack");
-    assert_string_equal(mr_crash_item_name(MR_CRASH_ITEMS), "unknown word");
+    assert_string_equal(mr_crash_item_name(MR_CRASH_ITEM_COUNT), "unknown word");
     assert_string_equal(mr_crash_kind_text(0), "unknown fault");
     assert_string_equal(mr_task_text(MR_TASK_COUNT), "unknown task");
     assert_string_equal(mr_self_test_text(MR_SELF_TEST_COUNT), "unknown self-test");

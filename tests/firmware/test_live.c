@@ -132,7 +132,7 @@ TEST_IN(chatter_is_limited, start, NULL)
             fake.edge_tick[fake.edges++] = (uint32_t)(84000 * index_now - 42000);
             play(20);
         }
-        assert_int_equal(count_frames(MR_ID_EDGE), round * LANDING_EDGES);
+        assert_int_equal(count_frames(MR_ID_EDGE), round * LANDING_EDGES_MAX);
         play(1100);
     }
     nothing_was_recorded();

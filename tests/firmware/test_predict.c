@@ -120,10 +120,10 @@ TEST_IN(the_parameters_are_told, start_with_memory, put_back)
     fake.sent_count = 0;
     command("state");
     live(400);
-    assert_int_equal(count_frames(MR_ID_PREDICT_ITEM), MR_PREDICT_ITEMS);
+    assert_int_equal(count_frames(MR_ID_PREDICT_ITEM), MR_PREDICT_ITEM_COUNT);
     GET_LAST(predict_item, PREDICT_ITEM, &item);
-    assert_int_equal(item.index, MR_PREDICT_ITEMS - 1);
-    assert_int_equal(item.items, MR_PREDICT_ITEMS);
+    assert_int_equal(item.index, MR_PREDICT_ITEM_COUNT - 1);
+    assert_int_equal(item.items, MR_PREDICT_ITEM_COUNT);
     assert_true(item.value == 110.0f); /* station of the last transducer */
 }
 
@@ -278,7 +278,7 @@ TEST_IN(a_sector_that_does_not_hold_is_told, start_with_memory, put_back)
 static void give(const struct mr_predictor_state *state, uint32_t crc)
 {
     char words[64];
-    for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++) {
+    for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++) {
         snprintf(words, sizeof words, "runway-word %u %ld", i,
                  (long)mr_runway_word_argument(state, i));
         command(words);
@@ -435,7 +435,7 @@ static unsigned surveyed(void)
 {
     unsigned count = 0;
     for (unsigned s = 0; s < MR_SEGMENTS; s++)
-        count += isnan(app.predict.predictor.surveyed_in[s]) ? 0u : 1u;
+        count += isnan(app.predict.predictor.surveyed_sum_in[s]) ? 0u : 1u;
     return count;
 }
 

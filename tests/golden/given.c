@@ -361,7 +361,7 @@ static void put_runway(struct writer *writer, const struct golden_given *given)
     const struct mr_predictor_state *state = &given->runway;
     long block = given->runway_block;
     unsigned tag = given->runway_tag;
-    for (unsigned i = 0; i < MR_RUNWAY_WORDS; i++)
+    for (unsigned i = 0; i < MR_RUNWAY_WORD_COUNT; i++)
         put(writer, "command %ld %d %u %u %" PRId32 "\n", block++, MR_COMMAND_RUNWAY_WORD, i, tag++,
             mr_runway_word_argument(state, i));
     for (unsigned i = 0; i < 256 && 2 * i <= state->mats; i++)

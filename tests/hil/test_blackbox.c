@@ -79,11 +79,11 @@ struct board_report {
 
 static struct board_report check_pages(size_t count, const struct witness *witness)
 {
-    struct mr_boxread reader;
+    struct mr_box_reader reader;
     struct mr_record record;
     struct board_report told = {0};
-    mr_boxread_begin(&reader, pages[0], present, count);
-    while (mr_boxread_next(&reader, &record) == MR_OK) {
+    mr_box_reader_begin(&reader, pages[0], present, count);
+    while (mr_box_reader_next(&reader, &record) == MR_OK) {
         if (record.kind == MR_RECORD_MESSAGE) {
             told.edges += record.id == MR_ID_EDGE;
             told.config += record.id == MR_ID_CHANNEL || record.id == MR_ID_SWITCH_PLACE;

@@ -24,7 +24,7 @@ struct heard {
  * hundredth of an inch and 2 lb beside it; or missing. */
 static void judge_block(const struct ear *ear, double now_s, struct heard *heard)
 {
-    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], &ear->block);
+    float ratio = mr_reference_ratio(&config.channel[MR_REFERENCE], &ear->block);
     for (unsigned c = 0; c < MR_TRANSDUCERS + MR_GAGES; c++) {
         struct mr_reading reading = mr_channel_read(&config.channel[c], &ear->block, c, ratio);
         double beside = c < MR_TRANSDUCERS ? 0.01 : 2.0, least = (double)INFINITY,
@@ -217,7 +217,7 @@ static void take_block(struct play *play, const struct mr_block *block)
     double within_s = since_s - at * LEVEL_S;
     if (at >= LEVELS || within_s < 0.01 || within_s > HOLD_S)
         return;
-    float ratio = mr_channels_ratio(&config.channel[MR_REFERENCE], block);
+    float ratio = mr_reference_ratio(&config.channel[MR_REFERENCE], block);
     play->blocks[at]++;
     for (unsigned c = 0; c < HIL_RUN_COLUMNS; c++) {
         struct mr_reading reading = mr_channel_read(&config.channel[c], block, c, ratio);

@@ -199,7 +199,7 @@ TEST(a_board_without_scans_is_not_reset)
 
 /* ---- processor faults ---- */
 
-static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[MR_CRASH_ITEMS],
+static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[MR_CRASH_ITEM_COUNT],
                            uint16_t *age)
 {
     unsigned told = 0;
@@ -209,8 +209,8 @@ static unsigned take_crash(const struct ear *ear, unsigned link, uint32_t word[M
             continue;
         assert_int_equal(mr_crash_get(&crash, ear->said[link][i].payload, MR_MESSAGE_BYTES_MAX),
                          MR_OK);
-        assert_int_equal(crash.items, MR_CRASH_ITEMS);
-        assert_int_equal(crash.item, told % MR_CRASH_ITEMS);
+        assert_int_equal(crash.items, MR_CRASH_ITEM_COUNT);
+        assert_int_equal(crash.item, told % MR_CRASH_ITEM_COUNT);
         word[crash.item] = crash.value;
         *age = crash.age;
         told++;
@@ -230,7 +230,7 @@ static void check_processor_fault(unsigned first)
     static const uint32_t expected[13] = {0x10, 0x21, 0x32, 0x43, 0x54, 0x65, 0x76,
                                           0x87, 0x54, 0x65, 0x76, 0x87, 0x10};
     uint16_t before[COUNT_OF(code)];
-    uint32_t word[MR_CRASH_ITEMS] = {0};
+    uint32_t word[MR_CRASH_ITEM_COUNT] = {0};
     uint16_t age = 99;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_send_regular");
@@ -244,8 +244,8 @@ static void check_processor_fault(unsigned first)
                      place + 2 * (COUNT_OF(code) - 1));
     ear->listens = true;
     ear_until(ear, reset_s + 0.1);
-    assert_int_equal(take_crash(ear, EAR_CAN, word, &age), MR_CRASH_ITEMS);
-    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), MR_CRASH_ITEMS);
+    assert_int_equal(take_crash(ear, EAR_CAN, word, &age), MR_CRASH_ITEM_COUNT);
+    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), MR_CRASH_ITEM_COUNT);
     assert_int_equal(age, 0);
     assert_int_equal(word[MR_CRASH_KIND], MR_CRASH_USAGE);
     for (unsigned i = 0; i < 13; i++)
@@ -272,15 +272,15 @@ static void check_processor_fault(unsigned first)
      * old one */
     assert_int_equal(answer(ear, MR_COMMAND_STATE, 1), MR_OK);
     ear_until(ear, now_s(ear) + 0.2);
-    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 2 * MR_CRASH_ITEMS);
+    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 2 * MR_CRASH_ITEM_COUNT);
     assert_int_equal(answer(ear, MR_COMMAND_RESET, 2), MR_OK);
     until_reset(ear, 0.1);
     ear_until(ear, now_s(ear) + 0.5);
-    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 2 * MR_CRASH_ITEMS);
+    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 2 * MR_CRASH_ITEM_COUNT);
     assert_int_equal(ear_faults(ear, EAR_SERIAL), 0);
     assert_int_equal(answer(ear, MR_COMMAND_STATE, 3), MR_OK);
     ear_until(ear, now_s(ear) + 0.2);
-    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 3 * MR_CRASH_ITEMS);
+    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), 3 * MR_CRASH_ITEM_COUNT);
     assert_int_equal(age, 1);
     assert_int_equal(word[MR_CRASH_PC], place + 2 * (COUNT_OF(code) - 1));
     ear_close(ear);
@@ -298,7 +298,7 @@ TEST(a_power_cut_forgets_the_fault)
 {
     static const uint16_t code[] = {UNDEFINED};
     uint16_t before[1];
-    uint32_t word[MR_CRASH_ITEMS];
+    uint32_t word[MR_CRASH_ITEM_COUNT];
     uint16_t age;
     struct ear *ear = ear_open(NULL, 0);
     uint32_t place = symbol("healthlink_send_regular");
@@ -671,7 +671,7 @@ TEST(the_brown_out_level_is_told)
  * it waits for the crystal), with what was running when it stopped. */
 TEST(clock_security_tells_where)
 {
-    uint32_t word[MR_CRASH_ITEMS] = {0};
+    uint32_t word[MR_CRASH_ITEM_COUNT] = {0};
     uint16_t age;
     struct ear *ear = ear_open(NULL, 0);
     ear_until(ear, 0.6);
@@ -681,7 +681,7 @@ TEST(clock_security_tells_where)
     double speaks_s = until_heard(ear, EAR_SERIAL, MR_ID_HELLO, 0.1);
     print_message("# speaks %.0f ms after the crystal stopped\n", 1e3 * (speaks_s - 0.7));
     ear_until(ear, 1.0);
-    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), MR_CRASH_ITEMS);
+    assert_int_equal(take_crash(ear, EAR_SERIAL, word, &age), MR_CRASH_ITEM_COUNT);
     assert_int_equal(word[MR_CRASH_KIND], MR_CRASH_CRYSTAL);
     assert_int_equal(word[MR_CRASH_EXCEPTION], 2); /* NMI */
     ear_close(ear);

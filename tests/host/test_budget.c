@@ -53,11 +53,11 @@ static int fresh(void **state)
 static void use_gage(void)
 {
     of.channel = &gage;
-    of.reading = (struct mr_error_case){.value = 100.0f,
-                                        .noise = 0.0f,
-                                        .averaged = 1.0f,
-                                        .hours = 2.0f,
-                                        .reference_error = 0.0003f};
+    of.reading = (struct mr_error_conditions){.value = 100.0f,
+                                              .noise = 0.0f,
+                                              .averaged = 1.0f,
+                                              .hours = 2.0f,
+                                              .reference_error = 0.0003f};
 }
 
 static void is(enum budget_source source, double contribution)

@@ -64,9 +64,9 @@ static struct live_buckets *model_made(void)
                 .station_ft = c.station_ft, .unit_per_code = c.unit_per_code);
         MESSAGE(model, LINK_SERIAL, channel_zero, CHANNEL_ZERO, -1, .index = (uint8_t)i,
                 .number = c.number, .band = c.band, .zero_code = c.zero_code);
-        for (unsigned item = 0; item < MR_CALIBRATION_TABLE; item++)
+        for (unsigned item = 0; item < MR_CALIBRATION_FIRST_POINT_ITEM; item++)
             MESSAGE(model, LINK_SERIAL, calibration, CALIBRATION, -1, .index = (uint8_t)i,
-                    .item = (uint8_t)item, .value = mr_channel_item(&c, item));
+                    .item = (uint8_t)item, .value = mr_channel_get_item(&c, item));
     }
     return model;
 }

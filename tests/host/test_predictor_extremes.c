@@ -360,7 +360,7 @@ TEST(a_spoilt_chain_falls_back)
         if (ms % 500u == 499u && k < 5u) {
             unsigned mat = (unsigned)((double)input.wheel_ft / CASE_MAT_FT) + 2u;
             predictor.chain.u_ft[mat] = bad[k];
-            predictor.chain.is_awake[(mat - 1u) / MR_CHAIN_BAY + 1u] = true;
+            predictor.chain.is_awake[(mat - 1u) / MR_CHAIN_BAY_GROUPS + 1u] = true;
             mr_predictor_on_block(&predictor, &input);
             k++;
             assert_int_equal(predictor.failures, k < 4u ? k : 4u);

@@ -224,7 +224,7 @@ static void measure(const struct world *w, const struct spread *stated)
     }
     for (unsigned i = 0; i < BLOCKS; i++) {
         convert(w, (uint32_t)(m.first_block + i), (double)i, &block);
-        float ratio = mr_channels_ratio(&plain_reference, &block);
+        float ratio = mr_reference_ratio(&plain_reference, &block);
         for (unsigned c = 0; c < MR_WATCH_CHANNELS; c++) {
             struct mr_reading reading = mr_channel_read(&m.channel[c].config, &block, c, ratio);
             assert_int_equal(reading.validity, MR_VALID);

@@ -111,7 +111,7 @@ static void compare(unsigned quota)
     unsigned first = 0, groups = plain_longest(order.from_joint, &first), coming = 0,
              coming_place = 0, calls = 1;
     for (unsigned n = order.position; n <= order.last_position && n < chain.count;
-         n += MR_ZONE_STRIDE) {
+         n += MR_ZONE_STRIDE_GROUPS) {
         unsigned here = plain_coming(n, order.push_lb);
         coming_place = here > coming ? n : coming_place;
         coming = here > coming ? here : coming;
@@ -168,7 +168,7 @@ TEST(places_just_short_of_closing)
         const struct mr_zonescan_range order = {1, 1, (uint16_t)(1u + 4u * (round % 3u)), 21.0f,
                                                 chain.grit_lb};
         unsigned coming = 0;
-        for (unsigned n = 1; n <= order.last_position; n += MR_ZONE_STRIDE) {
+        for (unsigned n = 1; n <= order.last_position; n += MR_ZONE_STRIDE_GROUPS) {
             unsigned here = plain_coming(n, order.push_lb);
             coming = here > coming ? here : coming;
         }

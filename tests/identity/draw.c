@@ -110,13 +110,13 @@ static void add_chart(const struct score_landing *landing)
         plan.knot_s[k] = landing->knot_s[k];
         plan.knot_ft_s2[k] = landing->knot_ft_s2[k] * (float)off;
     }
-    for (unsigned r = 0; kind > 0.5 && r < MR_RISK_ROWS; r++) {
+    for (unsigned r = 0; kind > 0.5 && r < MR_RISK_CHART_ROWS; r++) {
         plan.landings = (float)(landing->number - 1u);
         plan.row_ft_s2[r] = 3.0f + 1.5f * (float)r;
         plan.row_log_odds[r] = (float)between(&state, -4.0, 4.0);
     }
-    for (unsigned i = 0; i < MR_RISK_ITEMS; i++) {
-        float value = mr_risk_item(&plan, i);
+    for (unsigned i = 0; i < MR_RISK_PLAN_ITEM_COUNT; i++) {
+        float value = mr_risk_plan_get_item(&plan, i);
         int32_t bits;
         memcpy(&bits, &value, sizeof bits);
         if (!isnan(value))

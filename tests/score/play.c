@@ -214,7 +214,7 @@ static void look(struct player *player, const struct score_landing *landing, uns
                                                .displacement_in = input->displacement_in,
                                                .slack_in = player->slack_in,
                                                .wheel_ft = input->wheel_ft};
-    mr_closure_find(&kinematic, &closed, player->left_in);
+    mr_closure_find_zone(&kinematic, &closed, player->left_in);
     rank_waves(player, landing, t_s, &zone, &closed, outcome);
     if (!(t_s > (double)outcome->event_s) && !(t_s > (double)outcome->wave_s)) {
         if (isnan(outcome->warned_s[SCORE_PREDICTOR]) && zone.verdict == MR_PREDICTOR_WARNING)

@@ -39,9 +39,9 @@ struct draw_setting {
 };
 
 struct drawn {
-    struct mr_channel_config channel; /* as matrig calibrate made it */
-    struct mr_error_case reading;     /* how the landing was read */
-    double value, truth;              /* in or lb: movement, or tension */
+    struct mr_channel_config channel;   /* as matrig calibrate made it */
+    struct mr_error_conditions reading; /* how the landing was read */
+    double value, truth;                /* in or lb: movement, or tension */
 };
 
 /* The transducer d3, or the gage t2. The configuration's reference and curve are the built-in
@@ -187,7 +187,7 @@ static void land(struct rig *rig, const struct draw_setting *setting, struct dra
     double rest = value_of(drawn,
                            mean_code(rig, movement ? 0.0 : drawn->truth, REST_BLOCKS, &spread));
     drawn->value = value_of(drawn, block_code(rig, drawn->truth)) - (movement ? rest : 0.0);
-    drawn->reading = (struct mr_error_case){
+    drawn->reading = (struct mr_error_conditions){
         .value = (float)drawn->value,
         .noise = (float)spread * fabsf(drawn->channel.unit_per_code),
         .averaged = 1.0f,

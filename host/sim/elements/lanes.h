@@ -46,25 +46,25 @@ typedef uint8_t bit_masks; /* with AVX-512, a comparison gives one bit per lane 
 #endif
 
 #define LAW_VECTOR
-#define LAW_REAL                  lanes
-#define LAW_MASK                  masks
-#define LAW_VALUE(x)              ((lanes){0} + (lane_real)(x))
-#define LAW_IS_GREATER(a, b)      LANES(above)(a, b)
-#define LAW_IS_AT_LEAST(a, b)     LANES(reaches)(a, b)
-#define LAW_IS_EQUAL(a, b)        LANES(equals)(a, b)
-#define LAW_IF(mask, yes, no)     LANES(choose)(mask, yes, no)
-#define LAW_OR_ZERO(mask, yes)    LANES(only)(mask, yes)
-#define LAW_SELECT(mask, yes, no) LANES(pick)(mask, yes, no)
-#define LAW_AND(a, b)             ((a) & (b))
-#define LAW_OR(a, b)              ((a) | (b))
-#define LAW_NOT(mask)             ((masks) ~(mask))
-#define LAW_IS_SCALAR_TRUE(mask)  false
-#define LAW_MIN(a, b)             LANES(lesser)(a, b)
-#define LAW_MAX(a, b)             LANES(greater)(a, b)
-#define LAW_SIGN                  ((words)(-LAW_VALUE(0)))
-#define LAW_ABS(x)                ((lanes)(~LAW_SIGN & (words)(x)))
+#define LAW_REAL                    lanes
+#define LAW_MASK                    masks
+#define LAW_VALUE(x)                ((lanes){0} + (lane_real)(x))
+#define LAW_IS_GREATER(a, b)        LANES(above)(a, b)
+#define LAW_IS_AT_LEAST(a, b)       LANES(reaches)(a, b)
+#define LAW_IS_EQUAL(a, b)          LANES(equals)(a, b)
+#define LAW_IF(mask, yes, no)       LANES(choose)(mask, yes, no)
+#define LAW_IF_ELSE_ZERO(mask, yes) LANES(only)(mask, yes)
+#define LAW_SELECT(mask, yes, no)   LANES(pick)(mask, yes, no)
+#define LAW_AND(a, b)               ((a) & (b))
+#define LAW_OR(a, b)                ((a) | (b))
+#define LAW_NOT(mask)               ((masks) ~(mask))
+#define LAW_IS_SCALAR_TRUE(mask)    false
+#define LAW_MIN(a, b)               LANES(lesser)(a, b)
+#define LAW_MAX(a, b)               LANES(greater)(a, b)
+#define LAW_SIGN                    ((words)(-LAW_VALUE(0)))
+#define LAW_ABS(x)                  ((lanes)(~LAW_SIGN & (words)(x)))
 /* `size` must not be negative. */
-#define LAW_COPYSIGN(size, sign)  ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
-#define LAW(name)                 LANES(name)
+#define LAW_COPYSIGN(size, sign)    ((lanes)((LAW_SIGN & (words)(sign)) | (words)(size)))
+#define LAW(name)                   LANES(name)
 
 #endif

@@ -44,7 +44,7 @@ struct chains *chains_new(const struct mr_chain_params params[CHAINS_LANES],
     *status = MR_OK;
     memset(c, 0, sizeof *c);
     c->mats = params[0].mats;
-    c->bays = (c->mats + MR_CHAIN_BAY - 1u) / MR_CHAIN_BAY;
+    c->bays = (c->mats + MR_CHAIN_BAY_GROUPS - 1u) / MR_CHAIN_BAY_GROUPS;
     c->awake_low = MR_CHAIN_BAYS + 1u;
     for (unsigned k = 0; k < CHAINS_LANES && *status == MR_OK; k++) {
         struct mr_chain_params p = params[k];

@@ -3,12 +3,12 @@
 
 LANES_INLINE unsigned LANES(first_of)(unsigned bay)
 {
-    return (bay - 1u) * MR_CHAIN_BAY + 1u;
+    return (bay - 1u) * MR_CHAIN_BAY_GROUPS + 1u;
 }
 
 LANES_INLINE unsigned LANES(last_of)(const struct chains *c, unsigned bay)
 {
-    return bay == c->bays ? c->mats : bay * MR_CHAIN_BAY;
+    return bay == c->bays ? c->mats : bay * MR_CHAIN_BAY_GROUPS;
 }
 
 LANES_INLINE masks LANES(mask_of)(words set)
@@ -76,7 +76,7 @@ LANES_INLINE void LANES(press)(struct chains *c, const unsigned *mat, const floa
     for (unsigned k = 0; k < CHAINS_LANES; k++) {
         if (!(thrust_lb[k] < 0.0f || thrust_lb[k] > 0.0f) || mat[k] < 1 || mat[k] > c->mats)
             continue;
-        unsigned bay = (mat[k] - 1u) / MR_CHAIN_BAY + 1u;
+        unsigned bay = (mat[k] - 1u) / MR_CHAIN_BAY_GROUPS + 1u;
         c->push_lb[mat[k]][k] = on ? thrust_lb[k] : 0.0f;
         if (on) {
             c->awake[bay][k] = -1;

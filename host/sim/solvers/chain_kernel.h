@@ -81,10 +81,11 @@ LANES_INLINE lanes LANES(place_ft)(lanes v_ft_s, struct LANES(slip) slip, double
     const lanes none = {0}, half = LAW_VALUE(0.5), half_s = LAW_VALUE(0.5 * h_s);
     lanes left_s = slip.left * LAW_VALUE(kick_s), until_s = LAW_VALUE(kick_s) - left_s;
     lanes ahead_s = until_s - (LAW_VALUE(kick_s) - half_s), back_s = left_s - half_s;
-    lanes stopping_distance_ft =
-        LAW_OR_ZERO(LAW_IS_GREATER(until_s, none), half * v_ft_s * ahead_s * ahead_s / until_s) +
-        LAW_OR_ZERO(LAW_IS_GREATER(left_s, none), half * slip.v_ft_s * back_s * back_s / left_s);
-    return LAW_OR_ZERO(slip.stops, stopping_distance_ft);
+    lanes stopping_distance_ft = LAW_IF_ELSE_ZERO(LAW_IS_GREATER(until_s, none),
+                                                  half * v_ft_s * ahead_s * ahead_s / until_s) +
+                                 LAW_IF_ELSE_ZERO(LAW_IS_GREATER(left_s, none),
+                                                  half * slip.v_ft_s * back_s * back_s / left_s);
+    return LAW_IF_ELSE_ZERO(slip.stops, stopping_distance_ft);
 }
 
 /* Updates the largest tensions of the block of joints at j, from their last three tensions. For
@@ -104,8 +105,8 @@ LANES_INLINE void LANES(note)(const struct chain *chain, int j, lanes first_lb, 
                     LAW_IS_GREATER(down_lb * middle_lb, none) &
                     LAW_IS_GREATER(first_lb * middle_lb, none) &
                     LAW_IS_GREATER(last_lb * middle_lb, none);
-        lanes most_lb = middle_lb + LAW_OR_ZERO(top, across_lb * across_lb /
-                                                         (LAW_VALUE(8) * (up_lb + down_lb)));
+        lanes most_lb = middle_lb + LAW_IF_ELSE_ZERO(top, across_lb * across_lb /
+                                                              (LAW_VALUE(8) * (up_lb + down_lb)));
         push_lb = LANES(greater)(-most_lb, push_lb);
         pull_lb = LANES(greater)(most_lb, pull_lb);
     }

@@ -157,10 +157,10 @@ TEST_IN(interference_does_not_fill_the_links, rig_before, NULL)
                 told += landing.changes.edges;
             }
         }
-        assert_int_equal(told, LANDING_EDGES);
+        assert_int_equal(told, LANDING_EDGES_MAX);
         wait(&index, 30.1);
     }
-    assert_int_equal(landing.edges, 2 * LANDING_EDGES);
+    assert_int_equal(landing.edges, 2 * LANDING_EDGES_MAX);
     assert_int_equal(landing.state, MR_LANDING_ARMED);
     for (unsigned position = 1; position < 4; position++) {
         /* 20 ft/s: what comes then is a landing */
