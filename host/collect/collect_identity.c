@@ -76,8 +76,8 @@ static bool handle_uid(struct collector *collector, struct link_side *side, unsi
 }
 
 /* Updates the row of an open landing with the identity learned since. */
-static enum mr_status update_landing(struct collector *collector, struct link_side *side,
-                                     struct error *error)
+static enum mr_status update_landing_identity(struct collector *collector, struct link_side *side,
+                                              struct error *error)
 {
     struct landing_slot *slot = side->current_landing;
     if (!slot)
@@ -233,7 +233,7 @@ static enum mr_status handle_site(struct collector *collector, struct link_side 
 {
     collector->reported.identity.touchdown_ft = (double)message->touchdown_ft;
     collector->reported.identity.switch_error_ft = (double)message->switch_error_ft;
-    return update_landing(collector, side, error);
+    return update_landing_identity(collector, side, error);
 }
 
 static enum mr_status handle_board_uid(struct collector *collector, struct link_side *side,

@@ -204,7 +204,7 @@ static void format_link_at_base(const struct request *request, uint16_t base,
     struct error error = {0};
     char spec[LINK_SPEC_SIZE - sizeof ",base=0x000"];
     snprintf(spec, sizeof spec, "%s", request->can ? request->can : "LINK");
-    (void)link_parse_base(spec, &old, &error);
+    (void)link_split_base(spec, &old, &error);
     snprintf(out, LINK_SPEC_SIZE, "%s,base=0x%03x", spec, base);
 }
 

@@ -280,7 +280,7 @@ static int export_command(int argc, char **argv, const struct cli *cli)
                   "binary data on a terminal: matrig export --format mdf4; give -o F, or write to "
                   "a pipe");
     if (r.base)
-        link_read_base(r.base, "--base", &r.can_base, fatal);
+        link_parse_base_number(r.base, "--base", &r.can_base, fatal);
     if (!dbc) {
         parse_run(words[1], &run, fatal);
         output_check(r.path, words[0], fatal);

@@ -190,7 +190,8 @@ static int import_command(int argc, char **argv, const struct cli *cli)
     if (error.status == MR_OK)
         output_check_kind(request->path, "log", &error);
     (void)(error.status == MR_OK &&
-           (!r.base || link_read_base(r.base, "--base", &request->can_base, &error) == MR_OK) &&
+           (!r.base ||
+            link_parse_base_number(r.base, "--base", &request->can_base, &error) == MR_OK) &&
            textfile_open(request->path, &file, &error) == MR_OK &&
            describe_import(&file, request, r.map, &mapping, &row, &error) == MR_OK &&
            import_readings(&file, request, &mapping, &result, &error) == MR_OK &&

@@ -79,7 +79,7 @@ static enum mr_status poll_campaign(struct watch *watch, struct error *error)
         if (status == MR_OK && found)
             live_hub_set_counts(watch->hub, (enum link_kind)kind, &counts);
     }
-    live_hub_publish_due(watch->hub);
+    live_hub_publish_due_events(watch->hub);
     return status;
 }
 

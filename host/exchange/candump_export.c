@@ -14,7 +14,7 @@
 
 struct candump_export {
     FILE *out;
-    uint16_t base;
+    uint16_t can_base;
     bool is_dated;
     struct store_time_map time_map;
     long frame_count;
@@ -37,7 +37,7 @@ static enum mr_status export_frame(void *context, const struct store_frame *stor
         return MR_OK;
     }
     struct link_frame frame = {.host_us = (uint64_t)llround(stamp_us),
-                               .id = link_id_to_bus(stored->id, export->base),
+                               .id = link_id_to_bus(stored->id, export->can_base),
                                .length = (uint8_t)stored->length};
     memcpy(frame.data, stored->data, stored->length);
     candump_write_line(&frame, line);
@@ -54,11 +54,11 @@ static void report_untimed(const struct candump_export *export, bool known, cons
             "times of day unknown: time stamps are board time after 2001-09-09 01:46:40 UTC; %s",
             known ? timemap_refusal_text((unsigned)export->time_map.refusal)
                   : "the board's clock was not tracked");
-    if (export->base)
+    if (export->can_base)
         cli_note(cli,
                  "the identifiers include base 0x%03x; to import this file, use matrig import "
                  "--base 0x%03x",
-                 export->base, export->base);
+                 export->can_base, export->can_base);
     if (export->frames_without_time)
         cli_note(cli, "%ld frames from before the board's first clock message are left out",
                  export->frames_without_time);
@@ -80,7 +80,7 @@ enum mr_status export_candump(struct store *store, int64_t run, FILE *out, const
             "no CAN frames: RUN %lld of %s was logged without a CAN link; use --format csv",
             (long long)run, store_path(store));
     if (status == MR_OK)
-        status = store_can_base_get(store, run, &export.base, error);
+        status = store_can_base_get(store, run, &export.can_base, error);
     if (status == MR_OK)
         status = summary_load_clock(store, run, &export.time_map, &known, error);
     export.is_dated = known && export.time_map.refusal == TIMEMAP_OK;

@@ -15,7 +15,7 @@
 
 #define SWITCH_NUMBER_MAX 64u
 
-void series_add(struct series *series, double time_s, double value)
+void series_add_sample(struct series *series, double time_s, double value)
 {
     xlist_grow(&series->time_s, series->count, sizeof *series->time_s);
     xlist_grow(&series->value, series->count, sizeof *series->value);
@@ -52,7 +52,8 @@ bool signal_fits_frame(const struct import_signal *signal, unsigned length)
              : signal->start_bit + signal->bit_count <= 8 * length;
 }
 
-bool signal_value(const struct import_signal *signal, const struct link_frame *frame, double *value)
+bool signal_extract_value(const struct import_signal *signal, const struct link_frame *frame,
+                          double *value)
 {
     uint64_t raw = 0;
     if (frame->id != signal->id || !signal_fits_frame(signal, frame->length))
@@ -117,12 +118,12 @@ static double get_role_unit_factor(enum mapping_role role, const char *unit)
 
 /* ---- JSON ---- */
 
-struct reader {
+struct mapping_reader {
     const char *path;
     struct error *error;
 };
 
-static void refuse_value(const struct reader *r, const char *where, const char *key,
+static void refuse_value(const struct mapping_reader *r, const char *where, const char *key,
                          const char *wanted)
 {
     error_set(r->error, MR_MALFORMED, "%s%s%s: %s; %s", where, where[0] ? "." : "", key, r->path,
@@ -130,7 +131,7 @@ static void refuse_value(const struct reader *r, const char *where, const char *
 }
 
 /* Like json_unpack, but refuses unknown keys. Absent keys keep their value. */
-static void unpack_object(const struct reader *r, const char *where, json_t *object,
+static void unpack_object(const struct mapping_reader *r, const char *where, json_t *object,
                           const char *format, ...)
 {
     json_error_t error;
@@ -143,8 +144,8 @@ static void unpack_object(const struct reader *r, const char *where, json_t *obj
 }
 
 /* Reads a number. `unit`: unit of a bare number; text states its own unit. */
-static double read_number(const struct reader *r, const char *where, const char *key, json_t *value,
-                          const char *unit, double otherwise)
+static double read_number(const struct mapping_reader *r, const char *where, const char *key,
+                          json_t *value, const char *unit, double otherwise)
 {
     struct quantity_error wrongly;
     double v = otherwise;
@@ -155,7 +156,7 @@ static double read_number(const struct reader *r, const char *where, const char 
     return v;
 }
 
-static char read_character(const struct reader *r, const char *key, const char *text)
+static char read_character(const struct mapping_reader *r, const char *key, const char *text)
 {
     bool none = strcmp(key, "comment") == 0 && !text[0];
     if (!none && (strlen(text) != 1 || text[0] == '"' || text[0] == '\n'))
@@ -164,7 +165,7 @@ static char read_character(const struct reader *r, const char *key, const char *
 }
 
 /* Reads a column, by name or counted from 1. */
-static void read_column(const struct reader *r, const char *where, json_t *value,
+static void read_column(const struct mapping_reader *r, const char *where, json_t *value,
                         char name[MAPPING_NAME_SIZE], unsigned *place)
 {
     const char *text = json_string_value(value);
@@ -177,7 +178,7 @@ static void read_column(const struct reader *r, const char *where, json_t *value
         refuse_value(r, where, "column", "give the column's name, or its number from 1");
 }
 
-static void read_time(const struct reader *r, json_t *time, struct mapping *m)
+static void read_time(const struct mapping_reader *r, json_t *time, struct mapping *m)
 {
     const char *unit = "s";
     json_t *column = NULL, *shift = NULL;
@@ -194,7 +195,7 @@ static void read_time(const struct reader *r, json_t *time, struct mapping *m)
     m->time_shift_s = read_number(r, "time", "shift_s", shift, "s", 0.0);
 }
 
-static void read_id(const struct reader *r, const char *where, const char *id,
+static void read_id(const struct mapping_reader *r, const char *where, const char *id,
                     struct import_signal *signal)
 {
     char *end = NULL;
@@ -206,7 +207,8 @@ static void read_id(const struct reader *r, const char *where, const char *id,
     signal->id = (uint32_t)value | (wide ? LINK_ID_EXTENDED : 0);
 }
 
-static void check_channel(const struct reader *r, const char *where, const struct mapping *m)
+static void check_channel(const struct mapping_reader *r, const char *where,
+                          const struct mapping *m)
 {
     const struct mapping_channel *c = &m->channel[m->channel_count - 1];
     for (size_t i = 0; i + 1 < m->channel_count; i++) {
@@ -225,8 +227,8 @@ static void check_channel(const struct reader *r, const char *where, const struc
 }
 
 /* Reads an entry of `channels`, or `align`. */
-static void read_channel(const struct reader *r, const char *where, json_t *object, bool align,
-                         struct mapping *m)
+static void read_channel(const struct mapping_reader *r, const char *where, json_t *object,
+                         bool align, struct mapping *m)
 {
     const char *name = "", *unit = "", *edge = "rising", *id = "", *order = "little";
     json_t *column = NULL, *scale = NULL, *offset = NULL, *error = NULL, *threshold = NULL,
@@ -273,7 +275,7 @@ static void read_channel(const struct reader *r, const char *where, json_t *obje
     check_channel(r, where, m);
 }
 
-static void read_missing(const struct reader *r, json_t *words, struct mapping *m)
+static void read_missing_words(const struct mapping_reader *r, json_t *words, struct mapping *m)
 {
     if (words && (!json_is_array(words) || json_array_size(words) > MAPPING_MISSING_MAX))
         refuse_value(r, "", "missing", "give a list of up to 16 words");
@@ -286,7 +288,7 @@ static void read_missing(const struct reader *r, json_t *words, struct mapping *
     }
 }
 
-static void read_root(const struct reader *r, json_t *root, struct mapping *m)
+static void read_root(const struct mapping_reader *r, json_t *root, struct mapping *m)
 {
     const char *separator = "", *decimal = ".", *comment = "#", *note;
     json_t *missing = NULL, *time = NULL, *align = NULL, *channels = NULL, *touchdown = NULL,
@@ -318,7 +320,7 @@ static void read_root(const struct reader *r, json_t *root, struct mapping *m)
     m->touchdown_ft = read_number(r, "", "touchdown_ft", touchdown, "ft", (double)NAN);
     m->switch_error_ft = read_number(r, "", "switch_error_ft", switch_error, "ft", (double)NAN);
     m->gap_min_s = read_number(r, "", "gap_s", gap, "s", (double)NAN);
-    read_missing(r, missing, m);
+    read_missing_words(r, missing, m);
     read_time(r, time, m);
     for (size_t i = 0; i < json_array_size(channels) && r->error->status == MR_OK; i++) {
         char where[32];
@@ -333,7 +335,7 @@ enum mr_status mapping_parse(const char *json, size_t length, const char *path,
                              struct mapping *mapping, struct error *error)
 {
     json_error_t where;
-    const struct reader r = {path, error};
+    const struct mapping_reader r = {path, error};
     *mapping = (struct mapping){0};
     size_t mark = utf8_mark_length(json, length);
     json_t *root = json_loadb(json + mark, length - mark, JSON_REJECT_DUPLICATES, &where);

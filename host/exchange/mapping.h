@@ -86,12 +86,12 @@ void mapping_free(struct mapping *mapping);
 /* True if the bits of the signal lie within `length` bytes. */
 bool signal_fits_frame(const struct import_signal *signal, unsigned length);
 /* Extracts the signal. Returns false for another frame, or for a frame that is too short. */
-bool signal_value(const struct import_signal *signal, const struct link_frame *frame,
-                  double *value);
+bool signal_extract_value(const struct import_signal *signal, const struct link_frame *frame,
+                          double *value);
 
 #define MAPPING_VALUE_MAX 1e30 /* fits in a float, and its square in a double */
 /* Converts a number of the file to the report's unit. */
 double mapping_convert_value(const struct mapping_channel *channel, double read);
-void series_add(struct series *series, double time_s, double value);
+void series_add_sample(struct series *series, double time_s, double value);
 
 #endif

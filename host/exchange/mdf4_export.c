@@ -359,8 +359,8 @@ static const char *const frame_names[FRAME_KIND_COUNT] = {"CAN_DataFrame", "CAN_
 struct export_context {
     const struct summary *summary;
     struct mdf4 *file;
-    uint16_t base;   /* CAN base of the board */
-    int64_t zero_us; /* board time of second 0 */
+    uint16_t can_base; /* CAN base of the board */
+    int64_t zero_us;   /* board time of second 0 */
     long row_count;
     enum frame_kind kind;               /* kind of the frames that are being written */
     long frame_count[FRAME_KIND_COUNT]; /* number of frames of each kind */
@@ -543,7 +543,7 @@ static enum mr_status put_frame(void *context, const struct store_frame *frame)
     if (place->kind == FRAME_ERROR) {
         row[9] = get_bus_error_type(frame);
     } else {
-        put_integer(row + 9, link_id_to_bus(frame->id, place->base) & CAN_EFF_MASK, 4);
+        put_integer(row + 9, link_id_to_bus(frame->id, place->can_base) & CAN_EFF_MASK, 4);
         row[13] = (frame->id & LINK_ID_EXTENDED) != 0;
         row[14] = (uint8_t)frame->length;
     }
@@ -600,7 +600,7 @@ static enum mr_status put_frames(struct export_context *place, struct store *sto
     size_t length = 0;
     char *dbc = NULL;
     FILE *stream = xopen_memstream(&dbc, &length);
-    dbc_write(stream, place->base);
+    dbc_write(stream, place->can_base);
     fclose(stream);
     uint64_t attached = mdf4_attach(place->file, "matrig.dbc", "application/x-dbc", dbc, length);
     free(dbc);
@@ -679,7 +679,7 @@ enum mr_status export_mdf4(struct store *store, int64_t run, FILE *out, const st
     struct export_context place = {.summary = &summary, .file = &file};
     enum mr_status status = summary_load(store, run, &summary, error) ?:
                             store_frames_count(store, run, LINK_CAN, &frames, error) ?:
-                            store_can_base_get(store, run, &place.base, error) ?:
+                            store_can_base_get(store, run, &place.can_base, error) ?:
                             find_start_us(store, run, &summary.measured, &place.zero_us, error);
     if (status == MR_OK && place.zero_us == STORE_NONE)
         status = error_set(

@@ -83,7 +83,7 @@ static const char *check_time(double time_s, double last_s)
 #define FIELDS_MAX       1024u
 #define NUMBER_CHARS_MAX 64u
 
-struct field {
+struct csv_field {
     const char *start;
     size_t length;
 };
@@ -94,7 +94,7 @@ struct csv_table {
     struct mapping *mapping;
     struct parse_result *result;
     size_t line_number;
-    struct field field[FIELDS_MAX];
+    struct csv_field field[FIELDS_MAX];
     /* number of fields of this line, and of columns of the header (without one, of the first
      * row) */
     size_t field_count, column_count;
@@ -112,7 +112,7 @@ static bool is_blank(char c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
-static struct field trim_field(const char *from, const char *to)
+static struct csv_field trim_field(const char *from, const char *to)
 {
     while (from < to && is_blank(*from))
         from++;
@@ -122,7 +122,7 @@ static struct field trim_field(const char *from, const char *to)
         from++;
         to--;
     }
-    return (struct field){from, (size_t)(to - from)};
+    return (struct csv_field){from, (size_t)(to - from)};
 }
 
 /* Splits a line into fields, ignoring separators within quotes. Returns false if there are too many
@@ -194,7 +194,7 @@ static enum mr_status find_column(const struct csv_table *t, const char *name, u
 
 /* Parses a number. A missing value gives NaN and true. Returns false if the field is not a
  * number. */
-static bool parse_number(const struct mapping *m, struct field field, double *value)
+static bool parse_number(const struct mapping *m, struct csv_field field, double *value)
 {
     char digits[NUMBER_CHARS_MAX];
     *value = (double)NAN;
@@ -340,7 +340,7 @@ static void add_row(struct csv_table *t, double time_s)
         double value;
         parse_number(m, t->field[channel->column_index - 1], &value);
         if (!isnan(value))
-            series_add(&channel->series, time_s, mapping_convert_value(channel, value));
+            series_add_sample(&channel->series, time_s, mapping_convert_value(channel, value));
     }
 }
 
@@ -384,7 +384,7 @@ static bool add_sample(struct candump_log *log, struct mapping_channel *channel,
     if (!wrong && !(fabs(value) <= MAPPING_VALUE_MAX))
         wrong = "impossible value";
     if (!wrong) {
-        series_add(series, time_s, value);
+        series_add_sample(series, time_s, value);
         return true;
     }
     log->result.bad_lines++;
@@ -397,7 +397,7 @@ static bool has_signal(const struct mapping *mapping, const struct link_frame *f
 {
     double value;
     for (size_t c = 0; c < mapping->channel_count; c++) {
-        if (signal_value(&mapping->channel[c].signal, frame, &value))
+        if (signal_extract_value(&mapping->channel[c].signal, frame, &value))
             return true;
     }
     return false;
@@ -446,7 +446,7 @@ enum mr_status import_read_signals(const struct textfile *file,
         double time_s = 1e-6 * (double)(int64_t)(line.frame.host_us - first_us) *
                         mapping->time_unit_s;
         for (size_t c = 0; c < mapping->channel_count; c++)
-            has_sample |= signal_value(&mapping->channel[c].signal, &line.frame, &value) &&
+            has_sample |= signal_extract_value(&mapping->channel[c].signal, &line.frame, &value) &&
                           add_sample(&log, &mapping->channel[c], time_s, value);
         result->row_count += has_sample;
     }

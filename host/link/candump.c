@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-struct cursor {
+struct text_cursor {
     const char *position;
     const char *end;
 };
@@ -20,7 +20,7 @@ static uint32_t parse_hex_digit(char c)
     return hex_value_plus_1[(uint8_t)c] - 1u;
 }
 
-static bool accept_char(struct cursor *at, char c)
+static bool accept_char(struct text_cursor *at, char c)
 {
     if (at->position == at->end || *at->position != c)
         return false;
@@ -29,7 +29,7 @@ static bool accept_char(struct cursor *at, char c)
 }
 
 /* Skips blanks, with which programs align the fields. */
-static bool skip_blanks(struct cursor *at)
+static bool skip_blanks(struct text_cursor *at)
 {
     const char *from = at->position;
     while (accept_char(at, ' ') || accept_char(at, '\t'))
@@ -38,7 +38,7 @@ static bool skip_blanks(struct cursor *at)
 }
 
 /* Parses decimal digits and returns their number. */
-static unsigned parse_decimal(struct cursor *at, uint64_t *value)
+static unsigned parse_decimal(struct text_cursor *at, uint64_t *value)
 {
     unsigned digits = 0;
     *value = 0;
@@ -48,7 +48,7 @@ static unsigned parse_decimal(struct cursor *at, uint64_t *value)
     return digits;
 }
 
-static bool parse_time(struct cursor *at, uint64_t *us)
+static bool parse_time(struct text_cursor *at, uint64_t *us)
 {
     uint64_t seconds, fraction;
     if (!accept_char(at, '(') || parse_decimal(at, &seconds) == 0 || seconds > 0xffffffffffull ||
@@ -65,7 +65,7 @@ static bool parse_time(struct cursor *at, uint64_t *us)
     return true;
 }
 
-static bool parse_id(struct cursor *at, uint32_t *id)
+static bool parse_id(struct text_cursor *at, uint32_t *id)
 {
     uint32_t value = 0;
     unsigned digits = 0;
@@ -85,7 +85,7 @@ static bool parse_id(struct cursor *at, uint32_t *id)
     return true;
 }
 
-static bool parse_data(struct cursor *at, struct link_frame *frame)
+static bool parse_data(struct text_cursor *at, struct link_frame *frame)
 {
     frame->length = 0;
     memset(frame->data, 0, sizeof frame->data);
@@ -109,7 +109,7 @@ static bool parse_data(struct cursor *at, struct link_frame *frame)
 }
 
 /* Accepts a length code above 8 ("_9" to "_F") after 8 bytes. */
-static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
+static bool parse_length_code(struct text_cursor *at, const struct link_frame *frame)
 {
     if (!accept_char(at, '_'))
         return true;
@@ -120,7 +120,7 @@ static bool parse_length_code(struct cursor *at, const struct link_frame *frame)
     return true;
 }
 
-static bool parse_line(struct cursor *at, struct candump_line *line)
+static bool parse_line(struct text_cursor *at, struct candump_line *line)
 {
     struct link_frame *frame = &line->frame;
     if (!parse_time(at, &frame->host_us) || !skip_blanks(at))
@@ -140,7 +140,7 @@ static bool parse_line(struct cursor *at, struct candump_line *line)
 
 enum mr_status candump_parse_line(const char *text, size_t length, struct candump_line *line)
 {
-    struct cursor at = {text, text + length};
+    struct text_cursor at = {text, text + length};
     bool whole = parse_line(&at, line);
     line->error_column = (size_t)(at.position - text) + 1;
     return whole ? MR_OK : MR_MALFORMED;

@@ -61,7 +61,7 @@ static struct bus *find_bus(struct buses *buses, const struct candump_line *line
 }
 
 /* Adds a line to the counts of its bus. Returns false if there are too many buses. */
-static bool add_to_buses(struct buses *buses, const struct candump_line *line, uint16_t base)
+static bool count_bus_line(struct buses *buses, const struct candump_line *line, uint16_t base)
 {
     const struct link_frame *frame = &line->frame;
     struct bus *bus = find_bus(buses, line);
@@ -209,7 +209,7 @@ static enum mr_status detect_bus(struct link *link, const char *named, struct er
     enum mr_status status = MR_OK;
     while (room && (status = read_line(link, &text, &length, &whole, error)) == MR_OK) {
         if (candump_log_parse_line(&log, text, length, whole, &line))
-            room = add_to_buses(buses, &line, link->base);
+            room = count_bus_line(buses, &line, link->base);
         else if (!seen[0])
             make_printable(text, length, seen);
     }
@@ -306,7 +306,7 @@ static ssize_t file_read(struct link *link, uint8_t *bytes, size_t size)
 static void follow_board_bus(struct link *link, const struct candump_line *line)
 {
     struct buses buses = {.count = 0};
-    if (!link->is_bus_unknown || !add_to_buses(&buses, line, link->base))
+    if (!link->is_bus_unknown || !count_bus_line(&buses, line, link->base))
         return;
     if (buses.bus[0].hello_count > 0 || !link->log.interface[0])
         memcpy(link->log.interface, buses.bus[0].name, CANDUMP_INTERFACE_SIZE);

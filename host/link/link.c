@@ -73,8 +73,8 @@ enum mr_status link_check(const char *spec, struct error *error)
     return error_set(error, MR_USAGE, "not a link: '%s'; write %s", spec, forms);
 }
 
-enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
-                              struct error *error)
+enum mr_status link_parse_base_number(const char *text, const char *where, uint16_t *base,
+                                      struct error *error)
 {
     bool hex = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
     const char *digits = text + (hex ? 2 : 0);
@@ -93,7 +93,7 @@ enum mr_status link_read_base(const char *text, const char *where, uint16_t *bas
     return MR_OK;
 }
 
-enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error)
+enum mr_status link_split_base(char *spec, uint16_t *base, struct error *error)
 {
     char whole[LINK_SPEC_SIZE];
     char *at = strrchr(spec, ',');
@@ -102,7 +102,7 @@ enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error)
         return MR_OK;
     snprintf(whole, sizeof whole, "%s", spec);
     *at = '\0';
-    return link_read_base(at + sizeof BASE_OPTION - 1, whole, base, error);
+    return link_parse_base_number(at + sizeof BASE_OPTION - 1, whole, base, error);
 }
 
 bool link_is_can(const char *spec)
@@ -218,7 +218,7 @@ enum mr_status link_open(const char *text, enum link_kind kind, struct link **li
     char spec[LINK_SPEC_SIZE];
     uint16_t base = 0;
     snprintf(spec, sizeof spec, "%s", text);
-    if (kind == LINK_CAN && link_parse_base(spec, &base, error) != MR_OK)
+    if (kind == LINK_CAN && link_split_base(spec, &base, error) != MR_OK)
         return error->status;
     return open_spec(spec, kind, base, NULL, 0, link, error);
 }

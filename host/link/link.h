@@ -65,11 +65,11 @@ void link_set_absence_limit(struct link *link, double seconds);
 
 /* Removes ,base=N from a LINK that carries CAN, in place; the base is 0 if there is none. MR_USAGE:
  * N is not a base. */
-enum mr_status link_parse_base(char *spec, uint16_t *base, struct error *error);
+enum mr_status link_split_base(char *spec, uint16_t *base, struct error *error);
 /* Parses a base, decimal or 0x190, which must be the whole of `text`. MR_USAGE: not a base; `where`
  * is the position of the text for the message. */
-enum mr_status link_read_base(const char *text, const char *where, uint16_t *base,
-                              struct error *error);
+enum mr_status link_parse_base_number(const char *text, const char *where, uint16_t *base,
+                                      struct error *error);
 
 /* True if the sender waits until the link is read, so that pausing does not lose data. */
 bool link_sender_waits(const struct link *link);

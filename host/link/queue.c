@@ -22,13 +22,14 @@ struct queue_totals {
     uint64_t item_count, memory_bytes, frame_count, serial_byte_count;
 };
 
-struct piece {
-    struct piece *next;
+struct queue_piece {
+    struct queue_piece *next;
     size_t used; /* number of bytes used in `bytes` */
     struct queue_totals totals_before;
     uint8_t bytes[QUEUE_PIECE_BYTES - 48];
 };
-_Static_assert(sizeof(struct piece) == QUEUE_PIECE_BYTES, "a piece is a whole number of pages");
+_Static_assert(sizeof(struct queue_piece) == QUEUE_PIECE_BYTES,
+               "a piece is a whole number of pages");
 
 struct item_header {
     uint64_t host_us;
@@ -41,7 +42,7 @@ _Static_assert(sizeof(struct item_header) == LINK_QUEUE_ITEM_BYTES,
 
 /* A position in the queue, between two items. */
 struct queue_position {
-    struct piece *piece;
+    struct queue_piece *piece;
     size_t offset;
     struct queue_totals totals;
 };
@@ -54,14 +55,14 @@ struct link_queue {
     bool wants_event, is_stopped, was_full;
     /* largest number of items read so far; after a rewind, items below it are repeated */
     uint64_t most_items_read;
-    struct piece *spare, *oldest; /* oldest: first piece that has not been discarded */
+    struct queue_piece *spare, *oldest; /* oldest: first piece that has not been discarded */
     size_t history_bytes_max;
     struct queue_position write_position, read_position, release_position;
 };
 
-static struct piece *allocate_piece(void)
+static struct queue_piece *allocate_piece(void)
 {
-    void *memory = mmap(NULL, sizeof(struct piece), PROT_READ | PROT_WRITE,
+    void *memory = mmap(NULL, sizeof(struct queue_piece), PROT_READ | PROT_WRITE,
                         MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     return memory == MAP_FAILED ? NULL : memory;
 }
@@ -70,7 +71,7 @@ enum mr_status link_queue_open(size_t capacity, int event_fd, struct link_queue 
                                struct error *error)
 {
     struct link_queue *made = calloc(1, sizeof *made);
-    struct piece *piece = made ? allocate_piece() : NULL;
+    struct queue_piece *piece = made ? allocate_piece() : NULL;
     if (!piece) {
         free(made);
         return error_set(error, MR_FULL,
@@ -93,7 +94,7 @@ void link_queue_close(struct link_queue *queue)
 {
     if (!queue)
         return;
-    for (struct piece *piece = queue->oldest, *next; piece; piece = next) {
+    for (struct queue_piece *piece = queue->oldest, *next; piece; piece = next) {
         next = piece->next;
         munmap(piece, sizeof *piece);
     }
@@ -135,7 +136,7 @@ static bool append_item(struct link_queue *queue, const struct item_header *head
     struct queue_position *end = &queue->write_position;
     bool fits = beyond_capacity || count_held_bytes(queue) + size <= queue->capacity;
     if (fits && end->offset + size > sizeof end->piece->bytes) {
-        struct piece *next = queue->spare ? queue->spare : allocate_piece();
+        struct queue_piece *next = queue->spare ? queue->spare : allocate_piece();
         queue->spare = NULL;
         fits = next != NULL;
         if (next) {
@@ -303,7 +304,7 @@ void link_queue_release(struct link_queue *queue)
            queue->release_position.totals.memory_bytes -
                    queue->oldest->next->totals_before.memory_bytes >=
                queue->history_bytes_max) {
-        struct piece *old = queue->oldest;
+        struct queue_piece *old = queue->oldest;
         queue->oldest = old->next;
         if (queue->spare)
             munmap(old, sizeof *old);
@@ -479,7 +480,7 @@ static void end_reading(struct link_reader *reader, const struct error *reason)
 
 /* Reads the waiting data of the link, up to the limit of one turn. Returns true if there may be
  * more. */
-static bool read_once(struct link_reader *reader)
+static bool read_link_once(struct link_reader *reader)
 {
     struct link_frame frame;
     struct error reason = {0};
@@ -505,7 +506,7 @@ static bool read_once(struct link_reader *reader)
 
 bool link_reader_read(struct link_reader *reader)
 {
-    bool more = !reader->has_ended && read_once(reader);
+    bool more = !reader->has_ended && read_link_once(reader);
     queue_counters(reader);
     return more;
 }
@@ -521,14 +522,14 @@ static void service_link(struct link_reader *reader)
         queue_counters(reader);
 }
 
-static void *run_reader(void *context)
+static void *run_reader_thread(void *context)
 {
     struct link_reader *reader = context;
     while (!atomic_load(&reader->must_stop) && !reader->has_ended) {
         service_link(reader);
         if (reader->has_ended)
             break;
-        bool more = read_once(reader);
+        bool more = read_link_once(reader);
         link_queue_signal(reader->queue);
         struct pollfd polled[] = {{.fd = link_fd(reader->link), .events = POLLIN},
                                   {.fd = reader->wake_fd, .events = POLLIN}};
@@ -566,7 +567,7 @@ enum mr_status link_reader_open(struct link *link, enum link_kind kind, size_t c
             error, MR_IO, "cannot create an eventfd (%s): link %s; check the limits of this system",
             strerror(errno), link_spec(link));
     if (status == MR_OK && !made->is_recording) {
-        int code = pthread_create(&made->thread, NULL, run_reader, made);
+        int code = pthread_create(&made->thread, NULL, run_reader_thread, made);
         made->is_thread_started = code == 0;
         if (code != 0)
             status =

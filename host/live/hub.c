@@ -40,7 +40,7 @@
 
 enum event_kind { EVENT_CONFIGURATION, EVENT_MESSAGES, EVENT_STATE, EVENT_READINGS, EVENT_END };
 
-struct event {
+struct live_event {
     enum event_kind kind;
     char *text;
     size_t length;
@@ -70,7 +70,7 @@ struct live_hub {
     int64_t received_us[LINK_KINDS];
     struct store_link_counts counts[LINK_KINDS];
 
-    struct event event[EVENTS_MAX];
+    struct live_event event[EVENTS_MAX];
     /* the ring contains first_event to next_event - 1, at event[i % EVENTS_MAX] */
     uint64_t first_event, next_event;
     size_t event_bytes;
@@ -319,7 +319,7 @@ enum mr_status live_hub_open(const struct live_source *source, struct live_hub *
 
 static void drop_oldest(struct live_hub *hub)
 {
-    struct event *event = &hub->event[hub->first_event++ % EVENTS_MAX];
+    struct live_event *event = &hub->event[hub->first_event++ % EVENTS_MAX];
     hub->event_bytes -= event->length;
     free(event->text);
     event->text = NULL;
@@ -363,7 +363,7 @@ static void publish_event(struct live_hub *hub, enum event_kind kind, char *json
            (hub->next_event - hub->first_event == EVENTS_MAX ||
             hub->event_bytes + length > EVENT_BYTES_MAX))
         drop_oldest(hub);
-    hub->event[hub->next_event++ % EVENTS_MAX] = (struct event){kind, text, length};
+    hub->event[hub->next_event++ % EVENTS_MAX] = (struct live_event){kind, text, length};
     hub->event_bytes += length;
     pthread_cond_broadcast(&hub->event_added);
 }
@@ -425,7 +425,7 @@ static json_t *make_state_json(const struct live_hub *hub)
 }
 
 /* Publishes all events that are due. The caller holds the lock. */
-static void publish_due(struct live_hub *hub)
+static void publish_due_events(struct live_hub *hub)
 {
     int64_t now = monotonic_ms();
     if (hub->buckets.restart_count != hub->restart_count) {
@@ -445,10 +445,10 @@ static void publish_due(struct live_hub *hub)
     }
 }
 
-void live_hub_publish_due(struct live_hub *hub)
+void live_hub_publish_due_events(struct live_hub *hub)
 {
     pthread_mutex_lock(&hub->lock);
-    publish_due(hub);
+    publish_due_events(hub);
     pthread_mutex_unlock(&hub->lock);
 }
 
@@ -624,7 +624,7 @@ void live_hub_add_message(struct live_hub *hub, const struct collector_event *ev
     hub->received_us[event->link] = (int64_t)event->host_us;
     if (live_buckets_advance(&hub->buckets, event->link, block)) {
         discard_landing(hub, true);
-        publish_due(hub);
+        publish_due_events(hub);
     }
     struct mr_config config;
     if (m->index == MR_INDEX_CONFIG_IMAGE &&
@@ -660,10 +660,10 @@ void live_hub_add_record(struct live_hub *hub, const struct mr_block *record, in
     hub->received_us[LINK_SERIAL] = host_us;
     if (live_buckets_advance(&hub->buckets, LINK_SERIAL, record->index)) {
         discard_landing(hub, true);
-        publish_due(hub);
+        publish_due_events(hub);
     }
     live_buckets_add_record(&hub->buckets, record);
-    /* data of a campaign may arrive faster than live_hub_publish_due is called */
+    /* data of a campaign may arrive faster than live_hub_publish_due_events is called */
     if (hub->buckets.closed_count >= BUCKETS_PER_EVENT)
         publish_readings(hub);
     pthread_mutex_unlock(&hub->lock);
@@ -752,7 +752,7 @@ char *live_hub_wait_event(struct live_hub *hub, struct live_viewer *viewer, int 
     if (viewer->needs_snapshot) {
         text = make_snapshot_event(hub, viewer, length);
     } else if (viewer->next_event < hub->next_event) {
-        const struct event *event = &hub->event[viewer->next_event++ % EVENTS_MAX];
+        const struct live_event *event = &hub->event[viewer->next_event++ % EVENTS_MAX];
         text = malloc(event->length + 1);
         *length = event->length;
         if (text)

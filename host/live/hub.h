@@ -40,7 +40,7 @@ void live_hub_add_outcome(struct live_hub *hub, const char *words);
 void live_hub_set_counts(struct live_hub *hub, enum link_kind kind,
                          const struct store_link_counts *counts);
 /* Creates the events that are due. Call it at least 20 times a second. */
-void live_hub_publish_due(struct live_hub *hub);
+void live_hub_publish_due_events(struct live_hub *hub);
 
 /* Returns {"configuration", "messages", "state"} as text, which the caller frees; NULL: no
  * memory. */

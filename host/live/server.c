@@ -35,13 +35,13 @@ struct live_server {
     char url[LIVE_URL_MAX];
 };
 
-struct request {
+struct command_request {
     char body[COMMAND_BODY_BYTES_MAX + 1];
     size_t length;
     bool is_too_long;
 };
 
-struct stream {
+struct event_stream {
     struct live_server *server;
     struct live_hub *hub;
     struct live_viewer viewer;
@@ -125,7 +125,7 @@ static bool is_token_valid(const struct live_server *server, const char *token)
 
 static ssize_t stream_read(void *context, uint64_t position, char *out, size_t most)
 {
-    struct stream *stream = context;
+    struct event_stream *stream = context;
     (void)position;
     if (!stream->text) {
         stream->sent_length = 0;
@@ -153,7 +153,7 @@ static ssize_t stream_read(void *context, uint64_t position, char *out, size_t m
 
 static void stream_free(void *context)
 {
-    struct stream *stream = context;
+    struct event_stream *stream = context;
     stream->server->stream_count--;
     free(stream->text);
     free(stream);
@@ -161,7 +161,7 @@ static void stream_free(void *context)
 
 static enum MHD_Result serve_events(struct live_server *server, struct MHD_Connection *connection)
 {
-    struct stream *stream = calloc(1, sizeof *stream);
+    struct event_stream *stream = calloc(1, sizeof *stream);
     if (!stream)
         return respond_text(connection, MHD_HTTP_SERVICE_UNAVAILABLE, "no memory\n");
     stream->server = server;
@@ -213,7 +213,7 @@ static unsigned run_command(struct live_server *server, const json_t *body, json
 }
 
 static enum MHD_Result serve_command(struct live_server *server, struct MHD_Connection *connection,
-                                     const struct request *request)
+                                     const struct command_request *request)
 {
     const char *origin = get_request_header(connection, "Origin"),
                *type = get_request_header(connection, "Content-Type");
@@ -255,7 +255,7 @@ static enum MHD_Result serve_get(struct live_server *server, struct MHD_Connecti
     return respond_text(connection, MHD_HTTP_NOT_FOUND, "no such page\n");
 }
 
-static void append_body(struct request *request, const char *data, size_t size)
+static void append_body(struct command_request *request, const char *data, size_t size)
 {
     request->is_too_long = request->is_too_long || size > COMMAND_BODY_BYTES_MAX - request->length;
     if (request->is_too_long)
@@ -269,7 +269,7 @@ static enum MHD_Result serve_request(void *context, struct MHD_Connection *conne
                                      const char *data, size_t *size, void **kept)
 {
     struct live_server *server = context;
-    struct request *request = *kept;
+    struct command_request *request = *kept;
     (void)version;
     if (!request) { /* only the headers have arrived, not the body */
         *kept = calloc(1, sizeof *request);
@@ -412,7 +412,7 @@ void live_update(struct live *live, const struct collector *collector)
     collector_get_progress(collector, &progress);
     for (int kind = 0; kind < LINK_KINDS; kind++)
         live_hub_set_counts(live->hub, (enum link_kind)kind, &progress.counts[kind]);
-    live_hub_publish_due(live->hub);
+    live_hub_publish_due_events(live->hub);
 }
 
 bool live_pop_command(struct live *live, struct mr_command *command)

@@ -662,7 +662,7 @@ static enum mr_status save_removed_campaign(struct logger *logger, enum store_fi
                  logger->removal_text, why.text[0] ? why.text : "no writable folder");
         return MR_OK;
     }
-    const struct store_file_identity before = logger->watch.identity;
+    const struct store_file_identity before = logger->watch.file_identity;
     const bool shared = place == STORE_FILE_NO_INDEX;
     enum mr_status status = continue_in_copy(logger, saved, shared, error);
     if (status == MR_OK) {

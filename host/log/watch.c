@@ -222,7 +222,7 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
     char path[sizeof watch->campaign_path];
     pthread_mutex_lock(&watch->lock);
     bool must_check = now || at_us - watch->file_checked_us >= FILE_CHECK_PERIOD_US;
-    struct store_file_identity identity = watch->identity;
+    struct store_file_identity identity = watch->file_identity;
     memcpy(path, watch->campaign_path, sizeof path);
     pthread_mutex_unlock(&watch->lock);
     if (!must_check)
@@ -231,12 +231,12 @@ static void check_file(struct watch *watch, uint64_t at_us, bool now)
     pthread_mutex_lock(&watch->lock);
     watch->file_checked_us = at_us;
     if (strcmp(path, watch->campaign_path) == 0 &&
-        identity.file_inode == watch->identity.file_inode)
+        identity.file_inode == watch->file_identity.file_inode)
         watch->file_state = place;
     pthread_mutex_unlock(&watch->lock);
 }
 
-static void *watch_thread(void *context)
+static void *run_watch_thread(void *context)
 {
     struct watch *watch = context;
     pthread_mutex_lock(&watch->lock);
@@ -280,7 +280,7 @@ enum mr_status watch_begin(struct watch *watch, struct link_reader *const reader
     memcpy(watch->reader, reader, sizeof watch->reader);
     pthread_mutex_unlock(&watch->lock);
     watch_set_path(watch, path);
-    watch->is_running = pthread_create(&watch->thread, NULL, watch_thread, watch) == 0;
+    watch->is_running = pthread_create(&watch->thread, NULL, run_watch_thread, watch) == 0;
     return watch->is_running
              ? MR_OK
              : error_set(error, MR_IO,
@@ -306,7 +306,7 @@ void watch_set_path(struct watch *watch, const char *path)
 {
     pthread_mutex_lock(&watch->lock);
     snprintf(watch->campaign_path, sizeof watch->campaign_path, "%s", path);
-    store_file_identity_get(path, &watch->identity);
+    store_file_identity_get(path, &watch->file_identity);
     watch->file_state = STORE_FILE_SAME;
     pthread_mutex_unlock(&watch->lock);
 }

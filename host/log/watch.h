@@ -41,7 +41,7 @@ struct watch {
     uint64_t caught_up_us;          /* last time at which the queues were almost empty */
     uint64_t end_requested_us;      /* time at which the end was requested; 0: not yet */
     char campaign_path[4096];
-    struct store_file_identity identity;
+    struct store_file_identity file_identity;
     enum store_file_state file_state;
     uint64_t file_checked_us;
 

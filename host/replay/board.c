@@ -25,11 +25,11 @@
 enum { FILE_REPLAY, FILE_CAN, FILE_SERIAL, FILE_BOARD_TEXT, FILE_FLASH, REPLAY_FILE_COUNT };
 
 /* Links to the files in the directory: "file:" and the path. */
-struct paths {
+struct replay_paths {
     char link[REPLAY_FILE_COUNT][320];
 };
 
-static void make_paths(struct paths *paths, const char *directory)
+static void make_paths(struct replay_paths *paths, const char *directory)
 {
     static const char *const names[REPLAY_FILE_COUNT] = {"replay.txt", "can.log", "serial.bin",
                                                          "board.txt", "flash.bin"};
@@ -37,13 +37,14 @@ static void make_paths(struct paths *paths, const char *directory)
         snprintf(paths->link[i], sizeof paths->link[i], "file:%s/%s", directory, names[i]);
 }
 
-static const char *get_file_path(const struct paths *paths, unsigned file)
+static const char *get_file_path(const struct replay_paths *paths, unsigned file)
 {
     return paths->link[file] + 5;
 }
 
-static enum mr_status start_board(const struct replay_board *board, const struct paths *paths,
-                                  pid_t *child, struct error *error)
+static enum mr_status start_board(const struct replay_board *board,
+                                  const struct replay_paths *paths, pid_t *child,
+                                  struct error *error)
 {
     char can_base[20];
     snprintf(can_base, sizeof can_base, "%u", board->can_base);
@@ -106,7 +107,7 @@ enum mr_status replay_board_check(const struct replay_board *board, struct error
     return MR_OK;
 }
 
-static enum mr_status run_board(const struct replay_board *board, const struct paths *paths,
+static enum mr_status run_board(const struct replay_board *board, const struct replay_paths *paths,
                                 struct error *error)
 {
     char output_fd[400];
@@ -175,7 +176,7 @@ static enum mr_status collect_links(struct collector *collector,
     return status;
 }
 
-static enum mr_status store_answers(const struct paths *paths, uint16_t can_base,
+static enum mr_status store_answers(const struct replay_paths *paths, uint16_t can_base,
                                     struct store *store, struct error *error)
 {
     struct link *link[LINK_KINDS] = {NULL, NULL};
@@ -198,7 +199,7 @@ static enum mr_status store_answers(const struct paths *paths, uint16_t can_base
 enum mr_status replay_board_run(const struct replay_board *board, const char *directory,
                                 struct store **answers, int64_t *run, struct error *error)
 {
-    struct paths paths;
+    struct replay_paths paths;
     struct store *store = NULL;
     struct store_landing *landings = NULL;
     size_t count = 0;

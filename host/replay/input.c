@@ -30,7 +30,7 @@
 
 /* ---- the board's messages ---- */
 
-struct loader {
+struct message_loader {
     struct board_messages *answers;
     int link;
     /* block of the newest state change on the link; while idle, few other messages contain a
@@ -54,7 +54,7 @@ static void handle_board_type(struct board_messages *answers, uint32_t id, const
 
 static enum mr_status handle_frame(void *context, const struct store_frame *frame)
 {
-    struct loader *loading = context;
+    struct message_loader *loading = context;
     struct board_messages *answers = loading->answers;
     size_t *count = &answers->message_count[loading->link];
     const struct mr_message_info *info = frame->id < 0x800 ? mr_message_find((uint16_t)frame->id)
@@ -91,7 +91,7 @@ static enum mr_status handle_frame(void *context, const struct store_frame *fram
 static enum mr_status handle_block(void *context, const uint8_t *record, size_t length, int link)
 {
     (void)link;
-    struct loader *loading = context;
+    struct message_loader *loading = context;
     struct board_messages *answers = loading->answers;
     if (answers->block_count == loading->capacity)
         return error_set(loading->error, MR_MALFORMED,
@@ -107,7 +107,7 @@ static enum mr_status handle_block(void *context, const uint8_t *record, size_t 
     return MR_OK;
 }
 
-static enum mr_status load_blocks(struct store *store, struct loader *loading)
+static enum mr_status load_blocks(struct store *store, struct message_loader *loading)
 {
     int64_t count;
     enum mr_status status = store_blocks_count(store, loading->run, &count, loading->error);
@@ -121,7 +121,7 @@ static enum mr_status load_blocks(struct store *store, struct loader *loading)
 enum mr_status board_messages_load(struct store *store, int64_t run, struct board_messages *answers,
                                    struct error *error)
 {
-    struct loader loading = {
+    struct message_loader loading = {
         .answers = answers, .run = run, .path = store_path(store), .error = error};
     *answers = (struct board_messages){0};
     enum mr_status status = store_landing_get(store, run, &answers->landing, error);
@@ -147,12 +147,12 @@ void board_messages_free(struct board_messages *answers)
 
 /* ---- the input file ---- */
 
-struct writer {
+struct replay_writer {
     FILE *file;
     uint32_t crc;
 };
 
-__attribute__((format(printf, 2, 3))) static void put_line(struct writer *writer,
+__attribute__((format(printf, 2, 3))) static void put_line(struct replay_writer *writer,
                                                            const char *format, ...)
 {
     char line[2 * MR_BLOCK_BYTES_MAX + 40];
@@ -225,14 +225,14 @@ struct command_row {
     int64_t block;
     struct mr_command message;
 };
-struct commands {
+struct command_list {
     /* no fixed limit: other programs may have sent any number of commands */
     struct command_row *row;
     size_t count;
     bool is_armed, has_ended;
 };
 
-static bool add_command(struct commands *commands, int64_t block, struct mr_command message)
+static bool add_command(struct command_list *commands, int64_t block, struct mr_command message)
 {
     if (!list_grow(&commands->row, commands->count, sizeof *commands->row))
         return false;
@@ -266,7 +266,7 @@ static int32_t get_command_argument(const struct board_messages *recorded, const
 
 /* Collects the commands from their answers. If a command ends the landing, its answer arrives after
  * the end, so the command is derived from the landing's state instead. */
-static bool collect_commands(const struct board_messages *recorded, struct commands *commands)
+static bool collect_commands(const struct board_messages *recorded, struct command_list *commands)
 {
     enum link_kind link = find_command_link(recorded);
     struct mr_mark mark = {0};
@@ -311,7 +311,7 @@ static bool collect_commands(const struct board_messages *recorded, struct comma
 
 /* Writes the zeros that were measured before the landing, bit for bit. Configured zeros are in the
  * image. */
-static void put_zeros(struct writer *writer, const struct board_messages *recorded,
+static void put_zeros(struct replay_writer *writer, const struct board_messages *recorded,
                       struct replay_input *input)
 {
     struct mr_channel_zero zero[MR_CHANNELS] = {{0}};
@@ -339,7 +339,7 @@ static void put_zeros(struct writer *writer, const struct board_messages *record
 
 /* Writes the runway with which the landing was armed. Without one in the database, the board has a
  * new runway, with the survey. */
-static enum mr_status put_runway(struct writer *writer, struct store *store,
+static enum mr_status put_runway(struct replay_writer *writer, struct store *store,
                                  const struct board_messages *recorded, struct replay_input *input,
                                  struct error *error)
 {
@@ -365,7 +365,7 @@ static enum mr_status put_runway(struct writer *writer, struct store *store,
 
 /* Writes the chart and the plan with which the landing was armed, if any: the last ones before
  * it. */
-static enum mr_status put_chart(struct writer *writer, struct store *store,
+static enum mr_status put_chart(struct replay_writer *writer, struct store *store,
                                 const struct board_messages *recorded, struct error *error)
 {
     struct mr_risk_plan plan;
@@ -391,11 +391,11 @@ static enum mr_status put_chart(struct writer *writer, struct store *store,
     return MR_OK;
 }
 
-static enum mr_status put_commands(struct writer *writer, struct store *store,
+static enum mr_status put_commands(struct replay_writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)
 {
-    struct commands commands = {0};
+    struct command_list commands = {0};
     struct store_segment *segment;
     size_t segments;
     enum mr_status status = store_segments(store, recorded->landing.id, &segment, &segments, error);
@@ -455,7 +455,7 @@ static uint64_t compute_capture_tick(double board_us, int64_t tick, const struct
 
 /* Writes edges, film frames, brake and wheel. They are numbered from arming on, so their times
  * rise. Captures that the board rejected as noise are not included. */
-static enum mr_status put_captures(struct writer *writer, struct store *store,
+static enum mr_status put_captures(struct replay_writer *writer, struct store *store,
                                    const struct board_messages *recorded,
                                    struct replay_input *input, struct error *error)
 {
@@ -487,7 +487,7 @@ static enum mr_status put_captures(struct writer *writer, struct store *store,
 
 /* ---- the file ---- */
 
-static void put_block(struct writer *writer, struct mr_block block, int64_t shift_blocks)
+static void put_block(struct replay_writer *writer, struct mr_block block, int64_t shift_blocks)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
     char hex[2 * MR_BLOCK_BYTES_MAX + 1];
@@ -508,7 +508,7 @@ static int64_t shift_blocks(int64_t armed_block)
              : 0;
 }
 
-static enum mr_status write_replay_lines(struct writer *writer, struct store *store,
+static enum mr_status write_replay_lines(struct replay_writer *writer, struct store *store,
                                          const struct board_messages *recorded,
                                          struct replay_input *input, struct error *error)
 {
@@ -541,7 +541,7 @@ enum mr_status replay_input_write(struct store *store, const struct board_messag
         .armed_block = recorded->landing.armed_block,
         .uses_crystal = recorded->landing.clock_source != HELLO_CLOCK_INTERNAL,
     };
-    struct writer writer = {.file = fopen(path, "w")};
+    struct replay_writer writer = {.file = fopen(path, "w")};
     if (!writer.file)
         return error_set(error, MR_IO, "cannot write: %s; check the folder for temporary files",
                          path);

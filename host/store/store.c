@@ -455,7 +455,7 @@ enum store_refusal store_refusal_pop(struct store *store)
 
 void store_roll_back(struct store *store)
 {
-    store->buffered_count = 0;
+    store->buffered_frame_count = 0;
     store_for_each_statement(store, sqlite3_reset);
     if (!sqlite3_get_autocommit(store->database))
         sqlite3_exec(store->database, "ROLLBACK", NULL, NULL, NULL);
@@ -546,15 +546,16 @@ static enum mr_status read_file_header(const struct store *store, struct store_f
 static int write_guarded(sqlite3_file *file, const void *bytes, int length, sqlite3_int64 at)
 {
     const struct store_guard *guard = (const struct store_guard *)file->pMethods;
-    return store_is_overwritten(guard->store) ? SQLITE_IOERR_WRITE
-                                              : guard->original->xWrite(file, bytes, length, at);
+    return store_is_overwritten(guard->store)
+             ? SQLITE_IOERR_WRITE
+             : guard->original_methods->xWrite(file, bytes, length, at);
 }
 
 static int truncate_guarded(sqlite3_file *file, sqlite3_int64 length)
 {
     const struct store_guard *guard = (const struct store_guard *)file->pMethods;
     return store_is_overwritten(guard->store) ? SQLITE_IOERR_TRUNCATE
-                                              : guard->original->xTruncate(file, length);
+                                              : guard->original_methods->xTruncate(file, length);
 }
 
 /* Makes every write of SQLite check for an overwritten file. A check before each transaction would
@@ -562,7 +563,7 @@ static int truncate_guarded(sqlite3_file *file, sqlite3_int64 length)
 static void install_write_guard(struct store *store)
 {
     sqlite3_file *file = NULL;
-    if (store->guard.original ||
+    if (store->guard.original_methods ||
         sqlite3_file_control(store->database, "main", SQLITE_FCNTL_FILE_POINTER, &file) !=
             SQLITE_OK ||
         !file || !file->pMethods)

@@ -43,7 +43,8 @@ static enum mr_status put_full_buffer(struct store *store, struct error *error)
     int at = 1;
     for (unsigned i = 0; i < STORE_FRAMES_PER_STATEMENT && status == MR_OK; i++) {
         if (store_bind_row(store->insert_frames, store_table(STORE_TABLE_frame_row), NULL,
-                           &store->buffered[i].row, STORE_WRITTEN_MERGE_RULES, &at) != SQLITE_OK)
+                           &store->buffered_frames[i].row, STORE_WRITTEN_MERGE_RULES,
+                           &at) != SQLITE_OK)
             status = store_set_error(store, "use", error);
     }
     if (status != MR_OK)
@@ -57,19 +58,19 @@ static enum mr_status put_full_buffer(struct store *store, struct error *error)
 enum mr_status store_frames_flush(struct store *store, struct error *error)
 {
     enum mr_status status = MR_OK;
-    unsigned count = store->buffered_count;
-    store->buffered_count = 0;
+    unsigned count = store->buffered_frame_count;
+    store->buffered_frame_count = 0;
     if (count == STORE_FRAMES_PER_STATEMENT)
         return put_full_buffer(store, error);
     for (unsigned i = 0; i < count && status == MR_OK; i++)
-        status = STORE_PUT(store, error, frame_row, &store->buffered[i].row);
+        status = STORE_PUT(store, error, frame_row, &store->buffered_frames[i].row);
     return status;
 }
 
 enum mr_status store_frame_put(struct store *store, int64_t session,
                                const struct store_frame *frame, struct error *error)
 {
-    struct store_buffered_frame *waiting = &store->buffered[store->buffered_count];
+    struct store_buffered_frame *waiting = &store->buffered_frames[store->buffered_frame_count];
     /* only a serial frame is that long, which is rare */
     if (frame->length > sizeof waiting->data) {
         const struct store_frame_row row = make_frame_row(session, frame, frame->data);
@@ -79,8 +80,9 @@ enum mr_status store_frame_put(struct store *store, int64_t session,
     if (frame->length)
         memcpy(waiting->data, frame->data, frame->length);
     waiting->row = make_frame_row(session, frame, waiting->data);
-    return ++store->buffered_count == STORE_FRAMES_PER_STATEMENT ? store_frames_flush(store, error)
-                                                                 : MR_OK;
+    return ++store->buffered_frame_count == STORE_FRAMES_PER_STATEMENT
+             ? store_frames_flush(store, error)
+             : MR_OK;
 }
 
 enum mr_status store_newest_frame(struct store *store, int64_t *mark, struct error *error)

@@ -239,7 +239,7 @@ struct store_file_header {
 struct store_guard {
     /* must be the first field: SQLite's pointer to the methods is cast to this struct */
     sqlite3_io_methods methods;
-    const sqlite3_io_methods *original;
+    const sqlite3_io_methods *original_methods;
     struct store *store;
 };
 
@@ -256,8 +256,8 @@ struct store {
     bool checkpoint_at_close; /* store_close writes the journal back */
     char copy_folder[STORE_TEXT_SIZE]; /* folder with the copy that is read instead; "": none */
     sqlite3_stmt *insert_frames;
-    struct store_buffered_frame buffered[STORE_FRAMES_PER_STATEMENT];
-    unsigned buffered_count;
+    struct store_buffered_frame buffered_frames[STORE_FRAMES_PER_STATEMENT];
+    unsigned buffered_frame_count;
     /* number of steps since a statement started while no other one was running */
     int64_t sql_step_count;
     struct store_file_header header; /* header at the last check; file_bytes 0: not checked yet */

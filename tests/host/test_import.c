@@ -34,7 +34,8 @@ TEST(bits_lie_as_dbc_says)
         struct link_frame frame = cases[i].frame;
         double value = 0.0;
         frame.id = 1;
-        assert_int_equal(signal_value(&cases[i].signal, &frame, &value), !isnan(cases[i].value));
+        assert_int_equal(signal_extract_value(&cases[i].signal, &frame, &value),
+                         !isnan(cases[i].value));
         assert_true(isnan(cases[i].value) || value == cases[i].value);
     }
     assert_false(signal_fits_frame(
@@ -49,13 +50,13 @@ TEST(samples_become_blocks)
     float reading[100];
     /* five in a block: 0.1, 0.3 ... 0.9 ms: their mean is the middle's, at 0.5 ms */
     for (int i = 0; i < 500; i++)
-        series_add(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4);
+        series_add_sample(&fast, (i + 0.5) * 2e-4, 10.0 * (i + 0.5) * 2e-4);
     import_resample(&fast, 0.0, 200.0, 300.0, 0, 100, reading);
     for (int i = 0; i < 100; i++)
         assert_near((double)reading[i], 10.0 * (i + 0.5) * 1e-3, 1e-7);
     for (int i = 0; i < 25; i++) {
         if (i != 10)
-            series_add(&slow, i * 4e-3, 3.0 - i * 4e-3);
+            series_add_sample(&slow, i * 4e-3, 3.0 - i * 4e-3);
     }
     /* the middle of a block is 437.5 us after its beginning */
     import_resample(&slow, 437.5, 4000.0, 6000.0, 0, 100, reading);
