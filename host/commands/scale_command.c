@@ -278,7 +278,7 @@ static double find_default(const struct request *request, const struct sim_key *
 {
     struct sim_scene plain;
     double value;
-    sim_scene_defaults(&plain);
+    sim_scene_set_defaults(&plain);
     if (key->kind != SIM_KEY_REAL || find_factor(request, key->unit) == 1.0)
         return 0.0;
     memcpy(&value, (const char *)&plain + key->offset, sizeof value);

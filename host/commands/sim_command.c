@@ -117,7 +117,7 @@ static void request_history(struct request *request, const struct sim_scene *sce
 static int show_keys(const struct cli *cli)
 {
     if (cli->json)
-        return cli_print_json(sim_scene_keys(), 0);
+        return cli_print_json(sim_scene_keys_to_json(), 0);
     sim_scene_print_keys(stdout);
     return 0;
 }

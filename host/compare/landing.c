@@ -67,7 +67,7 @@ static void set_gaps(const struct zones_slack *survey, struct sim_scene *scene)
          * avoid rounding errors. */
         size_t segment =
             (size_t)((station_ft + 0.5 * scene->length_ft) / (double)MR_SEGMENT_LENGTH_FT);
-        gap_ft[j] = sim_scene_joint(&scene->gap0_ft, (int)j + 1);
+        gap_ft[j] = sim_scene_joint_value(&scene->gap0_ft, (int)j + 1);
         if (segment < MR_SEGMENTS && !isnan(survey->slack_in[segment]))
             gap_ft[j] = (double)survey->slack_in[segment] / MR_MATS_PER_SEGMENT / IN_PER_FT;
     }
@@ -186,11 +186,13 @@ static void draw_runways(struct compare_model *model)
         struct draw_generator gaps = draw_stream_begin(c->first_seed + seed, DRAW_GAPS),
                               closing = draw_stream_begin(c->first_seed + seed, DRAW_CLOSING);
         for (size_t j = 0; j < model->joint_count; j++) {
-            gap_ft[j] = model->is_ensemble ? fmin(draw_from_range(&gaps, c->gap_in) / IN_PER_FT,
-                                                  c->landings[0].scene.slack_ft)
-                                           : sim_scene_joint(&model->scene.gap0_ft, (int)j + 1);
-            closing_lb[j] = model->is_ensemble ? draw_from_range(&closing, c->closing_lb)
-                                               : sim_scene_joint(&model->scene.grit_lb, (int)j + 1);
+            gap_ft[j] = model->is_ensemble
+                          ? fmin(draw_from_range(&gaps, c->gap_in) / IN_PER_FT,
+                                 c->landings[0].scene.slack_ft)
+                          : sim_scene_joint_value(&model->scene.gap0_ft, (int)j + 1);
+            closing_lb[j] = model->is_ensemble
+                              ? draw_from_range(&closing, c->closing_lb)
+                              : sim_scene_joint_value(&model->scene.grit_lb, (int)j + 1);
         }
     }
 }

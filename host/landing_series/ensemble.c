@@ -298,9 +298,9 @@ static void apply_scene_mods(struct runway *r, const struct sim_scene *scene)
     r->mods.torn = (struct sim_list){0};
     mods_free_lists(&r->mods);
     r->mods = scene->mods;
-    struct sim_list *lists[MODS_LISTS];
+    struct sim_list *lists[MODS_LIST_COUNT];
     mods_collect_lists(&r->mods, lists);
-    for (size_t i = 0; i < MODS_LISTS; i++)
+    for (size_t i = 0; i < MODS_LIST_COUNT; i++)
         copy_scene_list(lists[i]); /* the originals belong to the series, so every list is copied */
     if (torn.count > 0) {
         free(r->mods.torn.values);
@@ -389,7 +389,7 @@ static double compute_lift_ratio(const struct runway *r, const struct sim_scene 
  * them, and their joints rise without compression. */
 static bool has_tipping_stiffeners(const struct sim_scene *scene)
 {
-    return scene->mods.stiff_span > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
+    return scene->mods.stiff_span_mats > 1 && scene->mods.stiff_kt_lb_ft_rad > 0.0 &&
            scene->wheel_load_lb > 0.0;
 }
 
@@ -419,9 +419,10 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
                           const struct sim_result *result, bool folded, struct series_outcome *out)
 {
     out->has_planar_run = true;
-    if (result->first_crest > 0 && result->first_crest_wheel > 0) {
-        out->first_buckle_station_ft = get_joint_station_ft(scene, (size_t)result->first_crest - 1);
-        out->first_buckle_ahead_mats = result->first_crest - result->first_crest_wheel;
+    if (result->first_crest_node > 0 && result->first_crest_wheel_mat > 0) {
+        out->first_buckle_station_ft = get_joint_station_ft(scene,
+                                                            (size_t)result->first_crest_node - 1);
+        out->first_buckle_ahead_mats = result->first_crest_node - result->first_crest_wheel_mat;
     }
     if (folded) {
         out->is_buckled = true;
@@ -431,21 +432,22 @@ static void record_planar(const struct runway *r, const struct sim_scene *scene,
         out->failure_station_ft[0] = out->buckle_station_ft;
         return;
     }
-    record_waves(r, scene, result->rise_ft, out);
+    record_waves(r, scene, result->max_rise_ft, out);
     out->crest_angle_deg = result->crest_deg;
     out->sag_angle_deg = result->sag_deg;
     out->is_unhinged = result->sag_deg > r->series->unhinge_deg;
     out->is_buckled = out->is_unhinged || out->wave_rise_in >= r->series->buckle_in;
     out->overrun_count = result->overrun_count;
     for (int i = 0; i < result->overrun_count; i++)
-        out->overrun_station_ft[i] = get_joint_station_ft(scene, (size_t)result->overrun[i] - 1);
+        out->overrun_station_ft[i] = get_joint_station_ft(scene,
+                                                          (size_t)result->overrun_nodes[i] - 1);
     if (out->is_buckled)
         out->buckle_station_ft = out->overrun_count > 0 ? out->overrun_station_ft[0]
                                : out->wave_count > 0
                                    ? out->wave_station_ft
                                    : get_joint_station_ft(scene, (size_t)result->sag_joint - 1);
     out->failure_count = series_find_failures(
-        result->rise_ft, r->joint_count, scene->length_ft, r->series->buckle_in / IN_PER_FT,
+        result->max_rise_ft, r->joint_count, scene->length_ft, r->series->buckle_in / IN_PER_FT,
         out->overrun_station_ft, out->overrun_count, out->failure_station_ft);
     if (out->is_buckled && out->failure_count == 0)
         out->failure_station_ft[out->failure_count++] = out->buckle_station_ft;
@@ -485,9 +487,9 @@ static void record_joints(const struct runway *r, const struct sim_result *resul
 {
     double most_lb = get_joint_strength_lb(r);
     for (size_t j = 0; j < r->joint_count; j++) {
-        out->compression_lb = fmax(out->compression_lb, result->push_lb[j + 1]);
-        out->tension_lb = fmax(out->tension_lb, result->pull_lb[j + 1]);
-        out->torn_joints += result->pull_lb[j + 1] > most_lb;
+        out->compression_lb = fmax(out->compression_lb, result->max_push_lb[j + 1]);
+        out->tension_lb = fmax(out->tension_lb, result->max_pull_lb[j + 1]);
+        out->torn_joints += result->max_pull_lb[j + 1] > most_lb;
     }
 }
 
@@ -527,7 +529,7 @@ static void record_bands(const struct sim_scene *scene, const struct mods_state 
 {
     size_t segment = 0;
     for (int g = 0; g < SIM_BAND_GROUPS && state; g++) {
-        int connections = mods_connections(scene, g);
+        int connections = mods_connection_count(scene, g);
         for (int i = 0; i <= connections && connections > 0; i++)
             out->slack_band_segments += state->band_min_lb[segment++] <= 0.0;
     }
@@ -577,7 +579,7 @@ static enum mr_status simulate_landing_once(struct runway *r, const struct serie
     struct sim_result chain = {0}, planar = {0};
     if (c->engine != SERIES_ENGINE_PLANAR &&
         run_engine(r, landing, SIM_MODEL_CHAIN, path, first, out, &chain, error) == MR_OK)
-        out->lift_ratio = compute_lift_ratio(r, scene, chain.push_lb);
+        out->lift_ratio = compute_lift_ratio(r, scene, chain.max_push_lb);
     bool asked = c->engine == SERIES_ENGINE_PLANAR ||
                  (c->engine == SERIES_ENGINE_AUTO &&
                   (out->lift_ratio > c->planar_min_lift_share || has_tipping_stiffeners(scene)));

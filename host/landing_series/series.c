@@ -366,7 +366,7 @@ static void read_landings(const struct keys *r, const json_t *root, const json_t
                 break;
             }
             struct series_landing *landing = &c->landings[c->landing_count++];
-            sim_scene_defaults(&landing->scene);
+            sim_scene_set_defaults(&landing->scene);
             landing->touchdown_ft = (struct series_range){SERIES_DEFAULT_TOUCHDOWN_FT,
                                                           SERIES_DEFAULT_TOUCHDOWN_FT};
             landing->speed_ft_s = (struct series_range){SERIES_DEFAULT_SPEED_FT_S,
@@ -538,9 +538,9 @@ void series_ground_text(const struct landing_series *c, char *text, size_t size)
     const struct sim_scene *s = &c->landings[0].scene;
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");
     double k = *(const double *)((const char *)s + key->offset), axles = 0.0;
-    size_t lines = s->gear.lines_ft.count > 0 ? s->gear.lines_ft.count : 1;
+    size_t lines = s->gear.line_setbacks_ft.count > 0 ? s->gear.line_setbacks_ft.count : 1;
     for (size_t i = 0; i < lines; i++)
-        axles += s->gear.axles.count > 0 ? s->gear.axles.values[i] : 1.0;
+        axles += s->gear.axle_counts.count > 0 ? s->gear.axle_counts.values[i] : 1.0;
     if (k > 0.0)
         snprintf(text, size,
                  "elastic under a gear with weight: %.6g lb/ft per mat and axle, %.6g lb per axle, "

@@ -112,8 +112,8 @@ static void format_failure(const struct sim_result *result, const struct sim_sce
                   "unpredictable: %s: beyond %.*g s, first at mat %d: %d runs that should agree "
                   "diverge there, by up to %.2g ft of movement and %.2g ft of lift; a finer step "
                   "does not help; give a smaller tend",
-                  name, six, result->t_s, result->mat, result->divergence_runs, result->error_u_ft,
-                  result->error_lift_ft);
+                  name, six, result->t_s, result->mat, result->diverging_run_count,
+                  result->error_u_ft, result->error_lift_ft);
     } else {
         format_reason(result, scene, why, sizeof why);
         error_set(error, MR_NUMERICS, "%s: %s: mat %d at %.*g s: %s",
@@ -236,36 +236,38 @@ static size_t find_extreme(const double *values, size_t count, double sign)
 
 static void add_bands(struct answer *answer, const struct mods_state *s)
 {
-    size_t least = find_extreme(s->band_min_lb, s->segments, -1.0),
-           most = find_extreme(s->band_max_lb, s->segments, 1.0);
-    size_t load = find_extreme(s->band_load_lb, s->connections, 1.0),
-           slip = find_extreme(s->band_slip_ft, s->connections, 1.0);
+    size_t least = find_extreme(s->band_min_lb, s->segment_count, -1.0),
+           most = find_extreme(s->band_max_lb, s->segment_count, 1.0);
+    size_t load = find_extreme(s->band_load_lb, s->connection_count, 1.0),
+           slip = find_extreme(s->band_slip_ft, s->connection_count, 1.0);
     size_t slack = 0, out = 0;
-    for (size_t i = 0; i < s->segments; i++)
+    for (size_t i = 0; i < s->segment_count; i++)
         slack += s->band_min_lb[i] < 0.0;
-    for (size_t i = 0; i < s->connections; i++)
+    for (size_t i = 0; i < s->connection_count; i++)
         out += s->band_pulled_out[i] != 0.0;
     answer_value(answer, NULL, "least tension", UNIT_TENSION, fmax(0.0, s->band_min_lb[least]), -4);
-    answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segments, slack);
+    answer_remark(answer, ", in segment %zu of %zu; %zu went slack", least + 1, s->segment_count,
+                  slack);
     answer_value(answer, NULL, "largest tension", UNIT_TENSION, s->band_max_lb[most], -4);
     answer_remark(answer, ", in segment %zu", most + 1);
-    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->error_lb, -2)->digits =
-        JSON_DIGITS;
+    answer_value(answer, "band_error", "error of tension", UNIT_TENSION, s->band_error_lb, -2)
+        ->digits = JSON_DIGITS;
     answer_value(answer, NULL, "largest load", UNIT_TENSION, s->band_load_lb[load], -4);
     answer_remark(answer, ", at the connection at mat %.0f", s->band_mat[load]);
     answer_value(answer, NULL, "largest slip", UNIT_MOVEMENT, s->band_slip_ft[slip], -4);
     answer_remark(answer, ", at the connection at mat %.0f; %zu of %zu connections pulled out",
-                  s->band_mat[slip], out, s->connections);
+                  s->band_mat[slip], out, s->connection_count);
 }
 
 static void add_cleats(struct answer *answer, const struct mods_state *s)
 {
-    size_t worst = find_extreme(s->cleat_left, s->cleats, -1.0);
+    size_t worst = find_extreme(s->cleat_left, s->cleat_count, -1.0);
     double sum = 0.0;
-    for (size_t i = 0; i < s->cleats; i++)
+    for (size_t i = 0; i < s->cleat_count; i++)
         sum += s->cleat_left[i];
-    answer_json_value(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleats));
-    answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleats, -3);
+    answer_json_value(answer, "cleat_left", numbers_to_json(s->cleat_left, s->cleat_count));
+    answer_value(answer, NULL, "holding force of cleats", UNIT_NUMBER, sum / (double)s->cleat_count,
+                 -3);
     answer_remark(answer, " of the initial force is left on average, %.3g on mat %.0f",
                   s->cleat_left[worst], s->cleat_mat[worst]);
 }
@@ -273,10 +275,10 @@ static void add_cleats(struct answer *answer, const struct mods_state *s)
 static void add_restraints(struct answer *answer, const struct mods_state *s)
 {
     size_t first = 0;
-    for (int k = 0; k < SIM_RESTRAINTS; first += s->restraints[k++]) {
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; first += s->restraint_counts[k++]) {
         const char *kind = mods_restraint_name(k);
-        const double *load_lb = s->restraint_load_lb + first, *at = s->restraint_at + first;
-        size_t count = s->restraints[k], most = find_extreme(load_lb, count, 1.0);
+        const double *load_lb = s->restraint_load_lb + first, *at = s->restraint_places + first;
+        size_t count = s->restraint_counts[k], most = find_extreme(load_lb, count, 1.0);
         char name[24];
         if (count == 0)
             continue;
@@ -301,23 +303,23 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
         return;
     answer_open_group(answer, "mods", "");
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        size_t count = (size_t)mods_connections(scene, g);
+        size_t count = (size_t)mods_connection_count(scene, g);
         if (count == 0)
             continue;
         add_band_group(answer, g, s, segment, connection, count);
         segment += count + 1;
         connection += count;
     }
-    if (s->segments > 0)
+    if (s->segment_count > 0)
         add_bands(answer, s);
-    if (s->cleats > 0)
+    if (s->cleat_count > 0)
         add_cleats(answer, s);
     add_restraints(answer, s);
-    for (size_t j = 1; j <= s->joints; j++)
+    for (size_t j = 1; j <= s->joint_count; j++)
         torn += s->torn[j] != 0.0;
     bool may_tear = scene->mods.tear_lb < HUGE_VAL;
     if (may_tear || scene->mods.torn.count > 0)
-        answer_json_value(answer, "torn", flagged_to_json(s->torn, NULL, s->joints + 1));
+        answer_json_value(answer, "torn", flagged_to_json(s->torn, NULL, s->joint_count + 1));
     if (may_tear || torn > 0)
         answer_count(answer, NULL, "joints torn", (int64_t)torn);
     answer_close_group(answer);
@@ -327,12 +329,12 @@ static void add_mods(struct answer *answer, const struct sim_scene *scene,
 
 size_t sim_output_mat_count(const struct sim_scene *scene)
 {
-    return scene->u_mats.count > 0 ? scene->u_mats.count : (size_t)scene->mats;
+    return scene->output_mats.count > 0 ? scene->output_mats.count : (size_t)scene->mats;
 }
 
 int sim_output_mat(const struct sim_scene *scene, size_t i)
 {
-    return scene->u_mats.count > 0 ? (int)scene->u_mats.values[i] : (int)i + 1;
+    return scene->output_mats.count > 0 ? (int)scene->output_mats.values[i] : (int)i + 1;
 }
 
 static json_t *outputs_to_json(const struct sim_scene *scene, const struct sim_result *result)
@@ -361,8 +363,9 @@ static json_t *outputs_to_json(const struct sim_scene *scene, const struct sim_r
 static void add_outputs(struct answer *answer, const struct sim_scene *scene,
                         const struct sim_result *result)
 {
-    int every = scene->u_mats.count == 0 ? (scene->mats + PRINTED_MATS_MAX - 1) / PRINTED_MATS_MAX
-                                         : 1;
+    int every = scene->output_mats.count == 0
+                  ? (scene->mats + PRINTED_MATS_MAX - 1) / PRINTED_MATS_MAX
+                  : 1;
     answer_json_value(answer, "outputs", outputs_to_json(scene, result));
     for (size_t k = 0; k < result->output_count; k++) {
         char label[40];
@@ -405,17 +408,17 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
     answer_value(answer, "max_lift", lifts ? "largest lift" : NULL, UNIT_MOVEMENT,
                  seen ? result->max_lift_ft : (double)NAN, 4)
         ->digits = 12;
-    bool alike = unsure && (result->divergence_waves == 0 ||
-                            result->divergence_waves == result->divergence_runs);
+    bool alike = unsure && (result->diverging_wave_count == 0 ||
+                            result->diverging_wave_count == result->diverging_run_count);
     if (result->status == SIM_OK || alike || (interrupted && result->bow_wave))
         answer_flag(answer, "bow_wave", lifts ? "bow wave" : NULL, result->bow_wave);
     else
         answer_no_value(answer, "bow_wave", lifts ? "bow wave" : NULL,
                         unsure ? "in some runs" : "none yet");
     if (unsure) {
-        answer_count(answer, "spread_runs", "runs", result->divergence_runs);
+        answer_count(answer, "spread_runs", "runs", result->diverging_run_count);
         answer_count(answer, "spread_waves", lifts ? "runs with a bow wave" : NULL,
-                     result->divergence_waves);
+                     result->diverging_wave_count);
     }
     answer_open_group(answer, "error_estimate", interrupted ? NULL : "");
     answer_value(answer, "u", "error of movement", UNIT_MOVEMENT,
@@ -432,8 +435,9 @@ static void add_extremes(struct answer *answer, const struct sim_scene *scene,
 static void add_active_mats(struct answer *answer, const struct sim_result *result)
 {
     answer_open_group(answer, "active", "integration");
-    answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER, result->mats_mean, 1);
-    answer_count(answer, "mats_max", "integrated mats, max", result->mats_max);
+    answer_value(answer, "mats_mean", "integrated mats, mean", UNIT_NUMBER,
+                 result->integrated_mats_mean, 1);
+    answer_count(answer, "mats_max", "integrated mats, max", result->integrated_mats_max);
     answer_value(answer, "dt", "longest step", UNIT_TIME, result->dt_s, -4)->digits = 9;
     answer_value(answer, "dt_limit", "stability limit", UNIT_TIME, result->dt_limit_s, -4)->digits =
         9;
@@ -441,8 +445,8 @@ static void add_active_mats(struct answer *answer, const struct sim_result *resu
     answer_value(answer, "pass_ms", "time of this run", UNIT_NUMBER, result->pass_ms, 1)->suffix =
         " ms";
     answer_open_list(answer, "left_out", "left out");
-    for (size_t i = 0; result->left_out[i]; i++)
-        answer_sentence(answer, NULL, "%s", result->left_out[i]);
+    for (size_t i = 0; result->left_out_effects[i]; i++)
+        answer_sentence(answer, NULL, "%s", result->left_out_effects[i]);
     answer_close_group(answer);
     answer_open_list(answer, "notes", "notes");
     for (size_t i = 0; result->notes[i][0]; i++)

@@ -404,7 +404,7 @@ static enum mr_status fit_write_scene(const struct fit_landings *list,
     if (!scene)
         return error_set(error, MR_IO,
                          "cannot read the scene again: %s; check that the file exists", from);
-    sim_scene_defaults(&joints);
+    sim_scene_set_defaults(&joints);
     joints.mats = list->landing[0].scene.mats;
     fit_landings_values(list, answer->z, value);
     fit_landings_sample_joints(list, answer->z, find_nearest_draw(list, answer), &joints, &share);

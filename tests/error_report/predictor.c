@@ -161,7 +161,7 @@ static enum mr_status run_chain(const struct runway *runway, const struct gear *
                                           gear->x_ft[gear->nodes - 1], 0.0};
     for (unsigned i = 0; i < STATIONS; i++)
         stations_ft[i] = 10.0 * i * MAT_FT;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = MATS;
     scene.length_ft = MAT_FT;
@@ -170,7 +170,7 @@ static enum mr_status run_chain(const struct runway *runway, const struct gear *
     scene.kl_lb_ft = 2.9e5;
     scene.cl_lb_s_ft = 5.0;
     scene.slack_ft = SLACK_FT;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = AFTER_STOP_S;
     const struct sim_options options = {.dt_s = dt_s,

@@ -59,7 +59,7 @@ static void set_path(struct sim_scene *scene)
 static void set_scene(struct sim_scene *scene, const double value[FIT_KEYS], double *gap_ft,
                       double *grit_lb, struct cheap_random *random)
 {
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     scene->model = SIM_MODEL_CHAIN;
     scene->mats = MATS;
     scene->length_ft = LENGTH_FT;
@@ -67,7 +67,7 @@ static void set_scene(struct sim_scene *scene, const double value[FIT_KEYS], dou
     scene->kl_lb_ft = value[FIT_STIFFNESS];
     scene->cl_lb_s_ft = 5.0;
     scene->slack_ft = SLACK_FT;
-    scene->left = scene->right = SIM_FIXED;
+    scene->left_end = scene->right_end = SIM_END_FIXED;
     scene->friction = value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;

@@ -119,7 +119,7 @@ static void set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
                                           plan[number].long_ft);
     double scale = (double)truth->mats / WHOLE_MATS; /* of lengths; decelerations stay */
     size_t joints = (size_t)truth->mats + 1;
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     scene->model = SIM_MODEL_CHAIN;
     scene->mats = truth->mats;
     scene->length_ft = LENGTH_FT;
@@ -127,7 +127,7 @@ static void set_scene(struct sim_scene *scene, struct truth *truth, size_t numbe
     scene->kl_lb_ft = truth->value[FIT_STIFFNESS];
     scene->cl_lb_s_ft = 5.0;
     scene->slack_ft = SLACK_FT;
-    scene->left = scene->right = SIM_FIXED;
+    scene->left_end = scene->right_end = SIM_END_FIXED;
     scene->friction = truth->value[FIT_FRICTION];
     scene->v0_ft_s = 0.0;
     scene->t_dwell_s = DWELL_S;

@@ -8,10 +8,10 @@
 static inline struct sim_scene beads(void)
 {
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 7;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 0.541296;
     scene.inertia_slug_ft2 = 108.333;
@@ -22,7 +22,7 @@ static inline struct sim_scene beads(void)
     scene.slack_ft = 0.005;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = 40.5972;
-    scene.s0_ft = 2.0;
+    scene.start_ft = 2.0;
     scene.v0_ft_s = 2.0;
     scene.t_end_s = 0.005;
     return scene;

@@ -34,9 +34,9 @@ static inline void form_mat(struct sim_scene *scene)
     scene->g_ft_s2 = FORM_G;
     scene->weight_lb = FORM_W;
     scene->cl_lb_s_ft = 0.0;
-    scene->left = scene->right = SIM_FREE;
+    scene->left_end = scene->right_end = SIM_END_FREE;
     scene->force_lb = scene->vac_ft_s = scene->v0_ft_s = 0.0;
-    scene->s0_ft = 1.0;
+    scene->start_ft = 1.0;
     scene->friction = FORM_F;
     scene->friction_law = SIM_FRICTION_STICK;
 }
@@ -104,7 +104,7 @@ static inline double form_tied_at(const struct form *form, double t_s)
 /* Between walls, without losses: a: stiffness, b: speed, c and d: room to the left and right. */
 static inline void form_box(const struct form *form, struct sim_scene *scene)
 {
-    scene->left = scene->right = SIM_FIXED;
+    scene->left_end = scene->right_end = SIM_END_FIXED;
     scene->friction_law = SIM_FRICTION_NONE;
     scene->slack_ft = 1.0;
     scene->kl_lb_ft = form->a;
@@ -135,7 +135,7 @@ static inline double form_box_at(const struct form *form, double t_s)
  * c: grit. The grit gives elastically, is compacted by what speed is left, and gives back. */
 static inline void form_grit(const struct form *form, struct sim_scene *scene)
 {
-    scene->right = SIM_FIXED;
+    scene->right_end = SIM_END_FIXED;
     scene->friction_law = SIM_FRICTION_NONE;
     scene->slack_ft = 1.0;
     scene->v0_ft_s = form->a;
@@ -165,7 +165,7 @@ static inline double form_grit_at(const struct form *form, double t_s)
 static inline void form_gear(const struct form *form, struct sim_scene *scene)
 {
     scene->force_lb = form->a;
-    scene->element[ELEMENT_gear_ground] = form->b;
+    scene->element_values[ELEMENT_gear_ground] = form->b;
     scene->gear.damping = 1.0;
 }
 
@@ -179,7 +179,7 @@ static inline double form_gear_at(const struct form *form, double t_s)
 static inline void form_spring_back(const struct form *form, struct sim_scene *scene)
 {
     form_gear(form, scene);
-    scene->gear.unloading = form->c;
+    scene->gear.recovered_share = form->c;
     scene->gear.damping = 1.0 / sqrt(form->c);
     scene->force_stop_s = form->d;
 }
@@ -244,7 +244,7 @@ static const struct form forms[] = {
 static inline void form_scene(const struct form *form, struct sim_scene *scene)
 {
     double times[FORM_TIMES];
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     form_mat(scene);
     scene->t_end_s = form->end_s;
     form->set(form, scene);

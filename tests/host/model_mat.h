@@ -42,11 +42,11 @@ static inline struct sim_scene short_runway(enum sim_model model)
     double gaps[81], grits[81];
     const struct sim_path_row rows[] = {
         {0, 1, 0}, {0.05, 2.4, 13.5}, {0.4, 10.5, 25}, {0.6, 12.5, 25}, {0.6, 12.5, 0}};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = 80;
     model_mat_planar(&scene);
-    scene.left = SIM_FIXED;
+    scene.left_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.2;
     for (int j = 0; j <= 80; j++) {

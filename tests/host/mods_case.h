@@ -15,12 +15,12 @@ static inline struct sim_scene apart(int mats)
 {
     struct sim_scene scene;
     const double gap = 5.0;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = mats;
     scene.length_ft = 1.0;
     scene.weight_lb = G;
-    scene.left = scene.right = SIM_FREE;
+    scene.left_end = scene.right_end = SIM_END_FREE;
     scene.kl_lb_ft = 1e3;
     scene.slack_ft = 10.0;
     scene.force_lb = scene.vac_ft_s = scene.v0_ft_s = 0.0;
@@ -34,9 +34,9 @@ static inline struct sim_scene apart(int mats)
 
 static inline void rivet(struct sim_scene *scene, int every, int first, int last)
 {
-    scene->mods.band[0].every = every;
-    scene->mods.band[0].first = first;
-    scene->mods.band[0].last = last;
+    scene->mods.band[0].spacing = every;
+    scene->mods.band[0].first_mat = first;
+    scene->mods.band[0].last_mat = last;
 }
 
 static inline void tension(struct sim_scene *scene, const double *values, size_t count)
@@ -50,11 +50,11 @@ static inline struct sim_scene runway(void)
     const struct sim_path_row rows[] = {
         {0, 2, 0}, {0.05, 3.4, 25}, {0.5, 13.5, 25}, {0.8, 17.5, 25}, {0.8, 17.5, 0}};
     double gaps[121], grits[121];
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = 120;
     model_mat_chain(&scene);
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.3;
     for (int j = 0; j <= 120; j++) {
@@ -72,23 +72,23 @@ static inline void add_all(struct sim_scene *scene)
 {
     const double t0 = 60.0;
     scene->mods.band[0].count = 0.5;
-    scene->mods.band[0].every = 10;
+    scene->mods.band[0].spacing = 10;
     scene->mods.band[0].k_lb_ft = 2000.0;
     scene->mods.band[0].grip_lb = 25.0;
     tension(scene, &t0, 1);
     scene->mods.band[1] = (struct sim_bands){.count = 0.25,
                                              .area_ft2 = scene->mods.band[0].area_ft2,
                                              .e_lb_ft2 = scene->mods.band[0].e_lb_ft2,
-                                             .every = 15,
+                                             .spacing = 15,
                                              .k_lb_ft = 1000.0,
                                              .grip_lb = 25.0,
-                                             .pull_lb = (double)INFINITY,
-                                             .wear_ft = (double)INFINITY};
+                                             .rivet_pull_lb = (double)INFINITY,
+                                             .hole_wear_ft = (double)INFINITY};
     sim_scene_set_list(&scene->mods.band[1].t0_lb, &t0, 1);
     scene->mods.cleat_every = 7;
     scene->mods.cleat_hold_lb = 2.0;
     scene->mods.cleat_travel_ft = 0.02;
-    scene->mods.stiff_span = 6;
+    scene->mods.stiff_span_mats = 6;
     scene->mods.stiff_k_lb_ft = 2e4;
     scene->mods.stiff_grip_lb = 8.0;
     scene->mods.tear_lb = 60.0;

@@ -90,7 +90,7 @@ static inline bool case_truth(const struct mr_predictor *p, const struct braking
     rows[count++].force_lb = 0.0;
     for (unsigned i = 0; i < CASE_STATIONS; i++)
         stations_ft[i] = fmin(10.0 * i + 5.0, end_ft - 0.1);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = chain->mats;
     scene.length_ft = CASE_MAT_FT;
@@ -99,7 +99,7 @@ static inline bool case_truth(const struct mr_predictor *p, const struct braking
     scene.kl_lb_ft = (double)chain->kl_lb_ft;
     scene.cl_lb_s_ft = (double)chain->cl_lb_s_ft;
     scene.slack_ft = (double)chain->slack_ft;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.2;
     const struct sim_options options = {.dt_s = dt_s,

@@ -71,13 +71,13 @@ TEST(gaps_from_the_survey)
     survey.slack_in[8] = MR_NAN; /* joints 81 to 90: the scene's own 0.0015 ft */
     assert_int_equal(compare_prepare_scene(&m, &survey, &scene, &s.error), MR_OK);
     assert_int_equal(scene.gap0_ft.count, 421);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 70), 0.02 / 12.0, 1e-9);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 71), 0.036 / 12.0, 1e-9);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 80), 0.036 / 12.0, 1e-9);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 81), 0.0015, 1e-12);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 90), 0.0015, 1e-12);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 91), 0.02 / 12.0, 1e-9);
-    assert_near(sim_scene_joint(&scene.gap0_ft, 421), 0.0015, 1e-12);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 70), 0.02 / 12.0, 1e-9);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 71), 0.036 / 12.0, 1e-9);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 80), 0.036 / 12.0, 1e-9);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 81), 0.0015, 1e-12);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 90), 0.0015, 1e-12);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 91), 0.02 / 12.0, 1e-9);
+    assert_near(sim_scene_joint_value(&scene.gap0_ft, 421), 0.0015, 1e-12);
     sim_scene_free(&scene);
     measured_free(&m);
     session_end(&s);

@@ -20,7 +20,7 @@ static struct sim_scene plain(enum sim_model model, int mats)
 {
     struct sim_scene scene;
     memset(&error, 0, sizeof error);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = mats;
     return scene;
@@ -127,16 +127,16 @@ TEST(references_agree_and_errors_fall)
 static struct sim_scene oscillator(double cl)
 {
     struct sim_scene scene = plain(SIM_MODEL_REPORT, 1);
-    scene.left = SIM_FIXED;
-    scene.right = SIM_FIXED;
+    scene.left_end = SIM_END_FIXED;
+    scene.right_end = SIM_END_FIXED;
     scene.kl_lb_ft = OSCILLATOR_KL;
     scene.cl_lb_s_ft = cl;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = 0.0;
     scene.vac_ft_s = 0.0;
-    scene.s0_ft = 1.0;
+    scene.start_ft = 1.0;
     scene.v0_ft_s = OSCILLATOR_V0;
-    scene.shear_lb = 0.0;
+    scene.lift_shear_lb = 0.0;
     scene.bump_first = 1;
     scene.t_end_s = 0.5;
     return scene;
@@ -177,9 +177,9 @@ TEST(smooth_scenes_show_the_order)
 {
     struct sim_scene scene = plain(SIM_MODEL_REPORT, 10);
     scene.friction_law = SIM_FRICTION_NONE;
-    scene.shear_lb = 0.0;
+    scene.lift_shear_lb = 0.0;
     scene.vac_ft_s = 0.0;
-    scene.s0_ft = 1.0;
+    scene.start_ft = 1.0;
     scene.t_end_s = 0.02;
     run(&scene);
     const struct error_slope *rk4 = slope_of("rk4", false);
@@ -207,7 +207,7 @@ TEST(without_a_reference_there_is_no_table)
     scene.cv_lb_s_ft = scene.cl_lb_s_ft = scene.ct_lb_ft_s_rad = 0.0;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.force_lb = scene.v0_ft_s = scene.vac_ft_s = 0.0;
-    scene.s0_ft = 1.0;
+    scene.start_ft = 1.0;
     scene.bump_first = 4;
     scene.t_end_s = 1.5;
     sim_scene_set_list(&scene.bump_ft, &high, 1);

@@ -315,7 +315,7 @@ TEST(windows_follow_the_wheel)
     assert_non_null(value);
     for (int i = 0; i < COUNT; i++)
         value[i] = 0.001 * i;
-    sim_scene_defaults(&landing.scene);
+    sim_scene_set_defaults(&landing.scene);
     landing.scene.t_dwell_s = 0.5;
     sim_scene_set_path(&landing.scene, path, 2);
     for (size_t s = 0; s < MR_SEGMENTS; s++)
@@ -348,7 +348,7 @@ TEST(gaps_given_their_sum)
     struct error error = {0};
     double squares = 0.0, hooked = 0.0, mean_in = 0.0, share;
     assert_true(cheap_landing(z, 4, false, &list, &error));
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.mats = list.landing[0].scene.mats;
     list.survey_error_in = 0.0;
     list.parameter[FIT_GAP].value = 0.018;
@@ -357,7 +357,7 @@ TEST(gaps_given_their_sum)
         double sum_in = 0.0;
         fit_landings_sample_joints(&list, z, 500 + n, &scene, &share);
         for (int j = 1; j <= 10; j++) {
-            double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, j);
+            double gap_in = 12.0 * sim_scene_joint_value(&scene.gap0_ft, j);
             sum_in += gap_in;
             squares += gap_in * gap_in / (0.03 * 0.03) / (10.0 * DRAWS);
         }
@@ -370,7 +370,7 @@ TEST(gaps_given_their_sum)
     list.landing[0].survey_in[0] = (double)NAN;
     for (uint64_t n = 0; n < DRAWS; n++) {
         fit_landings_sample_joints(&list, z, 500 + n, &scene, &share);
-        double gap_in = 12.0 * sim_scene_joint(&scene.gap0_ft, 5);
+        double gap_in = 12.0 * sim_scene_joint_value(&scene.gap0_ft, 5);
         hooked += (gap_in > 0.03 - 1e-12) / (double)DRAWS;
         mean_in += gap_in / DRAWS;
     }

@@ -85,7 +85,7 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
     rows[count - 1].force_lb = 0.0;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         stations_ft[i] = 40.0 + 10.0 * i;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = MATS;
     scene.length_ft = MAT_FT;
@@ -93,7 +93,7 @@ static void find_truth(struct landing *landing, uint64_t seed, double gap_in[MAT
     scene.kl_lb_ft = 2.9e5;
     scene.cl_lb_s_ft = 5.0;
     scene.slack_ft = 0.0025;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.3;
     sim_scene_set_list(&scene.gap0_ft, gap_ft, MATS + 1);

@@ -60,7 +60,7 @@ static double rise_in(double spot_ft, double thrust_lb)
     const struct sim_path_row rows[] = {
         {0.0, 0.1, 0.0}, {0.5, 0.1, thrust_lb}, {0.55, 0.1, thrust_lb}};
     const struct sim_options options = {.is_single_pass = true};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 9;
     scene.length_ft = 2.0 / 7.0;
@@ -81,9 +81,9 @@ static double rise_in(double spot_ft, double thrust_lb)
     sim_scene_set_list(&scene.ground_ft, ground, 10);
     sim_scene_set_path(&scene, rows, 3);
     /* one that rises ends by folding */
-    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.rise_ft)
+    if (sim_run(&scene, &options, &result, &error) != MR_OK && !result.max_rise_ft)
         fail_msg("%s", error.text);
-    double rise = result.rise_ft[6] * 12.0;
+    double rise = result.max_rise_ft[6] * 12.0;
     sim_result_free(&result);
     sim_scene_free(&scene);
     return rise;

@@ -109,7 +109,7 @@ TEST(elastic_ground_is_the_same_to_the_last_bit)
     series_free(&p.prototype);
     assert_int_equal(series_load_on_ground(&p.model, STANDARD, "elastic", &error), MR_OK);
     assert_int_equal(series_load_on_ground(&p.prototype, p.big, "elastic", &error), MR_OK);
-    assert_true(p.prototype.landings[0].scene.gear.lines_ft.values[3] == 4.0 * 3.39);
+    assert_true(p.prototype.landings[0].scene.gear.line_setbacks_ft.values[3] == 4.0 * 3.39);
     assert_true(p.prototype.landings[0].scene.wheel_load_lb == 64.0 * 108.3);
     for (struct landing_series *c = &p.model; c; c = c == &p.model ? &p.prototype : NULL) {
         for (size_t i = 2; i < c->landing_count; i++)

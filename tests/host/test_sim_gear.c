@@ -14,7 +14,7 @@
 static struct sim_scene one_mat(enum sim_model model, const struct sim_path_row *rows, size_t count)
 {
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = 1;
     scene.length_ft = 100.0;
@@ -22,10 +22,10 @@ static struct sim_scene one_mat(enum sim_model model, const struct sim_path_row 
     scene.inertia_slug_ft2 = 1000.0;
     scene.kv_lb_ft = 1e5;
     scene.cv_lb_s_ft = 1e3;
-    scene.left = scene.right = SIM_FREE;
+    scene.left_end = scene.right_end = SIM_END_FREE;
     scene.v0_ft_s = 0.0;
     scene.wheel_load_lb = 100.0;
-    scene.element[ELEMENT_gear_ground] = 1000.0;
+    scene.element_values[ELEMENT_gear_ground] = 1000.0;
     sim_scene_set_path(&scene, rows, count);
     return scene;
 }
@@ -47,9 +47,9 @@ TEST(a_held_mat_gives_way_by_force_over_stiffness)
             for (double law = 0.0; law < 1.1; law += 0.5) {
                 const double behind = 0.0;
                 struct sim_scene scene = one_mat(models[i], rows, 3);
-                scene.gear.axle_law = law;
-                sim_scene_set_list(&scene.gear.lines_ft, &behind, 1);
-                sim_scene_set_list(&scene.gear.axles, &axles, 1);
+                scene.gear.axle_exponent = law;
+                sim_scene_set_list(&scene.gear.line_setbacks_ft, &behind, 1);
+                sim_scene_set_list(&scene.gear.axle_counts, &axles, 1);
                 struct sim_result result = good(&scene, (struct sim_options){0});
                 double expected = 40.0 * axles / (1000.0 * pow(axles, law));
                 near(result.u_ft[1], expected, 1e-3 * expected);
@@ -70,7 +70,7 @@ TEST(what_springs_back_is_rho_of_the_way)
     for (size_t i = 0; i < COUNT(models); i++) {
         for (size_t k = 0; k < COUNT(rhos); k++) {
             struct sim_scene scene = one_mat(models[i], rows, 5);
-            scene.gear.unloading = rhos[k];
+            scene.gear.recovered_share = rhos[k];
             struct sim_result result = good(&scene, (struct sim_options){0});
             near(result.u_ft[1], (1.0 - rhos[k]) * 0.040, 0.040e-3 + 1e-9);
             sim_result_free(&result);
@@ -117,9 +117,9 @@ static double stored_lb_ft(const struct gear *gear)
     double sum = 0.0;
     for (int i = 0; i < gear->loaded_count; i++) {
         int mat = gear->loaded_mats[i];
-        double k = gear->scene->element[ELEMENT_gear_ground] *
-                   pow(gear->touching_axles[mat], gear->scene->gear.axle_law);
-        sum += gear->scene->gear.unloading * gear->ground_force_lb[mat] *
+        double k = gear->scene->element_values[ELEMENT_gear_ground] *
+                   pow(gear->touching_axles[mat], gear->scene->gear.axle_exponent);
+        sum += gear->scene->gear.recovered_share * gear->ground_force_lb[mat] *
                gear->ground_force_lb[mat] / (2.0 * k);
     }
     return sum;
@@ -134,7 +134,7 @@ TEST(its_energy_never_grows)
         struct sim_scene scene = one_mat(SIM_MODEL_CHAIN, rows, 2);
         struct gear *gear;
         double h = pow(10.0, throw(-5, -1)), v = throw(-5, 5);
-        scene.element[ELEMENT_gear_ground] = pow(10.0, throw(0, 9));
+        scene.element_values[ELEMENT_gear_ground] = pow(10.0, throw(0, 9));
         scene.gear = (struct sim_gear){throw(0, 2), throw(0.05, 1), throw(0, 2), 0.0, {0}, {0}};
         gear = gear_make(&scene);
         gear_start(gear, h);
@@ -163,19 +163,19 @@ static struct sim_scene rig(enum sim_model model, double foot_mats)
     const double lines[] = {0, 0.77, 2.62, 3.39}, axles[] = {1, 2, 1, 2};
     const double gap = 0.0015, grit = 8.0, v0 = 8.0, a = 4.6, thrust = 1300.0 / 12.0 * a / G;
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = MATS;
     model_mat_planar(&scene);
     scene.ct_lb_ft_s_rad = 1.57e-4;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = 0.3;
     scene.wheel_load_lb = 108.3;
-    scene.element[ELEMENT_gear_ground] = 7000.0;
-    scene.gear.foot_ft = foot_mats * scene.length_ft;
-    sim_scene_set_list(&scene.gear.lines_ft, lines, 4);
-    sim_scene_set_list(&scene.gear.axles, axles, 4);
+    scene.element_values[ELEMENT_gear_ground] = 7000.0;
+    scene.gear.axle_length_ft = foot_mats * scene.length_ft;
+    sim_scene_set_list(&scene.gear.line_setbacks_ft, lines, 4);
+    sim_scene_set_list(&scene.gear.axle_counts, axles, 4);
     sim_scene_set_list(&scene.gap0_ft, &gap, 1);
     sim_scene_set_list(&scene.grit_lb, &grit, 1);
     for (int i = 0; i <= 40; i++) {
@@ -197,7 +197,7 @@ TEST(the_planar_engine_moves_as_the_chain)
     for (int n = 1; n <= MATS; n++)
         near(b.u_ft[n], a.u_ft[n], 1e-9);
     assert_true(a.peak_u_ft > 0.02 / 12.0); /* inches: it does move */
-    assert_true(a.mats_max < MATS);
+    assert_true(a.integrated_mats_max < MATS);
     sim_result_free(&a);
     sim_result_free(&b);
     sim_scene_free(&chain);
@@ -211,7 +211,7 @@ TEST(the_window_changes_nothing)
         struct sim_scene scene = rig(models[i], 0.0);
         struct sim_options options = {.is_single_pass = true};
         struct sim_result few = good(&scene, options);
-        options.no_prune = true;
+        options.integrates_all_mats = true;
         struct sim_result all = good(&scene, options);
         for (int n = 1; n <= MATS; n++)
             near(few.u_ft[n], all.u_ft[n], models[i] == SIM_MODEL_CHAIN ? 0.0 : 1e-9);
@@ -227,7 +227,8 @@ TEST(weight_holds_what_thrust_alone_pushes)
 {
     struct sim_scene with = rig(SIM_MODEL_CHAIN, 1.0);
     struct sim_result heavy = good(&with, (struct sim_options){.is_single_pass = true});
-    with.element[ELEMENT_gear_ground] = 1e12; /* Coulomb's law: 14 to 16 lb an axle below 54 lb */
+    with.element_values[ELEMENT_gear_ground] =
+        1e12; /* Coulomb's law: 14 to 16 lb an axle below 54 lb */
     struct sim_result rigid = good(&with, (struct sim_options){.is_single_pass = true});
     assert_true(rigid.peak_u_ft < 1e-6);
     assert_true(heavy.peak_u_ft > 1e-3);
@@ -242,10 +243,10 @@ TEST(extremes_end_or_say_why)
     for (size_t i = 0; i < COUNT(models); i++) {
         for (int k = 0; k < 5; k++) {
             struct sim_scene scene = rig(models[i], 1.0);
-            scene.element[ELEMENT_gear_ground] = k == 0 ? 7e7
-                                               : k == 1 ? 1e-9
-                                               : k == 4 ? 1e15
-                                                        : 7000.0;
+            scene.element_values[ELEMENT_gear_ground] = k == 0 ? 7e7
+                                                      : k == 1 ? 1e-9
+                                                      : k == 4 ? 1e15
+                                                               : 7000.0;
             scene.wheel_load_lb = k == 2 ? 0.0 : k == 3 ? 1083.0 : 108.3;
             struct sim_result result = good(&scene, (struct sim_options){.is_single_pass = true});
             assert_true(isfinite(result.peak_u_ft) && result.peak_u_ft < 5.0);
@@ -254,7 +255,7 @@ TEST(extremes_end_or_say_why)
         }
         struct sim_scene none = rig(models[i], 1.0);
         struct sim_result result;
-        none.element[ELEMENT_gear_ground] = 0.0;
+        none.element_values[ELEMENT_gear_ground] = 0.0;
         memset(&error, 0, sizeof error);
         assert_int_equal(sim_run(&none, &(struct sim_options){0}, &result, &error), MR_MALFORMED);
         assert_non_null(strstr(error.text, "without gear_k_lb_ft"));
@@ -286,12 +287,12 @@ TEST(absent_it_is_nothing)
         struct sim_result result[2];
         for (int k = 0; k < 2; k++) {
             struct sim_scene scene = rig(models[i], 1.0);
-            scene.gear.lines_ft.count = scene.gear.axles.count = 0;
-            scene.element[ELEMENT_gear_ground] = 0.0;
+            scene.gear.line_setbacks_ft.count = scene.gear.axle_counts.count = 0;
+            scene.element_values[ELEMENT_gear_ground] = 0.0;
             if (k)
-                scene.gear.damping = scene.gear.unloading = scene.gear.axle_law = 0.25;
+                scene.gear.damping = scene.gear.recovered_share = scene.gear.axle_exponent = 0.25;
             result[k] = good(&scene, (struct sim_options){.is_single_pass = true});
-            scene.gear.lines_ft.count = 4;
+            scene.gear.line_setbacks_ft.count = 4;
             sim_scene_free(&scene);
         }
         assert_memory_equal(result[0].u_ft, result[1].u_ft, (MATS + 1) * sizeof(double));
@@ -309,10 +310,10 @@ TEST(lines_stand_behind_the_lead)
     struct sim_scene scene;
     struct gear *gear;
     struct sim_touch touch[SIM_TOUCH_MAX];
-    sim_scene_defaults(&scene); /* mats of 2 ft */
-    scene.element[ELEMENT_gear_ground] = 1.0;
-    sim_scene_set_list(&scene.gear.lines_ft, lines, 3);
-    sim_scene_set_list(&scene.gear.axles, axles, 3);
+    sim_scene_set_defaults(&scene); /* mats of 2 ft */
+    scene.element_values[ELEMENT_gear_ground] = 1.0;
+    sim_scene_set_list(&scene.gear.line_setbacks_ft, lines, 3);
+    sim_scene_set_list(&scene.gear.axle_counts, axles, 3);
     sim_scene_set_path(&scene, rows, 2);
     gear = gear_make(&scene);
     gear_start(gear, 0.01);
@@ -330,7 +331,7 @@ TEST(lines_stand_behind_the_lead)
     near(gear->load_share[2] + gear->load_share[3], 4.0, 1e-9);
     near(gear->load_share[5] + gear->load_share[6], 0.0, 0.0);
     /* a foot of 3 ft in 11.0 to 11.4 ft: 9.7 to 12.7 ft, and 7.2 to 10.2 */
-    scene.gear.foot_ft = 3.0;
+    scene.gear.axle_length_ft = 3.0;
     gear_start(gear, 0.01);
     gear_span(gear, 0.06, 0.1, touch);
     assert_int_equal(gear_span(gear, 0.1, 0.14, touch), 6);

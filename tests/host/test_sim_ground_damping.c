@@ -26,13 +26,13 @@ static const struct engine {
 static struct sim_scene one_mat(double c)
 {
     struct sim_scene s;
-    sim_scene_defaults(&s);
+    sim_scene_set_defaults(&s);
     s.mats = 1;
-    s.left = s.right = SIM_FREE;
+    s.left_end = s.right_end = SIM_END_FREE;
     s.force_lb = s.vac_ft_s = s.friction = 0.0;
     s.v0_ft_s = 3.0;
     s.t_end_s = 0.5;
-    s.element[ELEMENT_ground_damping] = c;
+    s.element_values[ELEMENT_ground_damping] = c;
     return s;
 }
 
@@ -106,7 +106,7 @@ TEST(dry_friction_stops_it)
 TEST(a_mat_on_a_spring_has_its_frequency_and_decrement)
 {
     struct sim_scene scene = one_mat(20.0);
-    scene.left = SIM_FIXED;
+    scene.left_end = SIM_END_FIXED;
     scene.kl_lb_ft = 5000.0;
     scene.cl_lb_s_ft = 0.0;
     const double c = 20.0, m = mass(&scene), half = 0.5 * c / m,
@@ -136,7 +136,7 @@ TEST(cvode_agrees)
     static const double bump[] = {0.0099, 0.0200, 0.0099};
     for (int model = SIM_MODEL_REPORT; model <= SIM_MODEL_CONSISTENT; model++) {
         struct sim_scene scene;
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = (enum sim_model)model;
         scene.mats = 12;
         scene.mats_crossed = 2.0;
@@ -144,7 +144,7 @@ TEST(cvode_agrees)
         scene.veps_ft_s = 0.05;
         sim_scene_set_list(&scene.bump_ft, bump, 3);
         struct sim_result bare = good(&scene, "event");
-        scene.element[ELEMENT_ground_damping] = 200.0;
+        scene.element_values[ELEMENT_ground_damping] = 200.0;
         struct sim_result cvode = good(&scene, "cvode"), event = good(&scene, "event"),
                           implicit = good(&scene, "implicit");
         for (int n = 1; n <= 12; n++) {
@@ -204,7 +204,7 @@ TEST(step_limits_hold)
      * is stable */
     for (double c = 1e-2; c < 1e9; c *= 100.0) {
         struct sim_scene chain;
-        sim_scene_defaults(&chain);
+        sim_scene_set_defaults(&chain);
         chain.model = SIM_MODEL_CHAIN;
         chain.mats = 40;
         chain.friction = 0.05;
@@ -213,7 +213,7 @@ TEST(step_limits_hold)
         assert_int_equal(attempt(&chain, "staggered", 0.0, 1.0, &result), MR_NUMERICS);
         double limit_s = result.dt_limit_s;
         sim_result_free(&result);
-        chain.element[ELEMENT_ground_damping] = c;
+        chain.element_values[ELEMENT_ground_damping] = c;
         const struct sim_options options = {
             .solver = "staggered", .dt_s = 0.98 * limit_s, .is_single_pass = true};
         memset(&error, 0, sizeof error);
@@ -262,11 +262,11 @@ TEST(a_lifted_mat_is_not_damped)
         struct sim_scene scene;
         struct model model;
         double z[14] = {0}, bare[7], damped[7];
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = (enum sim_model)which;
         scene.mats = 3;
         scene.friction = 0.0;
-        scene.element[ELEMENT_ground_damping] = 50.0;
+        scene.element_values[ELEMENT_ground_damping] = 50.0;
         assert_int_equal(model_make(&model, &scene, false, &error), MR_OK);
         model_start(&model, z);
         z[4] = z[6] = -0.05; /* nodes 3 and 4 are up: mat 3 flies, mat 2 has its left foot down */
@@ -300,7 +300,7 @@ TEST(absent_it_is_nothing)
     assert_int_equal(a.evaluations, b.evaluations);
     for (int i = 0; i < SIM_NOTES_MAX; i++)
         assert_null(strstr(a.notes[i], "ground damping"));
-    with.element[ELEMENT_ground_damping] = 5.0;
+    with.element_values[ELEMENT_ground_damping] = 5.0;
     struct sim_result c = good(&with, "staggered");
     bool said = false;
     for (int i = 0; i < SIM_NOTES_MAX; i++)
@@ -319,7 +319,7 @@ TEST(the_key_has_a_unit)
                *wrong = "{\"ground_damping\": -1}", *force = "{\"ground_damping\": \"12 lb\"}";
     memset(&error, 0, sizeof error);
     assert_int_equal(sim_scene_parse(&scene, "scene", text, strlen(text), &error), MR_OK);
-    assert_near(scene.element[ELEMENT_ground_damping], 12.0, 1e-12);
+    assert_near(scene.element_values[ELEMENT_ground_damping], 12.0, 1e-12);
     assert_int_equal(sim_scene_parse(&scene, "scene", wrong, strlen(wrong), &error), MR_MALFORMED);
     assert_non_null(strstr(error.text, "ground_damping is -1"));
     memset(&error, 0, sizeof error);

@@ -50,10 +50,11 @@ TEST(leaving_mats_out_changes_nothing)
             scene.profile = SIM_PROFILE_FULL;
         }
         if (variant == 4)
-            scene.element[ELEMENT_ground_damping] = 0.3;
+            scene.element_values[ELEMENT_ground_damping] = 0.3;
         struct sim_result pruned = run(&scene, (struct sim_options){.dt_s = 4e-5});
-        struct sim_result whole = run(&scene, (struct sim_options){.dt_s = 4e-5, .no_prune = true});
-        assert_true(whole.mats_mean > 79.99 && pruned.mats_mean < 60.0);
+        struct sim_result whole =
+            run(&scene, (struct sim_options){.dt_s = 4e-5, .integrates_all_mats = true});
+        assert_true(whole.integrated_mats_mean > 79.99 && pruned.integrated_mats_mean < 60.0);
         assert_true(pruned.peak_u_ft > 0.005);
         /* exact, but for a heaving part that is held back at its ends: switches of a fixed step
          * amplify that */
@@ -85,7 +86,7 @@ static struct sim_scene scattered(uint64_t seed)
 {
     struct sim_scene scene;
     double gaps[201] = {0}, bump[5];
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = pick(&seed, 6) == 0 ? 1 + pick(&seed, 4) : 5 + pick(&seed, 195);
     scene.profile = pick(&seed, 3) == 0 ? SIM_PROFILE_FULL : SIM_PROFILE_LOW;
@@ -95,7 +96,7 @@ static struct sim_scene scattered(uint64_t seed)
     scene.thrust = pick(&seed, 2) == 0 ? SIM_THRUST_LINEAR : SIM_THRUST_JUMP;
     scene.slack_ft = pick(&seed, 3) == 0 ? 0.01 * draw(&seed) : 0.0;
     scene.tad_deg = pick(&seed, 3) == 0 ? draw(&seed) : 10.0;
-    scene.left = pick(&seed, 2) == 0 ? SIM_FIXED : SIM_FREE;
+    scene.left_end = pick(&seed, 2) == 0 ? SIM_END_FIXED : SIM_END_FREE;
     scene.v0_ft_s = 4.0 * draw(&seed) - 2.0;
     scene.v0_mat = 1 + pick(&seed, scene.mats);
     if (scene.slack_ft > 0.0 && pick(&seed, 2) == 0) {
@@ -137,7 +138,7 @@ TEST(leaving_mats_out_of_scattered_landings_changes_nothing)
         for (int n = 0; n < scene.mats; n++)
             stations[n] = n * scene.length_ft;
         for (int whole = 0; whole < 2; whole++) {
-            struct sim_options options = {.no_prune = whole,
+            struct sim_options options = {.integrates_all_mats = whole,
                                           .sample_dt_s = scene.t_end_s / 20.0,
                                           .station_ft = stations,
                                           .station_count = (size_t)scene.mats};
@@ -157,7 +158,7 @@ TEST(leaving_mats_out_of_scattered_landings_changes_nothing)
                              b->sample_y_ft[k]);
             }
             compared++;
-            lighter += a->mats_mean < 0.9 * b->mats_mean;
+            lighter += a->integrated_mats_mean < 0.9 * b->integrated_mats_mean;
         }
         sim_result_free(&results[0]);
         sim_result_free(&results[1]);
@@ -171,19 +172,19 @@ TEST(a_mat_at_rest_is_left_after_its_neighbour)
 {
     struct sim_scene scene;
     struct sim_result results[2];
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 190;
-    scene.right = SIM_FREE;
+    scene.right_end = SIM_END_FREE;
     scene.force_lb = 206.442;
     scene.vac_ft_s = 136.575;
     scene.v0_ft_s = 2.88867;
     scene.wheel_load_lb = 1179.51;
     scene.t_end_s = 0.0152981;
     for (int whole = 0; whole < 2; whole++)
-        results[whole] = run(&scene,
-                             (struct sim_options){.solver = "staggered", .no_prune = whole});
-    assert_true(results[0].mats_mean < 50.0 && results[0].peak_u_ft > 1e-3);
+        results[whole] =
+            run(&scene, (struct sim_options){.solver = "staggered", .integrates_all_mats = whole});
+    assert_true(results[0].integrated_mats_mean < 50.0 && results[0].peak_u_ft > 1e-3);
     for (int n = 1; n <= 190; n++)
         assert_true(fabs(results[0].u_ft[n] - results[1].u_ft[n]) <= 1e-12);
     sim_result_free(&results[0]);
@@ -198,7 +199,7 @@ TEST(it_converges_to_located_switches)
     const double bump[] = {0.0099, 0.02, 0.0099};
     for (int variant = 0; variant < 3; variant++) {
         struct sim_scene scene;
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = SIM_MODEL_CONSISTENT;
         scene.mats = 30;
         scene.slack_ft = variant == 1 ? 0.02 : 0.0;
@@ -261,7 +262,7 @@ static struct sim_scene small_scene(int bump_first, size_t bumps, double end_s)
     static const double bump_ft[] = {0.0099, 0.02, 0.0099};
     struct sim_scene scene;
     double times_s[END_OUTPUTS];
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = END_MATS;
     scene.bump_first = bump_first;
@@ -310,8 +311,8 @@ TEST(every_end_profile_and_law)
     for (int i = 0; i < 4 * 2 * 3; i++) {
         char what[80];
         struct sim_scene scene = small_scene(1, 3, 0.01); /* mat 1 is tilted */
-        scene.left = i & 1 ? SIM_FIXED : SIM_FREE;
-        scene.right = i & 2 ? SIM_FIXED : SIM_FREE;
+        scene.left_end = i & 1 ? SIM_END_FIXED : SIM_END_FREE;
+        scene.right_end = i & 2 ? SIM_END_FIXED : SIM_END_FREE;
         scene.profile = i & 4 ? SIM_PROFILE_FULL : SIM_PROFILE_LOW;
         scene.friction_law = laws[i / 8].law;
         scene.friction_normal = laws[i / 8].normal;
@@ -329,8 +330,8 @@ TEST(every_end_profile_and_law)
 TEST(friction_of_a_foot_that_lands_hard)
 {
     struct sim_scene scene = small_scene(1, 1, 0.02);
-    scene.left = scene.right = SIM_FREE;
-    scene.left_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FREE;
+    scene.left_torsion = SIM_END_FIXED;
     scene.friction_normal = SIM_NORMAL_SOIL;
     scene.friction = 0.2;
     scene.weight_lb = scene.wheel_load_lb = 1480.0;
@@ -354,8 +355,8 @@ TEST(friction_of_a_foot_that_lands_hard)
 TEST(soil_does_not_hold_a_neighbour_down)
 {
     struct sim_scene scene = small_scene(3, 1, 0.02);
-    scene.left = scene.right = SIM_FREE;
-    scene.left_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FREE;
+    scene.left_torsion = SIM_END_FIXED;
     scene.friction_normal = SIM_NORMAL_SOIL;
     scene.friction = 0.2;
     scene.weight_lb = scene.wheel_load_lb = 14600.0;
@@ -368,7 +369,7 @@ TEST(soil_does_not_hold_a_neighbour_down)
     scene.tad_deg = 0.0;
     scene.force_lb = 1200.0;
     scene.vac_ft_s = 60.0;
-    scene.s0_ft = 5.0;
+    scene.start_ft = 5.0;
     scene.v0_ft_s = 0.0;
     assert_true(held_against("event", &scene, "one-sided soil"));
 }
@@ -388,7 +389,7 @@ TEST(feet_that_land_within_one_step)
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 7;
     scene.profile = SIM_PROFILE_FULL;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.thrust = SIM_THRUST_JUMP;
     scene.weight_lb = 483.456;
     scene.inertia_slug_ft2 = 0.097998;
@@ -419,7 +420,7 @@ TEST(a_damper_does_not_brake_the_slack)
     sim_scene_set_path(&scene, rows, 4);
     scene.mats = 13;
     scene.profile = SIM_PROFILE_FULL;
-    scene.left = scene.right = scene.right_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = scene.right_torsion = SIM_END_FIXED;
     scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 4.97252;
     scene.inertia_slug_ft2 = 0.0621566;
@@ -449,8 +450,8 @@ TEST(a_damper_pulls_until_its_joint_opens)
     sim_scene_set_path(&scene, rows, 3);
     scene.mats = 11;
     scene.profile = SIM_PROFILE_FULL;
-    scene.left = scene.right = scene.left_torsion = SIM_FREE;
-    scene.right_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = scene.left_torsion = SIM_END_FREE;
+    scene.right_torsion = SIM_END_FIXED;
     scene.thrust = SIM_THRUST_LINEAR;
     scene.weight_lb = 6.13727;
     scene.inertia_slug_ft2 = 0.0767159;

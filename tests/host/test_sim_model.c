@@ -13,7 +13,7 @@ static struct sim_scene scene_of(enum sim_model kind, int mats)
 {
     struct sim_scene scene;
     memset(&error, 0, sizeof error);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = kind;
     scene.mats = mats;
     scene.t_end_s = 0.05;
@@ -51,12 +51,12 @@ TEST(the_linearisation_is_the_derivative)
             s.friction_law = SIM_FRICTION_TANH;
             s.veps_ft_s = 0.5;
             s.thrust = SIM_THRUST_LINEAR;
-            s.s0_ft = 3.5;
+            s.start_ft = 3.5;
             s.kl_lb_ft = 3e4;
             s.kt_lb_ft_rad = 2e3;
             s.kv_lb_ft = 4e4;
             s.cv_lb_s_ft = 90.0;
-            s.element[ELEMENT_ground_damping] = profile == SIM_PROFILE_LOW ? 50.0 : 0.0;
+            s.element_values[ELEMENT_ground_damping] = profile == SIM_PROFILE_LOW ? 50.0 : 0.0;
             if (kind == SIM_MODEL_CONSISTENT)
                 s.friction_normal = SIM_NORMAL_SOIL;
             struct model model;
@@ -177,7 +177,7 @@ TEST(momentum_is_kept_between_free_ends)
     const double bump[] = {0.02};
     for (int kind = SIM_MODEL_REPORT; kind <= SIM_MODEL_CONSISTENT; kind++) {
         struct sim_scene s = scene_of((enum sim_model)kind, 12);
-        s.right = SIM_FREE;
+        s.right_end = SIM_END_FREE;
         s.force_lb = 0.0;
         s.friction_law = SIM_FRICTION_NONE;
         sim_scene_set_list(&s.bump_ft, bump, 1);
@@ -202,9 +202,9 @@ TEST(a_pushed_mat_comes_to_exact_rest)
     for (int kind = SIM_MODEL_REPORT; kind <= SIM_MODEL_CONSISTENT; kind++) {
         for (int i = 0; i < 3; i++) {
             struct sim_scene s = scene_of((enum sim_model)kind, 1);
-            s.right = SIM_FREE;
+            s.right_end = SIM_END_FREE;
             s.vac_ft_s = s.v0_ft_s = 0.0;
-            s.s0_ft = 1.0;
+            s.start_ft = 1.0;
             s.force_lb = 160.0; /* twice f W: accelerates and slows with f g */
             s.force_stop_s = 0.1;
             s.t_end_s = 0.3;
@@ -231,7 +231,7 @@ TEST(a_thrown_mat_falls_freely)
 {
     const double heights[] = {0.4, 0.4};
     struct sim_scene s = scene_of(SIM_MODEL_CONSISTENT, 1);
-    s.right = SIM_FREE;
+    s.right_end = SIM_END_FREE;
     s.force_lb = s.v0_ft_s = 0.0;
     s.bump_first = 1;
     s.t_end_s = 0.1;

@@ -9,12 +9,12 @@ static struct sim_scene mats(int count, const double *times, size_t number)
 {
     struct sim_scene scene;
     memset(&error, 0, sizeof error);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = count;
-    scene.left = scene.right = SIM_FREE;
+    scene.left_end = scene.right_end = SIM_END_FREE;
     scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = 0.0;
-    scene.s0_ft = 1.0;
+    scene.start_ft = 1.0;
     scene.t_end_s = times[number - 1];
     sim_scene_set_list(&scene.t_out_s, times, number);
     return scene;

@@ -19,7 +19,7 @@ static const double bump_16[] = {0.0078125, 0.015625, 0.0078125};
 static struct sim_scene scene_with(const double *bump, size_t count)
 {
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     sim_scene_set_list(&scene.bump_ft, bump, count);
     return scene;
 }
@@ -241,7 +241,7 @@ TEST(a_push_runs_at_L_sqrt_KL_over_m)
     for (unsigned variant = 0; variant < tests_take(4, 6); variant++) {
         struct sim_scene scene;
         double arrival_s[2] = {0.0, 0.0};
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = variant % 2 ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT;
         scene.mats = 250;
         scene.v0_ft_s = 0.0;
@@ -286,7 +286,7 @@ TEST(a_small_zigzag_grows_at_its_rate)
         int model = variant % 2;
         for (int j = 0; j < 5; j++)
             heights[j] = 0.1 + 1e-4 * cos(0.75 * 3.14159265358979 * j);
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = model ? SIM_MODEL_CONSISTENT : SIM_MODEL_REPORT;
         scene.mats = 4;
         scene.g_ft_s2 = 32.174e-6; /* the mass stays, the weight goes */
@@ -294,7 +294,7 @@ TEST(a_small_zigzag_grows_at_its_rate)
         scene.friction = 0.0;
         scene.force_lb = 0.0;
         scene.v0_ft_s = 0.0;
-        scene.left = SIM_FIXED;
+        scene.left_end = SIM_END_FIXED;
         scene.lift_shear = SIM_SHEAR_NONE;
         scene.bump_first = 1;
         scene.t_end_s = 0.02;
@@ -326,10 +326,10 @@ TEST(a_small_zigzag_grows_at_its_rate)
 static void two_mats(struct sim_scene *scene)
 {
     double times_s[OUTPUTS];
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     scene->model = SIM_MODEL_CONSISTENT;
     scene->mats = 2;
-    scene->left = scene->right = scene->left_torsion = scene->right_torsion = SIM_FREE;
+    scene->left_end = scene->right_end = scene->left_torsion = scene->right_torsion = SIM_END_FREE;
     scene->profile = SIM_PROFILE_LOW;
     scene->friction_law = SIM_FRICTION_NONE;
     scene->friction = 0.0;
@@ -445,7 +445,7 @@ TEST(loose_tolerances_do_not_lie)
 {
     const double bump[] = {0.0099, 0.02, 0.0099};
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     sim_scene_set_list(&scene.bump_ft, bump, 3);
     scene.mats = 30;
     scene.mats_crossed = 3.0;

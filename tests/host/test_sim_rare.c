@@ -13,13 +13,13 @@ static struct sim_scene mat(enum sim_model model)
 {
     struct sim_scene scene;
     memset(&error, 0, sizeof error);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = 1;
-    scene.left = scene.right = SIM_FREE;
-    scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = scene.shear_lb = scene.cl_lb_s_ft = 0.0;
+    scene.left_end = scene.right_end = SIM_END_FREE;
+    scene.vac_ft_s = scene.v0_ft_s = scene.force_lb = scene.lift_shear_lb = scene.cl_lb_s_ft = 0.0;
     scene.lift_shear = SIM_SHEAR_NONE;
-    scene.s0_ft = 1.0;
+    scene.start_ft = 1.0;
     return scene;
 }
 
@@ -161,7 +161,7 @@ TEST(a_thrust_at_the_limit_of_friction_moves_nothing)
     for (size_t i = 0; i < 3 * 8 * 4; i++) {
         struct sim_scene scene = mat(SIM_MODEL_CHAIN);
         scene.mats = counts[i / 32];
-        scene.right = scene.mats == 10 ? SIM_FIXED : SIM_FREE;
+        scene.right_end = scene.mats == 10 ? SIM_END_FIXED : SIM_END_FREE;
         scene.weight_lb = weights_lb[i % 4];
         scene.friction = frictions[i % 4];
         scene.force_lb = scene.friction * scene.weight_lb;
@@ -236,7 +236,7 @@ TEST(bounces_in_which_two_runs_agree_by_chance)
         const struct bounce *b = &bounces[i];
         struct sim_scene scene = mat(SIM_MODEL_REPORT);
         const double gaps_ft[] = {b->left_ft, b->right_ft};
-        scene.left = scene.right = SIM_FIXED;
+        scene.left_end = scene.right_end = SIM_END_FIXED;
         scene.kl_lb_ft = b->kl_lb_ft;
         scene.slack_ft = 1.0;
         sim_scene_set_list(&scene.gap0_ft, gaps_ft, 2);

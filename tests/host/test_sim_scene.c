@@ -42,7 +42,8 @@ TEST(defaults_are_those_of_the_model)
     assert_int_equal(scene.model, SIM_MODEL_REPORT);
     assert_int_equal(scene.mats, 53);
     assert_true(scene.weight_lb == 160.0 && scene.kl_lb_ft == 8e6 && scene.g_ft_s2 == 32.174);
-    assert_true(scene.left == SIM_FREE && scene.right == SIM_FIXED && scene.v0_ft_s == 2.0);
+    assert_true(scene.left_end == SIM_END_FREE && scene.right_end == SIM_END_FIXED &&
+                scene.v0_ft_s == 2.0);
     assert_true(fabs(sim_scene_end_s(&scene) - 3.0 * 2.0 / 90.0) < 1e-15);
     sim_scene_free(&scene);
 }
@@ -73,24 +74,25 @@ TEST(every_key_is_read)
         s.mats,           s.length_ft,    s.weight_lb,     s.g_ft_s2,    s.inertia_slug_ft2,
         s.kv_lb_ft,       s.cv_lb_s_ft,   s.kl_lb_ft,      s.cl_lb_s_ft, s.kt_lb_ft_rad,
         s.ct_lb_ft_s_rad, s.tad_deg,      s.slack_ft,      s.force_lb,   s.vac_ft_s,
-        s.s0_ft,          s.force_stop_s, s.wheel_load_lb, s.friction,   s.veps_ft_s,
-        s.shear_lb,       s.q1_lb,        s.bump_first,    s.v0_ft_s,    s.v0_mat,
+        s.start_ft,       s.force_stop_s, s.wheel_load_lb, s.friction,   s.veps_ft_s,
+        s.lift_shear_lb,  s.q1_lb,        s.bump_first,    s.v0_ft_s,    s.v0_mat,
         s.mats_crossed,   s.t_end_s,      s.t_dwell_s};
     const double written[] = {3,  1,    2,  30, 4,    5,    6,  7,  8, 9,  10, 11, 0.5, 12,
                               13, 0.14, 15, 16, 0.17, 0.18, 19, 20, 2, 21, 3,  2,  9,   1};
     for (size_t i = 0; i < sizeof read / sizeof read[0]; i++)
         assert_true(read[i] == written[i]);
     assert_true(s.tad_mode == SIM_TAD_SWITCHED && s.profile == SIM_PROFILE_FULL &&
-                s.left == SIM_FIXED && s.right == SIM_FREE);
-    assert_true(s.left_torsion == SIM_FIXED && s.right_torsion == SIM_FIXED &&
+                s.left_end == SIM_END_FIXED && s.right_end == SIM_END_FREE);
+    assert_true(s.left_torsion == SIM_END_FIXED && s.right_torsion == SIM_END_FIXED &&
                 s.thrust == SIM_THRUST_LINEAR);
     assert_true(s.friction_law == SIM_FRICTION_TANH && s.friction_normal == SIM_NORMAL_SOIL &&
                 s.lift_shear == SIM_SHEAR_BOTH);
-    assert_true(s.bump_ft.count == 3 && s.bump_ft.values[2] == 0.3 && s.u_mats.count == 2 &&
-                s.u_mats.values[0] == 3.0);
+    assert_true(s.bump_ft.count == 3 && s.bump_ft.values[2] == 0.3 && s.output_mats.count == 2 &&
+                s.output_mats.values[0] == 3.0);
     assert_true(s.t_out_s.count == 2 && s.path_count == 2 && s.path[1].x_ft == 2.0 &&
                 s.path[1].force_lb == 3.0);
-    assert_true(sim_scene_joint(&s.gap0_ft, 4) == 0.4 && sim_scene_joint(&s.grit_lb, 4) == 22.0);
+    assert_true(sim_scene_joint_value(&s.gap0_ft, 4) == 0.4 &&
+                sim_scene_joint_value(&s.grit_lb, 4) == 22.0);
     sim_scene_free(&s);
 }
 
@@ -174,7 +176,7 @@ TEST(a_scene_made_in_memory_is_checked_too)
     struct sim_scene scene;
     struct error error = {0};
     double two[] = {1.0, 2.0};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     sim_scene_set_list(&scene.gap0_ft, two, 2);
     assert_int_equal(sim_scene_check(&scene, "made", &error), MR_MALFORMED);
     assert_non_null(strstr(error.text, "made: gap0 has 2 values; give one number or 54"));
@@ -192,7 +194,7 @@ TEST(the_end_follows_the_aircraft)
     struct sim_scene scene;
     const struct sim_path_row stops[] = {{0, 0, 5}, {2, 10, 5}, {3, 10, 0}, {9, 10, 0}};
     const struct sim_path_row leaves[] = {{0, 0, 5}, {1, 100, 5}, {2, 300, 5}};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     sim_scene_set_path(&scene, stops, 4);
     assert_true(sim_scene_end_s(&scene) == 9.0);
     scene.t_dwell_s = 0.5;
@@ -236,8 +238,8 @@ TEST(numbers_are_read_with_their_unit)
              "\"I\": \"2.7116358966628 kg m2\", \"V\": \"-5lb\", \"g\": \"9.80665 m/s2\"}",
              &s, &error) != MR_OK)
         fail_msg("%s", error.text);
-    const double read[] = {s.length_ft,        s.weight_lb, s.kv_lb_ft, s.cv_lb_s_ft,
-                           s.inertia_slug_ft2, s.shear_lb,  s.g_ft_s2};
+    const double read[] = {s.length_ft,        s.weight_lb,     s.kv_lb_ft, s.cv_lb_s_ft,
+                           s.inertia_slug_ft2, s.lift_shear_lb, s.g_ft_s2};
     const double meant[] = {2, 100, 1000, 7, 2, -5, 9.80665 / 0.3048};
     for (size_t i = 0; i < sizeof read / sizeof read[0]; i++) {
         if (!(fabs(read[i] - meant[i]) <= 1e-12 * fabs(meant[i])))
@@ -258,7 +260,7 @@ TEST(the_keys_say_what_is_read)
 {
     struct sim_scene plain, read;
     struct error error = {0};
-    json_t *keys = sim_scene_keys(), *scene = json_object(), *one;
+    json_t *keys = sim_scene_keys_to_json(), *scene = json_object(), *one;
     const struct sim_key *key;
     const char *name;
     size_t count = 0, defaults = 0;
@@ -275,7 +277,7 @@ TEST(the_keys_say_what_is_read)
     assert_true(defaults > 60);
     if (sim_scene_from_json(&read, "keys", scene, &error) != MR_OK)
         fail_msg("%s", error.text);
-    sim_scene_defaults(&plain);
+    sim_scene_set_defaults(&plain);
     plain.t_end_s = 0.5;
     for (size_t i = 0; (key = sim_key_at(i)); i++) {
         size_t bytes = key->kind == SIM_KEY_REAL                                ? sizeof(double)

@@ -42,7 +42,7 @@ TEST(runs_that_part_say_when_and_how_far)
     assert_int_equal(result.status, SIM_UNPREDICTABLE);
     assert_non_null(strstr(error.text, "unpredictable"));
     assert_true(result.t_s > 0.0 && result.t_s < scene.t_end_s);
-    assert_true(result.divergence_runs >= 5 && result.divergence_waves == 0);
+    assert_true(result.diverging_run_count >= 5 && result.diverging_wave_count == 0);
     assert_true(result.error_u_ft > 0.2 * result.peak_u_ft && isfinite(result.error_u_ft));
     assert_int_equal(result.output_count, OUTPUTS);
     /* another run parts from it too, not before that time, and not further than the spread */
@@ -70,12 +70,12 @@ TEST(mats_in_the_air_pass_through_rest)
 {
     static const double bump_ft[] = {0.0099, 0.02, 0.0099};
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     memset(&error, 0, sizeof error);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 7;
-    scene.left = scene.right = SIM_FIXED;
-    scene.right_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
+    scene.right_torsion = SIM_END_FIXED;
     scene.thrust = SIM_THRUST_LINEAR;
     scene.kv_lb_ft = 2.26415e6;
     scene.cv_lb_s_ft = 110421.0;
@@ -116,14 +116,14 @@ TEST(a_lift_that_rises_to_the_end_is_the_largest)
 {
     static const double bump_ft[] = {0.0099, 0.02, 0.0099};
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     memset(&error, 0, sizeof error);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 8;
     scene.bump_first = 1;
     scene.t_end_s = 0.01;
-    scene.left = SIM_FREE;
-    scene.right = SIM_FIXED;
+    scene.left_end = SIM_END_FREE;
+    scene.right_end = SIM_END_FIXED;
     sim_scene_set_list(&scene.bump_ft, bump_ft, 3);
     ask(&scene);
     struct sim_result fixed = answer(&scene, "staggered", 0.0),
@@ -144,13 +144,13 @@ TEST(a_sampled_stop_is_within_the_stated_error)
 {
     static const double bump_ft[] = {0.0099};
     struct sim_scene scene;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     memset(&error, 0, sizeof error);
     scene.model = SIM_MODEL_CONSISTENT;
     scene.mats = 9;
     scene.profile = SIM_PROFILE_FULL;
-    scene.left = scene.right = SIM_FREE;
-    scene.right_torsion = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FREE;
+    scene.right_torsion = SIM_END_FIXED;
     scene.tad_mode = SIM_TAD_SWITCHED;
     scene.thrust = SIM_THRUST_LINEAR;
     scene.kv_lb_ft = 234000.0;
@@ -163,7 +163,7 @@ TEST(a_sampled_stop_is_within_the_stated_error)
     scene.inertia_slug_ft2 = 1867.98;
     scene.slack_ft = 0.25 / 12.0;
     scene.force_lb = 139620.0;
-    scene.s0_ft = 5.0;
+    scene.start_ft = 5.0;
     scene.v0_ft_s = 2.0;
     scene.bump_first = 3;
     scene.t_end_s = 0.02;
@@ -187,14 +187,14 @@ TEST(sampled_switches_are_within_the_stated_error)
     static const double low_ft[] = {0.002475}, high_ft[] = {0.0495, 0.1, 0.0495};
     for (int k = 0; k < 2; k++) {
         struct sim_scene scene;
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         memset(&error, 0, sizeof error);
         scene.model = SIM_MODEL_REPORT;
         scene.mats = k ? 9 : 7;
         scene.profile = SIM_PROFILE_FULL;
-        scene.left = k ? SIM_FIXED : SIM_FREE;
-        scene.right = scene.left_torsion = SIM_FIXED;
-        scene.right_torsion = SIM_FREE;
+        scene.left_end = k ? SIM_END_FIXED : SIM_END_FREE;
+        scene.right_end = scene.left_torsion = SIM_END_FIXED;
+        scene.right_torsion = SIM_END_FREE;
         scene.thrust = k ? SIM_THRUST_JUMP : SIM_THRUST_LINEAR;
         scene.friction_law = k ? SIM_FRICTION_STICK : SIM_FRICTION_TANH;
         scene.lift_shear = SIM_SHEAR_RISING;
@@ -211,9 +211,9 @@ TEST(sampled_switches_are_within_the_stated_error)
         scene.friction = 0.5;
         scene.veps_ft_s = k ? 0.001 : 0.01;
         scene.force_lb = k ? 33718.1 : 24000.0;
-        scene.shear_lb = k ? 168.59 : 12.7525;
+        scene.lift_shear_lb = k ? 168.59 : 12.7525;
         scene.vac_ft_s = k ? 90.0 : 140.0;
-        scene.s0_ft = k ? 0.0 : 5.0;
+        scene.start_ft = k ? 0.0 : 5.0;
         scene.v0_ft_s = 2.0;
         scene.wheel_load_lb = k ? 0.0 : 170.033;
         scene.slack_ft = 0.005;

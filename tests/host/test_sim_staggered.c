@@ -30,7 +30,7 @@ TEST(leaving_mats_out_changes_nothing)
         if (variant == 4)
             scene.friction_law = SIM_FRICTION_SIGN;
         if (variant == 6)
-            scene.element[ELEMENT_ground_damping] = 0.3;
+            scene.element_values[ELEMENT_ground_damping] = 0.3;
         if (variant == 5) {
             /* starts in motion, at a far mat, and loaded: the window has to find it */
             scene.gap0_ft.values[70] = -1e-5;
@@ -39,11 +39,12 @@ TEST(leaving_mats_out_changes_nothing)
         }
         assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &pruned), MR_OK);
         assert_int_equal(
-            try(&scene, &(struct sim_options){.solver = "staggered", .no_prune = true}, &whole),
+            try(&scene, &(struct sim_options){.solver = "staggered", .integrates_all_mats = true},
+                &whole),
             MR_OK);
-        assert_true(whole.mats_mean == 80.0);
+        assert_true(whole.integrated_mats_mean == 80.0);
         if (scene.friction_law == SIM_FRICTION_STICK) /* the other laws let mats creep for ever */
-            assert_true(pruned.mats_mean < 60.0);
+            assert_true(pruned.integrated_mats_mean < 60.0);
         assert_true(pruned.peak_u_ft > 0.005 && pruned.peak_u_ft == whole.peak_u_ft);
         assert_true(pruned.events == whole.events && pruned.error_u_ft == whole.error_u_ft);
         assert_memory_equal(pruned.u_ft, whole.u_ft, 81 * sizeof(double));
@@ -71,13 +72,13 @@ TEST(two_passes_side_by_side_have_the_bits_of_one_after_the_other)
     assert_int_equal(
         try(&scene, &(struct sim_options){.solver = "staggered", .in_parallel = true}, &two),
         MR_OK);
-    assert_true(one.passes >= 3 && two.passes == one.passes && one.peak_u_ft > 0.005);
+    assert_true(one.pass_count >= 3 && two.pass_count == one.pass_count && one.peak_u_ft > 0.005);
     assert_true(two.evaluations == one.evaluations && two.events == one.events &&
                 two.steps == one.steps);
     assert_true(two.error_u_ft == one.error_u_ft && two.checked_dt_s == one.checked_dt_s);
     assert_memory_equal(two.u_ft, one.u_ft, 81 * sizeof(double));
     assert_memory_equal(two.gap_ft, one.gap_ft, 82 * sizeof(double));
-    assert_memory_equal(two.push_lb, one.push_lb, 82 * sizeof(double));
+    assert_memory_equal(two.max_push_lb, one.max_push_lb, 82 * sizeof(double));
     const struct sim_options stop = {.solver = "staggered",
                                      .in_parallel = true,
                                      .may_continue = stop_late,
@@ -121,11 +122,11 @@ TEST(energy_from_nowhere_is_unstable)
 {
     struct sim_scene scene;
     struct sim_result result;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.friction_law = SIM_FRICTION_SIGN;
     scene.mats = 1;
-    scene.right = SIM_FREE;
+    scene.right_end = SIM_END_FREE;
     scene.force_lb = 1e-3;
     scene.v0_ft_s = 0.0;
     assert_int_equal(try(&scene, &(struct sim_options){.solver = "staggered"}, &result),
@@ -145,7 +146,7 @@ TEST(a_wrong_answer_that_looks_right_is_refused)
     struct sim_scene scene;
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.mats = 1;
@@ -169,10 +170,10 @@ TEST(halving_the_step_quarters_the_error)
     const double m = 160.0 / G, k = 8e6, v = 2.0, t = 0.02, w = sqrt(2.0 * k / m);
     const double exact = 0.5 * (v * t + v / w * sin(w * t));
     double last = 0.0;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = 2;
-    scene.right = SIM_FREE;
+    scene.right_end = SIM_END_FREE;
     scene.cl_lb_s_ft = scene.force_lb = 0.0;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.t_end_s = t;
@@ -196,7 +197,7 @@ TEST(a_check_at_the_limit_is_made_again_with_half_the_step)
     struct sim_scene scene;
     struct sim_result result;
     const double w = sqrt(8e6 * G / 160.0);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.friction_law = SIM_FRICTION_NONE;
     scene.mats = 1;
@@ -226,7 +227,7 @@ TEST(a_chain_of_any_length_is_complete)
         }
         struct sim_scene scene;
         struct sim_result result;
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         scene.model = SIM_MODEL_CHAIN;
         scene.mats = mats;
         scene.friction_law = SIM_FRICTION_NONE;
@@ -321,7 +322,7 @@ TEST(another_method_agrees)
         double y[10] = {0.0};
         struct sim_scene scene;
         struct sim_result result;
-        sim_scene_defaults(&scene);
+        sim_scene_set_defaults(&scene);
         if (variant >= 1) {
             p.s = 0.004;
             for (int j = 0; j < 6; j++)
@@ -408,7 +409,7 @@ TEST(the_wheel_shares_its_thrust)
     struct sim_scene scene;
     struct sim_wheel wheel;
     struct sim_touch touch[SIM_TOUCH_MAX];
-    sim_scene_defaults(&scene); /* mats of 2 ft */
+    sim_scene_set_defaults(&scene); /* mats of 2 ft */
     scene.mats = 2;
     sim_scene_set_path(&scene, rows, 4);
     sim_wheel_start(&wheel, &scene);
@@ -459,21 +460,21 @@ TEST(a_joint_that_tears_by_the_step_is_within_the_stated_error)
     struct sim_scene scene;
     struct sim_result usual, fine;
     error = (struct error){0};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = 8;
     model_mat_chain(&scene);
     sim_scene_set_list(&scene.gap0_ft, gaps, 9);
     sim_scene_set_list(&scene.grit_lb, grits, 9);
-    scene.left = SIM_FIXED;
-    scene.right = SIM_FREE;
+    scene.left_end = SIM_END_FIXED;
+    scene.right_end = SIM_END_FREE;
     scene.friction = 0.5;
     scene.v0_ft_s = 0.0;
     scene.vac_ft_s = 10.0;
     scene.force_lb = 27.539106264372236;
-    scene.s0_ft = 0.3;
+    scene.start_ft = 0.3;
     scene.t_end_s = 0.3;
-    scene.element[ELEMENT_gear_ground] = 7000.0;
+    scene.element_values[ELEMENT_gear_ground] = 7000.0;
     scene.wheel_load_lb = 108.0;
     scene.mods.tear_lb = 20.0;
     if (sim_run(&scene, &(struct sim_options){0}, &usual, &error) != MR_OK)

@@ -8,7 +8,7 @@ static struct sim_scene long_strip(enum sim_model model, int mats)
 {
     struct sim_scene scene;
     const double bump[] = {0.0099, 0.02, 0.0099}, times[] = {0.01, 0.02, 0.03, 0.04};
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = model;
     scene.mats = mats;
     scene.mats_crossed = 2.0;
@@ -19,7 +19,7 @@ static struct sim_scene long_strip(enum sim_model model, int mats)
 
 static struct sim_result good(const struct sim_scene *scene, const char *solver, bool no_prune)
 {
-    return run(scene, (struct sim_options){.solver = solver, .no_prune = no_prune});
+    return run(scene, (struct sim_options){.solver = solver, .integrates_all_mats = no_prune});
 }
 
 static void same(const struct sim_result *a, const struct sim_result *b, double apart_ft)
@@ -53,7 +53,7 @@ TEST(leaving_mats_out_changes_nothing)
             /* pressed down, pushed from afar, jumping thrust replaced by a shared one */
             scene.wheel_load_lb = 2000.0;
             scene.thrust = SIM_THRUST_LINEAR;
-            scene.s0_ft = 90.0;
+            scene.start_ft = 90.0;
             scene.friction_normal = SIM_NORMAL_SOIL;
         }
         if (variant == 6) { /* torsion acts at any angle: mats do not stay flat by themselves */
@@ -70,18 +70,18 @@ TEST(leaving_mats_out_changes_nothing)
         if (variant == 8) { /* the bump is far from the wheel, both start moving */
             scene.bump_first = 100;
             scene.v0_mat = 60;
-            scene.s0_ft = 119.0;
+            scene.start_ft = 119.0;
         }
         if (variant >= 9) { /* damped ground: event, implicit */
-            scene.element[ELEMENT_ground_damping] = 100.0;
+            scene.element_values[ELEMENT_ground_damping] = 100.0;
             solver = variant == 11 ? "implicit" : "event";
         }
         struct sim_result pruned = good(&scene, solver, false), whole = good(&scene, solver, true);
         same(&pruned, &whole, 1e-9);
-        assert_int_equal(whole.mats_max, 160);
-        assert_true(whole.mats_mean > 159.99);
+        assert_int_equal(whole.integrated_mats_max, 160);
+        assert_true(whole.integrated_mats_mean > 159.99);
         if (variant != 7)
-            assert_true(pruned.mats_mean < 130.0);
+            assert_true(pruned.integrated_mats_mean < 130.0);
         assert_true(pruned.peak_u_ft > 1e-3);
         sim_result_free(&pruned);
         sim_result_free(&whole);
@@ -106,14 +106,14 @@ TEST(a_load_is_felt_as_far_as_the_mass_matrix_carries_it)
         scene.bump_ft.count = 0;
         scene.t_out_s.count = 0;
         scene.wheel_load_lb = 2000.0;
-        scene.s0_ft = 80.2 * scene.length_ft;
+        scene.start_ft = 80.2 * scene.length_ft;
         scene.t_end_s = 0.01;
         for (int n = 0; n < 160; n++)
             stations[n] = n * scene.length_ft;
         struct sim_result results[2];
         for (int whole = 0; whole < 2; whole++) {
             struct sim_options options = {.solver = cases[i].solver,
-                                          .no_prune = whole,
+                                          .integrates_all_mats = whole,
                                           .sample_dt_s = 1e-3,
                                           .station_ft = stations,
                                           .station_count = 160};
@@ -156,8 +156,8 @@ TEST(mats_beyond_the_reach_cost_nothing)
 {
     struct sim_scene a = long_strip(SIM_MODEL_REPORT, 200), b = long_strip(SIM_MODEL_REPORT, 4096);
     struct sim_result few = good(&a, "event", false), many = good(&b, "event", false);
-    assert_int_equal(few.mats_max, many.mats_max);
-    assert_true(few.mats_max < 90);
+    assert_int_equal(few.integrated_mats_max, many.integrated_mats_max);
+    assert_true(few.integrated_mats_max < 90);
     assert_int_equal(few.steps, many.steps);
     for (int n = 1; n <= 200; n++)
         assert_true(few.u_ft[n] == many.u_ft[n]);
@@ -179,7 +179,7 @@ TEST(a_flat_strip_stays_flat)
         scene.v0_ft_s = 0.0;
         struct sim_result result = good(&scene, "event", false);
         assert_true(result.peak_u_ft == 0.0 && result.max_lift_ft == 0.0);
-        assert_true(result.mats_max < 30);
+        assert_true(result.integrated_mats_max < 30);
         sim_result_free(&result);
         sim_scene_free(&scene);
     }

@@ -279,11 +279,11 @@ static void make_elastic(struct sim_scene *scene, uint32_t number)
     const struct sim_key *key = sim_key_find("gear_k_lb_ft");
     *(double *)(void *)((char *)scene + key->offset) = 7000.0 * exp(between(&state, -0.4, 0.4));
     scene->wheel_load_lb = GEAR_LB / AXLES;
-    scene->gear.unloading = between(&state, 0.5, 1.0);
-    scene->gear.axle_law = between(&state, 0.5, 1.0);
-    scene->gear.foot_ft = between(&state, 0.2, 0.4);
-    sim_scene_set_list(&scene->gear.lines_ft, lines_ft, 4);
-    sim_scene_set_list(&scene->gear.axles, axles, 4);
+    scene->gear.recovered_share = between(&state, 0.5, 1.0);
+    scene->gear.axle_exponent = between(&state, 0.5, 1.0);
+    scene->gear.axle_length_ft = between(&state, 0.2, 0.4);
+    sim_scene_set_list(&scene->gear.line_setbacks_ft, lines_ft, 4);
+    sim_scene_set_list(&scene->gear.axle_counts, axles, 4);
 }
 
 /* Runs a scene. A wave that grows until a mat stands upright ends a run without numbers: then the
@@ -339,7 +339,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
         brake_in_pulses(&gear, &kinds[kind], series->number, landing->number);
     note_braking(&gear, landing);
     roll(landing, &gear, series, rows, &count, state);
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     scene.model = SIM_MODEL_CHAIN;
     scene.mats = SCORE_MATS;
     scene.length_ft = SCORE_MAT_FT;
@@ -348,7 +348,7 @@ static bool land(const struct score_series *series, struct score_landing *landin
     scene.kl_lb_ft = series->kl_lb_ft;
     scene.cl_lb_s_ft = series->cl_lb_s_ft;
     scene.slack_ft = SLACK_IN / 12.0;
-    scene.left = scene.right = SIM_FIXED;
+    scene.left_end = scene.right_end = SIM_END_FIXED;
     scene.v0_ft_s = 0.0;
     scene.t_dwell_s = AFTER_STOP_S;
     for (unsigned i = 0; i < landing->looks; i++)

@@ -35,7 +35,7 @@ static bool one_in(uint64_t *state, double times)
 
 static enum sim_end end(uint64_t *state)
 {
-    return one_in(state, 2.0) ? SIM_FREE : SIM_FIXED;
+    return one_in(state, 2.0) ? SIM_END_FREE : SIM_END_FIXED;
 }
 
 /* Fewer mats more often. */
@@ -78,10 +78,10 @@ static void materials(struct sim_scene *scene, double soft, double hard, uint64_
     scene->cl_lb_s_ft = one_in(state, 3.0) ? between(state, 0.0, 0.3) * rate(scene) * mass(scene)
                                            : 0.0;
     scene->length_ft = PICK(state, RIG_MAT_FT, 2.0);
-    scene->left = end(state);
-    scene->right = end(state);
+    scene->left_end = end(state);
+    scene->right_end = end(state);
     scene->friction = between(state, 0.2, 0.8);
-    scene->s0_ft = 0.5 * scene->length_ft;
+    scene->start_ft = 0.5 * scene->length_ft;
     scene->vac_ft_s = scene->force_lb = 0.0;
 }
 
@@ -104,15 +104,15 @@ static void row(struct sim_scene *scene, uint64_t *state)
         scene->wheel_load_lb = PICK(state, 0.0, 0.0, 0.5, 2.0) * scene->weight_lb;
     }
     if (one_in(state, 2.0)) { /* the wheel rolls over most of the row */
-        scene->s0_ft = between(state, -0.1, 0.5) * scene->mats * scene->length_ft;
+        scene->start_ft = between(state, -0.1, 0.5) * scene->mats * scene->length_ft;
         scene->vac_ft_s = between(state, 0.1, 1.5) * scene->mats * scene->length_ft /
                           scene->t_end_s;
         scene->thrust = one_in(state, 2.0) ? SIM_THRUST_JUMP : SIM_THRUST_LINEAR;
         double rolled_ft = scene->vac_ft_s * scene->t_end_s;
         const struct sim_path_row back[] = {
-            {0.0, scene->s0_ft + rolled_ft, scene->force_lb},
-            {0.7 * scene->t_end_s, scene->s0_ft, 0.5 * scene->force_lb},
-            {scene->t_end_s, scene->s0_ft + 0.2 * rolled_ft, 0.0}};
+            {0.0, scene->start_ft + rolled_ft, scene->force_lb},
+            {0.7 * scene->t_end_s, scene->start_ft, 0.5 * scene->force_lb},
+            {scene->t_end_s, scene->start_ft + 0.2 * rolled_ft, 0.0}};
         if (one_in(state, 4.0))
             sim_scene_set_path(scene, back, 3);
     }
@@ -155,8 +155,8 @@ static void rig(struct sim_scene *scene, uint64_t *state)
     scene->cl_lb_s_ft = PICK(state, 0.0, 1.0, 5.0, 10.0);
     scene->slack_ft = 0.0025 * decades(state, -0.3, 0.3);
     scene->friction = between(state, 0.3, 0.8);
-    scene->left = end(state);
-    scene->right = end(state);
+    scene->left_end = end(state);
+    scene->right_end = end(state);
     scene->v0_ft_s = 0.0;
     dirt(scene, PICK(state, 0.0, 2.0, 20.0), state);
     brake(scene, 13.5 * decades(state, -0.5, 0.5), state);
@@ -169,7 +169,7 @@ static void box(struct sim_scene *scene, uint64_t *state)
     scene->kl_lb_ft = decades(state, 4.0, 7.0);
     scene->cl_lb_s_ft = 0.0;
     scene->slack_ft = 1.0;
-    scene->left = scene->right = SIM_FIXED;
+    scene->left_end = scene->right_end = SIM_END_FIXED;
     scene->friction_law = SIM_FRICTION_NONE;
     scene->force_lb = scene->vac_ft_s = 0.0;
     scene->v0_ft_s = between(state, 0.5, 3.0);
@@ -198,8 +198,8 @@ static void few_mats(struct sim_scene *scene, uint64_t *state)
 {
     scene->mats = one_in(state, 2.0) ? 1 : some_mats(state, 8);
     materials(scene, 2.0, 3.5, state);
-    scene->left = scene->mats == 1 ? SIM_FREE : end(state);
-    scene->right = scene->mats == 1 ? SIM_FREE : end(state);
+    scene->left_end = scene->mats == 1 ? SIM_END_FREE : end(state);
+    scene->right_end = scene->mats == 1 ? SIM_END_FREE : end(state);
     scene->v0_ft_s = 0.0;
     if (one_in(state, 3.0)) {
         scene->slack_ft = decades(state, -4.0, -1.0);
@@ -260,18 +260,18 @@ static void gear(struct sim_scene *scene, uint64_t *state)
     double axles[4];
     size_t lines = 1 + draw_below(state, 4);
     rig(scene, state);
-    scene->element[ELEMENT_gear_ground] = decades(state, 3.0, 4.5);
+    scene->element_values[ELEMENT_gear_ground] = decades(state, 3.0, 4.5);
     scene->wheel_load_lb = decades(state, 0.5, 2.3);
     for (size_t i = 0; i < lines; i++)
         axles[i] = PICK(state, 1.0, 2.0);
     if (lines > 1) {
-        sim_scene_set_list(&scene->gear.lines_ft, lines_ft, lines);
-        sim_scene_set_list(&scene->gear.axles, axles, lines);
+        sim_scene_set_list(&scene->gear.line_setbacks_ft, lines_ft, lines);
+        sim_scene_set_list(&scene->gear.axle_counts, axles, lines);
     }
-    scene->gear.foot_ft = PICK(state, 0.0, 1.0, 1.6) * scene->length_ft;
+    scene->gear.axle_length_ft = PICK(state, 0.0, 1.0, 1.6) * scene->length_ft;
     scene->gear.damping = PICK(state, 0.0, 0.2, 0.5, 1.0);
-    scene->gear.unloading = PICK(state, 1.0, 0.7, 0.4);
-    scene->gear.axle_law = PICK(state, 0.0, 0.5, 1.0);
+    scene->gear.recovered_share = PICK(state, 1.0, 0.7, 0.4);
+    scene->gear.axle_exponent = PICK(state, 0.0, 0.5, 1.0);
 }
 
 static void other(struct sim_scene *scene, uint64_t *state)
@@ -286,8 +286,8 @@ static void other(struct sim_scene *scene, uint64_t *state)
     default: break;
     }
     if (scene->friction_law == SIM_FRICTION_STICK || one_in(state, 2.0))
-        scene->element[ELEMENT_ground_damping] = scene->friction * scene->weight_lb /
-                                                 scene->v0_ft_s * decades(state, -2.0, 1.0);
+        scene->element_values[ELEMENT_ground_damping] = scene->friction * scene->weight_lb /
+                                                        scene->v0_ft_s * decades(state, -2.0, 1.0);
 }
 
 enum chain_kind chain_draw(struct sim_scene *scene, size_t index, uint64_t seed)
@@ -302,7 +302,7 @@ enum chain_kind chain_draw(struct sim_scene *scene, size_t index, uint64_t seed)
     uint64_t state = seed ^ (0xd1342543de82ef95u * (index + 1));
     double times[CHAIN_OUTPUTS];
     draw_uniform(&state);
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     snprintf(scene->name, sizeof scene->name, "chain %zu", index);
     scene->model = SIM_MODEL_CHAIN;
     scene->g_ft_s2 = G;

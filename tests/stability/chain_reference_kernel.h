@@ -107,7 +107,7 @@ static struct aircraft aircraft_at(const struct sim_scene *scene, real t_s)
     struct aircraft a = {.there = true};
     size_t count = scene->path_count;
     if (count == 0) {
-        a.x_ft = scene->s0_ft + scene->vac_ft_s * t_s;
+        a.x_ft = scene->start_ft + scene->vac_ft_s * t_s;
         a.speed_ft_s = scene->vac_ft_s;
         a.force_lb = scene->force_lb;
     } else {
@@ -132,22 +132,27 @@ static struct aircraft aircraft_at(const struct sim_scene *scene, real t_s)
 
 static size_t line_count(const struct state *s)
 {
-    return s->gear && s->scene->gear.lines_ft.count > 0 ? s->scene->gear.lines_ft.count : 1;
+    return s->gear && s->scene->gear.line_setbacks_ft.count > 0
+             ? s->scene->gear.line_setbacks_ft.count
+             : 1;
 }
 
 static real line_behind_ft(const struct state *s, size_t i)
 {
-    return s->gear && s->scene->gear.lines_ft.count > 0 ? s->scene->gear.lines_ft.values[i] : 0.0;
+    return s->gear && s->scene->gear.line_setbacks_ft.count > 0
+             ? s->scene->gear.line_setbacks_ft.values[i]
+             : 0.0;
 }
 
 static real line_axles(const struct state *s, size_t i)
 {
-    return s->gear && s->scene->gear.axles.count > 0 ? s->scene->gear.axles.values[i] : 1.0;
+    return s->gear && s->scene->gear.axle_counts.count > 0 ? s->scene->gear.axle_counts.values[i]
+                                                           : 1.0;
 }
 
 static real foot_ft(const struct state *s)
 {
-    return s->gear ? s->scene->gear.foot_ft : 0.0;
+    return s->gear ? s->scene->gear.axle_length_ft : 0.0;
 }
 
 /* Times within t0..t1 (one speed) at which a point `ahead` of the lead axle crosses k L + shift. */
@@ -177,7 +182,7 @@ static struct times breaks_of(const struct state *s, real end_s)
         }
         if (!(t1_s > t0_s))
             continue;
-        real speed_ft_s = scene->vac_ft_s, x0_ft = scene->s0_ft;
+        real speed_ft_s = scene->vac_ft_s, x0_ft = scene->start_ft;
         if (scene->path_count > 0) {
             x0_ft = scene->path[r].x_ft;
             speed_ft_s = (scene->path[r + 1].x_ft - x0_ft) / (t1_s - t0_s);
@@ -726,17 +731,17 @@ static void begin(struct state *s)
     s->slack = scene->slack_ft;
     s->veps = scene->veps_ft_s;
     s->base_limit = scene->friction * scene->weight_lb;
-    s->c = scene->element[ELEMENT_ground_damping];
-    s->gear_k = scene->element[ELEMENT_gear_ground];
+    s->c = scene->element_values[ELEMENT_ground_damping];
+    s->gear_k = scene->element_values[ELEMENT_gear_ground];
     s->gear = s->gear_k > 0.0;
-    s->rho = scene->gear.unloading;
+    s->rho = scene->gear.recovered_share;
     s->zeta = scene->gear.damping;
-    s->axle_law = scene->gear.axle_law;
+    s->axle_law = scene->gear.axle_exponent;
     s->plain = !rubs ? BARE : scene->friction_law == SIM_FRICTION_TANH ? SMOOTH : SLIDES;
     for (int j = 1; j <= s->mats + 1; j++) {
-        real g = s->gap0[j] = sim_scene_joint(&scene->gap0_ft, j);
-        bool grit = s->slack > 0.0 && sim_scene_joint(&scene->grit_lb, j) > 0.0;
-        s->grit[j] = grit ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
+        real g = s->gap0[j] = sim_scene_joint_value(&scene->gap0_ft, j);
+        bool grit = s->slack > 0.0 && sim_scene_joint_value(&scene->grit_lb, j) > 0.0;
+        s->grit[j] = grit ? sim_scene_joint_value(&scene->grit_lb, j) : 0.0;
         s->reach[j] = fmin(fmax(g, 0.0), s->slack);
         s->joint[j] = s->slack <= 0.0 ? LINEAR
                     : g < 0.0         ? PRESSED
@@ -744,11 +749,11 @@ static void begin(struct state *s)
                     : grit            ? FOLLOWS
                                       : OPEN;
     }
-    if (scene->left == SIM_FREE)
+    if (scene->left_end == SIM_END_FREE)
         s->joint[1] = LOOSE;
-    if (scene->right == SIM_FREE)
+    if (scene->right_end == SIM_END_FREE)
         s->joint[s->mats + 1] = LOOSE;
-    real x_ft = scene->path_count > 0 ? scene->path[0].x_ft : scene->s0_ft;
+    real x_ft = scene->path_count > 0 ? scene->path[0].x_ft : scene->start_ft;
     real under = floor(x_ft / scene->length_ft + EDGE) + 1.0;
     int thrown = scene->v0_mat > 0 ? scene->v0_mat : (int)fmax(1.0, fmin(s->mats, under));
     for (int n = 1; n <= s->mats; n++)

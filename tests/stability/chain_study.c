@@ -54,8 +54,8 @@ struct shared {
 static bool is_lossless(const struct sim_scene *s)
 {
     return s->cl_lb_s_ft == 0.0 && (s->friction_law == SIM_FRICTION_NONE || s->friction == 0.0) &&
-           s->grit_lb.count == 0 && s->element[ELEMENT_ground_damping] == 0.0 &&
-           s->element[ELEMENT_gear_ground] == 0.0;
+           s->grit_lb.count == 0 && s->element_values[ELEMENT_ground_damping] == 0.0 &&
+           s->element_values[ELEMENT_gear_ground] == 0.0;
 }
 
 static double apart_ft(const double *a, const double *b, size_t count)
@@ -92,8 +92,8 @@ static void engine(const struct sim_scene *scene, struct chain_row *row, double 
             memcpy(u_ft + i * mats, result.outputs[i].u_ft, mats * sizeof *u_ft);
         for (size_t i = 0; i < CHAIN_OUTPUTS; i++)
             u_ft[i * mats] = 0.0;
-        memcpy(peaks->push_lb, result.push_lb, (mats + 1) * sizeof *result.push_lb);
-        memcpy(peaks->pull_lb, result.pull_lb, (mats + 1) * sizeof *result.pull_lb);
+        memcpy(peaks->push_lb, result.max_push_lb, (mats + 1) * sizeof *result.max_push_lb);
+        memcpy(peaks->pull_lb, result.max_pull_lb, (mats + 1) * sizeof *result.max_pull_lb);
     }
     sim_result_free(&result);
 }
@@ -345,7 +345,7 @@ static bool write_scene(const char *path, const struct sim_scene *scene)
     FILE *file = fopen(path, "w");
     if (!file)
         return false;
-    sim_scene_defaults(&usual);
+    sim_scene_set_defaults(&usual);
     fprintf(file, "{\n  \"_note\": \"drawn by the stability study\"");
     for (size_t i = 0; sim_key_at(i); i++) {
         const struct sim_key *key = sim_key_at(i);

@@ -28,7 +28,8 @@ static void sort(const struct sim_scene *scene, bool in[CONFIDENCE_GROUPS])
     bool full = scene->profile == SIM_PROFILE_FULL, none = scene->friction_law == SIM_FRICTION_NONE,
          loaded = scene->wheel_load_lb > 0.0;
     bool soil = scene->friction_normal == SIM_NORMAL_SOIL, path = scene->path_count > 0;
-    int ends = 4 * full + 2 * (scene->left == SIM_FIXED) + (scene->right == SIM_FIXED);
+    int ends = 4 * full + 2 * (scene->left_end == SIM_END_FIXED) +
+               (scene->right_end == SIM_END_FIXED);
     in[0] = true;
     for (int i = 0; i < 8; i++)
         in[1 + i] = i == ends;

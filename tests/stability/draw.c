@@ -46,7 +46,7 @@ double (*draw_table(size_t count, uint64_t seed))[DRAW_KEYS]
 
 static enum sim_end end(uint64_t *state)
 {
-    return draw_below(state, 2) == 0 ? SIM_FREE : SIM_FIXED;
+    return draw_below(state, 2) == 0 ? SIM_END_FREE : SIM_END_FIXED;
 }
 
 enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_KEYS], size_t index,
@@ -61,7 +61,7 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
                                                  SIM_SHEAR_BOTH,   SIM_SHEAR_NONE};
     uint64_t state = seed ^ (0xd1342543de82ef95u * (index + 1));
     next(&state);
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     snprintf(scene->name, sizeof scene->name, "scene %zu", index);
     scene->kv_lb_ft *= pow(10.0, exponents[DRAW_KV]);
     scene->cv_lb_s_ft *= pow(10.0, exponents[DRAW_CV]);
@@ -83,8 +83,8 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->tad_deg = PICK(&state, 0.0, 1.0, 10.0, 10.0);
     scene->tad_mode = draw_below(&state, 3) == 0 ? SIM_TAD_SWITCHED : SIM_TAD_DEADBAND;
     scene->slack_ft = PICK(&state, 0.0, 0.0, 0.005, 0.25 / 12.0);
-    scene->left = end(&state);
-    scene->right = end(&state);
+    scene->left_end = end(&state);
+    scene->right_end = end(&state);
     scene->left_torsion = end(&state);
     scene->right_torsion = end(&state);
     /* thrust in proportion to the mats, or the report's whatever they weigh */
@@ -92,7 +92,7 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     if (draw_below(&state, 2) == 0)
         scene->force_lb *= heavier;
     scene->vac_ft_s = PICK(&state, 60.0, 90.0, 140.0);
-    scene->s0_ft = PICK(&state, 0.0, 2.0, 5.0);
+    scene->start_ft = PICK(&state, 0.0, 2.0, 5.0);
     scene->thrust = draw_below(&state, 2) == 0 ? SIM_THRUST_JUMP : SIM_THRUST_LINEAR;
     scene->wheel_load_lb = PICK(&state, 0.0, 0.0, 10.0) * scene->weight_lb;
     scene->friction_law = laws[draw_below(&state, sizeof laws / sizeof laws[0])];
@@ -100,7 +100,7 @@ enum mr_status draw_scene(struct sim_scene *scene, const double exponents[DRAW_K
     scene->veps_ft_s = PICK(&state, 1e-3, 1e-2);
     scene->friction_normal = consistent && draw_below(&state, 2) == 0 ? SIM_NORMAL_SOIL
                                                                       : SIM_NORMAL_WEIGHT;
-    scene->shear_lb *= heavier;
+    scene->lift_shear_lb *= heavier;
     scene->lift_shear = shears[draw_below(&state, sizeof shears / sizeof shears[0])];
     scene->v0_ft_s = PICK(&state, 0.0, 2.0, 2.0);
     double bump = PICK(&state, 0.0, 0.005, 0.02, 0.02, 0.1);
@@ -172,10 +172,10 @@ void draw_row(FILE *table, size_t index, const double exponents[DRAW_KEYS],
     fprintf(table, ",%s,%d,%.3g,%s,%s,%s,%g,%s,%.3g,%.3g,%s%s,%s,%s,%g,%g,%zu,%g",
             sim_model_name(s->model), s->mats, s->inertia_slug_ft2,
             s->profile == SIM_PROFILE_FULL ? "full" : "low",
-            s->left == SIM_FIXED ? "fixed" : "free", s->right == SIM_FIXED ? "fixed" : "free",
-            s->tad_deg, s->tad_mode == SIM_TAD_SWITCHED ? "switched" : "deadband", s->slack_ft,
-            s->force_lb, laws[s->friction_law],
-            s->friction_normal == SIM_NORMAL_SOIL ? "/soil" : "",
+            s->left_end == SIM_END_FIXED ? "fixed" : "free",
+            s->right_end == SIM_END_FIXED ? "fixed" : "free", s->tad_deg,
+            s->tad_mode == SIM_TAD_SWITCHED ? "switched" : "deadband", s->slack_ft, s->force_lb,
+            laws[s->friction_law], s->friction_normal == SIM_NORMAL_SOIL ? "/soil" : "",
             s->thrust == SIM_THRUST_LINEAR ? "linear" : "jump", shears[s->lift_shear],
             s->bump_ft.count > 0 ? s->bump_ft.values[s->bump_ft.count / 2] : 0.0, s->wheel_load_lb,
             s->path_count, s->t_end_s);

@@ -84,13 +84,13 @@ static void translate(const struct sim_scene *scene, struct ref_scene *to)
     to->switched = scene->tad_mode == SIM_TAD_SWITCHED;
     to->full = scene->profile == SIM_PROFILE_FULL;
     to->slack = scene->slack_ft;
-    to->left_fixed = scene->left == SIM_FIXED;
-    to->right_fixed = scene->right == SIM_FIXED;
-    to->left_torsion_fixed = scene->left_torsion == SIM_FIXED;
-    to->right_torsion_fixed = scene->right_torsion == SIM_FIXED;
+    to->left_fixed = scene->left_end == SIM_END_FIXED;
+    to->right_fixed = scene->right_end == SIM_END_FIXED;
+    to->left_torsion_fixed = scene->left_torsion == SIM_END_FIXED;
+    to->right_torsion_fixed = scene->right_torsion == SIM_END_FIXED;
     to->F = scene->force_lb;
     to->Vac = scene->vac_ft_s;
-    to->s0 = scene->s0_ft;
+    to->s0 = scene->start_ft;
     to->linear = scene->thrust == SIM_THRUST_LINEAR;
     to->wheel_load = scene->wheel_load_lb;
     to->f = scene->friction;
@@ -99,7 +99,7 @@ static void translate(const struct sim_scene *scene, struct ref_scene *to)
                  : scene->friction_law == SIM_FRICTION_TANH  ? REF_TANH
                                                              : REF_NO_FRICTION;
     to->soil_normal = scene->friction_normal == SIM_NORMAL_SOIL;
-    to->V = scene->shear_lb;
+    to->V = scene->lift_shear_lb;
     to->shear = shears[scene->lift_shear];
     for (size_t i = 0; i < scene->bump_ft.count; i++)
         to->bump[(size_t)scene->bump_first - 1 + i] = scene->bump_ft.values[i];

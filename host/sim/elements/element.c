@@ -16,9 +16,9 @@ struct element_set element_set_of(const struct sim_scene *scene)
 {
     struct element_set set = {0};
     for (int i = 0; i < ELEMENT_COUNT; i++) {
-        if (scene->element[i] > 0.0 && !table[i]->has_memory) {
+        if (scene->element_values[i] > 0.0 && !table[i]->has_memory) {
             set.element[set.count] = table[i];
-            set.value[set.count++] = scene->element[i];
+            set.value[set.count++] = scene->element_values[i];
         }
     }
     return set;
@@ -60,8 +60,8 @@ bool element_can_rest(const struct element_set *set)
 void element_describe(const struct sim_scene *scene, struct sim_result *result)
 {
     for (int i = 0; i < ELEMENT_COUNT; i++) {
-        if (scene->element[i] > 0.0)
-            table[i]->describe(scene->element[i], result);
+        if (scene->element_values[i] > 0.0)
+            table[i]->describe(scene->element_values[i], result);
     }
 }
 

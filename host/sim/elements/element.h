@@ -58,7 +58,8 @@ struct element {
     bool has_memory;
 };
 
-#define ELEMENT_FIELD(name) (offsetof(struct sim_scene, element) + ELEMENT_##name * sizeof(double))
+#define ELEMENT_FIELD(name) \
+    (offsetof(struct sim_scene, element_values) + ELEMENT_##name * sizeof(double))
 
 /* The elements of a scene, except those with a memory. */
 struct element_set {

@@ -10,12 +10,12 @@
 
 static double gear_ground_lb_ft(const struct sim_scene *scene)
 {
-    return scene->element[ELEMENT_gear_ground];
+    return scene->element_values[ELEMENT_gear_ground];
 }
 
 struct gear *gear_make(const struct sim_scene *scene)
 {
-    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    const struct sim_list *lines = &scene->gear.line_setbacks_ft, *axles = &scene->gear.axle_counts;
     size_t mats = (size_t)scene->mats + 2;
     if (!(gear_ground_lb_ft(scene) > 0.0))
         return NULL;
@@ -53,7 +53,9 @@ void gear_start(struct gear *gear, double drift_s)
     memset(gear->storage, 0, 3 * ((size_t)scene->mats + 2) * sizeof *gear->storage);
     for (int i = 0; i < gear->line_count; i++) {
         struct sim_wheel *line = &gear->line[i];
-        double behind_ft = scene->gear.lines_ft.count > 0 ? scene->gear.lines_ft.values[i] : 0.0;
+        double behind_ft = scene->gear.line_setbacks_ft.count > 0
+                             ? scene->gear.line_setbacks_ft.values[i]
+                             : 0.0;
         struct sim_path_row *rows = gear->rows + (size_t)i * scene->path_count;
         sim_wheel_start(line, scene);
         for (size_t r = 0; r < 2; r++)
@@ -69,7 +71,7 @@ void gear_start(struct gear *gear, double drift_s)
 
 double gear_stiffness_lb_ft(const struct sim_scene *scene, double touching)
 {
-    double power = scene->gear.axle_law, k_lb_ft = gear_ground_lb_ft(scene);
+    double power = scene->gear.axle_exponent, k_lb_ft = gear_ground_lb_ft(scene);
     if (touching == 1.0 || power == 0.0)
         return touching > 0.0 ? k_lb_ft : 0.0;
     return k_lb_ft * (power == 1.0 ? touching : elementary_pow(touching, power));
@@ -88,7 +90,8 @@ void gear_set_touching_axles(struct gear *gear, int mat, double touching)
  * (gear_foot_ft), whose middle is at x_ft. Returns the number of mats that it touches. */
 static int spread_load(const struct gear *gear, double x_ft, struct sim_touch *touch, int parts)
 {
-    double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.foot_ft, thrust_lb = 0.0;
+    double length_ft = gear->scene->length_ft, foot_ft = gear->scene->gear.axle_length_ft,
+           thrust_lb = 0.0;
     double from_ft = x_ft - 0.5 * foot_ft, to_ft = x_ft + 0.5 * foot_ft;
     int count = 0, mats = gear->scene->mats;
     for (int i = 0; i < parts; i++)
@@ -107,7 +110,7 @@ static int compute_line_action(struct gear *gear, int i, double t0_s, double t1_
                                struct sim_touch *touch)
 {
     struct sim_wheel *line = &gear->line[i];
-    double x0_ft = line->reached_ft, foot_ft = gear->scene->gear.foot_ft;
+    double x0_ft = line->reached_ft, foot_ft = gear->scene->gear.axle_length_ft;
     bool follows = line->reached_s == t0_s;
     int parts = sim_wheel_span(line, t0_s, t1_s, touch);
     if (foot_ft > 0.0)
@@ -163,7 +166,7 @@ static void press_mats(struct gear *gear, const struct pressed_mat *pressed_mat,
 int gear_span(struct gear *gear, double t0_s, double t1_s, struct sim_touch *touch)
 {
     struct pressed_mat pressed_mat[SIM_TOUCH_MAX];
-    bool foot = gear->scene->gear.foot_ft > 0.0;
+    bool foot = gear->scene->gear.axle_length_ft > 0.0;
     int count = 0, found = 0;
     double most = 0.0;
     gear->lead_mat = 0;
@@ -199,7 +202,7 @@ static struct ground_piece solve_ground_piece(double free_ft_s, double per_lb, d
 double gear_speed_ft_s(struct gear *gear, int mat, double v_ft_s, double x_lb, double limit_lb,
                        double equivalent_s)
 {
-    double rho = gear->scene->gear.unloading,
+    double rho = gear->scene->gear.recovered_share,
            k = gear_stiffness_lb_ft(gear->scene, gear->touching_axles[mat]);
     double per_lb = equivalent_s / gear->mass_slug;
     double damping = per_lb * 2.0 * gear->scene->gear.damping * sqrt(k * gear->mass_slug);
@@ -233,7 +236,7 @@ const struct element element_gear_ground = {
     .key = {.name = "gear_k_lb_ft",
             .kind = SIM_KEY_REAL,
             .offset = ELEMENT_FIELD(gear_ground),
-            .high = SIM_VALUE_MAX,
+            .max = SIM_VALUE_MAX,
             .unit = "lb/ft",
             .meaning =
                 "stiffness, along the runway, of the elastic ground under a mat that carries "

@@ -35,7 +35,7 @@ const struct element element_ground_damping = {
     .key = {.name = "ground_damping",
             .kind = SIM_KEY_REAL,
             .offset = ELEMENT_FIELD(ground_damping),
-            .high = SIM_VALUE_MAX,
+            .max = SIM_VALUE_MAX,
             .unit = "lb s/ft",
             .meaning = "viscous damping, along the runway, of each mat that rests on the ground"},
     .force_lb = force_lb,

@@ -47,7 +47,7 @@ static double elastic_plastic_force(double stiffness, double cap, double stretch
 static const struct restraint_kind {
     bool pulls_out, only_pulls;
     double spring_end_count;
-} restraint_kinds[SIM_RESTRAINTS] = {
+} restraint_kinds[SIM_RESTRAINT_KINDS] = {
     [SIM_ANCHORS] = {true, false, 1.0},
     [SIM_TIES] = {true, true, 1.0},
     [SIM_ABSORBERS] = {false, false, 4.0},
@@ -57,9 +57,10 @@ static void reset_restraints(struct restraints *r, const struct sim_scene *scene
 {
     const struct sim_list *zero = &r->parameters->zero_ft;
     for (int i = 0; i < r->count; i++) {
-        int at = mods_place(r->parameters->first, r->parameters->every, i);
-        double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint(&scene->gap0_ft, at) : 0.0;
-        r->zero_ft[i] = zero->count > 0 ? sim_scene_joint(zero, i + 1) : start_ft;
+        int at = mods_place(r->parameters->first_place, r->parameters->spacing, i);
+        double start_ft = r->kind == SIM_ABSORBERS ? sim_scene_joint_value(&scene->gap0_ft, at)
+                                                   : 0.0;
+        r->zero_ft[i] = zero->count > 0 ? sim_scene_joint_value(zero, i + 1) : start_ft;
         r->place[i] = at;
         r->load_lb[i] = 0.0;
         r->stretch_ft[i] = start_ft - r->zero_ft[i];
@@ -111,8 +112,8 @@ static void find_braces(struct mods *m)
             m->brace_force_lb[m->band[g].connection_mat[c]] = 1.0;
     }
     const struct sim_restraint *anchors = &m->scene->mods.restraint[SIM_ANCHORS];
-    for (int i = 0; i < mods_restraints(m->scene, SIM_ANCHORS); i++)
-        m->brace_force_lb[mods_place(anchors->first, anchors->every, i)] = 1.0;
+    for (int i = 0; i < mods_restraint_count(m->scene, SIM_ANCHORS); i++)
+        m->brace_force_lb[mods_place(anchors->first_place, anchors->spacing, i)] = 1.0;
     for (int mat = 1; mat <= m->mats; mat++) {
         if (m->brace_force_lb[mat] > 0.0)
             m->brace_mat[m->brace_count++] = mat;
@@ -121,14 +122,14 @@ static void find_braces(struct mods *m)
 
 static void init_bands(struct mods *m, double *at)
 {
-    size_t segments = m->state->segments, connections = m->state->connections, segment = 0,
-           connection = 0;
+    size_t segments = m->state->segment_count, connections = m->state->connection_count,
+           segment = 0, connection = 0;
     double *k = at, *stretch = k + segments;
     m->band_lb = stretch + segments;
     int *mat = (int *)(m->band_lb + segments);
     m->brace_mat = mat + connections;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        int count = mods_connections(m->scene, g);
+        int count = mods_connection_count(m->scene, g);
         if (count == 0)
             continue;
         m->band[g] = (struct mods_bands){
@@ -146,8 +147,8 @@ static void init_bands(struct mods *m, double *at)
             .is_riveted = m->state->band_mat + connection,
         };
         for (int c = 0; c < count; c++)
-            m->band[g].connection_mat[c] = mods_place(m->band[g].scene_bands->first,
-                                                      m->band[g].scene_bands->every, c);
+            m->band[g].connection_mat[c] = mods_place(m->band[g].scene_bands->first_mat,
+                                                      m->band[g].scene_bands->spacing, c);
         segment += (size_t)count + 1;
         connection += (size_t)count;
     }
@@ -216,14 +217,14 @@ static void load_rivets(struct mods_bands *b, const struct sim_touch *touch, int
     const struct sim_bands *s = b->scene_bands;
     int first = b->connection_mat[0];
     for (int i = 0; i < count; i++) {
-        int c = (touch[i].mat - first) / s->every;
-        if (touch[i].mat < first || (touch[i].mat - first) % s->every != 0 ||
+        int c = (touch[i].mat - first) / s->spacing;
+        if (touch[i].mat < first || (touch[i].mat - first) % s->spacing != 0 ||
             c >= b->segment_count - 1)
             continue;
-        double across_lb = s->tilt_rad * (clip_tension_lb(b->tension_lb[c]) +
-                                          clip_tension_lb(b->tension_lb[c + 1]));
-        double worn = b->slip_ft[c] / s->wear_ft;
-        if (across_lb > s->pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
+        double across_lb = s->mat_tilt_rad * (clip_tension_lb(b->tension_lb[c]) +
+                                              clip_tension_lb(b->tension_lb[c + 1]));
+        double worn = b->slip_ft[c] / s->hole_wear_ft;
+        if (across_lb > s->rivet_pull_lb * (worn < 1.0 ? 1.0 - worn : 0.0))
             b->is_pulled_out[c] = 1.0;
     }
 }
@@ -252,7 +253,7 @@ static void reset_band_group(const struct mods *m, struct mods_bands *b)
     const struct sim_bands *s = b->scene_bands;
     double ea_lb = s->area_ft2 * s->e_lb_ft2;
     for (int c = 0; c < b->segment_count - 1; c++) {
-        b->slip_ft[c] = s->slipped_ft.count ? sim_scene_joint(&s->slipped_ft, c + 1) : 0.0;
+        b->slip_ft[c] = s->slipped_ft.count ? sim_scene_joint_value(&s->slipped_ft, c + 1) : 0.0;
         b->is_pulled_out[c] = 0.0;
         b->load_lb[c] = 0.0;
         b->is_riveted[c] = b->connection_mat[c];
@@ -268,7 +269,7 @@ static void reset_band_group(const struct mods *m, struct mods_bands *b)
         if (i == 0 || i == b->segment_count - 1)
             give_ft_lb += 1.0 / s->k_lb_ft;
         b->k_lb_ft[i] = 1.0 / give_ft_lb;
-        b->stretch_ft[i] = sim_scene_joint(&s->t0_lb, i + 1) * give_ft_lb -
+        b->stretch_ft[i] = sim_scene_joint_value(&s->t0_lb, i + 1) * give_ft_lb -
                            s->alpha_f * s->warming_degf * (to_ft - from_ft);
         b->tension_lb[i] = b->k_lb_ft[i] * b->stretch_ft[i];
         b->min_lb[i] = (double)INFINITY;
@@ -291,7 +292,7 @@ void mods_pull_bands(struct mods *m, const struct mods_view *view, const struct 
             reset_band_group(m, b);
         for (int i = 0; view && i < b->segment_count; i++)
             b->tension_lb[i] = unclipped_tension_lb(m, b, view, i);
-        if (view && b->scene_bands->pull_lb < HUGE_VAL)
+        if (view && b->scene_bands->rivet_pull_lb < HUGE_VAL)
             load_rivets(b, touch, count);
         slide_connections(m, b);
         update_extremes(m, b);
@@ -329,40 +330,40 @@ static void assign_state_arrays(struct mods_state *s)
     double **per_connection[] = {&s->band_slip_ft, &s->band_load_lb, &s->band_pulled_out,
                                  &s->band_mat};
     double **per_cleat[] = {&s->cleat_left, &s->cleat_mat};
-    double **per_restraint[] = {&s->restraint_zero_ft, &s->restraint_load_lb, &s->restraint_at};
+    double **per_restraint[] = {&s->restraint_zero_ft, &s->restraint_load_lb, &s->restraint_places};
     double **per_joint[] = {&s->stiff_gap_ft, &s->torn};
-    for (size_t i = 0; i < 3; i++, at += s->segments)
+    for (size_t i = 0; i < 3; i++, at += s->segment_count)
         *per_segment[i] = at;
-    for (size_t i = 0; i < 4; i++, at += s->connections)
+    for (size_t i = 0; i < 4; i++, at += s->connection_count)
         *per_connection[i] = at;
-    for (size_t i = 0; i < 2; i++, at += s->cleats)
+    for (size_t i = 0; i < 2; i++, at += s->cleat_count)
         *per_cleat[i] = at;
     for (size_t i = 0; i < 3; i++, at += s->restraint_count)
         *per_restraint[i] = at;
-    for (size_t i = 0; i < 2; i++, at += s->joints + 1)
+    for (size_t i = 0; i < 2; i++, at += s->joint_count + 1)
         *per_joint[i] = at;
-    s->count = (size_t)(at - s->values);
+    s->value_count = (size_t)(at - s->values);
 }
 
 static struct mods_state *make_state(const struct sim_scene *scene)
 {
-    size_t connections = 0, segments = 0, cleats = (size_t)mods_cleats(scene),
+    size_t connections = 0, segments = 0, cleats = (size_t)mods_cleat_count(scene),
            joints = (size_t)scene->mats + 1, restraints = 0;
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
-        restraints += (size_t)mods_restraints(scene, k);
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+        restraints += (size_t)mods_restraint_count(scene, k);
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
-        size_t of_group = (size_t)mods_connections(scene, g);
+        size_t of_group = (size_t)mods_connection_count(scene, g);
         connections += of_group;
         segments += of_group > 0 ? of_group + 1 : 0;
     }
     size_t count = 3 * segments + 4 * connections + 2 * cleats + 3 * restraints + 2 * (joints + 1);
     struct mods_state *s = xcalloc(1, sizeof *s + count * sizeof s->values[0]);
-    s->segments = segments;
-    s->connections = connections;
-    s->cleats = cleats;
-    s->joints = joints;
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
-        s->restraints[k] = (size_t)mods_restraints(scene, k);
+    s->segment_count = segments;
+    s->connection_count = connections;
+    s->cleat_count = cleats;
+    s->joint_count = joints;
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+        s->restraint_counts[k] = (size_t)mods_restraint_count(scene, k);
     s->restraint_count = restraints;
     assign_state_arrays(s);
     return s;
@@ -371,10 +372,10 @@ static struct mods_state *make_state(const struct sim_scene *scene)
 struct mods_state *mods_finish(struct mods *m, const struct mods_view *view)
 {
     const struct mods_state *from = m->state;
-    size_t size = sizeof *from + from->count * sizeof from->values[0];
+    size_t size = sizeof *from + from->value_count * sizeof from->values[0];
     if (m->has_bands)
         mods_pull_bands(m, view, NULL, 0);
-    for (size_t i = 0; i < from->segments; i++)
+    for (size_t i = 0; i < from->segment_count; i++)
         from->band_lb[i] = m->band_lb[i];
     for (int j = 1; m->has_stiffeners && j <= m->mats + 1; j++)
         from->stiff_gap_ft[j] = m->spring_gap_ft[j];
@@ -388,7 +389,7 @@ double mods_difference_lb(const struct mods_state *a, const struct mods_state *b
 {
     double most = 0.0;
     /* the first three arrays: tension, smallest and largest tension */
-    for (size_t i = 0; i < 3 * a->segments; i++)
+    for (size_t i = 0; i < 3 * a->segment_count; i++)
         most = fmax(most, fabs(a->values[i] - b->values[i]));
     return most;
 }
@@ -410,47 +411,48 @@ static void assign_arrays(struct mods *m)
     if (m->has_bands)
         init_bands(m, at);
     size_t before = 0;
-    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
         const struct sim_restraint *made = &m->scene->mods.restraint[k];
-        double ends = m->state->restraints[k] > 0 ? restraint_kinds[k].spring_end_count : 0.0;
+        double ends = m->state->restraint_counts[k] > 0 ? restraint_kinds[k].spring_end_count : 0.0;
         m->restraint[k] = (struct restraints){
             .kind = k,
             .parameters = made,
             .row_k_lb_ft = ends * made->k_lb_ft,
             .row_c_lb_s_ft = ends * made->c_lb_s_ft,
-            .count = (int)m->state->restraints[k],
+            .count = (int)m->state->restraint_counts[k],
             .zero_ft = m->state->restraint_zero_ft + before,
             .load_lb = m->state->restraint_load_lb + before,
-            .place = m->state->restraint_at + before,
+            .place = m->state->restraint_places + before,
             .stretch_ft = m->restraint_stretch_ft + before,
         };
-        before += m->state->restraints[k];
+        before += m->state->restraint_counts[k];
     }
 }
 
 struct mods *mods_make(const struct sim_scene *scene)
 {
     const struct sim_mods *s = &scene->mods;
-    bool anchored = mods_restraints(scene, SIM_ANCHORS) > 0;
-    bool sprung = scene->left == SIM_SPRING || scene->right == SIM_SPRING;
+    bool anchored = mods_restraint_count(scene, SIM_ANCHORS) > 0;
+    bool sprung = scene->left_end == SIM_END_SPRING || scene->right_end == SIM_END_SPRING;
     if (!mods_are_given(scene))
         return NULL;
     struct mods *m = xmalloc(sizeof *m);
     *m = (struct mods){
         .scene = scene,
         .has_bands = s->band[0].count > 0.0 || s->band[1].count > 0.0 || anchored,
-        .has_cleats = mods_cleats(scene) > 0 && s->cleat_hold_lb > 0.0,
-        .has_stiffeners = s->stiff_span > 1,
+        .has_cleats = mods_cleat_count(scene) > 0 && s->cleat_hold_lb > 0.0,
+        .has_stiffeners = s->stiff_span_mats > 1,
         .has_diagonal_lay = s->lay_deg > 0.0 && (s->lay_slide_lb > 0.0 || s->lay_mu > 0.0),
         .can_tear = s->tear_lb < HUGE_VAL || s->torn.count > 0,
         .mats = scene->mats,
-        .cleat_count = mods_cleats(scene),
+        .cleat_count = mods_cleat_count(scene),
         .state = make_state(scene),
     };
     m->has_joint_springs = m->has_stiffeners || m->has_diagonal_lay || m->can_tear || sprung ||
-                           m->state->restraints[SIM_ABSORBERS] > 0;
-    m->acts_vertically = m->has_bands || m->has_stiffeners || m->state->restraints[SIM_TIES] > 0;
-    size_t bands = 3 * m->state->segments + 2 * m->state->connections +
+                           m->state->restraint_counts[SIM_ABSORBERS] > 0;
+    m->acts_vertically = m->has_bands || m->has_stiffeners ||
+                         m->state->restraint_counts[SIM_TIES] > 0;
+    size_t bands = 3 * m->state->segment_count + 2 * m->state->connection_count +
                    2 * m->state->restraint_count;
     m->storage = xcalloc(bands + 10 * ((size_t)m->mats + 2), sizeof(double));
     assign_arrays(m);
@@ -471,11 +473,12 @@ void mods_free(struct mods *m)
  * period + span - 1. The lines of a strip are evenly staggered. */
 static int count_stiffener_lines(const struct sim_mods *s, int joint)
 {
-    int period = s->stiff_span - 1 + (s->stiff_free > 0 ? s->stiff_free : 1), lines = 0;
+    int period = s->stiff_span_mats - 1 + (s->stiff_free_joints > 0 ? s->stiff_free_joints : 1),
+        lines = 0;
     for (int line = 0; line < s->stiff_lines; line++) {
         /* position of the mat on the joint's left, within its line */
         int at = joint - 1 - (s->stiff_first + line * period / s->stiff_lines);
-        lines += at >= 0 && at % period < s->stiff_span - 1;
+        lines += at >= 0 && at % period < s->stiff_span_mats - 1;
     }
     return lines;
 }
@@ -497,7 +500,7 @@ static void reset_joints(struct mods *m)
     double tangent = elementary_tan(s->lay_deg * RAD_PER_DEG);
     for (int j = 1; j <= m->mats + 1; j++) {
         bool inner = j > 1 && j <= m->mats; /* the outer mats are not connected to the ground */
-        m->spring_gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j);
+        m->spring_gap_ft[j] = sim_scene_joint_value(&m->scene->gap0_ft, j);
         if (m->has_stiffeners && inner) {
             int lines = count_stiffener_lines(s, j);
             m->spring_lb_ft[j] = lines * s->stiff_k_lb_ft;
@@ -505,11 +508,12 @@ static void reset_joints(struct mods *m)
             m->turn_lb_ft_rad[j] = lines * s->stiff_kt_lb_ft_rad;
             m->turn_yield_lb_ft[j] = lines > 0 ? lines * s->stiff_yield_lb_ft : 0.0;
             if (s->stiff_gap0_ft.count > 0)
-                m->spring_gap_ft[j] = sim_scene_joint(&s->stiff_gap0_ft, j);
+                m->spring_gap_ft[j] = sim_scene_joint_value(&s->stiff_gap0_ft, j);
         } else if (m->has_diagonal_lay && inner) {
             m->spring_lb_ft[j] = m->scene->kl_lb_ft * tangent * tangent;
             m->spring_cap_lb[j] = s->lay_slide_lb * elementary_sin(s->lay_deg * RAD_PER_DEG);
-        } else if (!inner && (j == 1 ? m->scene->left : m->scene->right) == SIM_SPRING) {
+        } else if (!inner &&
+                   (j == 1 ? m->scene->left_end : m->scene->right_end) == SIM_END_SPRING) {
             m->spring_lb_ft[j] = m->scene->end_k_lb_ft[j > 1];
             m->spring_cap_lb[j] = (double)INFINITY;
         }
@@ -524,12 +528,12 @@ void mods_reset(struct mods *m)
 {
     const struct sim_mods *s = &m->scene->mods;
     for (int i = 0; i < m->cleat_count; i++) {
-        m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint(&s->cleat_left, i + 1)
+        m->state->cleat_left[i] = s->cleat_left.count ? sim_scene_joint_value(&s->cleat_left, i + 1)
                                                       : 1.0;
         m->state->cleat_mat[i] = mods_place(s->cleat_first, s->cleat_every, i);
         m->cleat_rise_ft[i] = 0.0;
     }
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
         reset_restraints(&m->restraint[k], m->scene);
     if (m->has_joint_springs)
         reset_joints(m);
@@ -571,7 +575,7 @@ void mods_wear_cleats(struct mods *m, const struct mods_view *view, double h_s, 
 
 static double joint_opening_ft(const struct mods *m, const struct mods_view *view, int j)
 {
-    return sim_scene_joint(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
+    return sim_scene_joint_value(&m->scene->gap0_ft, j) + view_u_ft(view, m->mats, j) -
            view_u_ft(view, m->mats, j - 1);
 }
 
@@ -626,7 +630,7 @@ static double mods_moment_lb_ft(struct mods *m, int joint, double turn_rad)
 double mods_energy_lb_ft(const struct mods *m, const struct mods_view *view)
 {
     double energy = m->has_bands ? mods_band_energy_lb_ft(m, view) : 0.0;
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
         energy += restraints_energy_lb_ft(&m->restraint[k]);
     for (int j = 1; m->has_joint_springs && j <= m->mats + 1; j++) {
         double g_ft = joint_opening_ft(m, view, j) - m->spring_gap_ft[j];
@@ -670,7 +674,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
         sim_result_add_note(
             result, "cleats: %d, each holds %g lb when new (friction of a mat: %g lb)",
             m->cleat_count, s->cleat_hold_lb, m->scene->friction * m->scene->weight_lb);
-    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
         const struct restraints *r = &m->restraint[k];
         if (r->count > 0)
             sim_result_add_note(result, "%ss: %d, %g lb/ft each%s", mods_restraint_name(r->kind),
@@ -681,7 +685,7 @@ void mods_describe(const struct mods *m, struct sim_result *result)
     }
     if (m->has_stiffeners)
         sim_result_add_note(result, "stiffeners: %d line(s) over %d mats each; model %s",
-                            s->stiff_lines, s->stiff_span,
+                            s->stiff_lines, s->stiff_span_mats,
                             m->scene->model == SIM_MODEL_CHAIN ? "chain: stretch, but no bending"
                                                                : "consistent");
     if (m->has_diagonal_lay)
@@ -712,7 +716,7 @@ static double group_tension_lb(const struct mods_bands *b, int segment)
 /* Finds the segment that spans node j, which is between mats j and j + 1 (mats counted from 1). */
 static int find_segment_over_joint(const struct mods_bands *b, int j)
 {
-    int first = b->connection_mat[0], every = b->scene_bands->every;
+    int first = b->connection_mat[0], every = b->scene_bands->spacing;
     int before = j < first ? 0 : (j - first) / every + 1; /* number of rivets in mats 1 to j */
     return before < b->segment_count ? before : b->segment_count - 1;
 }
@@ -816,9 +820,9 @@ void mods_brace_heave(struct mods *m, const struct mods_heaving_part *h)
     }
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         const struct mods_bands *b = &m->band[g];
-        if (b->segment_count > 0 && b->scene_bands->over == SIM_OVER_JOINTS)
+        if (b->segment_count > 0 && b->scene_bands->acts_on == SIM_OVER_JOINTS)
             press_crests(b, h);
-        for (int i = 0; i < b->segment_count && b->scene_bands->over == SIM_OVER_RIVETS; i++)
+        for (int i = 0; i < b->segment_count && b->scene_bands->acts_on == SIM_OVER_RIVETS; i++)
             press_nodes_under_band(m, b, h, i);
     }
     apply_tie_downs(&m->restraint[SIM_TIES], h);
@@ -848,10 +852,10 @@ double mods_rate2(const struct mods *m, double mass_slug, double inertia)
  * turns at its root: cos turn = 1 - out. A part of the turn springs back. */
 static double remaining_hold_share(const struct sim_mods *s, double out)
 {
-    if (!(s->cleat_power > 0.0))
+    if (!(s->cleat_exponent > 0.0))
         return 1.0 - out;
     double bent = elementary_acos(1.0 - out) - s->cleat_spring_deg * RAD_PER_DEG;
-    return bent > 0.0 ? elementary_pow(elementary_cos(bent), s->cleat_power) : 1.0;
+    return bent > 0.0 ? elementary_pow(elementary_cos(bent), s->cleat_exponent) : 1.0;
 }
 
 double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, double right_y_ft)
@@ -865,8 +869,8 @@ double mods_raised_cleat_hold_lb(struct mods *m, int mat, double left_y_ft, doub
     double in = 1.0 - raised_ft / s->cleat_depth_ft;
     m->cleat_rise_ft[cleat] = fmax(m->cleat_rise_ft[cleat], raised_ft);
     double whole_lb = s->cleat_hold_lb * m->state->cleat_left[cleat];
-    return s->cleat_power > 0.0 ? whole_lb * elementary_pow(in, s->cleat_power)
-                                : whole_lb * in * in;
+    return s->cleat_exponent > 0.0 ? whole_lb * elementary_pow(in, s->cleat_exponent)
+                                   : whole_lb * in * in;
 }
 
 /* Presses raised cleats under the wheel back into the soil. The part outside the soil bends. */
@@ -906,7 +910,7 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         return;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
         struct sim_bands *b = &m->band[g];
-        size_t count = (size_t)mods_connections(scene, g);
+        size_t count = (size_t)mods_connection_count(scene, g);
         if (count == 0)
             continue;
         sim_scene_set_list(&b->t0_lb, s->band_lb + segment, count + 1);
@@ -918,19 +922,19 @@ void mods_carry_over(struct sim_scene *scene, const struct sim_result *result)
         connection += count;
     }
     if (m->cleat_every > 0)
-        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleats);
-    if (m->stiff_span > 1)
+        sim_scene_set_list(&m->cleat_left, s->cleat_left, s->cleat_count);
+    if (m->stiff_span_mats > 1)
         sim_scene_set_list(&m->stiff_gap0_ft, s->stiff_gap_ft + 1, (size_t)scene->mats + 1);
-    for (int k = 0, i = 0; k < SIM_RESTRAINTS; k++) {
+    for (int k = 0, i = 0; k < SIM_RESTRAINT_KINDS; k++) {
         struct sim_list *zero = &m->restraint[k].zero_ft;
-        size_t count = s->restraints[k];
+        size_t count = s->restraint_counts[k];
         if (count > 0)
             sim_scene_set_list(zero, s->restraint_zero_ft + i, count);
         /* the next landing measures movements from the present positions of the mats */
         for (size_t c = 0; c < count && k == SIM_ANCHORS; c++)
-            zero->values[c] -= result->u_ft[(int)s->restraint_at[c]];
+            zero->values[c] -= result->u_ft[(int)s->restraint_places[c]];
         i += (int)count;
     }
     if (m->tear_lb < HUGE_VAL)
-        set_flagged_numbers(&m->torn, s->torn, NULL, s->joints + 1);
+        set_flagged_numbers(&m->torn, s->torn, NULL, s->joint_count + 1);
 }

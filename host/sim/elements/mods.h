@@ -33,9 +33,9 @@ struct mods_view {
  * the first. A slack segment, which is too long by the length s, has the negative tension T = -A E
  * s/l. */
 struct mods_state {
-    size_t segments, connections, cleats, joints;
+    size_t segment_count, connection_count, cleat_count, joint_count;
     /* number of restraints of each kind, and of all kinds */
-    size_t restraints[SIM_RESTRAINTS], restraint_count;
+    size_t restraint_counts[SIM_RESTRAINT_KINDS], restraint_count;
     double *band_lb;     /* tension of each segment at the end of the run */
     double *band_min_lb; /* smallest and (band_max_lb) largest tension of each segment in the run */
     double *band_max_lb;
@@ -48,15 +48,15 @@ struct mods_state {
     double *cleat_mat;
     /* For each restraint, ordered by kind: position without force, largest load, number of its mat
      * or joint. */
-    double *restraint_zero_ft, *restraint_load_lb, *restraint_at;
+    double *restraint_zero_ft, *restraint_load_lb, *restraint_places;
     /* For joints 1..N+1, [0] unused: opening at which stiffeners exert no force. */
     double *stiff_gap_ft;
     double *torn; /* for each joint: 1 if it is torn, otherwise 0 */
     /* Largest difference of band_lb, band_min_lb or band_max_lb from the check run; for landings,
      * twice that difference. */
-    double error_lb;
-    size_t count;    /* number of all values */
-    double values[]; /* memory for the arrays above */
+    double band_error_lb;
+    size_t value_count; /* number of all values */
+    double values[];    /* memory for the arrays above */
 };
 
 /* The bands of a group: pointers into the arrays of mods and of its state. */
@@ -93,7 +93,7 @@ struct mods {
     bool acts_vertically;
     int mats;
     struct mods_bands band[SIM_BAND_GROUPS];
-    struct restraints restraint[SIM_RESTRAINTS];
+    struct restraints restraint[SIM_RESTRAINT_KINDS];
     double *restraint_stretch_ft; /* present stretch of all restraints */
     double *band_lb;              /* tensions of all groups */
     int brace_count;              /* number of mats with anchors or riveted bands */

@@ -13,9 +13,9 @@
 void sim_wheel_start(struct sim_wheel *wheel, const struct sim_scene *scene)
 {
     double end_s = sim_scene_end_s(scene);
-    wheel->straight_path[0] = (struct sim_path_row){0.0, scene->s0_ft, scene->force_lb};
+    wheel->straight_path[0] = (struct sim_path_row){0.0, scene->start_ft, scene->force_lb};
     wheel->straight_path[1] = (struct sim_path_row){
-        2.0 * end_s, scene->s0_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
+        2.0 * end_s, scene->start_ft + scene->vac_ft_s * 2.0 * end_s, scene->force_lb};
     wheel->rows = scene->path_count > 0 ? scene->path : wheel->straight_path;
     wheel->row_count = scene->path_count > 0 ? scene->path_count : 2;
     wheel->cursor = 0;
@@ -289,7 +289,8 @@ enum mr_status span_list_make(struct span_list *list, const struct sim_scene *sc
     double end = sim_scene_end_s(scene);
     *list = (struct span_list){0};
     if (scene->path_count == 0) {
-        struct span whole = {0.0, end, scene->s0_ft, scene->vac_ft_s, scene->force_lb, 0.0, -1, -2};
+        struct span whole = {0.0, end, scene->start_ft, scene->vac_ft_s, scene->force_lb, 0.0,
+                             -1,  -2};
         add_spans_until_stop(list, scene, whole, false, error);
     } else {
         const struct sim_path_row *row = scene->path;

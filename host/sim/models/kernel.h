@@ -99,7 +99,7 @@ KERNEL_INLINE double kernel_gap_ft(const struct model *m, int j, const struct ke
     if (full)
         g += m->length_ft - m->half_ft * (l->c + r->c);
     if (m->scene->gap0_ft.count > 0)
-        g += sim_scene_joint(&m->scene->gap0_ft, j + 1);
+        g += sim_scene_joint_value(&m->scene->gap0_ft, j + 1);
     return g;
 }
 

@@ -39,7 +39,7 @@ static enum mr_status check_scene(const struct sim_scene *scene, bool grit, stru
          "chain or consistent"},
         {mods_are_given(scene), "a modified runway (bands, cleats and others)",
          "chain or consistent"},
-        {scene->element[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
+        {scene->element_values[ELEMENT_gear_ground] > 0.0, "gear_k_lb_ft", "chain or consistent"},
         {scene->ground_ft.count > 0, "ground", "consistent"},
     };
     for (size_t i = 0; i < sizeof fixed_only / sizeof fixed_only[0] && !grit; i++) {
@@ -124,18 +124,18 @@ enum mr_status model_make(struct model *m, const struct sim_scene *s, bool grit,
         .friction_coefficient = s->friction,
         .weight_friction_lb = s->friction * s->weight_lb,
         .veps_ft_s = s->veps_ft_s,
-        .lift_shear_lb = s->shear_lb,
+        .lift_shear_lb = s->lift_shear_lb,
         .q1_lb = s->q1_lb,
         .has_full_profile = s->profile == SIM_PROFILE_FULL,
         .does_torsion_jump = s->tad_mode == SIM_TAD_SWITCHED,
-        .is_left_free = s->left != SIM_FIXED,
-        .is_right_free = s->right != SIM_FIXED,
-        .has_left_torsion = s->left_torsion == SIM_FREE,
-        .has_right_torsion = s->right_torsion == SIM_FREE,
+        .is_left_free = s->left_end != SIM_END_FIXED,
+        .is_right_free = s->right_end != SIM_END_FIXED,
+        .has_left_torsion = s->left_torsion == SIM_END_FREE,
+        .has_right_torsion = s->right_torsion == SIM_END_FREE,
         .friction_law = s->friction > 0.0 ? s->friction_law : SIM_FRICTION_NONE,
         .elements = element_set_of(s),
-        .lift_shear = s->shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
-                                                                             : s->lift_shear,
+        .lift_shear = s->lift_shear_lb == 0.0 || s->model == SIM_MODEL_CONSISTENT ? SIM_SHEAR_NONE
+                                                                                  : s->lift_shear,
         .held_node = -1,
         .last_mat = s->mats - 1,
         .rest_y_ft = s->model == SIM_MODEL_CONSISTENT ? 0.5 * s->weight_lb / s->kv_lb_ft : 0.0,
@@ -182,7 +182,7 @@ void model_start(struct model *m, double *z)
         if (j + 1 >= s->bump_first && i < s->bump_ft.count)
             z[2 * j] -= s->bump_ft.values[i];
     }
-    double x = s->path_count > 0 ? s->path[0].x_ft : s->s0_ft;
+    double x = s->path_count > 0 ? s->path[0].x_ft : s->start_ft;
     double under = floor(x / s->length_ft + START_EDGE_TOLERANCE);
     int mat = s->v0_mat > 0    ? s->v0_mat - 1
             : under < 0.0      ? 0
@@ -361,7 +361,7 @@ void model_describe(const struct model *m, struct sim_result *result)
         sim_result_add_left_out(result, "lift shear (none)");
     if (m->wheel_load_lb == 0.0)
         sim_result_add_left_out(result, "wheel load (0)");
-    if (m->is_consistent && m->scene->shear_lb != 0.0)
+    if (m->is_consistent && m->scene->lift_shear_lb != 0.0)
         sim_result_add_note(
             result, "V has no effect in model consistent: mats lift because of their inertia");
     if (m->scene->path_count > 0)

@@ -4,7 +4,7 @@
 
 #include "host/sim/scene/scene.h"
 
-double sim_scene_joint(const struct sim_list *list, int joint)
+double sim_scene_joint_value(const struct sim_list *list, int joint)
 {
     if (list->count == 0)
         return 0.0;
@@ -13,30 +13,31 @@ double sim_scene_joint(const struct sim_list *list, int joint)
 
 bool sim_scene_is_varied(const struct sim_scene *scene)
 {
-    bool varies = scene->left == SIM_LOADED || scene->right == SIM_LOADED;
-    for (size_t i = 0; i < SIM_ALONGS; i++)
+    bool varies = scene->left_end == SIM_END_LOADED || scene->right_end == SIM_END_LOADED;
+    for (size_t i = 0; i < SIM_ALONG_COUNT; i++)
         varies = varies || scene->along[i].count > 0;
     return varies;
 }
 
-double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
-                       int at)
+double sim_scene_value_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
+                             int at)
 {
     const struct sim_list *list = &scene->along[which];
-    return list->count > 0 ? sim_scene_joint(list, at) : everywhere;
+    return list->count > 0 ? sim_scene_joint_value(list, at) : everywhere;
 }
 
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat)
 {
-    double weight_lb = sim_scene_along(scene, SIM_ALONG_W, scene->weight_lb, mat);
-    if (mat == 1 && scene->left == SIM_LOADED)
+    double weight_lb = sim_scene_value_along(scene, SIM_ALONG_W, scene->weight_lb, mat);
+    if (mat == 1 && scene->left_end == SIM_END_LOADED)
         weight_lb += scene->end_load_lb[0];
-    if (mat == scene->mats && scene->right == SIM_LOADED)
+    if (mat == scene->mats && scene->right_end == SIM_END_LOADED)
         weight_lb += scene->end_load_lb[1];
     return weight_lb;
 }
 
-double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere)
+double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_along which,
+                                     double everywhere)
 {
     const struct sim_list *list = &scene->along[which];
     double extreme = list->count > 0 ? list->values[0] : everywhere;
@@ -47,9 +48,9 @@ double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, do
 }
 
 /* Each end of a mat carries half of its weight. */
-double sim_scene_settled_ft(const struct sim_scene *scene, int node)
+double sim_scene_settlement_ft(const struct sim_scene *scene, int node)
 {
-    double kv = sim_scene_along(scene, SIM_ALONG_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
+    double kv = sim_scene_value_along(scene, SIM_ALONG_KV, scene->kv_lb_ft, node), weight_lb = 0.0;
     int ends = 0;
     for (int mat = node - 1; mat <= node; mat++) {
         if (mat >= 1 && mat <= scene->mats) {
@@ -60,7 +61,7 @@ double sim_scene_settled_ft(const struct sim_scene *scene, int node)
     return 0.5 * weight_lb / ends / kv;
 }
 
-void mods_collect_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
+void mods_collect_lists(struct sim_mods *m, struct sim_list *lists[MODS_LIST_COUNT])
 {
     size_t count = 0;
     for (int g = 0; g < SIM_BAND_GROUPS; g++) {
@@ -71,15 +72,15 @@ void mods_collect_lists(struct sim_mods *m, struct sim_list *lists[MODS_LISTS])
     lists[count++] = &m->cleat_left;
     lists[count++] = &m->stiff_gap0_ft;
     lists[count++] = &m->torn;
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
         lists[count++] = &m->restraint[k].zero_ft;
 }
 
 void mods_free_lists(struct sim_mods *mods)
 {
-    struct sim_list *lists[MODS_LISTS];
+    struct sim_list *lists[MODS_LIST_COUNT];
     mods_collect_lists(mods, lists);
-    for (size_t i = 0; i < MODS_LISTS; i++) {
+    for (size_t i = 0; i < MODS_LIST_COUNT; i++) {
         free(lists[i]->values);
         *lists[i] = (struct sim_list){0};
     }
@@ -88,11 +89,11 @@ void mods_free_lists(struct sim_mods *mods)
 bool mods_are_given(const struct sim_scene *scene)
 {
     const struct sim_mods *m = &scene->mods;
-    bool restrained = scene->left == SIM_SPRING || scene->right == SIM_SPRING;
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
-        restrained = restrained || m->restraint[k].every > 0;
+    bool restrained = scene->left_end == SIM_END_SPRING || scene->right_end == SIM_END_SPRING;
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
+        restrained = restrained || m->restraint[k].spacing > 0;
     return restrained || m->band[0].count > 0.0 || m->band[1].count > 0.0 || m->cleat_every > 0 ||
-           m->stiff_span > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
+           m->stiff_span_mats > 1 || m->lay_deg > 0.0 || m->tear_lb < HUGE_VAL || m->torn.count > 0;
 }
 
 int mods_place(int first, int every, int i)
@@ -107,22 +108,22 @@ static int count_places(int first, int every, int last)
     return every > 0 && begin <= last ? (last - begin) / every + 1 : 0;
 }
 
-int mods_connections(const struct sim_scene *scene, int group)
+int mods_connection_count(const struct sim_scene *scene, int group)
 {
     const struct sim_bands *b = &scene->mods.band[group];
-    int last = b->last > 0 && b->last < scene->mats ? b->last : scene->mats;
-    return b->count > 0.0 ? count_places(b->first, b->every, last) : 0;
+    int last = b->last_mat > 0 && b->last_mat < scene->mats ? b->last_mat : scene->mats;
+    return b->count > 0.0 ? count_places(b->first_mat, b->spacing, last) : 0;
 }
 
-int mods_cleats(const struct sim_scene *scene)
+int mods_cleat_count(const struct sim_scene *scene)
 {
     return count_places(scene->mods.cleat_first, scene->mods.cleat_every, scene->mats);
 }
 
-int mods_restraints(const struct sim_scene *scene, int kind)
+int mods_restraint_count(const struct sim_scene *scene, int kind)
 {
     const struct sim_restraint *r = &scene->mods.restraint[kind];
-    return count_places(r->first, r->every, scene->mats);
+    return count_places(r->first_place, r->spacing, scene->mats);
 }
 
 const char *mods_restraint_name(int kind)

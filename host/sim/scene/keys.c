@@ -10,7 +10,7 @@ json_t *sim_key_default(const struct sim_key *key)
     struct sim_scene scene;
     const void *field = (const char *)&scene + key->offset;
     unsigned choice;
-    sim_scene_defaults(&scene);
+    sim_scene_set_defaults(&scene);
     if (key->kind == SIM_KEY_INTEGER)
         return json_integer(*(const int *)field);
     if (key->kind == SIM_KEY_CHOICE) {
@@ -18,11 +18,11 @@ json_t *sim_key_default(const struct sim_key *key)
         return json_string(key->choices[choice]);
     }
     double value = key->kind == SIM_KEY_REAL ? *(const double *)field : (double)NAN;
-    bool given = isfinite(value) && value >= key->low && strcmp(key->name, "t_dwell") != 0;
+    bool given = isfinite(value) && value >= key->min && strcmp(key->name, "t_dwell") != 0;
     return given ? json_real(value) : NULL;
 }
 
-json_t *sim_scene_keys(void)
+json_t *sim_scene_keys_to_json(void)
 {
     json_t *keys_json = json_object();
     const struct sim_key *key;

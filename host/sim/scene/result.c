@@ -33,10 +33,10 @@ void sim_result_add_left_out(struct sim_result *result, const char *what)
 {
     for (size_t i = 0; i + 1 < SIM_LEFT_OUT_MAX; i++) {
         /* another solver, which ran this scene before, has added it */
-        if (result->left_out[i] == what)
+        if (result->left_out_effects[i] == what)
             return;
-        if (!result->left_out[i]) {
-            result->left_out[i] = what;
+        if (!result->left_out_effects[i]) {
+            result->left_out_effects[i] = what;
             return;
         }
     }
@@ -64,9 +64,9 @@ void sim_result_free(struct sim_result *result)
     free(result->outputs);
     free(result->u_ft);
     free(result->gap_ft);
-    free(result->push_lb);
-    free(result->pull_lb);
-    free(result->rise_ft);
+    free(result->max_push_lb);
+    free(result->max_pull_lb);
+    free(result->max_rise_ft);
     free(result->mods);
     free(result->sample_u_ft);
     free(result->sample_y_ft);
@@ -85,11 +85,12 @@ static int compare_times(const void *a, const void *b)
 
 static void set_next_time(struct sim_record *record)
 {
-    record->next_s = (double)INFINITY;
+    record->next_record_s = (double)INFINITY;
     if (record->next_snapshot < record->snapshot_count)
-        record->next_s = record->snapshots[record->next_snapshot].t_s;
+        record->next_record_s = record->snapshots[record->next_snapshot].t_s;
     if (record->next_sample < record->sample_count)
-        record->next_s = fmin(record->next_s, (double)record->next_sample * record->sample_dt_s);
+        record->next_record_s = fmin(record->next_record_s,
+                                     (double)record->next_sample * record->sample_dt_s);
 }
 
 void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
@@ -133,16 +134,16 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
 
 void sim_record_add(struct sim_record *record, double t_s, const double *u_ft, const double *v_ft_s)
 {
-    while (record->next_s <= t_s) {
+    while (record->next_record_s <= t_s) {
         if (record->next_snapshot < record->snapshot_count &&
-            record->snapshots[record->next_snapshot].t_s <= record->next_s) {
+            record->snapshots[record->next_snapshot].t_s <= record->next_record_s) {
             struct sim_snapshot *snapshot = &record->snapshots[record->next_snapshot++];
             snapshot->lift_ft = record->lift_ft;
             snapshot->lift_node = record->lift_node;
             for (int n = 1; n <= record->mats; n++)
                 snapshot->u_ft[n] = u_ft[n] - v_ft_s[n] * (t_s - snapshot->t_s);
         } else {
-            double back_s = t_s - record->next_s;
+            double back_s = t_s - record->next_record_s;
             size_t begin = record->next_sample++ * record->station_count;
             double *row = record->sample_u_ft + begin;
             for (size_t s = 0; record->sample_y_ft && s < record->station_count; s++)
@@ -234,8 +235,8 @@ void sim_record_chain_to_result(struct sim_record *record, const double *u_ft,
     result->peak_mat = peak.mat;
     result->u_ft = xmemdup(u_ft, (mats + 1) * sizeof *u_ft);
     result->gap_ft = xcalloc(mats + 2, sizeof *result->gap_ft);
-    result->push_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
-    result->pull_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
+    result->max_push_lb = xmemdup(push_lb, (mats + 2) * sizeof *push_lb);
+    result->max_pull_lb = xmemdup(pull_lb, (mats + 2) * sizeof *pull_lb);
     sim_record_to_result(record, result);
 }
 

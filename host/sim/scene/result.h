@@ -27,7 +27,7 @@ struct sim_options {
     /* Planar models: tolerance of the step control. Chain: permitted error estimate as a fraction
      * of the largest |u|. The step is halved until the estimate is below it. */
     double rtol;
-    bool no_prune; /* true: all mats are integrated all the time */
+    bool integrates_all_mats; /* true: all mats are integrated all the time */
     /* Solver staggered: one pass with dt or half the stability limit, without an error estimate
      * (0). Only stability is checked. For ensembles whose spread is far larger than the error of a
      * pass. Solver event of the chain: one pass at tolerance rtol. */
@@ -80,7 +80,7 @@ struct sim_result {
     int mat;            /* mat at which the run failed, if not SIM_OK */
     double t_s;         /* time of the failure, if the run failed */
     const char *reason; /* why a stepper made no progress, static text; otherwise NULL */
-    int passes;         /* number of passes that were begun, as for may_continue */
+    int pass_count;     /* number of passes that were begun, as for may_continue */
     const char *solver; /* name of the solver, static text */
     int mats;
     /* start of the run (sim_scene_start_s), as a time in the scene; all times of the result are
@@ -104,7 +104,7 @@ struct sim_result {
     double error_lift_ft;
     /* If SIM_UNPREDICTABLE: number of runs that diverge, and number of those with a bow wave. The
      * differences of the runs are the error estimates. */
-    int divergence_runs, divergence_waves;
+    int diverging_run_count, diverging_wave_count;
     double peak_u_ft; /* largest |u| at the same times */
     int peak_mat;
     double speed_end_ft_s; /* speed of the fastest mat at the end; 0 if all mats are at rest */
@@ -112,18 +112,18 @@ struct sim_result {
     bool bow_wave;
     /* Solver staggered and the chain's event, over the whole run; joints 1..N+1, [0] unused. NULL
      * for other solvers. */
-    double *push_lb; /* largest compression of each joint in the run */
-    double *pull_lb; /* largest tension of each joint in the run */
-    double *rise_ft; /* planar models: largest lift of each node from its ground */
+    double *max_push_lb; /* largest compression of each joint in the run */
+    double *max_pull_lb; /* largest tension of each joint in the run */
+    double *max_rise_ft; /* planar models: largest lift of each node from its ground */
     /* Planar models: largest turn of a joint upward (^) and downward (v). Both are positive. */
     double crest_deg, sag_deg;
     int crest_joint, sag_joint;
     /* Nodes at which the wheel met a wave (sim_options.overrun_ft), in order of time. Between two
      * entries the wheel was on mats lower than half of overrun_ft. */
-    int overrun[SIM_OVERRUNS_MAX];
-    int overrun_count; /* number of entries in `overrun` */
+    int overrun_nodes[SIM_OVERRUNS_MAX];
+    int overrun_count; /* number of entries in `overrun_nodes` */
     /* First node that rose by overrun_ft, and the mat under the wheel at that time (0: none). */
-    int first_crest, first_crest_wheel;
+    int first_crest_node, first_crest_wheel_mat;
 
     struct sim_output *outputs;
     size_t output_count;
@@ -142,10 +142,10 @@ struct sim_result {
     /* same index: height of the left end of the mat, positive up; NULL in model chain */
     double *sample_y_ft;
 
-    int mats_max;     /* largest number of mats that were integrated at the same time */
-    double mats_mean; /* mean over time of the number of integrated mats */
+    int integrated_mats_max;     /* largest number of mats that were integrated at the same time */
+    double integrated_mats_mean; /* mean over time of the number of integrated mats */
     /* features that the model omits, static texts; NULL ends the list */
-    const char *left_out[SIM_LEFT_OUT_MAX];
+    const char *left_out_effects[SIM_LEFT_OUT_MAX];
     char notes[SIM_NOTES_MAX][200]; /* an empty text ends the list */
 };
 
@@ -195,7 +195,7 @@ struct sim_record {
     double sample_dt_s;
     size_t next_snapshot;
     size_t next_sample;
-    double next_s; /* next time that must be recorded; INFINITY: none */
+    double next_record_s; /* next time that must be recorded; INFINITY: none */
     /* For each mat: height of its left end, positive up. Set by the solver of a planar model. */
     const double *height_ft;
     /* set by the solver of a planar model before it calls sim_record_add; otherwise 0 and node 1 */
@@ -207,7 +207,7 @@ void sim_record_make(struct sim_record *record, const struct sim_scene *scene,
                      const struct sim_options *options);
 
 /* Records all times up to t_s, at which the mats have displacements u and speeds v. A call is
- * necessary only if t_s has reached next_s. */
+ * necessary only if t_s has reached next_record_s. */
 void sim_record_add(struct sim_record *record, double t_s, const double *u_ft,
                     const double *v_ft_s);
 

@@ -55,42 +55,43 @@ static const char *const lift_shear_names[] = {"rising", "none", "following", "b
             SCENE_OFFSET(along[which])                                                           \
     }
 
-#define BAND_KEYS(name, prefix, i)                                                                \
-    NOT_NEGATIVE_KEY(name, mods.band[i].count, "", "number of bands on the strip"),               \
-        POSITIVE_KEY(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"),   \
-        POSITIVE_KEY(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),             \
-        INT_KEY(prefix "every", mods.band[i].every, 1, SIM_MATS_MAX, "mats",                      \
-                "spacing of the rivets along the runway"),                                        \
-        INT_KEY(prefix "first", mods.band[i].first, 0, SIM_MATS_MAX, "mat", "first riveted mat"), \
-        INT_KEY(prefix "last", mods.band[i].last, 0, SIM_MATS_MAX, "mat",                         \
-                "last mat that may be riveted"),                                                  \
-        LIST_KEY(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX,   \
-                 "lb", "initial tension of a band"),                                              \
-        RANGE_KEY(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",         \
-                  "stiffness of each anchor"),                                                    \
-        LIMIT_KEY(prefix "grip", mods.band[i].grip_lb, "lb",                                      \
-                  "force at which a connection of band and mat slips"),                           \
-        LIMIT_KEY(prefix "pull", mods.band[i].pull_lb, "lb",                                      \
-                  "force perpendicular to the mat that pulls a rivet out"),                       \
-        RANGE_KEY(prefix "wear", mods.band[i].wear_ft, 0.0, (double)INFINITY, true, "ft",         \
-                  "slip after which a rivet hole is worn out"),                                   \
-        RANGE_KEY(prefix "tilt", mods.band[i].tilt_rad, 0.0, 1.0, false, "rad",                   \
-                  "rotation of a riveted mat under the wheel"),                                   \
-        NOT_NEGATIVE_KEY(prefix "alpha", mods.band[i].alpha_f, "1/F",                             \
-                         "coefficient of thermal expansion"),                                     \
-        REAL_KEY(prefix "dT", mods.band[i].warming_degf, "F",                                     \
-                 "temperature rise since the band had the tension band_T0"),                      \
-        CHOICE_KEY(prefix "over", mods.band[i].over, band_over_names,                             \
-                   "where the band acts: on all joints, or on the rivets only"),                  \
-        LIST_KEY(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_VALUE_MAX,    \
-                 "ft", "initial slip of each riveted mat"),                                       \
-        LIST_KEY(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",      \
+#define BAND_KEYS(name, prefix, i)                                                              \
+    NOT_NEGATIVE_KEY(name, mods.band[i].count, "", "number of bands on the strip"),             \
+        POSITIVE_KEY(prefix "area", mods.band[i].area_ft2, "ft2", "cross section of one band"), \
+        POSITIVE_KEY(prefix "E", mods.band[i].e_lb_ft2, "lb/ft2", "Young's modulus"),           \
+        INT_KEY(prefix "every", mods.band[i].spacing, 1, SIM_MATS_MAX, "mats",                  \
+                "spacing of the rivets along the runway"),                                      \
+        INT_KEY(prefix "first", mods.band[i].first_mat, 0, SIM_MATS_MAX, "mat",                 \
+                "first riveted mat"),                                                           \
+        INT_KEY(prefix "last", mods.band[i].last_mat, 0, SIM_MATS_MAX, "mat",                   \
+                "last mat that may be riveted"),                                                \
+        LIST_KEY(prefix "T0", mods.band[i].t0_lb, SIM_KEY_PARTS, -SIM_VALUE_MAX, SIM_VALUE_MAX, \
+                 "lb", "initial tension of a band"),                                            \
+        RANGE_KEY(prefix "K", mods.band[i].k_lb_ft, 0.0, (double)INFINITY, true, "lb/ft",       \
+                  "stiffness of each anchor"),                                                  \
+        LIMIT_KEY(prefix "grip", mods.band[i].grip_lb, "lb",                                    \
+                  "force at which a connection of band and mat slips"),                         \
+        LIMIT_KEY(prefix "pull", mods.band[i].rivet_pull_lb, "lb",                              \
+                  "force perpendicular to the mat that pulls a rivet out"),                     \
+        RANGE_KEY(prefix "wear", mods.band[i].hole_wear_ft, 0.0, (double)INFINITY, true, "ft",  \
+                  "slip after which a rivet hole is worn out"),                                 \
+        RANGE_KEY(prefix "tilt", mods.band[i].mat_tilt_rad, 0.0, 1.0, false, "rad",             \
+                  "rotation of a riveted mat under the wheel"),                                 \
+        NOT_NEGATIVE_KEY(prefix "alpha", mods.band[i].alpha_f, "1/F",                           \
+                         "coefficient of thermal expansion"),                                   \
+        REAL_KEY(prefix "dT", mods.band[i].warming_degf, "F",                                   \
+                 "temperature rise since the band had the tension band_T0"),                    \
+        CHOICE_KEY(prefix "over", mods.band[i].acts_on, band_over_names,                        \
+                   "where the band acts: on all joints, or on the rivets only"),                \
+        LIST_KEY(prefix "slipped", mods.band[i].slipped_ft, SIM_KEY_PARTS, 0.0, SIM_VALUE_MAX,  \
+                 "ft", "initial slip of each riveted mat"),                                     \
+        LIST_KEY(prefix "pulled", mods.band[i].pulled, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",    \
                  "mats whose rivets are pulled out at the start")
 
 #define RESTRAINT_KEYS(prefix, i, place, force)                                           \
-    INT_KEY(prefix "every", mods.restraint[i].every, 0, SIM_MATS_MAX, place "s",          \
+    INT_KEY(prefix "every", mods.restraint[i].spacing, 0, SIM_MATS_MAX, place "s",        \
             "spacing of the " force "; 0: none"),                                         \
-        INT_KEY(prefix "first", mods.restraint[i].first, 0, SIM_MATS_MAX, place,          \
+        INT_KEY(prefix "first", mods.restraint[i].first_place, 0, SIM_MATS_MAX, place,    \
                 "first " place " with this restraint"),                                   \
         NOT_NEGATIVE_KEY(prefix "K", mods.restraint[i].k_lb_ft, "lb/ft",                  \
                          "stiffness of the spring"),                                      \
@@ -127,8 +128,8 @@ static const struct sim_key keys[] = {
     CHOICE_KEY("profile", profile, profile_names,
                "opening of a joint caused by rotation: neglected (low) or included (full)"),
     NOT_NEGATIVE_KEY("slack", slack_ft, "ft", "free travel of a joint"),
-    CHOICE_KEY("left", left, end_names, "boundary condition at mat 1, along the runway"),
-    CHOICE_KEY("right", right, end_names, "boundary condition at mat N, along the runway"),
+    CHOICE_KEY("left", left_end, end_names, "boundary condition at mat 1, along the runway"),
+    CHOICE_KEY("right", right_end, end_names, "boundary condition at mat N, along the runway"),
     CHOICE_KEY("left_torsion", left_torsion, end_torsion_names,
                "boundary condition at mat 1, in torsion"),
     CHOICE_KEY("right_torsion", right_torsion, end_torsion_names,
@@ -143,7 +144,7 @@ static const struct sim_key keys[] = {
                      "weight on mat N; used if `right` is `weight`"),
     REAL_KEY("F", force_lb, "lb", "thrust"),
     NOT_NEGATIVE_KEY("Vac", vac_ft_s, "ft/s", "speed of the aircraft"),
-    REAL_KEY("s0", s0_ft, "ft", "station of the aircraft at the start"),
+    REAL_KEY("s0", start_ft, "ft", "station of the aircraft at the start"),
     RANGE_KEY("F_tstop", force_stop_s, 0.0, (double)INFINITY, false, "s",
               "time at which the thrust ends"),
     CHOICE_KEY("thrust", thrust, thrust_names,
@@ -157,7 +158,7 @@ static const struct sim_key keys[] = {
     POSITIVE_KEY("veps", veps_ft_s, "ft/s", "speed scale of the tanh friction law"),
     CHOICE_KEY("friction_normal", friction_normal, friction_normal_names,
                "normal force for friction (soil: consistent model only)"),
-    REAL_KEY("V", shear_lb, "lb", "report model: lift shear"),
+    REAL_KEY("V", lift_shear_lb, "lb", "report model: lift shear"),
     CHOICE_KEY("lift_shear", lift_shear, lift_shear_names,
                "mats on which the lift shear acts (report model)"),
     REAL_KEY("Q1", q1_lb, "lb", "report model: vertical force on mat 1"),
@@ -174,7 +175,7 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE_KEY("tend", t_end_s, "s",
                      "time at which the run ends; 0: set by t_dwell, path or mats_crossed"),
     LIST_KEY("t_out", t_out_s, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "s", "times of the output"),
-    LIST_KEY("u_mats", u_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
+    LIST_KEY("u_mats", output_mats, SIM_KEY_LIST, 1, SIM_MATS_MAX, "mat",
              "mats for which the output contains the movement u"),
     LIST_KEY("path", path, SIM_KEY_PATH, -SIM_VALUE_MAX, SIM_VALUE_MAX, "s, ft, lb",
              "rows [time, station, thrust] that replace Vac, s0 and F"),
@@ -197,16 +198,16 @@ static const struct sim_key keys[] = {
               "movement over which the holding force falls to 1/e"),
     POSITIVE_KEY("cleat_depth", mods.cleat_depth_ft, "ft", "depth of a cleat"),
     RANGE_KEY(
-        "cleat_power", mods.cleat_power, 0.0, 2.0, false, "",
+        "cleat_power", mods.cleat_exponent, 0.0, 2.0, false, "",
         "exponent p: the holding force of a raised or bent cleat is proportional to (depth in "
         "the soil)^p. 0 selects 2 for a raised cleat, 1 for a bent one"),
     RANGE_KEY("cleat_spring_deg", mods.cleat_spring_deg, 0.0, 90.0, false, "deg",
               "bending up to this angle springs back; needs cleat_power"),
     LIST_KEY("cleat_left", mods.cleat_left, SIM_KEY_PARTS, 0.0, 1.0, "",
              "share of cleat_hold that each cleat still has at the start"),
-    INT_KEY("stiff_span", mods.stiff_span, 0, SIM_MATS_MAX, "mats",
+    INT_KEY("stiff_span", mods.stiff_span_mats, 0, SIM_MATS_MAX, "mats",
             "number of mats tied by one stiffener"),
-    INT_KEY("stiff_free", mods.stiff_free, 0, SIM_MATS_MAX, "joints",
+    INT_KEY("stiff_free", mods.stiff_free_joints, 0, SIM_MATS_MAX, "joints",
             "number of free joints between stiffeners"),
     INT_KEY("stiff_lines", mods.stiff_lines, 1, 100, "", "number of lines of stiffeners"),
     INT_KEY("stiff_first", mods.stiff_first, 1, SIM_MATS_MAX, "mat",
@@ -232,17 +233,17 @@ static const struct sim_key keys[] = {
     NOT_NEGATIVE_KEY(
         "gear_damping", gear.damping, "",
         "damping of a mat under the gear on elastic ground, as a fraction of critical damping"),
-    RANGE_KEY("gear_unloading", gear.unloading, 0.0, 1.0, true, "",
+    RANGE_KEY("gear_unloading", gear.recovered_share, 0.0, 1.0, true, "",
               "share of the displacement that the elastic ground recovers"),
     RANGE_KEY(
-        "gear_axle_law", gear.axle_law, 0.0, 2.0, false, "",
+        "gear_axle_law", gear.axle_exponent, 0.0, 2.0, false, "",
         "exponent of the ground stiffness under a mat against the number of axles on the mat"),
-    NOT_NEGATIVE_KEY("gear_foot_ft", gear.foot_ft, "ft",
+    NOT_NEGATIVE_KEY("gear_foot_ft", gear.axle_length_ft, "ft",
                      "length over which an axle presses uniformly, at most 4 mats; 0: only the mat "
                      "under the axle"),
-    LIST_KEY("gear_lines_ft", gear.lines_ft, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "ft",
+    LIST_KEY("gear_lines_ft", gear.line_setbacks_ft, SIM_KEY_LIST, 0.0, SIM_VALUE_MAX, "ft",
              "distances of the axle lines behind the lead axle; default: one line"),
-    LIST_KEY("gear_axles", gear.axles, SIM_KEY_LIST, 0.0, 1e6, "",
+    LIST_KEY("gear_axles", gear.axle_counts, SIM_KEY_LIST, 0.0, 1e6, "",
              "number of axles on each line; each axle has wheel_load and thrust"),
     LIST_KEY("torn", mods.torn, SIM_KEY_LIST, 1, SIM_MATS_MAX + 1, "joint",
              "numbers of the joints that are torn at the start"),
@@ -275,30 +276,30 @@ static void mods_set_defaults(struct sim_mods *mods)
     *mods = (struct sim_mods){
         .cleat_travel_ft = (double)INFINITY,
         .cleat_depth_ft = 0.75 / 12.0,
-        .stiff_free = 1,
+        .stiff_free_joints = 1,
         .stiff_lines = 1,
         .stiff_first = 1,
         .stiff_grip_lb = (double)INFINITY,
         .stiff_yield_lb_ft = (double)INFINITY,
         .tear_lb = (double)INFINITY,
     };
-    for (int k = 0; k < SIM_RESTRAINTS; k++)
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++)
         mods->restraint[k].grip_lb = (double)INFINITY;
     for (int g = 0; g < SIM_BAND_GROUPS; g++)
         mods->band[g] = (struct sim_bands){
             .area_ft2 = 0.375 * 0.020 / 144.0,
             .e_lb_ft2 = 29e6 * 144.0,
-            .every = 20,
+            .spacing = 20,
             .k_lb_ft = (double)INFINITY,
             .grip_lb = (double)INFINITY,
-            .pull_lb = (double)INFINITY,
-            .wear_ft = (double)INFINITY,
-            .tilt_rad = 0.050 / (24.0 / 7.0),
+            .rivet_pull_lb = (double)INFINITY,
+            .hole_wear_ft = (double)INFINITY,
+            .mat_tilt_rad = 0.050 / (24.0 / 7.0),
             .alpha_f = 6.5e-6,
         };
 }
 
-void sim_scene_defaults(struct sim_scene *scene)
+void sim_scene_set_defaults(struct sim_scene *scene)
 {
     *scene = (struct sim_scene){
         .mats = 53,
@@ -313,19 +314,19 @@ void sim_scene_defaults(struct sim_scene *scene)
         .kt_lb_ft_rad = 1e5,
         .ct_lb_ft_s_rad = 1.0,
         .tad_deg = 10.0,
-        .left = SIM_FREE,
-        .right = SIM_FIXED,
+        .left_end = SIM_END_FREE,
+        .right_end = SIM_END_FIXED,
         .force_lb = 12000.0,
         .vac_ft_s = 90.0,
         .force_stop_s = (double)INFINITY,
         .friction = 0.5,
         .veps_ft_s = 1e-3,
-        .shear_lb = 120.0,
+        .lift_shear_lb = 120.0,
         .bump_first = 5,
         .v0_ft_s = 2.0,
         .mats_crossed = 3.0,
         .t_dwell_s = -1.0,
-        .gear = {.damping = 0.5, .unloading = 1.0, .axle_law = 1.0},
+        .gear = {.damping = 0.5, .recovered_share = 1.0, .axle_exponent = 1.0},
     };
     mods_set_defaults(&scene->mods);
 }
@@ -337,10 +338,10 @@ void sim_scene_free(struct sim_scene *scene)
         if (key->kind == SIM_KEY_LIST || key->kind == SIM_KEY_JOINTS || key->kind == SIM_KEY_PARTS)
             free(((struct sim_list *)((char *)scene + key->offset))->values);
     }
-    for (size_t i = 0; i < SIM_ALONGS; i++)
+    for (size_t i = 0; i < SIM_ALONG_COUNT; i++)
         free(scene->along[i].values);
     free(scene->path);
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
 }
 
 static void copy_array(void *to, const void *from, size_t count, size_t size)
@@ -451,8 +452,7 @@ static enum mr_status read_list(struct sim_list *list, const struct sim_key *key
     return MR_OK;
 }
 
-/* Reads a row [first, last, value], which sets the value of joints, nodes or mats `first` to
- * `last`. */
+/* Reads a row [first, last, value], which sets the value of joints, nodes or mats first..last. */
 static enum mr_status read_value_row(double *values, size_t count, const struct sim_key *key,
                                      const char *path, size_t at, const json_t *row,
                                      struct error *error)
@@ -473,8 +473,7 @@ static enum mr_status read_value_row(double *values, size_t count, const struct 
     return MR_OK;
 }
 
-/* Reads values along the runway: a list of `count` numbers, or a number and rows that replace it in
- * parts. */
+/* Reads values along the runway: a list of `count` numbers, or a number and rows for parts. */
 static enum mr_status read_along(struct sim_list *list, size_t count, const struct sim_key *key,
                                  const char *path, const json_t *value, struct error *error)
 {
@@ -575,7 +574,7 @@ static enum mr_status read_key(struct sim_scene *scene, const struct sim_key *ke
         if (llabs(json_integer_value(value)) > 10ll * SIM_MATS_MAX)
             return error_set(error, MR_MALFORMED,
                              "value out of range: %s: %s is %lld; give %g to %g", path, key->name,
-                             (long long)json_integer_value(value), key->low, key->high);
+                             (long long)json_integer_value(value), key->min, key->max);
         *(int *)field = (int)json_integer_value(value);
         return MR_OK;
     case SIM_KEY_CHOICE: return read_choice(field, key, path, value, error);
@@ -673,7 +672,7 @@ enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const
                                size_t length, struct error *error)
 {
     json_error_t at;
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     return read_scene(scene, where, json_loadb(text, length, JSON_REJECT_DUPLICATES, &at), &at,
                       error);
 }
@@ -681,7 +680,7 @@ enum mr_status sim_scene_parse(struct sim_scene *scene, const char *where, const
 enum mr_status sim_scene_from_json(struct sim_scene *scene, const char *where, json_t *root,
                                    struct error *error)
 {
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     enum mr_status status = read_object(scene, where, root, error);
     if (status != MR_OK)
         sim_scene_free(scene);
@@ -692,7 +691,7 @@ enum mr_status sim_scene_load(struct sim_scene *scene, const char *path, struct 
 {
     json_error_t at;
     FILE *file = fopen(path, "rb");
-    sim_scene_defaults(scene);
+    sim_scene_set_defaults(scene);
     if (!file)
         return error_set(error, MR_IO, "cannot open scene: %s: %s; check the path", path,
                          strerror(errno));
@@ -737,7 +736,8 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
                                                                        "band2_slipped"};
     static const char *const prefixes[] = {"band", "band2"};
     const struct sim_bands *b = &scene->mods.band[group];
-    int connections = mods_connections(scene, group), first = mods_place(b->first, b->every, 0);
+    int connections = mods_connection_count(scene, group),
+        first = mods_place(b->first_mat, b->spacing, 0);
     if (!(b->count > 0.0))
         return MR_OK;
     if (connections == 0)
@@ -751,12 +751,12 @@ static enum mr_status check_bands(const struct sim_scene *scene, int group, cons
                           error) != MR_OK)
         return error->status;
     for (size_t i = 0; i < b->pulled.count; i++) {
-        double at = (b->pulled.values[i] - first) / b->every;
+        double at = (b->pulled.values[i] - first) / b->spacing;
         if (!(at >= 0.0 && at < connections && at == floor(at)))
             return error_set(error, MR_MALFORMED,
                              "not a riveted mat: %s: %s_pulled[%zu] is %g; rivets are in every "
                              "%dth mat from %d on",
-                             where, prefixes[group], i, b->pulled.values[i], b->every, first);
+                             where, prefixes[group], i, b->pulled.values[i], b->spacing, first);
     }
     return MR_OK;
 }
@@ -769,22 +769,22 @@ static enum mr_status mods_check(const struct sim_scene *scene, const char *wher
         if (check_bands(scene, g, where, error) != MR_OK)
             return error->status;
     }
-    if (m->cleat_every > 0 && check_list_length(&m->cleat_left, mods_cleats(scene), "cleat_left",
-                                                "cleated mat", where, error) != MR_OK)
+    if (m->cleat_every > 0 && check_list_length(&m->cleat_left, mods_cleat_count(scene),
+                                                "cleat_left", "cleated mat", where, error) != MR_OK)
         return error->status;
-    for (int k = 0; k < SIM_RESTRAINTS; k++) {
+    for (int k = 0; k < SIM_RESTRAINT_KINDS; k++) {
         char key[24];
         snprintf(key, sizeof key, "%s_zero", mods_restraint_name(k));
-        if (m->restraint[k].every > 0 &&
-            check_list_length(&m->restraint[k].zero_ft, mods_restraints(scene, k), key, "restraint",
-                              where, error) != MR_OK)
+        if (m->restraint[k].spacing > 0 &&
+            check_list_length(&m->restraint[k].zero_ft, mods_restraint_count(scene, k), key,
+                              "restraint", where, error) != MR_OK)
             return error->status;
-        if (m->restraint[k].every > 0 && !(m->restraint[k].k_lb_ft > 0.0))
+        if (m->restraint[k].spacing > 0 && !(m->restraint[k].k_lb_ft > 0.0))
             return error_set(error, MR_MALFORMED,
                              "no stiffness: %s: %s_every without %s_K; give a stiffness", where,
                              mods_restraint_name(k), mods_restraint_name(k));
     }
-    if (m->stiff_span > 1 && m->lay_deg > 0.0)
+    if (m->stiff_span_mats > 1 && m->lay_deg > 0.0)
         return error_set(
             error, MR_MALFORMED,
             "stiffeners on a diagonal pattern: %s: stiff_span and lay_deg; give only one", where);
@@ -808,20 +808,20 @@ static enum mr_status refuse_range(const struct sim_key *key, const char *where,
     char entry[32] = "";
     if (listed)
         snprintf(entry, sizeof entry, "[%zu]", index);
-    if (key->high == SIM_VALUE_MAX && value > key->high)
+    if (key->max == SIM_VALUE_MAX && value > key->max)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give at most %g",
-                         where, key->name, entry, value, key->high);
-    if (key->high >= SIM_VALUE_MAX)
+                         where, key->name, entry, value, key->max);
+    if (key->max >= SIM_VALUE_MAX)
         return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %s %g",
                          where, key->name, entry, value,
-                         key->excludes_low ? "a number above" : "a finite number from", key->low);
+                         key->excludes_min ? "a number above" : "a finite number from", key->min);
     return error_set(error, MR_MALFORMED, "value out of range: %s: %s%s is %g; give %g to %g",
-                     where, key->name, entry, value, key->low, key->high);
+                     where, key->name, entry, value, key->min, key->max);
 }
 
 static bool is_value_allowed(const struct sim_key *key, double value)
 {
-    return value >= key->low && value <= key->high && !(key->excludes_low && value == key->low);
+    return value >= key->min && value <= key->max && !(key->excludes_min && value == key->min);
 }
 
 /* Checks the values of a list. If a list has one value per joint or mat, also checks its length. */
@@ -892,7 +892,7 @@ static bool has_elastic_ground(const struct sim_scene *scene)
 static enum mr_status check_gear(const struct sim_scene *scene, const char *where,
                                  struct error *error)
 {
-    const struct sim_list *lines = &scene->gear.lines_ft, *axles = &scene->gear.axles;
+    const struct sim_list *lines = &scene->gear.line_setbacks_ft, *axles = &scene->gear.axle_counts;
     size_t count = lines->count > 0 ? lines->count : 1;
     if (count > SIM_GEAR_LINES_MAX)
         return error_set(error, MR_MALFORMED,
@@ -903,10 +903,10 @@ static enum mr_status check_gear(const struct sim_scene *scene, const char *wher
                          "list of the wrong length: %s: gear_axles has %zu values; give %zu, one "
                          "per axle line",
                          where, axles->count, count);
-    if (scene->gear.foot_ft > 4.0 * scene->length_ft)
+    if (scene->gear.axle_length_ft > 4.0 * scene->length_ft)
         return error_set(error, MR_MALFORMED,
                          "value out of range: %s: gear_foot_ft is %g; give at most 4 mats, %g ft",
-                         where, scene->gear.foot_ft, 4.0 * scene->length_ft);
+                         where, scene->gear.axle_length_ft, 4.0 * scene->length_ft);
     if ((lines->count > 0 || axles->count > 0) && !has_elastic_ground(scene))
         return error_set(error, MR_MALFORMED,
                          "axle lines without ground: %s: gear_lines_ft or gear_axles without "
@@ -956,8 +956,8 @@ enum mr_status sim_scene_check(const struct sim_scene *scene, const char *where,
     }
     if (check_path(scene, where, error) != MR_OK)
         return error->status;
-    for (size_t i = 0; i < scene->u_mats.count; i++) {
-        double mat = scene->u_mats.values[i];
+    for (size_t i = 0; i < scene->output_mats.count; i++) {
+        double mat = scene->output_mats.values[i];
         if (mat > scene->mats || mat != floor(mat))
             return error_set(
                 error, MR_MALFORMED,

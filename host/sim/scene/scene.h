@@ -2,8 +2,8 @@
  *
  * Units are ft, lb and s. Stations are measured from the left edge of mat 1, downfield positive.
  * Mats 1..N, joints 1..N+1 (joint j is the left end of mat j). A scene is read from a file
- * (sim_scene_load) or made in memory: sim_scene_defaults, then set fields and lists. sim_run checks
- * every scene again, so a scene made in memory is refused with the same errors as a file.
+ * (sim_scene_load) or made in memory: sim_scene_set_defaults, then set fields and lists. sim_run
+ * checks every scene again, so a scene made in memory is refused with the same errors as a file.
  *
  * Ownership: the scene owns its lists; sim_scene_set_* copy their arguments; sim_scene_free
  * releases everything. */
@@ -30,13 +30,13 @@ enum sim_along {
     SIM_ALONG_KT,
     SIM_ALONG_W,
     SIM_ALONG_V0,
-    SIM_ALONGS
+    SIM_ALONG_COUNT
 };
 
 enum sim_model { SIM_MODEL_REPORT, SIM_MODEL_CONSISTENT, SIM_MODEL_CHAIN };
 enum sim_tad_mode { SIM_TAD_DEADBAND, SIM_TAD_SWITCHED };
 enum sim_profile { SIM_PROFILE_LOW, SIM_PROFILE_FULL };
-enum sim_end { SIM_FREE, SIM_FIXED, SIM_SPRING, SIM_LOADED };
+enum sim_end { SIM_END_FREE, SIM_END_FIXED, SIM_END_SPRING, SIM_END_LOADED };
 enum sim_thrust { SIM_THRUST_JUMP, SIM_THRUST_LINEAR };
 enum sim_friction { SIM_FRICTION_STICK, SIM_FRICTION_TANH, SIM_FRICTION_SIGN, SIM_FRICTION_NONE };
 enum sim_normal { SIM_NORMAL_WEIGHT, SIM_NORMAL_SOIL };
@@ -61,8 +61,8 @@ struct sim_bands {
     double count;    /* number of bands across the mat strip; 0: none */
     double area_ft2; /* cross-section of one band */
     double e_lb_ft2;
-    /* first and last riveted mat; 0: the first multiple of `every`, the last mat */
-    int every, first, last;
+    /* first and last riveted mat; 0: the first multiple of `spacing`, the last mat */
+    int spacing, first_mat, last_mat;
     /* Initial tension T of a band: one value, or one per segment. Negative: the segment is slack by
      * the length -T l/(A E). */
     struct sim_list t0_lb;
@@ -70,26 +70,26 @@ struct sim_bands {
     /* Largest force that a connection holds before the band slips through it; INFINITY: it never
      * slips. */
     double grip_lb;
-    double pull_lb;  /* vertical force that pulls a rivet out; INFINITY: never */
-    double wear_ft;  /* slip after which the hole of a rivet is worn through; INFINITY: never */
-    double tilt_rad; /* angle by which the wheel turns a riveted mat against the band */
-    double alpha_f;  /* thermal expansion, 1/degree Fahrenheit */
+    double rivet_pull_lb; /* vertical force that pulls a rivet out; INFINITY: never */
+    double hole_wear_ft; /* slip after which the hole of a rivet is worn through; INFINITY: never */
+    double mat_tilt_rad; /* angle by which the wheel turns a riveted mat against the band */
+    double alpha_f;      /* thermal expansion, 1/degree Fahrenheit */
     /* temperature of the band minus the temperature at which its tension was T, degrees
      * Fahrenheit */
     double warming_degf;
-    enum sim_band_over over;
+    enum sim_band_over acts_on;
     struct sim_list slipped_ft; /* slip of each connection at the start; empty: 0 */
     struct sim_list pulled;     /* numbers of the mats whose rivets are pulled out */
 };
 
 /* A kind of springs with dampers at every n-th mat or joint (elements/mods.h). Anchors hold mats
  * along the runway, tie-downs hold mats on the ground, and shock absorbers act across joints. */
-enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINTS };
+enum sim_restraint_kind { SIM_ANCHORS, SIM_TIES, SIM_ABSORBERS, SIM_RESTRAINT_KINDS };
 
 struct sim_restraint {
-    /* mats or joints `first`, `first` + `every`, ...; every 0: none; first 0: the first multiple of
-     * `every` */
-    int every, first;
+    /* mats or joints `first_place`, `first_place` + `spacing`, ...; every 0: none; first 0: the
+     * first multiple of `spacing` */
+    int spacing, first_place;
     double k_lb_ft, c_lb_s_ft;
     /* largest force of a restraint; a larger force pulls anchors and tie-downs out */
     double grip_lb;
@@ -111,12 +111,12 @@ struct sim_mods {
     double cleat_depth_ft;
     /* The hold of a raised cleat is proportional to this power of its depth. 0: the power 2, and
      * the hold of the part that was out of the ground is lost for good. */
-    double cleat_power;
+    double cleat_exponent;
     double cleat_spring_deg; /* a cleat that is turned by less than this at its root springs back */
     /* for each cleat: share of its hold that remains at the start; empty: 1 */
     struct sim_list cleat_left;
-    int stiff_span; /* number of mats that one stiffener connects; 0: none */
-    int stiff_free; /* number of joints between two stiffeners of the same line */
+    int stiff_span_mats;   /* number of mats that one stiffener connects; 0: none */
+    int stiff_free_joints; /* number of joints between two stiffeners of the same line */
     int stiff_lines, stiff_first;
     /* stiffness along the runway, and largest force, of one line at a joint that it crosses */
     double stiff_k_lb_ft, stiff_grip_lb;
@@ -125,7 +125,7 @@ struct sim_mods {
     /* Joint openings at which the lines exert no force; empty: gap0. */
     struct sim_list stiff_gap0_ft;
     double lay_deg, lay_slide_lb, lay_mu;
-    struct sim_restraint restraint[SIM_RESTRAINTS];
+    struct sim_restraint restraint[SIM_RESTRAINT_KINDS];
     double tear_lb; /* tension that tears a joint; INFINITY: joints do not tear */
     struct sim_list torn;
 };
@@ -135,13 +135,13 @@ struct sim_mods {
 struct sim_gear {
     double damping; /* damping of a loaded mat as a fraction of critical damping */
     /* rho: fraction of the displacement that springs back when the load is removed */
-    double unloading;
+    double recovered_share;
     /* the stiffness is proportional to this power of the number of axles on a mat */
-    double axle_law;
-    double foot_ft; /* length along the runway that an axle loads uniformly */
+    double axle_exponent;
+    double axle_length_ft; /* length along the runway that an axle loads uniformly */
     /* distances of the axle lines behind the lead axle; empty: only the lead axle */
-    struct sim_list lines_ft;
-    struct sim_list axles; /* number of axles of each line; empty: one */
+    struct sim_list line_setbacks_ft;
+    struct sim_list axle_counts; /* number of axles of each line; empty: one */
 };
 
 struct sim_scene {
@@ -162,15 +162,15 @@ struct sim_scene {
     enum sim_tad_mode tad_mode;
     enum sim_profile profile;
     double slack_ft;
-    enum sim_end left;
-    enum sim_end right;
+    enum sim_end left_end;
+    enum sim_end right_end;
     enum sim_end left_torsion;
     enum sim_end right_torsion;
     double end_k_lb_ft[2]; /* stiffness of the springs at the left and right end of the runway */
     double end_load_lb[2]; /* additional weight on the first and last mat */
     double force_lb;
     double vac_ft_s;
-    double s0_ft;
+    double start_ft;
     double force_stop_s; /* time at which the thrust stops; INFINITY: never */
     enum sim_thrust thrust;
     double wheel_load_lb;
@@ -178,7 +178,7 @@ struct sim_scene {
     enum sim_friction friction_law;
     double veps_ft_s;
     enum sim_normal friction_normal;
-    double shear_lb;
+    double lift_shear_lb;
     enum sim_lift_shear lift_shear;
     double q1_lb;
     int bump_first;
@@ -187,8 +187,8 @@ struct sim_scene {
     int v0_mat; /* mat with the initial speed v0; 0: the mat under the wheel at t = 0 */
     double mats_crossed;
     double t_end_s; /* end of the run; 0: determined by mats_crossed, or by path and t_dwell */
-    struct sim_list t_out_s; /* times of the outputs; empty: only the end */
-    struct sim_list u_mats;  /* numbers of the mats in the output; empty: all */
+    struct sim_list t_out_s;     /* times of the outputs; empty: only the end */
+    struct sim_list output_mats; /* numbers of the mats in the output; empty: all */
     /* motion and thrust of the aircraft over time; NULL: Vac, s0 and F are used instead */
     struct sim_path_row *path;
     size_t path_count;
@@ -204,15 +204,15 @@ struct sim_scene {
     struct sim_gear gear;
     /* Parameter of each element, by index in elements/element.h. 0: the scene does not have the
      * element. */
-    double element[SIM_ELEMENTS_MAX];
+    double element_values[SIM_ELEMENTS_MAX];
     /* Values along the runway, by enum sim_along. Empty: every mat has the value of the field
      * above. With W, inertia and friction of a mat are proportional to its weight. V0 replaces
      * v0_ft_s and v0_mat. */
-    struct sim_list along[SIM_ALONGS];
+    struct sim_list along[SIM_ALONG_COUNT];
 };
 
 /* Sets every key to its default. The lists are empty. */
-void sim_scene_defaults(struct sim_scene *scene);
+void sim_scene_set_defaults(struct sim_scene *scene);
 
 /* Reads a scene file. MR_MALFORMED with the key: unknown key, wrong type, value out of range, list
  * of the wrong length. MR_MALFORMED or MR_TRUNCATED with line and column: not JSON. MR_IO: the file
@@ -257,24 +257,25 @@ void sim_scene_shift_times_free(struct sim_scene *counted, const struct sim_scen
 
 /* Shortest time that a fixed step must resolve: the time in which the thrust exceeds the limit of
  * friction, or the time in which a mat comes to rest again. INFINITY without friction. */
-double sim_scene_shortest_s(const struct sim_scene *scene);
+double sim_scene_shortest_time_s(const struct sim_scene *scene);
 
 /* Value of a per-joint list for joint 1..N+1. */
-double sim_scene_joint(const struct sim_list *list, int joint);
+double sim_scene_joint_value(const struct sim_list *list, int joint);
 /* True if a quantity of `along` differs along the runway, or if there is a weight on an end. Such a
  * scene needs a solver with fixed steps. */
 bool sim_scene_is_varied(const struct sim_scene *scene);
 /* Value of a quantity at a joint, node or mat (from 1). If the scene has no list of the quantity,
  * returns `everywhere`. */
-double sim_scene_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
-                       int at);
+double sim_scene_value_along(const struct sim_scene *scene, enum sim_along which, double everywhere,
+                             int at);
 /* Weight of mat 1..N, including a weight on the end of the runway. */
 double sim_scene_weight_lb(const struct sim_scene *scene, int mat);
 /* The value of a quantity that makes the stable step shortest: the largest stiffness or damping, or
  * the smallest weight. */
-double sim_scene_extreme(const struct sim_scene *scene, enum sim_along which, double everywhere);
+double sim_scene_shortest_step_value(const struct sim_scene *scene, enum sim_along which,
+                                     double everywhere);
 /* Depth of node 1..N+1 at which the soil carries the weight of the node's mats. */
-double sim_scene_settled_ft(const struct sim_scene *scene, int node);
+double sim_scene_settlement_ft(const struct sim_scene *scene, int node);
 
 void sim_scene_free(struct sim_scene *scene);
 
@@ -289,9 +290,9 @@ const char *sim_scene_name(const struct sim_scene *scene);
 /* mods_free_lists releases all lists of the modifications. mods_collect_lists writes the addresses
  * of the lists. */
 void mods_free_lists(struct sim_mods *mods);
-#define MODS_LISTS (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINTS)
+#define MODS_LIST_COUNT (3 * SIM_BAND_GROUPS + 3 + SIM_RESTRAINT_KINDS)
 /* writes the addresses of all lists of the modifications */
-void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LISTS]);
+void mods_collect_lists(struct sim_mods *mods, struct sim_list *lists[MODS_LIST_COUNT]);
 /* True if the scene has any modification. */
 bool mods_are_given(const struct sim_scene *scene);
 
@@ -299,9 +300,9 @@ bool mods_are_given(const struct sim_scene *scene);
 int mods_place(int first, int every, int i);
 /* Number of connections (riveted mats) of a group of bands, of cleats, and of restraints of a kind.
  * A group has one segment more than connections, or none. */
-int mods_connections(const struct sim_scene *scene, int group);
-int mods_cleats(const struct sim_scene *scene);
-int mods_restraints(const struct sim_scene *scene, int kind);
+int mods_connection_count(const struct sim_scene *scene, int group);
+int mods_cleat_count(const struct sim_scene *scene);
+int mods_restraint_count(const struct sim_scene *scene, int kind);
 /* Name of the kind in keys. */
 const char *mods_restraint_name(int kind);
 
@@ -326,9 +327,9 @@ struct sim_key {
     const char *name;
     enum sim_key_kind kind;
     size_t offset;
-    double low; /* smallest and largest value, also of each value of a list */
-    double high;
-    bool excludes_low;          /* true: the value must be above `low` */
+    double min; /* smallest and largest value, also of each value of a list */
+    double max;
+    bool excludes_min;          /* true: the value must be above `min` */
     const char *const *choices; /* allowed words; NULL ends the list */
     const char *unit;           /* "lb s/ft"; "" for a number without dimension or a name */
     const char *meaning;        /* description of the key, in one line */
@@ -348,10 +349,10 @@ const struct sim_key *sim_key_at(size_t i);
 const struct sim_key *sim_key_find(const char *name);
 
 /* sim_key_default returns the default of a key as JSON, or NULL if a file cannot contain the
- * default (infinity, a list). sim_scene_keys returns an object of all keys with default, unit,
- * meaning and choices. The caller owns both. */
+ * default (infinity, a list). sim_scene_keys_to_json returns an object of all keys with default,
+ * unit, meaning and choices. The caller owns both. */
 struct json_t *sim_key_default(const struct sim_key *key);
-struct json_t *sim_scene_keys(void);
+struct json_t *sim_scene_keys_to_json(void);
 /* Prints one line per key: name, default, unit, meaning. */
 void sim_scene_print_keys(FILE *to);
 

@@ -9,7 +9,7 @@ static double aircraft_leave_time_s(const struct sim_scene *scene)
 {
     double runway_ft = scene->mats * scene->length_ft;
     if (scene->path_count == 0)
-        return scene->vac_ft_s > 0.0 ? fmax(0.0, runway_ft - scene->s0_ft) / scene->vac_ft_s
+        return scene->vac_ft_s > 0.0 ? fmax(0.0, runway_ft - scene->start_ft) / scene->vac_ft_s
                                      : HUGE_VAL;
     const struct sim_path_row *path = scene->path;
     size_t last = scene->path_count - 1;
@@ -132,7 +132,7 @@ static void update_pulse(struct pulse *pulse, const struct sim_scene *scene,
         finish_pulse(pulse, scene, a_lb * b_lb < 0.0 ? zero_s : row[1].t_s, shortest_s);
 }
 
-double sim_scene_shortest_s(const struct sim_scene *scene)
+double sim_scene_shortest_time_s(const struct sim_scene *scene)
 {
     double hold_lb = scene->friction * (scene->weight_lb + scene->wheel_load_lb),
            shortest_s = HUGE_VAL, end_s = sim_scene_end_s(scene);

@@ -86,10 +86,10 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     chain->half_max_tension_lb = 0.0;
     memset(chain->storage, 0, ARRAY_COUNT * chain->array_length * sizeof *chain->storage);
     for (int j = 1; j <= chain->mats + 1; j++) {
-        chain->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
-        double grit_lb = sim_scene_joint(&scene->grit_lb, j);
+        chain->gap0_ft[j] = sim_scene_joint_value(&scene->gap0_ft, j);
+        double grit_lb = sim_scene_joint_value(&scene->grit_lb, j);
         chain->grit_lb[j] = grit_lb;
-        chain->kl_lb_ft[j] = sim_scene_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
+        chain->kl_lb_ft[j] = sim_scene_value_along(scene, SIM_ALONG_KL, scene->kl_lb_ft, j);
         chain->grit_yield_ft[j] = grit_lb / chain->kl_lb_ft[j];
         chain->reach_ft[j] = joint_initial_reach_ft(chain->gap0_ft[j],
                                                     chain->joint_constants.slack_ft);
@@ -104,8 +104,8 @@ static void chain_reset(struct chain *chain, const struct sim_scene *scene)
     for (int n = 1; n <= chain->mats; n++) {
         chain->limit_lb[n] = unloaded_friction_limit_lb(chain, n);
         chain->mat_mass_slug[n] = sim_scene_weight_lb(scene, n) / scene->g_ft_s2;
-        chain->v_ft_s[n] = sim_scene_along(scene, SIM_ALONG_V0,
-                                           n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
+        chain->v_ft_s[n] = sim_scene_value_along(scene, SIM_ALONG_V0,
+                                                 n == chain->v0_mat ? scene->v0_ft_s : 0.0, n);
     }
 }
 
@@ -120,8 +120,8 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         .mats = scene->mats,
         .is_varied = sim_scene_is_varied(scene),
         .block_size = LANES_CALL(block, ),
-        .is_left_free = scene->left != SIM_FIXED,
-        .is_right_free = scene->right != SIM_FIXED,
+        .is_left_free = scene->left_end != SIM_END_FIXED,
+        .is_right_free = scene->right_end != SIM_END_FIXED,
         .friction = scene->friction > 0.0 ? scene->friction_law : SIM_FRICTION_NONE,
         .veps_ft_s = scene->veps_ft_s,
         .mass_slug = scene->weight_lb / scene->g_ft_s2,
@@ -153,7 +153,7 @@ static void chain_make(struct chain *chain, const struct sim_scene *scene, int f
         *arrays[i] = storage + ARRAY_PADDING + i * length; /* entry 0 of an array is for mat 0 */
     bool grit = false;
     for (int j = 1; j <= chain->mats + 1; j++)
-        grit = grit || sim_scene_joint(&scene->grit_lb, j) > 0.0;
+        grit = grit || sim_scene_joint_value(&scene->grit_lb, j) > 0.0;
     chain->joint_law = joint_law(scene->slack_ft, grit);
     chain->mods = mods_make(scene);
     chain->gear = gear_make(scene);
@@ -401,8 +401,10 @@ static double chain_step_limit_s(const struct chain *chain)
     int ends = (chain->is_left_free ? 0 : 1) + (chain->is_right_free ? 0 : 1);
     double joints = chain->mats > 1 ? 4.0 : ends;
     struct law_joint stiffest = chain->joint_constants;
-    stiffest.kl_lb_ft = sim_scene_extreme(chain->scene, SIM_ALONG_KL, stiffest.kl_lb_ft);
-    double lightest_slug = sim_scene_extreme(chain->scene, SIM_ALONG_W, chain->scene->weight_lb) /
+    stiffest.kl_lb_ft = sim_scene_shortest_step_value(chain->scene, SIM_ALONG_KL,
+                                                      stiffest.kl_lb_ft);
+    double lightest_slug = sim_scene_shortest_step_value(chain->scene, SIM_ALONG_W,
+                                                         chain->scene->weight_lb) /
                            chain->scene->g_ft_s2;
     struct law_bound pulled = joint_bound(&stiffest, joints, lightest_slug);
     struct law_bound rubbed = friction_bound(chain->friction,
@@ -588,7 +590,8 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
                      const struct sim_options *options)
 {
     struct sim_touch touch[SIM_TOUCH_MAX];
-    bool prune = !options->no_prune && scene->mats > 4 && element_can_rest(&chain->elements);
+    bool prune = !options->integrates_all_mats && scene->mats > 4 &&
+                 element_can_rest(&chain->elements);
     struct sim_wheel wheel;
     struct window window = {1, chain->mats, 0, 0};
     double h = pass->h_s;
@@ -652,7 +655,7 @@ static void run_pass(struct pass *pass, struct chain *chain, const struct sim_sc
         if (last)
             /* so that rounding does not skip outputs at the end */
             t_s = (double)pass->step_count * h * (1.0 + 1e-11);
-        if (pass->record.next_s <= t_s)
+        if (pass->record.next_record_s <= t_s)
             sim_record_add(&pass->record, t_s, chain->u_ft, chain->v_ft_s);
         if (i % STEPS_PER_CALLBACK == 0 && options->may_continue &&
             !options->may_continue(options->may_continue_ctx, pass->pass_number,
@@ -692,7 +695,7 @@ static void make_pass(struct pass *pass, const struct sim_scene *scene,
 {
     *pass = (struct pass){.step_count = steps,
                           .h_s = sim_scene_end_s(scene) / (double)steps,
-                          .pass_number = ++result->passes};
+                          .pass_number = ++result->pass_count};
     sim_record_make(&pass->record, scene, options);
 }
 
@@ -767,14 +770,15 @@ static void fill_result(struct chain *chain, struct pass *pass, const struct pas
     result->steps = pass->done_step_count;
     result->other_steps -= pass->done_step_count;
     result->events = pass->events;
-    result->mats_max = pass->awake_mats_max;
-    result->mats_mean = (double)pass->awake_mat_steps /
-                        (double)(pass->is_failed || pass->is_interrupted ? pass->done_step_count
-                                                                         : pass->step_count);
+    result->integrated_mats_max = pass->awake_mats_max;
+    result->integrated_mats_mean = (double)pass->awake_mat_steps /
+                                   (double)(pass->is_failed || pass->is_interrupted
+                                                ? pass->done_step_count
+                                                : pass->step_count);
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED)
         return;
     if (pass->mods && other->mods)
-        pass->mods->error_lb = mods_difference_lb(pass->mods, other->mods);
+        pass->mods->band_error_lb = mods_difference_lb(pass->mods, other->mods);
     result->speed_end_ft_s = pass->speed_end_ft_s;
     result->mods = pass->mods;
     pass->mods = NULL;
@@ -925,7 +929,7 @@ enum mr_status chain_run(const struct sim_scene *scene, const struct sim_options
     result->solver = "staggered";
     result->mats = scene->mats;
     result->t_end_s = end_s;
-    double shortest_s = sim_scene_shortest_s(scene);
+    double shortest_s = sim_scene_shortest_time_s(scene);
     result->dt_limit_s = fmin(chain_step_limit_s(&chain), fmin(crossing_s, shortest_s));
     chain_describe(&chain, scene, result);
 

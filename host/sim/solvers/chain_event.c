@@ -72,11 +72,11 @@ static void update_peak_tensions(struct motion *m, int first, int last, int orde
 static void record_samples(struct motion *m, struct tolerance_run *run, int first, int last,
                            int order, double h, bool at_end)
 {
-    while (run->record.next_s <= (at_end ? DBL_MAX : m->t_s + h)) {
-        double at_s = law_min(h, run->record.next_s - m->t_s);
+    while (run->record.next_record_s <= (at_end ? DBL_MAX : m->t_s + h)) {
+        double at_s = law_min(h, run->record.next_record_s - m->t_s);
         memcpy(m->u_at, m->u_terms[0], ((size_t)m->mats + 2) * sizeof *m->u_at);
         motion_evaluate(m, first, last, order, at_s, m->u_at, NULL);
-        sim_record_add(&run->record, run->record.next_s, m->u_at, m->speed_change_max);
+        sim_record_add(&run->record, run->record.next_record_s, m->u_at, m->speed_change_max);
     }
 }
 
@@ -121,7 +121,7 @@ static void run_at_tolerance(struct motion *m, struct tolerance_run *run,
         double h = event.h_s;
         bool over = event.mat + event.joint == 0 && h >= until_s - m->t_s;
         update_peak_tensions(m, first, last, order, h);
-        if (run->record.next_s <= m->t_s + h || (over && until_s >= end_s))
+        if (run->record.next_record_s <= m->t_s + h || (over && until_s >= end_s))
             record_samples(m, run, first, last, order, h, over && until_s >= end_s);
         for (int i = 0; m->has_gear && i < m->load_count; i++)
             m->loads[i].ground_force_lb -= m->loads[i].slope_lb_ft * m->u_terms[0][m->loads[i].mat];
@@ -169,7 +169,7 @@ static void run_at_tolerance(struct motion *m, struct tolerance_run *run,
 static void start_run(struct tolerance_run *run, struct motion *m, double tolerance,
                       const struct sim_options *options, struct sim_result *result)
 {
-    *run = (struct tolerance_run){.tolerance = tolerance, .pass_number = ++result->passes};
+    *run = (struct tolerance_run){.tolerance = tolerance, .pass_number = ++result->pass_count};
     sim_record_make(&run->record, m->scene, options);
     run_at_tolerance(m, run, options);
     result->evaluations += run->step_count;
@@ -184,8 +184,8 @@ static void fill_result(const struct motion *m, struct tolerance_run *run,
     result->steps = run->step_count;
     result->other_steps -= run->step_count;
     result->events = run->switch_count;
-    result->mats_max = run->awake_mats_max;
-    result->mats_mean = m->t_s > 0.0 ? run->awake_mat_s / m->t_s : 0.0;
+    result->integrated_mats_max = run->awake_mats_max;
+    result->integrated_mats_mean = m->t_s > 0.0 ? run->awake_mat_s / m->t_s : 0.0;
     if (result->status != SIM_OK && result->status != SIM_INTERRUPTED &&
         result->status != SIM_UNPREDICTABLE)
         return;
@@ -249,7 +249,7 @@ enum mr_status chain_event_run(const struct sim_scene *scene, const struct sim_o
     double allowed_ft = (options->rtol > 0.0 ? options->rtol : MAX_DISAGREEMENT) * peak_ft;
     if (last->status == SIM_OK && ERROR_FACTOR * apart_ft > allowed_ft) {
         struct sim_difference first = find_first_difference(runs, count, allowed_ft / ERROR_FACTOR);
-        result->divergence_runs = count;
+        result->diverging_run_count = count;
         sim_result_set_status(result, SIM_UNPREDICTABLE, first.mat, first.t_s);
     }
     fill_result(&m, last, result);

@@ -619,18 +619,20 @@ static int compare_doubles(const void *a, const void *b)
 
 static size_t axle_line_count(const struct motion *m)
 {
-    return m->has_gear && m->scene->gear.lines_ft.count > 0 ? m->scene->gear.lines_ft.count : 1;
+    return m->has_gear && m->scene->gear.line_setbacks_ft.count > 0
+             ? m->scene->gear.line_setbacks_ft.count
+             : 1;
 }
 
 static double line_setback_ft(const struct motion *m, size_t line)
 {
-    const struct sim_list *lines = &m->scene->gear.lines_ft;
+    const struct sim_list *lines = &m->scene->gear.line_setbacks_ft;
     return m->has_gear && lines->count > 0 ? lines->values[line] : 0.0;
 }
 
 static double axles_of(const struct motion *m, size_t line)
 {
-    const struct sim_list *axles = &m->scene->gear.axles;
+    const struct sim_list *axles = &m->scene->gear.axle_counts;
     return m->has_gear && axles->count > 0 ? axles->values[line] : 1.0;
 }
 
@@ -657,7 +659,7 @@ static void add_mat_crossings(struct motion *m, const struct sim_path_row *row, 
 static void make_break_times(struct motion *m)
 {
     const struct sim_scene *scene = m->scene;
-    double half_ft = m->has_gear ? 0.5 * scene->gear.foot_ft : 0.0;
+    double half_ft = m->has_gear ? 0.5 * scene->gear.axle_length_ft : 0.0;
     for (size_t i = 0; i < m->wheel.row_count; i++) {
         const struct sim_path_row *row = m->wheel.rows + i;
         add_break_time(m, row->t_s);
@@ -716,7 +718,7 @@ static void add_line(struct motion *m, double x_ft, double speed_ft_s, double ha
                      const double force[2])
 {
     const struct sim_scene *scene = m->scene;
-    double length_ft = scene->length_ft, foot_ft = m->has_gear ? scene->gear.foot_ft : 0.0;
+    double length_ft = scene->length_ft, foot_ft = m->has_gear ? scene->gear.axle_length_ft : 0.0;
     double at_ft = x_ft - speed_ft_s * half_s, mat = floor(x_ft / length_ft + EDGE_TOLERANCE) + 1.0;
     bool jump = scene->thrust == SIM_THRUST_JUMP;
     if (!(mat >= 1.0 && mat <= m->mats))
@@ -885,7 +887,7 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                          .kl_lb_ft = scene->kl_lb_ft,
                          .cl_lb_s_ft = scene->cl_lb_s_ft,
                          .slack_ft = scene->slack_ft,
-                         .ground_damping_lb_s_ft = scene->element[ELEMENT_ground_damping],
+                         .ground_damping_lb_s_ft = scene->element_values[ELEMENT_ground_damping],
                          .weight_friction_lb = scene->friction * scene->weight_lb,
                          .load_friction_lb = scene->friction * scene->wheel_load_lb,
                          .friction_law = !(scene->friction > 0.0) ||
@@ -893,8 +895,8 @@ void motion_make(struct motion *m, const struct sim_scene *scene)
                                            ? SIM_FRICTION_NONE
                                        : tanh_law ? SIM_FRICTION_TANH
                                                   : SIM_FRICTION_STICK,
-                         .has_gear = scene->element[ELEMENT_gear_ground] > 0.0,
-                         .recovered_share = scene->gear.unloading,
+                         .has_gear = scene->element_values[ELEMENT_gear_ground] > 0.0,
+                         .recovered_share = scene->gear.recovered_share,
                          .array_length = length};
     double w = 4.0 * m->kl_lb_ft * m->inverse_mass, d = 4.0 * m->cl_lb_s_ft * m->inverse_mass;
     double axles = 0.0;
@@ -967,10 +969,10 @@ void motion_start(struct motion *m)
     for (int j = 0; j < m->mats + 2; j++)
         set_joint_mode(m, j, JOINT_CUT);
     for (int j = 1; j <= m->mats + 1; j++) {
-        double g_ft = m->gap0_ft[j] = sim_scene_joint(&scene->gap0_ft, j);
-        bool end = (j == 1 && scene->left == SIM_FREE) ||
-                   (j == m->mats + 1 && scene->right == SIM_FREE);
-        m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint(&scene->grit_lb, j) : 0.0;
+        double g_ft = m->gap0_ft[j] = sim_scene_joint_value(&scene->gap0_ft, j);
+        bool end = (j == 1 && scene->left_end == SIM_END_FREE) ||
+                   (j == m->mats + 1 && scene->right_end == SIM_END_FREE);
+        m->grit_lb[j] = m->slack_ft > 0.0 ? sim_scene_joint_value(&scene->grit_lb, j) : 0.0;
         m->reach_ft[j] = joint_initial_reach_ft(g_ft, m->slack_ft);
         set_joint_mode(m, j,
                        end                   ? JOINT_CUT

@@ -61,7 +61,7 @@ static void start_march(struct planar_engine *l, struct march *march,
 {
     *march = (struct march){.step_count = steps,
                             .h_s = sim_scene_end_s(l->scene) / (double)steps,
-                            .pass_number = ++result->passes};
+                            .pass_number = ++result->pass_count};
     sim_record_make(&march->record, l->scene, options);
     planar_pass_run(l, march, options);
     result->evaluations += march->done_step_count;
@@ -83,22 +83,22 @@ static void fill_result(struct planar_engine *l, struct march *fine, const struc
     result->steps = fine->done_step_count;
     result->other_steps = result->evaluations - fine->done_step_count;
     result->events = fine->events;
-    result->mats_max = fine->awake_mats_max;
-    result->mats_mean = fine->awake_mat_s / ((double)fine->done_step_count * fine->h_s);
+    result->integrated_mats_max = fine->awake_mats_max;
+    result->integrated_mats_mean = fine->awake_mat_s / ((double)fine->done_step_count * fine->h_s);
     result->crest_deg = fine->crest_deg;
     result->crest_joint = fine->crest_joint;
     result->sag_deg = fine->sag_deg;
     result->sag_joint = fine->sag_joint;
     result->overrun_count = fine->overrun_count;
-    result->first_crest = fine->first_crest_node;
-    result->first_crest_wheel = fine->first_crest_wheel_mat;
-    memcpy(result->overrun, fine->overrun_nodes, sizeof result->overrun);
+    result->first_crest_node = fine->first_crest_node;
+    result->first_crest_wheel_mat = fine->first_crest_wheel_mat;
+    memcpy(result->overrun_nodes, fine->overrun_nodes, sizeof result->overrun_nodes);
     size_t joints = (size_t)l->model.mats + 1;
-    result->push_lb = copy_array(l->max_push_lb, joints);
-    result->pull_lb = copy_array(l->max_pull_lb, joints);
-    result->rise_ft = copy_array(l->max_rise_ft, joints);
+    result->max_push_lb = copy_array(l->max_push_lb, joints);
+    result->max_pull_lb = copy_array(l->max_pull_lb, joints);
+    result->max_rise_ft = copy_array(l->max_rise_ft, joints);
     if (fine->mods && coarse->mods)
-        fine->mods->error_lb = ERROR_FACTOR * mods_difference_lb(fine->mods, coarse->mods);
+        fine->mods->band_error_lb = ERROR_FACTOR * mods_difference_lb(fine->mods, coarse->mods);
     result->mods = fine->mods;
     fine->mods = NULL;
     pass_fill_outputs(&l->model, l->z, &fine->record, fine->max_lift_ft, fine->speed_end_ft_s,
@@ -227,8 +227,8 @@ static void set_divergence_of_marches(const struct planar_engine *l, const struc
     double threshold = pass_bow_threshold_ft(l->scene);
     double most_u_ft = PASS_DISAGREEMENT_MAX * sim_record_peak(&fine->record).u_ft,
            most_lift_ft = PASS_DISAGREEMENT_MAX * fmax(fine->max_lift_ft, threshold);
-    result->divergence_runs = 1;
-    result->divergence_waves = fine->max_lift_ft > threshold;
+    result->diverging_run_count = 1;
+    result->diverging_wave_count = fine->max_lift_ft > threshold;
     for (int i = 0; i < 2; i++) {
         if (!is_march_complete(others[i]))
             continue;
@@ -236,8 +236,8 @@ static void set_divergence_of_marches(const struct planar_engine *l, const struc
         divergence_find(result, &fine->record, &others[i]->record, most_u_ft, most_lift_ft);
         result->error_u_ft = fmax(result->error_u_ft, ERROR_FACTOR * apart.u.u_ft);
         result->error_lift_ft = fmax(result->error_lift_ft, ERROR_FACTOR * apart.lift_ft);
-        result->divergence_runs++;
-        result->divergence_waves += others[i]->max_lift_ft > threshold;
+        result->diverging_run_count++;
+        result->diverging_wave_count += others[i]->max_lift_ft > threshold;
     }
 }
 
@@ -330,10 +330,11 @@ static double stable_step_limit_s(struct planar_engine *l, double crossing_s)
     /* upper bound of the rate: every joint has the largest stiffness and every mat the smallest
      * mass */
     struct model fastest = *m;
-    double lightest = sim_scene_extreme(l->scene, SIM_ALONG_W, m->weight_lb) / m->weight_lb;
-    fastest.kv_lb_ft = sim_scene_extreme(l->scene, SIM_ALONG_KV, m->kv_lb_ft);
-    fastest.kl_lb_ft = sim_scene_extreme(l->scene, SIM_ALONG_KL, m->kl_lb_ft);
-    fastest.kt_lb_ft_rad = sim_scene_extreme(l->scene, SIM_ALONG_KT, m->kt_lb_ft_rad);
+    double lightest = sim_scene_shortest_step_value(l->scene, SIM_ALONG_W, m->weight_lb) /
+                      m->weight_lb;
+    fastest.kv_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KV, m->kv_lb_ft);
+    fastest.kl_lb_ft = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KL, m->kl_lb_ft);
+    fastest.kt_lb_ft_rad = sim_scene_shortest_step_value(l->scene, SIM_ALONG_KT, m->kt_lb_ft_rad);
     fastest.mass_slug *= lightest;
     fastest.inertia_slug_ft2 *= lightest;
     double rate = model_fastest_rate(&fastest, l->z, MODEL_RATE_STAGGERED);
@@ -356,7 +357,7 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
             ? options->dt_s
             : fmin((options->is_single_pass ? 2.0 : 1.0) * FIRST_STEP_SHARE * result->dt_limit_s,
                    fmin(fmin(CROSSED_MAT_SHARE_MAX * crossing_s, end_s / MIN_STEPS),
-                        SHORTEST_TIME_SHARE_MAX * sim_scene_shortest_s(l->scene)));
+                        SHORTEST_TIME_SHARE_MAX * sim_scene_shortest_time_s(l->scene)));
     double steps = ceil(end_s / h * (1.0 - 1e-12));
     if (h > result->dt_limit_s) {
         result->dt_s = h;
@@ -372,8 +373,8 @@ static enum mr_status run_engine(struct planar_engine *l, const struct sim_optio
     if (options->is_single_pass) {
         struct march only = {0};
         start_march(l, &only, options, (uint64_t)steps, result);
-        result->first_crest = only.first_crest_node;
-        result->first_crest_wheel = only.first_crest_wheel_mat;
+        result->first_crest_node = only.first_crest_node;
+        result->first_crest_wheel_mat = only.first_crest_wheel_mat;
         if (only.status != SIM_OK)
             sim_result_set_status(result, only.status, only.mat, only.t_s);
         result->t_end_s = fmin(result->t_end_s, (double)only.done_step_count * only.h_s);

@@ -109,8 +109,8 @@ static void store_state(struct pass *p, double t_s, double *z)
 static void store_state_until(struct pass *p, double t_s)
 {
     struct stepper *s = &p->stepper;
-    while (p->outcome->record.next_s <= t_s) {
-        double at = p->outcome->record.next_s;
+    while (p->outcome->record.next_record_s <= t_s) {
+        double at = p->outcome->record.next_record_s;
         stepper_copy(s, s->z, p->z_event);
         s->kind->interpolate(s, at, stepper_low(s), stepper_high(s), p->z_event);
         store_state(p, at, p->z_event);
@@ -558,10 +558,10 @@ void pass_run(struct pass_outcome *out, struct model *m, const struct pass_reque
     stepper_make(&p.stepper);
     int node;
     m->evaluations = 0;
-    m->can_leave_out_mats = request->kind->can_leave_out_mats && !options->no_prune;
+    m->can_leave_out_mats = request->kind->can_leave_out_mats && !options->integrates_all_mats;
     model_start(m, p.stepper.z);
     out->max_lift_ft = model_lift_ft(m, p.stepper.z, &node);
-    if (out->record.next_s <= 0.0)
+    if (out->record.next_record_s <= 0.0)
         store_state(&p, 0.0, p.stepper.z);
     run_spans(&p, request, options);
     model_fill_outside_window(m, p.stepper.z);
@@ -610,7 +610,7 @@ static void fill_final_shape(const struct model *m, const double *z, struct sim_
                 shortened += m->half_ft * (sqrt(1.0 - tilt * tilt) - sqrt(1.0 - s * s));
             }
         }
-        result->gap_ft[j] = sim_scene_joint(&m->scene->gap0_ft, j) + right - left + shortened;
+        result->gap_ft[j] = sim_scene_joint_value(&m->scene->gap0_ft, j) + right - left + shortened;
         left = right;
     }
 }
@@ -642,8 +642,8 @@ void pass_fill_result(const struct model *m, struct pass_outcome *pass,
     result->events = pass->events;
     result->dt_s = pass->longest_step_s;
     result->checked_dt_s = other->longest_step_s;
-    result->mats_max = pass->awake_mats_max;
-    result->mats_mean = pass->awake_mats_mean;
+    result->integrated_mats_max = pass->awake_mats_max;
+    result->integrated_mats_mean = pass->awake_mats_mean;
     pass_fill_outputs(m, pass->end_z, &pass->record, pass->max_lift_ft, pass->speed_end_ft_s,
                       result);
 }

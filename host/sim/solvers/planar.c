@@ -113,7 +113,7 @@ static void run_nudged_pass(const struct model *m, const struct pass_request *re
 {
     struct model near = make_nudged_model(m, run);
     struct pass_request again = *request;
-    again.pass_number = ++result->passes;
+    again.pass_number = ++result->pass_count;
     pass_run(pass, &near, &again, options);
     result->evaluations += pass->evaluations;
 }
@@ -129,16 +129,16 @@ static void set_divergence_of_runs(const struct model *m, const struct pass_requ
     double most_u_ft = PASS_DISAGREEMENT_MAX * sim_record_peak(&given->record).u_ft,
            most_lift_ft = PASS_DISAGREEMENT_MAX * given->max_lift_ft + 0.01 * threshold;
     result->status = SIM_OK;
-    result->divergence_runs = 1;
-    result->divergence_waves = given->max_lift_ft > threshold;
+    result->diverging_run_count = 1;
+    result->diverging_wave_count = given->max_lift_ft > threshold;
     for (int run = -1; run < DIVERGENCE_RUN_COUNT; run++) {
         struct pass_outcome pass = {0};
         if (run >= 0)
             run_nudged_pass(m, request, options, run, &pass, result);
         const struct pass_outcome *next = run < 0 ? other : &pass;
         if (next->status == SIM_OK) {
-            result->divergence_runs++;
-            result->divergence_waves += next->max_lift_ft > threshold;
+            result->diverging_run_count++;
+            result->diverging_wave_count += next->max_lift_ft > threshold;
             divergence_find(result, &given->record, &next->record, most_u_ft, most_lift_ft);
             result->error_lift_ft = fmax(result->error_lift_ft,
                                          fabs(given->max_lift_ft - next->max_lift_ft));
@@ -215,7 +215,7 @@ static void run_another_pass(struct pass_outcome *pass, struct model *m,
                              struct sim_result *result)
 {
     struct pass_request numbered = *request;
-    numbered.pass_number = ++result->passes;
+    numbered.pass_number = ++result->pass_count;
     pass_run(pass, m, &numbered, options);
     add_pass_cost(result, pass);
 }
@@ -572,7 +572,7 @@ static void run_moreau(const struct model *model, const struct sim_options *opti
                         "and 3.6 times the step");
     for (int i = 0; i < MOREAU_MAX_RUNS; i++) {
         struct pass_outcome run = {0};
-        request.pass_number = ++result->passes;
+        request.pass_number = ++result->pass_count;
         request.max_steps = given ? UINT64_MAX : (uint64_t)(MOREAU_WORK_MAX / (double)m.mats);
         pass_run(&run, &m, &request, options);
         double done = (double)run.evaluations * m.mats;
@@ -673,15 +673,15 @@ static void run_coarse_and_fine(struct model *m, const struct sim_options *optio
     else
         runs.coarse_request.rtol = fmin(1e-2, request.rtol * ESTIMATE_RTOL_RATIO);
     *contradicted = false;
-    runs.coarse_request.pass_number = ++result->passes;
+    runs.coarse_request.pass_number = ++result->pass_count;
     pass_run(coarse, m, &runs.coarse_request, options);
     add_pass_cost(result, coarse);
-    runs.fine_request.pass_number = result->passes + 1;
+    runs.fine_request.pass_number = result->pass_count + 1;
     if (coarse->status == SIM_INTERRUPTED) {
         sim_result_set_status(result, coarse->status, coarse->mat, coarse->t_s);
         pass_fill_result(m, coarse, coarse, result);
     } else {
-        result->passes++;
+        result->pass_count++;
         pass_run(fine, m, &runs.fine_request, options);
         add_pass_cost(result, fine);
         const struct pass_outcome *failed = fine->status != SIM_OK   ? fine
@@ -816,7 +816,7 @@ static void run_auto(struct model *m, const struct sim_options *options,
     if (deadline.is_exceeded) {
         memcpy(refused.notes, result->notes, sizeof refused.notes);
         refused.evaluations = result->evaluations;
-        refused.passes = result->passes;
+        refused.pass_count = result->pass_count;
         sim_result_add_note(&refused,
                             "auto: the other solvers had a computing limit of %g s; %s reached "
                             "%.*g s of simulated time",

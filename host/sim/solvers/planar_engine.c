@@ -497,11 +497,11 @@ static void set_properties(struct planar_engine *l)
     struct model *m = &l->model;
     const struct sim_scene *s = l->scene;
     for (int j = 0; j <= m->mats; j++) {
-        l->kv_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KV, m->kv_lb_ft, j + 1);
-        l->cv_lb_s_ft[j] = sim_scene_along(s, SIM_ALONG_CV, m->cv_lb_s_ft, j + 1);
-        l->kl_lb_ft[j] = sim_scene_along(s, SIM_ALONG_KL, m->kl_lb_ft, j + 1);
-        l->kt_lb_ft_rad[j] = sim_scene_along(s, SIM_ALONG_KT, m->kt_lb_ft_rad, j + 1);
-        l->rest_ft[j] = sim_scene_settled_ft(s, j + 1);
+        l->kv_lb_ft[j] = sim_scene_value_along(s, SIM_ALONG_KV, m->kv_lb_ft, j + 1);
+        l->cv_lb_s_ft[j] = sim_scene_value_along(s, SIM_ALONG_CV, m->cv_lb_s_ft, j + 1);
+        l->kl_lb_ft[j] = sim_scene_value_along(s, SIM_ALONG_KL, m->kl_lb_ft, j + 1);
+        l->kt_lb_ft_rad[j] = sim_scene_value_along(s, SIM_ALONG_KT, m->kt_lb_ft_rad, j + 1);
+        l->rest_ft[j] = sim_scene_settlement_ft(s, j + 1);
     }
     for (int n = 0; n < m->mats; n++) {
         double weight_lb = sim_scene_weight_lb(s, n + 1);
@@ -565,8 +565,8 @@ static void assign_arrays(struct planar_engine *l)
     m->slack_ft = 0.0; /* the engine computes the slack, and the model must not */
     bool gritty = false;
     for (int j = 0; j <= m->mats; j++) {
-        l->gap0_ft[j] = sim_scene_joint(&l->scene->gap0_ft, j + 1);
-        l->grit_lb[j] = sim_scene_joint(&l->scene->grit_lb, j + 1);
+        l->gap0_ft[j] = sim_scene_joint_value(&l->scene->gap0_ft, j + 1);
+        l->grit_lb[j] = sim_scene_joint_value(&l->scene->grit_lb, j + 1);
         l->grit_yield_ft[j] = l->grit_lb[j] / l->kl_lb_ft[j];
         gritty = gritty || l->grit_lb[j] > 0.0;
     }
@@ -654,8 +654,8 @@ static void record_outputs(struct planar_engine *l, struct march *march, double 
 {
     const struct model *m = &l->model;
     const double *v = l->z + m->coordinate_count;
-    while (march->record.next_s <= t_s) {
-        double at_s = march->record.next_s, back_s = t_s - at_s;
+    while (march->record.next_record_s <= t_s) {
+        double at_s = march->record.next_record_s, back_s = t_s - at_s;
         for (int n = 0; n < m->mats; n++) {
             l->v[n + 1] = v[2 * n + 1];
             l->u[n + 1] = l->z[2 * n + 1] - v[2 * n + 1] * back_s;
@@ -752,8 +752,8 @@ static void init_march_state(struct planar_engine *l, bool prunes)
     for (int j = 0; j <= m->mats; j++)
         l->z[2 * j] += l->rest_ft[j] - m->rest_y_ft;
     for (int n = 0; n < m->mats && l->scene->along[SIM_ALONG_V0].count > 0; n++)
-        l->z[m->coordinate_count + 2 * n + 1] = sim_scene_joint(&l->scene->along[SIM_ALONG_V0],
-                                                                n + 1);
+        l->z[m->coordinate_count + 2 * n + 1] =
+            sim_scene_joint_value(&l->scene->along[SIM_ALONG_V0], n + 1);
     l->sliding = l->heaving = (struct moving_part){0, m->mats - 1, 0, 0};
     for (int j = 0; j <= m->mats; j++)
         l->reach_ft[j] = joint_initial_reach_ft(l->gap0_ft[j], l->slack_ft);
@@ -845,7 +845,7 @@ static void begin_march(struct march_run *way)
 {
     struct planar_engine *l = way->engine;
     double h = way->march->h_s;
-    way->prunes_mats = !way->options->no_prune && element_can_rest(&l->model.elements);
+    way->prunes_mats = !way->options->integrates_all_mats && element_can_rest(&l->model.elements);
     way->divides_steps = !way->options->is_single_pass;
     way->last_height_step_s = h;
     l->last_step_s = 0.0; /* no mat has moved yet */
@@ -954,7 +954,7 @@ static bool update_extremes(struct march_run *way, uint64_t i, double t_s)
         return false;
     if (i % STEPS_PER_SHAPE_UPDATE == 0 && way->options->overrun_ft > 0.0)
         record_overrun(way->engine, march, way->options->overrun_ft);
-    if (march->record.next_s <= t_s)
+    if (march->record.next_record_s <= t_s)
         record_outputs(way->engine, march, t_s);
     return true;
 }

@@ -28,7 +28,7 @@ struct planar_engine {
     /* for each joint: its properties; elements/law.h */
     double *gap0_ft, *grit_lb, *grit_yield_ft, *reach_ft, *kl_lb_ft;
     /* Soil and depth at rest of each node; Coulomb limit, hinge and mass of each mat or joint
-     * (sim_scene_along). */
+     * (sim_scene_value_along). */
     double *kv_lb_ft, *cv_lb_s_ft, *rest_ft, *limit_lb, *kt_lb_ft_rad, *mass_slug, *mass_ratio;
     double *rest_tilt_ft;
     double *tilt_ft, *rest_cos; /* for each mat on uneven ground: tilt (model.h), and its cosine */

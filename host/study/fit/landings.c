@@ -27,14 +27,14 @@
 bool parallel_can_run(const struct sim_scene *scene)
 {
     bool plain = scene->model == SIM_MODEL_CHAIN && scene->thrust == SIM_THRUST_JUMP &&
-                 scene->slack_ft > 0.0 && scene->left == SIM_FIXED && scene->right == SIM_FIXED &&
-                 scene->cl_lb_s_ft > 0.0 &&
+                 scene->slack_ft > 0.0 && scene->left_end == SIM_END_FIXED &&
+                 scene->right_end == SIM_END_FIXED && scene->cl_lb_s_ft > 0.0 &&
                  (scene->friction_law == SIM_FRICTION_STICK ||
                   scene->friction_law == SIM_FRICTION_SIGN) &&
                  scene->friction_normal == SIM_NORMAL_WEIGHT && !mods_are_given(scene) &&
                  !sim_scene_is_varied(scene);
     for (int i = 0; i < SIM_ELEMENTS_MAX; i++)
-        plain = plain && !(scene->element[i] > 0.0);
+        plain = plain && !(scene->element_values[i] > 0.0);
     return plain && !(scene->wheel_load_lb > 0.0) && !(fabs(scene->v0_ft_s) > 0.0) &&
            scene->path_count > 1 && !(scene->path[0].t_s < 0.0) && scene->ground_ft.count == 0 &&
            isinf(scene->force_stop_s) && scene->mats >= 2 && scene->mats <= (int)MR_CHAIN_MATS &&
@@ -576,9 +576,9 @@ void fit_landings_begin(struct fit_landings *list, const struct sim_scene *scene
 {
     *list = (struct fit_landings){.survey_error_in = 0.005};
     list->parameter[FIT_GAP] =
-        (struct fit_parameter){true, IN_PER_FT * sim_scene_joint(&scene->gap0_ft, 1), 0.5};
-    list->parameter[FIT_GRIT] = (struct fit_parameter){true, sim_scene_joint(&scene->grit_lb, 1),
-                                                       0.5};
+        (struct fit_parameter){true, IN_PER_FT * sim_scene_joint_value(&scene->gap0_ft, 1), 0.5};
+    list->parameter[FIT_GRIT] =
+        (struct fit_parameter){true, sim_scene_joint_value(&scene->grit_lb, 1), 0.5};
     list->parameter[FIT_FRICTION] = (struct fit_parameter){true, scene->friction, 0.2};
     list->parameter[FIT_THRUST_SHARE] = (struct fit_parameter){true, 1.0 / 12.0, 0.15};
     list->parameter[FIT_STIFFNESS] = (struct fit_parameter){true, scene->kl_lb_ft, 0.5};
