@@ -59,7 +59,16 @@ lost() {
         all_there "$name" "$(basename "$saved" .db)"
 }
 over="was overwritten by another program"
-copy() { cp "$dbs/$1.backup" "$dbs/$1.db"; }
+# cp writes piece by piece: a page that the log has checked and writes in between would stay in the copy, or behind its end. Only checkpoints
+# write into the file, under a lock of its index (https://sqlite.org/walformat.html, 2.3.1), so that is held meanwhile.
+cat >"$tmp/alone.py" <<'P'
+import fcntl, subprocess, sys
+index = open(sys.argv[1] + "-shm", "r+b")
+fcntl.lockf(index, fcntl.LOCK_EX, 1, 121)
+subprocess.run(sys.argv[2:], check=True)
+P
+alone() { python3 "$tmp/alone.py" "$dbs/$1.db" "${@:2}"; }
+copy() { alone "$1" cp "$dbs/$1.backup" "$dbs/$1.db"; }
 copied() { # and stays what it was made: the journal of the one before is not put into it
     lost copied "$over" copy copied && cmp "$dbs/copied.db" "$dbs/copied.backup" && [ ! -e "$dbs/copied.db-wal" ] &&
         [ "$(db copied 'pragma integrity_check')" = ok ] && [ -s "$(echo "$dbs"/copied-journal-*.wal)" ]
@@ -74,7 +83,7 @@ db.execute("ROLLBACK")
 P
 copy_under_lock() { python3 "$tmp/hold.py" "$dbs/$1.db" "$dbs/$1.backup"; }
 locked() { lost locked "$over" copy_under_lock locked; }
-truncate_it() { : >"$dbs/$1.db"; }
+truncate_it() { alone "$1" truncate -s 0 "$dbs/$1.db"; }
 truncated() { lost truncated "$over" truncate_it truncated && [ ! -s "$dbs/truncated.db" ]; }
 restore() { # by one transaction, when the log leaves room for it
     local i
