@@ -101,9 +101,9 @@ void mr_scan_plan(struct mr_scan *scan, uint32_t absent)
             continue;
         scan->channel[count++] = (uint8_t)channel;
         if (channel < MR_TRANSDUCERS)
-            scan->transducers++;
+            scan->transducer_count++;
     }
-    scan->others = (uint8_t)(count - scan->transducers);
+    scan->other_count = (uint8_t)(count - scan->transducer_count);
 }
 
 /* Sums even and odd scans of a converter, a pair of columns at a time, and counts saturated
@@ -145,14 +145,14 @@ void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *sc
     uint16_t even[MR_ADC1_CHANNELS], odd[MR_ADC1_CHANNELS];
     const uint8_t *channel = scan->channel;
     *block = (struct mr_block){.index = index, .tick = tick, .absent = scan->absent};
-    sum_columns(block, channel, scan->transducers, transducers, even, odd);
-    for (unsigned i = 0; i < scan->transducers; i++) {
+    sum_columns(block, channel, scan->transducer_count, transducers, even, odd);
+    for (unsigned i = 0; i < scan->transducer_count; i++) {
         block->forward_sum[channel[i]] = even[i];
         block->reversed_sum[channel[i]] = odd[i];
     }
-    channel += scan->transducers;
-    sum_columns(block, channel, scan->others, others, even, odd);
-    for (unsigned i = 0; i < scan->others; i++)
+    channel += scan->transducer_count;
+    sum_columns(block, channel, scan->other_count, others, even, odd);
+    for (unsigned i = 0; i < scan->other_count; i++)
         block->sum[channel[i] - MR_TRANSDUCERS] = (uint16_t)(even[i] + odd[i]);
 }
 

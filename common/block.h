@@ -74,7 +74,7 @@ static inline uint32_t mr_block_absent_sums(uint32_t absent)
  * (converter 3), then the others (converter 1). */
 struct mr_scan {
     uint32_t absent;
-    uint8_t transducers, others; /* conversions per scan */
+    uint8_t transducer_count, other_count; /* conversions per scan */
     uint8_t channel[MR_CHANNELS];
 };
 /* `absent`: bits of MR_BITS_OPTIONAL; other bits are ignored. */
@@ -86,8 +86,8 @@ void mr_block_from_scans(struct mr_block *block, uint32_t index, uint32_t tick,
                          uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
                          uint16_t adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS]);
 
-/* As mr_block_from_scans, for the channels in `scan` only: the rows have scan->transducers and
- * scan->others codes. */
+/* As mr_block_from_scans, for the channels in `scan` only: the rows have scan->transducer_count and
+ * scan->other_count codes. */
 void mr_block_from_fitted_scans(struct mr_block *block, const struct mr_scan *scan, uint32_t index,
                                 uint32_t tick, const uint16_t *transducers, const uint16_t *others);
 

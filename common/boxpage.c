@@ -39,7 +39,7 @@ enum mr_status mr_boxpage_check(const uint8_t page[MR_BOXPAGE_BYTES],
     uint8_t kind = mr_get_u8(&p);
     header->kind = kind & (uint8_t)~MR_BOXPAGE_NOT_FREED;
     header->is_freed = !(kind & MR_BOXPAGE_NOT_FREED);
-    header->first = mr_get_u8(&p);
+    header->first_record_byte = mr_get_u8(&p);
     return header->kind >= MR_BOXPAGE_START && header->kind <= MR_BOXPAGE_END ? MR_OK : MR_CRC;
 }
 

@@ -37,7 +37,7 @@ struct mr_boxpage_header {
     uint32_t seq;
     uint16_t record;
     uint8_t kind; /* enum mr_boxpage_kind */
-    uint8_t first;
+    uint8_t first_record_byte;
     uint8_t is_freed; /* 1: the record has been freed */
 };
 

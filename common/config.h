@@ -38,7 +38,7 @@
 #define REAL(group, field, least, most, unit, text) float field;
 #define REALS(group, field, count, least, most, unit, text) float field[count];
 #define TEXT(group, field, size, text) char field[size];
-#define END(name) };
+#define END_GROUP(name) };
 /* clang-format on */
 #include "common/config.def"
 
@@ -60,7 +60,7 @@ enum mr_config_group_number {
 #define REAL(group, field, least, most, unit, text) MR_FIELD_##group##_##field,
 #define REALS(group, field, count, least, most, unit, text) MR_FIELD_##group##_##field,
 #define TEXT(group, field, size, text) MR_FIELD_##group##_##field,
-#define END(name) MR_FIELDS_##name };
+#define END_GROUP(name) MR_FIELDS_##name };
 /* clang-format on */
 #include "common/config.def"
 
@@ -75,7 +75,7 @@ enum {
 #define REAL(group, field, least, most, unit, text)          +4u
 #define REALS(group, field, count, least, most, unit, text)  +4u * (count)
 #define TEXT(group, field, size, text)                       +(size)
-#define END(name) )
+#define END_GROUP(name) )
 #include "common/config.def"
 #undef SIZE_u8
 #undef SIZE_u16
@@ -142,28 +142,28 @@ void mr_config_swap_image(uint8_t *image, struct mr_config *config);
 
 /* Rules that a configuration must meet. The brackets give the meaning of `other`. */
 /* clang-format off */
-#define MR_CONFIG_RULE_TABLE(X)                                                                   \
-    X(TOO_SMALL,    1, "below its minimum")                                                       \
-    X(TOO_LARGE,    2, "above its maximum")                                                       \
-    X(NOT_A_NUMBER, 3, "not a number")                                                            \
-    X(NOT_TEXT,     4, "must be printable ASCII, padded with zero bytes")                         \
-    X(NOT_ABOVE,    5, "must be greater than another field [other: its number in the group]")     \
-    X(NOT_RISING,   6, "must be greater than the preceding value [other: its index, from 0]")     \
-    X(SUM,          7, "zero code plus the steps up to this one exceeds the converter's range")   \
-    X(ALIKE,        8, "too close to the step of another switch [other: that switch, from 0]")    \
-    X(ZERO,         9, "must not be 0 for a fitted part")                                         \
-    X(TAKEN,       10, "another channel of this kind has this number [other: its index, from 0]") \
-    X(PLACE,       11, "this input cannot measure that kind")                                     \
-    X(NO_BAND,     12, "the band is not fitted: its pretension is 0")                             \
-    X(ONE_POINT,   13, "must be 0, or 2 or more points")                                          \
-    X(NO_STATION,  14, "must have a station")                                                     \
-    X(REVISION,    15, "must be the active revision plus 1: another change was made meanwhile")   \
-    X(UNSTABLE,    16, "beyond the stability limit for this mat weight and joint stiffness")      \
-    X(COARSE,      17, "the value per code is larger than that of any sensor of the rig")         \
-    X(FINE,        18, "the value per code is smaller than that of any sensor of the rig")        \
-    X(NARROW,      19, "the range low to high covers too few codes")                              \
-    X(UNREACHED,   20, "most of the range low to high is outside the converter's range")          \
-    X(NO_INPUT,    21, "this board has no such input")
+#define MR_CONFIG_RULE_TABLE(X)                                                                    \
+    X(TOO_SMALL,     1, "below its minimum")                                                       \
+    X(TOO_LARGE,     2, "above its maximum")                                                       \
+    X(NOT_A_NUMBER,  3, "not a number")                                                            \
+    X(NOT_TEXT,      4, "must be printable ASCII, padded with zero bytes")                         \
+    X(NOT_ABOVE,     5, "must be greater than another field [other: its number in the group]")     \
+    X(NOT_RISING,    6, "must be greater than the preceding value [other: its index, from 0]")     \
+    X(SUM_TOO_LARGE, 7, "zero code plus the steps up to this one exceeds the converter's range")   \
+    X(STEPS_TOO_CLOSE, 8, "too close to the step of another switch [other: that switch, from 0]")  \
+    X(MUST_NOT_BE_ZERO, 9, "must not be 0 for a fitted part")                                      \
+    X(NUMBER_TAKEN, 10, "another channel of this kind has this number [other: its index, from 0]") \
+    X(WRONG_INPUT,  11, "this input cannot measure that kind")                                     \
+    X(NO_BAND,      12, "the band is not fitted: its pretension is 0")                             \
+    X(ONE_POINT,    13, "must be 0, or 2 or more points")                                          \
+    X(NO_STATION,   14, "must have a station")                                                     \
+    X(REVISION,     15, "must be the active revision plus 1: another change was made meanwhile")   \
+    X(UNSTABLE,     16, "beyond the stability limit for this mat weight and joint stiffness")      \
+    X(CODE_TOO_COARSE, 17, "the value per code is larger than that of any sensor of the rig")      \
+    X(CODE_TOO_FINE, 18, "the value per code is smaller than that of any sensor of the rig")       \
+    X(RANGE_TOO_NARROW, 19, "the range low to high covers too few codes")                          \
+    X(RANGE_UNREACHABLE, 20, "most of the range low to high is outside the converter's range")     \
+    X(NO_INPUT,     21, "this board has no such input")
 /* clang-format on */
 
 enum mr_config_rule {

@@ -37,7 +37,7 @@ _Static_assert(MR_CONFIG_STEP_MIN_CODES >= 2u * (unsigned)MR_STAIRCASE_TOLERANCE
 #define TEXT(group, field, size, text)                                                           \
     {#field, MR_CONFIG_TYPE_TEXT, size, offsetof(struct mr_##group##_config, field), 0, 0, 0.0f, \
      0.0f},
-#define END(name) };
+#define END_GROUP(name) };
 /* clang-format on */
 #include "common/config.def"
 
@@ -279,8 +279,8 @@ static bool check_limits(const struct mr_config *config, struct mr_config_reason
     return true;
 }
 
-/* Sets the reason why a field is refused: SET_REASON(reason, channel, i, kind, MR_RULE_PLACE). More
- * members may follow: .element, .other. */
+/* Sets the reason why a field is refused: SET_REASON(reason, channel, i, kind,
+ * MR_RULE_WRONG_INPUT). More members may follow: .element, .other. */
 #define SET_REASON(reason, name, n, which, ...)                                \
     (*(reason) = (struct mr_config_reason){.group = MR_GROUP_##name,           \
                                            .index = (uint8_t)(n),              \
@@ -308,7 +308,7 @@ static bool check_place(const struct mr_config *config, unsigned i, struct mr_co
                : i == MR_TRANSDUCERS + MR_ADC1_STAIRCASE
                    ? kind == MR_KIND_STAIRCASE || (kind == MR_KIND_NONE && !has_switch(config))
                    : kind == MR_KIND_REFERENCE;
-    return right || SET_REASON(reason, channel, i, kind, MR_RULE_PLACE);
+    return right || SET_REASON(reason, channel, i, kind, MR_RULE_WRONG_INPUT);
 }
 
 static bool check_number(const struct mr_config *config, unsigned i,
@@ -318,11 +318,12 @@ static bool check_number(const struct mr_config *config, unsigned i,
     if (channel->kind != MR_KIND_DISPLACEMENT && channel->kind != MR_KIND_TENSION)
         return true;
     if (channel->number == 0)
-        return SET_REASON(reason, channel, i, number, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, number, MR_RULE_MUST_NOT_BE_ZERO);
     for (unsigned k = 0; k < i; k++) {
         if (config->channel[k].kind == channel->kind &&
             config->channel[k].number == channel->number)
-            return SET_REASON(reason, channel, i, number, MR_RULE_TAKEN, .other = (uint8_t)k);
+            return SET_REASON(reason, channel, i, number, MR_RULE_NUMBER_TAKEN,
+                              .other = (uint8_t)k);
     }
     return true;
 }
@@ -380,7 +381,7 @@ static bool check_channel(const struct mr_config *config, unsigned i,
     if (channel->kind == MR_KIND_NONE)
         return true;
     if (channel->unit_per_code == 0.0f)
-        return SET_REASON(reason, channel, i, unit_per_code, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, unit_per_code, MR_RULE_MUST_NOT_BE_ZERO);
     bool ranged = channel->low != 0.0f || channel->high != 0.0f;
     if (ranged && !(channel->high > channel->low))
         return SET_REASON(reason, channel, i, high, MR_RULE_NOT_ABOVE,
@@ -389,7 +390,7 @@ static bool check_channel(const struct mr_config *config, unsigned i,
         return SET_REASON(reason, channel, i, expires_day, MR_RULE_NOT_ABOVE,
                           .other = MR_FIELD_channel_calibrated_day);
     if (channel->expires_day && !channel->calibrated_day)
-        return SET_REASON(reason, channel, i, calibrated_day, MR_RULE_ZERO);
+        return SET_REASON(reason, channel, i, calibrated_day, MR_RULE_MUST_NOT_BE_ZERO);
     if (channel->band && !(config->band[channel->band - 1].pretension_lb > 0.0f))
         return SET_REASON(reason, channel, i, band, MR_RULE_NO_BAND);
     return check_number(config, i, reason) && check_station(config, i, reason) &&
@@ -414,9 +415,11 @@ static bool check_gate(const struct mr_config *config, unsigned i, struct mr_con
         if (before->step_codes && !(gate->station_ft > before->station_ft))
             return SET_REASON(reason, gate, i, station_ft, MR_RULE_NOT_RISING, .other = (uint8_t)k);
         if (before->step_codes && apart < MR_CONFIG_STEP_DISTANCE_MIN_CODES)
-            return SET_REASON(reason, gate, i, step_codes, MR_RULE_ALIKE, .other = (uint8_t)k);
+            return SET_REASON(reason, gate, i, step_codes, MR_RULE_STEPS_TOO_CLOSE,
+                              .other = (uint8_t)k);
     }
-    return sum_codes <= (float)CODE_MAX || SET_REASON(reason, gate, i, step_codes, MR_RULE_SUM);
+    return sum_codes <= (float)CODE_MAX ||
+           SET_REASON(reason, gate, i, step_codes, MR_RULE_SUM_TOO_LARGE);
 }
 
 void mr_config_get_predictor(const struct mr_config *config, struct mr_predictor_config *predictor)
@@ -484,7 +487,7 @@ enum mr_status mr_config_check(const struct mr_config *config, struct mr_config_
     if (!check_predictor(config, reason))
         return MR_LIMIT;
     if (config->site[0].wheel_pulses && !(config->site[0].wheel_radius_ft > 0.0f)) {
-        (void)SET_REASON(reason, site, 0, wheel_radius_ft, MR_RULE_ZERO);
+        (void)SET_REASON(reason, site, 0, wheel_radius_ft, MR_RULE_MUST_NOT_BE_ZERO);
         return MR_LIMIT;
     }
     *reason = (struct mr_config_reason){0};

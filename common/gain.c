@@ -53,10 +53,11 @@ enum mr_config_rule mr_gain_check(const struct mr_channel_config *channel)
     struct mr_gain_limits limits = mr_gain_limits(channel);
     float gain = __builtin_fabsf(mr_channel_gain(channel)), codes = mr_channel_range_codes(channel);
     if (!(gain <= limits.max_gain))
-        return MR_RULE_COARSE;
+        return MR_RULE_CODE_TOO_COARSE;
     if (!(gain >= limits.min_gain))
-        return MR_RULE_FINE;
+        return MR_RULE_CODE_TOO_FINE;
     if (codes > 0.0f && codes < MR_RANGE_MIN_CODES)
-        return MR_RULE_NARROW;
-    return mr_channel_range_share(channel) < MR_RANGE_MIN_SHARE ? MR_RULE_UNREACHED : MR_RULE_NONE;
+        return MR_RULE_RANGE_TOO_NARROW;
+    return mr_channel_range_share(channel) < MR_RANGE_MIN_SHARE ? MR_RULE_RANGE_UNREACHABLE
+                                                                : MR_RULE_NONE;
 }

@@ -51,7 +51,7 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
     chain->kl_lb_ft = params->kl_lb_ft / (float)group;
     chain->slack_ft = params->slack_ft * (float)group;
     chain->step_s = params->step_s * (float)group;
-    chain->per_lb = chain->step_s / chain->mass_slug;
+    chain->step_per_mass = chain->step_s / chain->mass_slug;
     chain->low_bay = MR_CHAIN_BAYS + 1u;
     chain->bays = (chain->count + MR_CHAIN_BAY_GROUPS - 1u) / MR_CHAIN_BAY_GROUPS;
     for (unsigned j = 1; j <= chain->count + 1u; j++) {
@@ -80,14 +80,14 @@ enum mr_status mr_chain_start(struct mr_chain *chain, const struct mr_chain_para
  * moves. */
 struct chain_constants {
     struct one_joint joint;
-    float friction_lb, per_lb, step_s;
+    float friction_lb, step_per_mass, step_s;
 };
 
 static inline struct chain_constants get_chain_constants(const struct mr_chain *chain)
 {
     return (struct chain_constants){{chain->kl_lb_ft, chain->params.cl_lb_s_ft, chain->slack_ft},
                                     chain->friction_lb,
-                                    chain->per_lb,
+                                    chain->step_per_mass,
                                     chain->step_s};
 }
 
@@ -142,7 +142,8 @@ static float step_bay(struct mr_chain *chain, const struct chain_constants *cons
             chain, constants, n + 1u, chain->gap_ft[n + 1u] + (next_ft - u_ft), next_ft_s - v_ft_s);
         float x_lb = right_lb - left_lb + chain->push_lb[n];
         if (v_ft_s != 0.0f || __builtin_fabsf(x_lb) > constants->friction_lb) {
-            v_ft_s = one_mat_slip(v_ft_s, x_lb, constants->friction_lb, constants->per_lb).v_ft_s;
+            v_ft_s =
+                one_mat_slip(v_ft_s, x_lb, constants->friction_lb, constants->step_per_mass).v_ft_s;
             chain->v_ft_s[n] = v_ft_s;
             chain->u_ft[n] = u_ft + constants->step_s * v_ft_s;
         }

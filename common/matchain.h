@@ -58,7 +58,7 @@ struct mr_chain {
      * MR_CHAIN_BAY_GROUPS */
     bool is_awake[MR_CHAIN_BAYS + 2u];
     float mass_slug, friction_lb, kl_lb_ft, slack_ft, step_s; /* the values of one group */
-    float per_lb;                                             /* step divided by mass */
+    float step_per_mass;                                      /* step divided by mass */
     float u_ft[MR_CHAIN_INDICES]; /* indexed by group, from 1; 0 and count + 1 are the ground */
     float v_ft_s[MR_CHAIN_INDICES];
     float gap_ft[MR_CHAIN_INDICES]; /* opening of joint j at u = 0 */

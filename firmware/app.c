@@ -565,7 +565,7 @@ static void process_block(struct app *app, const struct mr_block *block)
         landinglink_send_block(&app->telemetry, block);
     channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
                     app->displacement_in[row], app->baseline.zero_in, app->tension_lb[row]);
-    if (news.state && app->landing.state == MR_LANDING_DONE) {
+    if (news.has_new_state && app->landing.state == MR_LANDING_DONE) {
         /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);

@@ -113,13 +113,13 @@ void landinglink_send_changes(struct telemetry *telemetry, const struct landing 
                                &landing->event[i]);
     if (news->has_new_pushback)
         report_pushback(telemetry, landing, index);
-    if (news->motion)
+    if (news->has_new_motion)
         landinglink_send_motion(telemetry, &landing->motion, index);
     if (news->has_new_summary)
         landinglink_send_summary(telemetry, &landing->summary);
     if (news->fit_status != MR_OK)
         health_count(MR_FAULT_NO_FIT, (uint8_t)-news->fit_status);
-    if (news->state)
+    if (news->has_new_state)
         landinglink_send_state(telemetry, landing);
 }
 

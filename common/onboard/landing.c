@@ -158,7 +158,7 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
     if (!landing_is_recording(landing) || !news.has_new_gate)
         return;
     estimate_motion(landing, config);
-    landing->changes.motion = landing->is_motion_known;
+    landing->changes.has_new_motion = landing->is_motion_known;
     landing->last_gate_block = index;
     if (news.has_started_landing)
         landing->first_block = index;
@@ -290,7 +290,7 @@ struct landing_block_changes landing_on_block(struct landing *landing,
     if (landing->is_fitting && landing->state == MR_LANDING_SETTLING &&
         index % LANDING_FIT_BLOCKS == 0)
         continue_final_fit(landing, index);
-    landing->changes.state = landing->state != before;
+    landing->changes.has_new_state = landing->state != before;
     return landing->changes;
 }
 

@@ -47,9 +47,9 @@
 
 /* Changes caused by a block, for telemetry. */
 struct landing_block_changes {
-    bool state;
+    bool has_new_state;
     bool has_new_summary;
-    bool motion;
+    bool has_new_motion;
     bool has_new_pushback;
     /* reason why a finished landing has no summary; MR_OK: it has one, or none has finished */
     enum mr_status fit_status;

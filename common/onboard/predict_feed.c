@@ -13,10 +13,10 @@ static void update_motion(struct predict_motion *motion, const struct landing *l
 {
     const struct mr_passage *passage = &landing->passage;
     bool rolling = passage->gates && passage->state == MR_PASSAGE_ROLLING;
-    if (rolling == motion->is_rolling && passage->gates == motion->gates &&
-        !landing->changes.motion)
+    if (rolling == motion->is_rolling && passage->gates == motion->gate_count &&
+        !landing->changes.has_new_motion)
         return;
-    *motion = (struct predict_motion){.gates = passage->gates, .is_rolling = rolling};
+    *motion = (struct predict_motion){.gate_count = passage->gates, .is_rolling = rolling};
     if (!rolling)
         return;
     motion->tick = passage->source[passage->gates - 1u].tick;

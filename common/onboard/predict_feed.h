@@ -16,7 +16,7 @@
 /* Motion of the gear at the last gate, in single precision; it is extrapolated from block to block
  * without double arithmetic. */
 struct predict_motion {
-    unsigned gates;            /* number of gates in the passage when the motion was computed */
+    unsigned gate_count;       /* number of gates in the passage when the motion was computed */
     bool is_rolling, is_known; /* is_rolling: a wheel is present; is_known: its speed is known */
     uint32_t tick;             /* tick of the gate */
     float station_ft, speed_ft_s, deceleration_ft_s2;

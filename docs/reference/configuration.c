@@ -48,7 +48,7 @@ void reference_configuration(FILE *out)
 #define TEXT(group, field, size, text)        \
     write_row(out, #field, "text", "", text); \
     fprintf(out, "%d bytes |\n", size);
-#define END(name)
+#define END_GROUP(name)
 #include "common/config.def"
 #undef GROUP
 #undef INTEGER
@@ -56,5 +56,5 @@ void reference_configuration(FILE *out)
 #undef OPTIONAL
 #undef REALS
 #undef TEXT
-#undef END
+#undef END_GROUP
 }

@@ -202,7 +202,7 @@ static bool find_conflicting_field(const struct mr_config_reason *r, struct conf
     *other = (struct config_field_ref){r->group, r->index, r->field};
     if (r->rule == MR_RULE_NOT_ABOVE)
         other->field = r->other;
-    else if (r->rule == MR_RULE_ALIKE || r->rule == MR_RULE_TAKEN)
+    else if (r->rule == MR_RULE_STEPS_TOO_CLOSE || r->rule == MR_RULE_NUMBER_TAKEN)
         other->index = r->other;
     else if (r->rule == MR_RULE_NOT_RISING && get_field_info(*other)->count == 1)
         other->index = r->other;
@@ -225,13 +225,13 @@ static void write_gain_advice(const struct mr_channel_config *channel, unsigned 
     const struct mr_gain_limits limits = mr_gain_limits(channel);
     char mistake[80];
     jump_mistake_hint(channel, mistake, sizeof mistake);
-    if (rule == MR_RULE_NARROW)
+    if (rule == MR_RULE_RANGE_TOO_NARROW)
         snprintf(
             out, size,
             "the range low to high, %g to %g %s, covers %.0f codes, but at least %.0f are needed%s",
             (double)channel->low, (double)channel->high, unit,
             (double)mr_channel_range_codes(channel), (double)MR_RANGE_MIN_CODES, mistake);
-    else if (rule == MR_RULE_UNREACHED)
+    else if (rule == MR_RULE_RANGE_UNREACHABLE)
         snprintf(out, size,
                  "%.0f %% of the range low to high, %g to %g %s, is within the converter range, "
                  "but at least %.0f %% are needed%s",
@@ -261,12 +261,12 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
     case MR_RULE_TOO_LARGE:
     case MR_RULE_NOT_A_NUMBER:
     case MR_RULE_NOT_TEXT: snprintf(out, size, "it is %s", limits); break;
-    case MR_RULE_ALIKE:
+    case MR_RULE_STEPS_TOO_CLOSE:
         snprintf(out, size, "steps must be %u codes or more apart",
                  MR_CONFIG_STEP_DISTANCE_MIN_CODES);
         break;
-    case MR_RULE_PLACE: snprintf(out, size, "%s", allowed_kinds_text); break;
-    case MR_RULE_SUM:
+    case MR_RULE_WRONG_INPUT: snprintf(out, size, "%s", allowed_kinds_text); break;
+    case MR_RULE_SUM_TOO_LARGE:
         snprintf(out, size,
                  "the sum of zero_code of channel[23] and all steps must be at most 4095");
         break;
@@ -280,10 +280,10 @@ static void write_advice(const struct mr_config *config, const struct mr_config_
                  "use a shorter step_ms, or check the units of predict.mat_weight_lb and "
                  "predict.joint_stiffness_lb_ft");
         break;
-    case MR_RULE_COARSE:
-    case MR_RULE_FINE:
-    case MR_RULE_NARROW:
-    case MR_RULE_UNREACHED:
+    case MR_RULE_CODE_TOO_COARSE:
+    case MR_RULE_CODE_TOO_FINE:
+    case MR_RULE_RANGE_TOO_NARROW:
+    case MR_RULE_RANGE_UNREACHABLE:
         write_gain_advice(&config->channel[r->index], r->rule, out, size);
         break;
     case MR_RULE_REVISION:
@@ -312,9 +312,9 @@ void config_text_reason(const struct mr_config *config, const struct mr_config_r
         field_name(other, other_name);
         field_value_text(get_field_info(other), get_field_bytes(config, other), other_value);
         snprintf(out, size, "%s is %s, %s is %s: %s; %s", name, value, other_name, other_value,
-                 r->rule == MR_RULE_TAKEN   ? "numbers of one kind must differ"
-                 : r->rule == MR_RULE_ALIKE ? "they cannot be distinguished"
-                                            : "the first must be larger",
+                 r->rule == MR_RULE_NUMBER_TAKEN      ? "numbers of one kind must differ"
+                 : r->rule == MR_RULE_STEPS_TOO_CLOSE ? "they cannot be distinguished"
+                                                      : "the first must be larger",
                  advice);
     } else {
         snprintf(out, size, "%s is %s: %s; %s", name, value, get_rule_text(r->rule), advice);
@@ -335,7 +335,7 @@ struct field_text {
 #define REAL(group, field, least, most, unit, text) {unit, text},
 #define REALS(group, field, count, least, most, unit, text) {unit, text},
 #define TEXT(group, field, size, text) {"", text},
-#define END(name) };
+#define END_GROUP(name) };
 /* clang-format on */
 #include "common/config.def"
 

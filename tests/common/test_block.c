@@ -141,8 +141,8 @@ TEST(some_channels_are_summed_like_all)
             }
         }
         mr_scan_plan(&scan, absent);
-        assert_int_equal(scan.transducers * MR_SCANS_PER_BLOCK, at[0]);
-        assert_int_equal(scan.others * MR_SCANS_PER_BLOCK, at[1]);
+        assert_int_equal(scan.transducer_count * MR_SCANS_PER_BLOCK, at[0]);
+        assert_int_equal(scan.other_count * MR_SCANS_PER_BLOCK, at[1]);
         mr_block_from_scans(&all, 3, 4, transducers, adc1);
         mr_block_from_fitted_scans(&some, &scan, 3, 4, some_transducers, some_others);
         assert_int_equal(some.absent, absent);

@@ -31,7 +31,7 @@ TEST(the_header_is_that_of_the_table)
     assert_int_equal(header.seq, 0x01020304);
     assert_int_equal(header.record, 0x0506);
     assert_int_equal(header.kind, MR_BOXPAGE_STREAM);
-    assert_int_equal(header.first, 7 * 11);
+    assert_int_equal(header.first_record_byte, 7 * 11);
     assert_int_equal(header.is_freed, 0);
     page[MR_BOXPAGE_KIND_OFFSET] &= 0x7f; /* freeing programs one bit, and the page stays whole */
     assert_int_equal(mr_boxpage_check(page, &header), MR_OK);

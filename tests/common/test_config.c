@@ -53,7 +53,7 @@ TEST(stored_form_is_the_table)
 #define REALS(group, field, count, least, most, unit, text) \
     for (unsigned k = 0; k < (count); k++) is_real(m->field[k]);
 #define TEXT(group, field, size, text) assert_memory_equal(at, m->field, size); at += (size);
-#define END(name) }
+#define END_GROUP(name) }
 /* clang-format on */
 #include "common/config.def"
     while ((at - image) % 4)
@@ -246,7 +246,7 @@ TEST(every_limit_is_refused_with_its_reason)
         refuse_real(&m->field[k], (float)(least), (float)(most), false, g, i, f, k); \
     f++; limits++;
 #define TEXT(group, field, size, text) refuse_text(m->field, size, g, i, f++); limits++;
-#define END(name) } g++;
+#define END_GROUP(name) } g++;
 /* clang-format on */
 #include "common/config.def"
     assert_int_equal(mr_config_check(&broken, &reason), MR_OK); /* all was put back */
@@ -292,28 +292,29 @@ TEST(switches_rise_and_differ)
     WRONG(c.gate[6].station_ft = c.gate[4].station_ft, gate, 6, station_ft, 0, NOT_RISING);
     RIGHT(c.gate[5].station_ft = -999.0f);
     WRONG(c.gate[7].step_codes = (uint16_t)(c.gate[2].step_codes + 5), gate, 7, step_codes, 0,
-          ALIKE);
+          STEPS_TOO_CLOSE);
     /* no step at all, to the staircase */
     WRONG(c.gate[0].step_codes = 7, gate, 0, step_codes, 0, TOO_SMALL);
-    WRONG(for (int i = 0; i < 24; i++) c.gate[i].step_codes = 100, gate, 1, step_codes, 0, ALIKE);
+    WRONG(for (int i = 0; i < 24; i++) c.gate[i].step_codes = 100, gate, 1, step_codes, 0,
+          STEPS_TOO_CLOSE);
     /* 64 + 8 i: all 24 are 24 * 64 + 8 * 276 = 3744, less the absent one's 64 + 8 * 11 = 152: 3592;
      * 503 are left */
     RIGHT(c.channel[22].zero_code = 503.0f);
-    WRONG(c.channel[22].zero_code = 503.5f, gate, 23, step_codes, 0, SUM);
+    WRONG(c.channel[22].zero_code = 503.5f, gate, 23, step_codes, 0, SUM_TOO_LARGE);
 }
 
 TEST(channels_go_with_their_place)
 {
-    WRONG(c.channel[8].kind = MR_KIND_DISPLACEMENT, channel, 8, kind, 0, PLACE);
-    WRONG(c.channel[7].kind = MR_KIND_TENSION, channel, 7, kind, 0, PLACE);
-    WRONG(c.channel[22].kind = MR_KIND_REFERENCE, channel, 22, kind, 0, PLACE);
-    WRONG(c.channel[22].kind = MR_KIND_NONE, channel, 22, kind, 0, PLACE);
-    WRONG(c.channel[23].kind = MR_KIND_NONE, channel, 23, kind, 0, PLACE);
+    WRONG(c.channel[8].kind = MR_KIND_DISPLACEMENT, channel, 8, kind, 0, WRONG_INPUT);
+    WRONG(c.channel[7].kind = MR_KIND_TENSION, channel, 7, kind, 0, WRONG_INPUT);
+    WRONG(c.channel[22].kind = MR_KIND_REFERENCE, channel, 22, kind, 0, WRONG_INPUT);
+    WRONG(c.channel[22].kind = MR_KIND_NONE, channel, 22, kind, 0, WRONG_INPUT);
+    WRONG(c.channel[23].kind = MR_KIND_NONE, channel, 23, kind, 0, WRONG_INPUT);
     RIGHT(memset(c.gate, 0, sizeof c.gate); c.channel[22].kind = MR_KIND_NONE);
-    WRONG(c.channel[4].number = 2, channel, 4, number, 0, TAKEN);
-    WRONG(c.channel[20].number = 0, channel, 20, number, 0, ZERO);
+    WRONG(c.channel[4].number = 2, channel, 4, number, 0, NUMBER_TAKEN);
+    WRONG(c.channel[20].number = 0, channel, 20, number, 0, MUST_NOT_BE_ZERO);
     RIGHT(c.channel[1].kind = MR_KIND_NONE; c.channel[4].number = 2);
-    WRONG(c.channel[11].unit_per_code = 0.0f, channel, 11, unit_per_code, 0, ZERO);
+    WRONG(c.channel[11].unit_per_code = 0.0f, channel, 11, unit_per_code, 0, MUST_NOT_BE_ZERO);
     RIGHT(c.channel[11].kind = MR_KIND_NONE; c.channel[11].unit_per_code = 0.0f);
     WRONG(c.channel[5].station_ft = NAN, channel, 5, station_ft, 0, NO_STATION);
     WRONG(c.channel[5].station_ft = c.channel[2].station_ft, channel, 5, station_ft, 0, NOT_RISING);
@@ -352,6 +353,6 @@ TEST(calibrations_make_sense)
     RIGHT(c.channel[3].points = 2; c.channel[3].point_reading[2] = -5.0f);
     WRONG(c.channel[6].expires_day = c.channel[6].calibrated_day, channel, 6, expires_day, 0,
           NOT_ABOVE);
-    WRONG(c.channel[6].calibrated_day = 0, channel, 6, calibrated_day, 0, ZERO);
+    WRONG(c.channel[6].calibrated_day = 0, channel, 6, calibrated_day, 0, MUST_NOT_BE_ZERO);
     RIGHT(c.channel[6].expires_day = 0);
 }

@@ -36,19 +36,19 @@ TEST(built_in_channels_pass)
 
 TEST(mistakes_of_units_are_refused)
 {
-    assert_int_equal(with_gain(transducer, 25.4), MR_RULE_COARSE); /* mm for in */
-    assert_int_equal(with_gain(transducer, -25.4), MR_RULE_COARSE);
-    assert_int_equal(with_gain(transducer, 1.0 / 12.0), MR_RULE_FINE); /* ft for in */
-    assert_int_equal(with_gain(transducer, 0.0254), MR_RULE_FINE);     /* m for in */
-    assert_int_equal(with_gain(gage, 4.4482216), MR_RULE_COARSE);      /* N for lb */
-    assert_int_equal(with_gain(gage, 4.4482216e-3), MR_RULE_FINE);     /* kN for lb */
+    assert_int_equal(with_gain(transducer, 25.4), MR_RULE_CODE_TOO_COARSE); /* mm for in */
+    assert_int_equal(with_gain(transducer, -25.4), MR_RULE_CODE_TOO_COARSE);
+    assert_int_equal(with_gain(transducer, 1.0 / 12.0), MR_RULE_CODE_TOO_FINE); /* ft for in */
+    assert_int_equal(with_gain(transducer, 0.0254), MR_RULE_CODE_TOO_FINE);     /* m for in */
+    assert_int_equal(with_gain(gage, 4.4482216), MR_RULE_CODE_TOO_COARSE);      /* N for lb */
+    assert_int_equal(with_gain(gage, 4.4482216e-3), MR_RULE_CODE_TOO_FINE);     /* kN for lb */
     struct mr_channel_config swapped = transducer;
     swapped.unit_per_code = 620.5571f;
     swapped.zero_code = -0.1f;
-    assert_int_equal(mr_gain_check(&swapped), MR_RULE_COARSE);
+    assert_int_equal(mr_gain_check(&swapped), MR_RULE_CODE_TOO_COARSE);
     swapped = gage;
     swapped.unit_per_code = 1.0f / gage.unit_per_code;
-    assert_int_equal(mr_gain_check(&swapped), MR_RULE_COARSE);
+    assert_int_equal(mr_gain_check(&swapped), MR_RULE_CODE_TOO_COARSE);
 }
 
 TEST(the_limits_are_where_the_facts_put_them)
@@ -58,12 +58,12 @@ TEST(the_limits_are_where_the_facts_put_them)
         double unit, codes;
         enum mr_config_rule beyond;
         uint8_t kind;
-    } limit[] = {{28.0, 2047.5, MR_RULE_COARSE, MR_KIND_DISPLACEMENT},
-                 {0.4375, 2047.5, MR_RULE_FINE, MR_KIND_DISPLACEMENT},
-                 {2600.0, 4095.0, MR_RULE_COARSE, MR_KIND_TENSION},
-                 {40.0, 4095.0, MR_RULE_FINE, MR_KIND_TENSION}};
+    } limit[] = {{28.0, 2047.5, MR_RULE_CODE_TOO_COARSE, MR_KIND_DISPLACEMENT},
+                 {0.4375, 2047.5, MR_RULE_CODE_TOO_FINE, MR_KIND_DISPLACEMENT},
+                 {2600.0, 4095.0, MR_RULE_CODE_TOO_COARSE, MR_KIND_TENSION},
+                 {40.0, 4095.0, MR_RULE_CODE_TOO_FINE, MR_KIND_TENSION}};
     for (unsigned i = 0; i < 4; i++) {
-        double out = limit[i].beyond == MR_RULE_COARSE ? 1.001 : 0.999;
+        double out = limit[i].beyond == MR_RULE_CODE_TOO_COARSE ? 1.001 : 0.999;
         c.kind = limit[i].kind;
         for (int sign = -1; sign <= 1; sign += 2) {
             c.unit_per_code = (float)(sign * limit[i].unit / limit[i].codes * out);
@@ -81,7 +81,7 @@ TEST(a_range_of_few_codes_is_refused)
         .kind = MR_KIND_DISPLACEMENT, .low = -0.5f, .high = 0.5f, .unit_per_code = 0.0099f};
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
     c.unit_per_code = -0.0101f;
-    assert_int_equal(mr_gain_check(&c), MR_RULE_NARROW);
+    assert_int_equal(mr_gain_check(&c), MR_RULE_RANGE_TOO_NARROW);
 }
 
 /* A gage of 0.04 lb per code whose zero is at 0: the converter ends at 4095 * 1.02 codes, 167.1
@@ -92,10 +92,10 @@ TEST(a_range_beyond_the_converter_is_refused)
     assert_true(fabsf(mr_channel_range_share(&c) - 167.076f / 668.0f) < 1e-5f);
     assert_int_equal(mr_gain_check(&c), MR_RULE_NONE);
     c.high = 669.0f;
-    assert_int_equal(mr_gain_check(&c), MR_RULE_UNREACHED);
+    assert_int_equal(mr_gain_check(&c), MR_RULE_RANGE_UNREACHABLE);
     c.high = 600.0f;
     c.zero_code = 4000.0f; /* and a zero near the end leaves 7 lb */
-    assert_int_equal(mr_gain_check(&c), MR_RULE_UNREACHED);
+    assert_int_equal(mr_gain_check(&c), MR_RULE_RANGE_UNREACHABLE);
     /* and one beyond the end leaves nothing: the converter ends at -0.9 lb */
     c.zero_code = 4200.0f;
     assert_true(mr_channel_range_share(&c) == 0.0f);
@@ -118,7 +118,7 @@ TEST(a_table_is_part_of_the_gain)
     assert_true(fabsf(mr_channel_gain(&c) / transducer.unit_per_code - 1.01f) < 1e-6f);
     for (unsigned i = 0; i < 3; i++)
         c.point_value[i] *= 25.4f;
-    assert_int_equal(mr_gain_check(&c), MR_RULE_COARSE);
+    assert_int_equal(mr_gain_check(&c), MR_RULE_CODE_TOO_COARSE);
 }
 
 TEST(a_configuration_is_refused_by_channel)
@@ -130,7 +130,7 @@ TEST(a_configuration_is_refused_by_channel)
     assert_int_equal(reason.group, MR_GROUP_channel);
     assert_int_equal(reason.index, 2);
     assert_int_equal(reason.field, MR_FIELD_channel_unit_per_code);
-    assert_int_equal(reason.rule, MR_RULE_COARSE);
+    assert_int_equal(reason.rule, MR_RULE_CODE_TOO_COARSE);
     c.channel[2].kind = MR_KIND_NONE; /* nothing measures by it */
     assert_int_equal(mr_config_check(&c, &reason), MR_OK);
 }

@@ -265,7 +265,7 @@ TEST_IN(a_refusal_says_why_and_changes_nothing, fresh, NULL)
     assert_int_equal(refused.group, MR_GROUP_channel);
     assert_int_equal(refused.index, 2);
     assert_int_equal(refused.field, MR_FIELD_channel_unit_per_code);
-    assert_int_equal(refused.rule, MR_RULE_COARSE);
+    assert_int_equal(refused.rule, MR_RULE_CODE_TOO_COARSE);
     static const uint32_t others[] = {0, 1, 3}; /* 1 is in force: these were not made from it */
     for (unsigned i = 0; i < COUNT_OF(others); i++) {
         wanted = next_one();

@@ -159,7 +159,7 @@ TEST(a_reason_is_said_in_words)
     is_said((struct mr_config_reason){.group = MR_GROUP_gate,
                                       .index = 3,
                                       .field = MR_FIELD_gate_step_codes,
-                                      .rule = MR_RULE_ALIKE,
+                                      .rule = MR_RULE_STEPS_TOO_CLOSE,
                                       .other = 2},
             "gate[4].step_codes is 232, gate[3].step_codes is 176: they cannot be distinguished; "
             "steps must be 6 codes or more apart");
@@ -168,7 +168,7 @@ TEST(a_reason_is_said_in_words)
     is_said((struct mr_config_reason){.group = MR_GROUP_site, .index = 1}, "group 0, index 1");
     is_said(
         (struct mr_config_reason){
-            .group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_ALIKE, .other = 99},
+            .group = MR_GROUP_gate, .field = 1, .rule = MR_RULE_STEPS_TOO_CLOSE, .other = 99},
         "too close to the step of another switch");
 }
 
