@@ -10,7 +10,7 @@
  * the survey is known.
  *
  * Buckling starts inside a zone of 50 to 60 compressed mats (report 6.1.4); a run of
- * MR_CLOSURE_WARNING_MATS causes a warning. Single precision and no library calls except a square
+ * MR_PREDICTOR_WARNING_MATS causes a warning. Single precision and no library calls except a square
  * root: host and board agree bit for bit. */
 #ifndef MATRIG_COMMON_CLOSURE_H
 #define MATRIG_COMMON_CLOSURE_H

@@ -118,23 +118,23 @@ static struct mr_passage_changes handle_first_edges(struct mr_passage *passage,
                                                     const struct mr_passage_edge *edge,
                                                     const float *stations_ft, unsigned switches)
 {
-    struct mr_passage_changes news = {0};
+    struct mr_passage_changes changes = {0};
     for (unsigned i = passage->held_count; i-- > 0;) {
         if (is_rolling_speed(compute_speed(&passage->held[i], edge))) {
             start_rolling(passage, i, edge, stations_ft, switches);
-            news.has_started_landing = news.has_new_gate = true;
-            return news;
+            changes.has_started_landing = changes.has_new_gate = true;
+            return changes;
         }
     }
     if (passage->held_count) {
         double speed_ft_s = compute_speed(&passage->held[passage->held_count - 1], edge);
         if (speed_ft_s > -REVERSE_MAX_FT_S && speed_ft_s < MR_PASSAGE_MIN_FT_S)
-            news.has_new_pushback = add_pushback_edge(passage, edge, speed_ft_s);
+            changes.has_new_pushback = add_pushback_edge(passage, edge, speed_ft_s);
     } else if (passage->state == MR_PASSAGE_NONE) {
         passage->state = MR_PASSAGE_UNDECIDED;
     }
     hold_edge(passage, edge);
-    return news;
+    return changes;
 }
 
 /* The first two switches may have opened late: the entry speed is reliable only from the third gate
@@ -152,32 +152,32 @@ static struct mr_passage_changes handle_rolling_edge(struct mr_passage *passage,
                                                      double speed_ft_s, const float *stations_ft,
                                                      unsigned switches)
 {
-    struct mr_passage_changes news = {0};
+    struct mr_passage_changes changes = {0};
     const struct mr_passage_edge *last = &passage->source[passage->gates - 1];
     double since_ft_s = compute_speed(last, edge);
     bool at_rest = speed_ft_s < MR_PASSAGE_MIN_FT_S;
     if ((since_ft_s >= 0.0 && since_ft_s < MR_PASSAGE_MIN_FT_S) || (since_ft_s < 0.0 && at_rest)) {
-        news.has_new_pushback = add_pushback_edge(passage, edge, since_ft_s);
+        changes.has_new_pushback = add_pushback_edge(passage, edge, since_ft_s);
         add_event(passage, edge, since_ft_s < 0.0 ? MR_SWITCH_REVERSE : MR_SWITCH_SLOW);
     } else if (is_plausible_speed(passage, since_ft_s)) {
         if (passage->gates == MR_GATES_MAX)
-            return news;
+            return changes;
         add_missing_events(passage, last->station_ft, edge->station_ft, stations_ft, switches);
         add_gate(passage, edge);
         if (passage->gates == 3)
             passage->entry_ft_s = compute_speed(&passage->source[0], edge);
-        news.has_new_gate = true;
+        changes.has_new_gate = true;
     } else if (passage->gates > 2 && since_ft_s > 0.0 &&
                is_plausible_speed(passage,
                                   compute_speed(&passage->source[passage->gates - 2], edge))) {
         add_event(passage, last, MR_SWITCH_LATE);
         passage->gates--;
         add_gate(passage, edge);
-        news.has_new_gate = true;
+        changes.has_new_gate = true;
     } else {
         add_event(passage, edge, MR_SWITCH_OUT_OF_ORDER);
     }
-    return news;
+    return changes;
 }
 
 struct mr_passage_changes mr_passage_on_edge(struct mr_passage *passage,

@@ -128,14 +128,14 @@ void mr_risk_on_block(struct mr_risk_state *risk, const struct mr_predictor *pre
                       const struct mr_predictor_input *input);
 /* Computes the current risk. `zone`: the current result of mr_predictor_get_zone. */
 void mr_risk_compute(struct mr_risk_state *risk, const struct mr_predictor *predictor,
-                     const struct mr_predictor_zone *zone, struct mr_risk_report *said);
+                     const struct mr_predictor_zone *zone, struct mr_risk_report *report);
 
 /* Risk from which the lamp warns. A missed warning costs `cost_ratio` times as much as a needless
  * one, so the limit is 1 / (1 + cost_ratio). NaN: the lamp follows the verdict. */
 float mr_risk_lamp_limit(float cost_ratio);
 /* True if the lamp warns. Without a limit or a risk the lamp follows the verdict. */
 bool mr_risk_is_lamp_on(float limit, const struct mr_predictor_zone *zone,
-                        const struct mr_risk_report *said);
+                        const struct mr_risk_report *report);
 
 /* 1 / (1 + exp(-x)), accurate to 1e-6. */
 float mr_risk_logistic(float x);

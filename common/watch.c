@@ -208,7 +208,7 @@ static void update_validity(struct mr_watch *watch, unsigned c, uint8_t validity
 }
 
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
-                         struct mr_watch_change *news)
+                         struct mr_watch_change *change)
 {
     struct mr_watch_channel *channel = &watch->channel[c];
     if (!(watch->changed_channels >> c & 1u))
@@ -217,8 +217,8 @@ bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
     channel->reported_validity = channel->new_validity;
     channel->reported_block = index;
     channel->has_reported = true;
-    *news = (struct mr_watch_change){.validity = channel->new_validity,
-                                     .block = channel->since_block};
+    *change = (struct mr_watch_change){.validity = channel->new_validity,
+                                       .block = channel->since_block};
     return true;
 }
 
@@ -261,8 +261,9 @@ void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *conf
     if (watch->is_recording)
         check_reading(watch, config, c, index, reading);
     channel->code = reading->code;
-    bool news = reading->validity != channel->new_validity ||
-                reading->validity != channel->reported_validity || channel->repeat_count == 0;
-    if (news || reading->validity != MR_VALID)
+    bool has_new_validity = reading->validity != channel->new_validity ||
+                            reading->validity != channel->reported_validity ||
+                            channel->repeat_count == 0;
+    if (has_new_validity || reading->validity != MR_VALID)
         update_validity(watch, c, reading->validity, index);
 }

@@ -105,9 +105,10 @@ void mr_watch_end(struct mr_watch *watch);
  * order. */
 void mr_watch_check(struct mr_watch *watch, const struct mr_channel_config *config, unsigned c,
                     uint32_t index, struct mr_reading *reading);
-/* Returns a change to be reported in `news` and clears its bit in `changed`; false: none. */
+/* Returns a change to be reported in `change` and clears its bit in `changed_channels`; false:
+ * none. */
 bool mr_watch_get_change(struct mr_watch *watch, unsigned c, uint32_t index,
-                         struct mr_watch_change *news);
+                         struct mr_watch_change *change);
 
 /* Standard deviation of one reading, in or lb; NaN before there have been three readings in a
  * row. */

@@ -30,10 +30,10 @@ static void begin_position(struct mr_zonescan *scan)
 }
 
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
-                       const struct mr_zonescan_range *order)
+                       const struct mr_zonescan_range *range)
 {
     memset(scan, 0, sizeof *scan);
-    scan->range = *order;
+    scan->range = *range;
     if (scan->range.last_position >= chain->count)
         scan->range.last_position = (uint16_t)(chain->count - 1u);
     scan->window = (uint16_t)((MR_ZONE_WINDOW_MATS + chain->group - 1u) / chain->group);

@@ -40,11 +40,11 @@ struct mr_zonescan_range {
 };
 
 struct mr_zonescan_found {
-    /* longest present zone: joints first .. first + groups; groups 0: none */
+    /* longest present zone: joints first_joint .. first_joint + groups; groups 0: none */
     uint16_t groups, first_joint;
     uint16_t closed_joints; /* closed joints in the zone */
     float open_ft;          /* sum of the openings in the zone */
-    float compression_lb;   /* largest compression from joint `from` on */
+    float compression_lb;   /* largest compression from joint `from_joint` on */
     /* longest future zone, and the wheel's position when it forms; 0: none */
     uint16_t future_groups, future_position;
 };
@@ -61,9 +61,9 @@ struct mr_zonescan {
     uint32_t visits; /* number of joints examined */
 };
 
-/* Begins a search; `order` is copied. */
+/* Begins a search; `range` is copied. */
 void mr_zonescan_begin(struct mr_zonescan *scan, const struct mr_chain *chain,
-                       const struct mr_zonescan_range *order);
+                       const struct mr_zonescan_range *range);
 /* Examines `visits` joints, or one more. True: the search is complete. */
 bool mr_zonescan_continue(struct mr_zonescan *scan, const struct mr_chain *chain, unsigned visits);
 

@@ -551,9 +551,9 @@ static void process_block(struct app *app, const struct mr_block *block)
     timesync_on_block(&app->timesync, &app->telemetry, block->index, block->tick);
     if (__builtin_isnan(mr_reference_ratio(&config.channel[MR_REFERENCE], block)))
         health_count(MR_FAULT_REFERENCE, 0);
-    struct landing_block_changes news = landing_on_block(&app->landing, &config, block->index,
-                                                         block->tick, mr_staircase_code(block),
-                                                         edge_ticks, (unsigned)edges);
+    struct landing_block_changes changes = landing_on_block(&app->landing, &config, block->index,
+                                                            block->tick, mr_staircase_code(block),
+                                                            edge_ticks, (unsigned)edges);
     bool recording = landing_is_recording(&app->landing);
     tasks_done(MR_TASK_LANDING);
 
@@ -565,13 +565,13 @@ static void process_block(struct app *app, const struct mr_block *block)
         landinglink_send_block(&app->telemetry, block);
     channels_report(&app->channels, &app->telemetry, &app->landing, block->index,
                     app->displacement_in[row], app->baseline.zero_in, app->tension_lb[row]);
-    if (news.has_new_state && app->landing.state == MR_LANDING_DONE) {
+    if (changes.has_new_state && app->landing.state == MR_LANDING_DONE) {
         /* before the message that ends the landing */
         bandwatch_end(&app->bandwatch, &app->telemetry);
         end_prediction(app, block->index);
     }
     live_on_block(&app->live, &app->landing, &app->telemetry, block);
-    landinglink_send_changes(&app->telemetry, &app->landing, &news, block->index);
+    landinglink_send_changes(&app->telemetry, &app->landing, &changes, block->index);
     camera_on_block(&app->camera, &app->telemetry, &app->landing, block->index, block->tick,
                     block->tick + LANDING_BLOCK_EDGE_TICKS);
     braking_on_block(&app->braking, &app->telemetry, &app->landing, block->index,

@@ -51,7 +51,7 @@ static uint16_t *get_current_drops(struct canwatch *watch)
 
 /* Handles the frames that wait during an outage: they are kept at first, then dropped; then only
  * the alarm is sent, as a probe. */
-static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *news)
+static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_changes *changes)
 {
     switch (watch->phase) {
     case CANWATCH_UP:
@@ -64,7 +64,7 @@ static void leave_outage(struct canwatch *watch, bool passed, struct canwatch_ch
         if (watch->errors.is_pending)
             break;
         watch->phase = CANWATCH_PROBING;
-        news->must_send_probe = true;
+        changes->must_send_probe = true;
         break;
     case CANWATCH_PROBING:
         if (passed)
@@ -89,11 +89,11 @@ static void leave_bus_off(struct canwatch *watch)
 
 struct canwatch_changes canwatch_tick(struct canwatch *watch)
 {
-    struct canwatch_changes news = {0};
+    struct canwatch_changes changes = {0};
     struct board_can_errors before = watch->errors;
     enum mr_can_state state_before = watch->state;
     if (watch->is_silent)
-        return news;
+        return changes;
     board_can_state(&watch->errors);
     bool passed = watch->errors.sent_count != watch->sent_count;
     watch->sent_count = watch->errors.sent_count;
@@ -101,19 +101,19 @@ struct canwatch_changes canwatch_tick(struct canwatch *watch)
     add_saturating(get_current_drops(watch), watch->errors.removed_count - watch->removed_count);
     watch->removed_count = watch->errors.removed_count;
     leave_bus_off(watch);
-    leave_outage(watch, passed, &news);
+    leave_outage(watch, passed, &changes);
     watch->state = find_state(watch);
-    news.has_state_changed = watch->state != state_before;
-    news.has_become_passive = watch->errors.is_passive && !before.is_passive;
-    news.has_become_off = watch->errors.is_bus_off && !before.is_bus_off;
+    changes.has_state_changed = watch->state != state_before;
+    changes.has_become_passive = watch->errors.is_passive && !before.is_passive;
+    changes.has_become_off = watch->errors.is_bus_off && !before.is_bus_off;
     if (is_outage(watch->state) && !is_outage(state_before)) {
         add_saturating(&watch->outages, 1);
         watch->outage_ticks = CANWATCH_OUTAGE_TICKS;
     } else if (is_outage(watch->state) && watch->outage_ticks < OUTAGE_TICKS_MAX) {
         watch->outage_ticks++;
     }
-    news.has_outage_ended = is_outage(state_before) && !is_outage(watch->state);
-    return news;
+    changes.has_outage_ended = is_outage(state_before) && !is_outage(watch->state);
+    return changes;
 }
 
 bool canwatch_is_accepting(struct canwatch *watch)

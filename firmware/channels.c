@@ -44,14 +44,14 @@ float channels_read(struct channels *channels, const struct mr_block *block, uns
 static void report_change(struct channels *channels, struct telemetry *telemetry, unsigned c,
                           uint32_t index)
 {
-    struct mr_watch_change news;
-    if (!mr_watch_get_change(&channels->watch, c, index, &news))
+    struct mr_watch_change change;
+    if (!mr_watch_get_change(&channels->watch, c, index, &change))
         return;
-    if (news.validity != MR_VALID)
+    if (change.validity != MR_VALID)
         health_count(MR_FAULT_CHANNEL, (uint8_t)c);
     TELEMETRY_SEND(telemetry, TO_RECORD, channel_event, CHANNEL_EVENT, .index = (uint8_t)c,
-                   .validity = news.validity, .code = channels->watch.channel[c].code,
-                   .block = news.block);
+                   .validity = change.validity, .code = channels->watch.channel[c].code,
+                   .block = change.block);
 }
 
 static void report_quality(const struct channels *channels, struct telemetry *telemetry, unsigned c,

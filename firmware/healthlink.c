@@ -210,21 +210,21 @@ void healthlink_run_idle(struct healthlink *link)
 static void supervise_can(struct telemetry *telemetry)
 {
     uint8_t payload[MR_MESSAGE_BYTES_MAX];
-    struct canwatch_changes news = canwatch_tick(&telemetry->can);
-    if (news.has_become_passive)
+    struct canwatch_changes changes = canwatch_tick(&telemetry->can);
+    if (changes.has_become_passive)
         health_count(MR_FAULT_CAN_PASSIVE, telemetry->can.errors.tec);
-    if (news.has_become_off)
+    if (changes.has_become_off)
         health_count(MR_FAULT_CAN_BUS_OFF, telemetry->can.errors.tec);
-    if (news.must_send_probe) {
+    if (changes.must_send_probe) {
         struct mr_can_alarm alarm = canwatch_get_alarm(&telemetry->can);
         telemetry_send_probe(telemetry, MR_ID_CAN_ALARM, payload,
                              mr_can_alarm_put(&alarm, payload));
     }
-    if (news.has_outage_ended) {
+    if (changes.has_outage_ended) {
         send_alarm(telemetry, TO_LINKS);
         TELEMETRY_SEND_MESSAGE(telemetry, TO_LINKS, can_drops, CAN_DROPS,
                                &telemetry->can.drop_count);
-    } else if (news.has_state_changed) {
+    } else if (changes.has_state_changed) {
         send_alarm(telemetry, TO_SERIAL);
     }
 }

@@ -104,22 +104,22 @@ void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates
 }
 
 void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
-                              const struct landing_block_changes *news, uint32_t index)
+                              const struct landing_block_changes *changes, uint32_t index)
 {
-    for (unsigned i = 0; i < news->edges; i++)
+    for (unsigned i = 0; i < changes->edges; i++)
         TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, edge, EDGE, &landing->edge[i]);
-    for (unsigned i = 0; i < news->events; i++)
+    for (unsigned i = 0; i < changes->events; i++)
         TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, switch_event, SWITCH_EVENT,
                                &landing->event[i]);
-    if (news->has_new_pushback)
+    if (changes->has_new_pushback)
         report_pushback(telemetry, landing, index);
-    if (news->has_new_motion)
+    if (changes->has_new_motion)
         landinglink_send_motion(telemetry, &landing->motion, index);
-    if (news->has_new_summary)
+    if (changes->has_new_summary)
         landinglink_send_summary(telemetry, &landing->summary);
-    if (news->fit_status != MR_OK)
-        health_count(MR_FAULT_NO_FIT, (uint8_t)-news->fit_status);
-    if (news->has_new_state)
+    if (changes->fit_status != MR_OK)
+        health_count(MR_FAULT_NO_FIT, (uint8_t)-changes->fit_status);
+    if (changes->has_new_state)
         landinglink_send_state(telemetry, landing);
 }
 

@@ -24,7 +24,7 @@ void landinglink_send_summary(struct telemetry *telemetry, const struct mr_gates
 /* Sends the changes caused by block `index`: edges, push-back, motion, summary and state, in this
  * order. */
 void landinglink_send_changes(struct telemetry *telemetry, const struct landing *landing,
-                              const struct landing_block_changes *news, uint32_t index);
+                              const struct landing_block_changes *changes, uint32_t index);
 
 /* ---- live mode ---- */
 

@@ -50,18 +50,18 @@ void predict_configure(struct predict *p, const float *slack_in)
 
 static void report_zone(const struct predict *p, struct telemetry *telemetry, uint32_t index)
 {
-    struct predict_report said;
-    predict_fill_report(&p->predictor, &p->zone, p->is_warning, index, &said);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone, ZONE, &said.zone);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &said.lead);
-    if (said.zone.mats)
-        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &said.error);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &said.coming);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &said.press);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, verdict, VERDICT, &said.verdict);
-    predict_fill_risk_report(&p->risk_report, index, &said);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk, RISK, &said.risk);
-    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &said.risk_lead);
+    struct predict_report report;
+    predict_fill_report(&p->predictor, &p->zone, p->is_warning, index, &report);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone, ZONE, &report.zone);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_lead, ZONE_LEAD, &report.lead);
+    if (report.zone.mats)
+        TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_error, ZONE_ERROR, &report.error);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_coming, ZONE_COMING, &report.coming);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, zone_press, ZONE_PRESS, &report.press);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, verdict, VERDICT, &report.verdict);
+    predict_fill_risk_report(&p->risk_report, index, &report);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk, RISK, &report.risk);
+    TELEMETRY_SEND_MESSAGE(telemetry, TO_RECORD, risk_lead, RISK_LEAD, &report.risk_lead);
 }
 
 static uint32_t get_doubt_bits(const struct mr_predictor *predictor)

@@ -151,16 +151,16 @@ static void handle_identified_edge(struct landing *landing, const struct mr_conf
                                      .position = edge->position,
                                      .number = number,
                                      .station_ft = (double)station_ft[edge->position - 1]};
-    struct mr_passage_changes news = mr_passage_on_edge(
+    struct mr_passage_changes changes = mr_passage_on_edge(
         &landing->passage, &passed, (double)wheel.speed_ft_s, station_ft, MR_CONFIG_SWITCHES);
     add_passage_events(landing, index);
-    landing->changes.has_new_pushback |= news.has_new_pushback;
-    if (!landing_is_recording(landing) || !news.has_new_gate)
+    landing->changes.has_new_pushback |= changes.has_new_pushback;
+    if (!landing_is_recording(landing) || !changes.has_new_gate)
         return;
     estimate_motion(landing, config);
     landing->changes.has_new_motion = landing->is_motion_known;
     landing->last_gate_block = index;
-    if (news.has_started_landing)
+    if (changes.has_started_landing)
         landing->first_block = index;
     if (landing->state != MR_LANDING_LANDING)
         change_state(landing, MR_LANDING_LANDING, MR_LANDING_BY_EDGE, index);

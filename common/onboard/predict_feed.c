@@ -101,50 +101,50 @@ static uint8_t compute_inferred_percent(const struct mr_predictor *predictor,
 }
 
 void predict_fill_report(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
-                         bool warning, uint32_t index, struct predict_report *said)
+                         bool warning, uint32_t index, struct predict_report *report)
 {
     uint16_t block16 = (uint16_t)index;
-    said->zone = (struct mr_zone){.mats = (uint16_t)zone->mats,
-                                  .start_ft = zone->start_ft,
-                                  .end_ft = zone->end_ft,
-                                  .block16 = block16};
-    said->lead =
+    report->zone = (struct mr_zone){.mats = (uint16_t)zone->mats,
+                                    .start_ft = zone->start_ft,
+                                    .end_ft = zone->end_ft,
+                                    .block16 = block16};
+    report->lead =
         (struct mr_zone_lead){.lead_s = zone->lead_s,
                               .wheel_ft = predictor->wheel_ft,
                               .warning = warning,
                               .inferred_percent = compute_inferred_percent(predictor, zone),
                               .block16 = block16};
-    said->error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
-                                         .end_ft = zone->end_error_ft,
-                                         .mean_gap_in = zone->mean_gap_in,
-                                         .block16 = block16};
-    said->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->future_mats,
-                                           .wheel_ft = zone->future_ft,
-                                           .closed_joints = (uint16_t)zone->closed_joints,
+    report->error = (struct mr_zone_error){.start_ft = zone->start_error_ft,
+                                           .end_ft = zone->end_error_ft,
+                                           .mean_gap_in = zone->mean_gap_in,
                                            .block16 = block16};
-    said->press = (struct mr_zone_press){.compression_lb = zone->compression_lb,
-                                         .critical_lb = zone->critical_lb,
-                                         .distance_ft = zone->distance_ft,
-                                         .block16 = block16};
-    said->verdict = (struct mr_verdict){.verdict = (uint8_t)zone->verdict,
-                                        .reason = (uint8_t)zone->reason,
-                                        .level = (uint8_t)zone->level,
-                                        .basis = (uint8_t)zone->basis,
-                                        .age = clip_u16(zone->age_blocks),
-                                        .block16 = block16};
+    report->coming = (struct mr_zone_coming){.mats = (uint16_t)zone->future_mats,
+                                             .wheel_ft = zone->future_ft,
+                                             .closed_joints = (uint16_t)zone->closed_joints,
+                                             .block16 = block16};
+    report->press = (struct mr_zone_press){.compression_lb = zone->compression_lb,
+                                           .critical_lb = zone->critical_lb,
+                                           .distance_ft = zone->distance_ft,
+                                           .block16 = block16};
+    report->verdict = (struct mr_verdict){.verdict = (uint8_t)zone->verdict,
+                                          .reason = (uint8_t)zone->reason,
+                                          .level = (uint8_t)zone->level,
+                                          .basis = (uint8_t)zone->basis,
+                                          .age = clip_u16(zone->age_blocks),
+                                          .block16 = block16};
 }
 
 void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
-                              struct predict_report *said)
+                              struct predict_report *report)
 {
-    said->risk = (struct mr_risk){.risk = risk->risk,
-                                  .basis = (uint8_t)risk->basis,
-                                  .reason = (uint8_t)risk->reason,
-                                  .block16 = (uint16_t)index};
-    said->risk_lead = (struct mr_risk_lead){.start_s = risk->start_s,
-                                            .failure_s = risk->failure_s,
-                                            .failure_ft = risk->failure_ft,
-                                            .block16 = (uint16_t)index};
+    report->risk = (struct mr_risk){.risk = risk->risk,
+                                    .basis = (uint8_t)risk->basis,
+                                    .reason = (uint8_t)risk->reason,
+                                    .block16 = (uint16_t)index};
+    report->risk_lead = (struct mr_risk_lead){.start_s = risk->start_s,
+                                              .failure_s = risk->failure_s,
+                                              .failure_ft = risk->failure_ft,
+                                              .block16 = (uint16_t)index};
 }
 
 /* ---- baseline ---- */

@@ -58,10 +58,10 @@ struct predict_report {
 /* Fills in the messages of the report for block `index`, except those of the risk. `warning`: state
  * of the lamp. */
 void predict_fill_report(const struct mr_predictor *predictor, const struct mr_predictor_zone *zone,
-                         bool warning, uint32_t index, struct predict_report *said);
+                         bool warning, uint32_t index, struct predict_report *report);
 /* Fills in the risk messages of the report. */
 void predict_fill_risk_report(const struct mr_risk_report *risk, uint32_t index,
-                              struct predict_report *said);
+                              struct predict_report *report);
 
 /* ---- baseline ---- */
 
