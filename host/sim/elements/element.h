@@ -10,7 +10,7 @@
  * An element has no state except its parameter, unless it has a memory (has_memory). The row of an
  * element with memory has only its key and its position in the engines' loops, and a separate file
  * has the memory. Engines with fixed steps integrate an element without state exactly if it is
- * linear in the speed (element_kick), so it does not limit their step. Units are ft, lb, s and
+ * linear in the speed (element_make_step), so it does not limit their step. Units are ft, lb, s and
  * slug. */
 #ifndef MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H
 #define MATRIG_HOST_SIM_ELEMENTS_ELEMENT_H

@@ -210,8 +210,8 @@ KERNEL_INLINE double kernel_slide_lb(const struct model *m, int n, double v, dou
 /* clang-format on */
 
 /* Computes the change of the rates of the nodes over a step of step_s, divided by step_s. The joint
- * tensions are model->given_lb, and the dampers of the soil act with the rates at the end of the
- * step. Entries for the mats are not valid. */
+ * tensions are model->given_tension_lb, and the dampers of the soil act with the rates at the end
+ * of the step. Entries for the mats are not valid. */
 void consistent_heave_rates(const struct model *model, double step_s, const double *z,
                             double *accel);
 

@@ -9,7 +9,7 @@
  * Without CL it is second order while nothing slips, opens or collides, and between first and
  * second order with friction and contacts.
  *
- * PLANAR.md, "Error estimate", describes how a run is checked. With options->single there
+ * PLANAR.md, "Error estimate", describes how a run is checked. With options->is_single_pass there
  * is one pass, and only its energy is checked. Only the mats between the outermost mats that are
  * awake, and one more on either side, are integrated. A mat at rest is moved only by its
  * neighbours, so the motion spreads at most one mat per step, and the results are those of

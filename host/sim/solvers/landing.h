@@ -25,11 +25,11 @@
  * A step in which a node lands is divided into 16 parts for the heights. Two nodes that land in the
  * same step lift their neighbours differently from nodes that land one after the other. Only a step
  * shorter than the time between the two shows the difference. A joint with slack that closed in the
- * last step is damped for the share of the step in which it was closed. With options->single
- * neither correction is made.
+ * last step is damped for the share of the step in which it was closed. With
+ * options->is_single_pass neither correction is made.
  *
- * PLANAR.md, "Error estimate", describes how a run is checked. With options->single there is one
- * march without a check (sim.h). */
+ * PLANAR.md, "Error estimate", describes how a run is checked. With options->is_single_pass there
+ * is one march without a check (sim.h). */
 #ifndef MATRIG_HOST_SIM_SOLVERS_LANDING_H
 #define MATRIG_HOST_SIM_SOLVERS_LANDING_H
 

@@ -147,7 +147,7 @@ void surface_combine(const struct ensemble *ensemble, const gsl_matrix *weight,
                      struct ensemble *combined);
 
 /* The solution: parameters at which the scores of a surface and the priors are closest to the
- * measured values. Found by nonlinear least squares with GSL's multifit_nonlinear
+ * measured values. Found by nonlinear least squares with GSL's multifit_nlinear
  * (Levenberg-Marquardt, analytic derivatives). */
 
 /* Distance from w = 0 beyond which the surface is continued linearly. The polynomial is not valid
