@@ -386,8 +386,7 @@ enum mr_status collect_write_parameters(struct collector *collector,
  * as missing. */
 static enum mr_status record_risk_parameter(struct collector *collector,
                                             const struct link_side *side,
-                                            const struct mr_risk_item *m,
-                                            struct error *error)
+                                            const struct mr_risk_item *m, struct error *error)
 {
     if (m->index >= MR_RISK_REPORT_ITEM_COUNT)
         return MR_OK;
