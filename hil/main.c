@@ -32,8 +32,8 @@
 #include "hil/rig/replay.h"
 #include "hil/rig/runfile.h"
 
-#define STALL_S   30.0
-#define FOREVER_S 100000.0
+#define DEFAULT_STALL_S 30.0
+#define ENDLESS_RUN_S   100000.0
 
 /* Strings point into argv. */
 struct arguments {
@@ -49,7 +49,7 @@ struct arguments {
 };
 
 /* Values in addition to enum hil_parity, in the order of the option's words. */
-enum { PARITY_BOARD = 3, PARITY_NOT_GIVEN };
+enum { PARITY_AS_BOARD = 3, PARITY_NOT_GIVEN };
 
 #define refuse(...) (print_error(__VA_ARGS__), MR_USAGE)
 
@@ -109,8 +109,8 @@ static bool parse_rules(struct arguments *a, const char *text)
 {
     static const char some[] = "count:";
     int word = parse_word(text, "stop|count|off");
-    a->options.rules = word > 0 ? (enum hil_rules_mode)word : HIL_RULES_STOP;
-    a->options.rules_counted = 0;
+    a->options.rules_mode = word > 0 ? (enum hil_rules_mode)word : HIL_RULES_STOP;
+    a->options.rules_only_counted = 0;
     if (word >= 0)
         return true;
     if (strncmp(text, some, sizeof some - 1) != 0)
@@ -118,9 +118,9 @@ static bool parse_rules(struct arguments *a, const char *text)
     for (text += sizeof some - 1;; text++) {
         size_t length = strcspn(text, ",");
         enum hil_rule rule = hil_rule_by_name(text, length);
-        if (rule == HIL_RULES)
+        if (rule == HIL_RULE_COUNT)
             return false;
-        a->options.rules_counted |= 1u << rule;
+        a->options.rules_only_counted |= 1u << rule;
         text += length;
         if (!*text)
             return true;
@@ -162,16 +162,16 @@ static bool parse_seed(struct arguments *a, const char *text)
 {
     char *end;
     errno = 0;
-    a->options.seed = strtoull(text, &end, 10);
+    a->options.noise_seed = strtoull(text, &end, 10);
     return end != text && !*end && !errno && text[0] != '-';
 }
 
 static bool parse_board_seed(struct arguments *a, const char *text)
 {
-    uint64_t seed = a->options.seed;
-    bool good = a->options.is_board_drawn = parse_seed(a, text);
-    a->options.board_seed = a->options.seed;
-    a->options.seed = seed;
+    uint64_t seed = a->options.noise_seed;
+    bool good = a->options.has_random_tolerances = parse_seed(a, text);
+    a->options.tolerance_seed = a->options.noise_seed;
+    a->options.noise_seed = seed;
     return good;
 }
 
@@ -191,114 +191,124 @@ static const struct option {
     const char *help;
 } options[] = {
 #define ARGUMENT_OFFSET(member) offsetof(struct arguments, member)
-#define ROW(...)    \
+#define OPTION(...) \
     {               \
         __VA_ARGS__ \
     }
-#define OF_TEXT(name, value, member, help) \
-    ROW(name, value, KIND_TEXT, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
-#define OF_FLAG(name, member, help) \
-    ROW(name, "", KIND_FLAG, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
-#define OF_NUMBER(name, value, kind, member, low, high, help) \
-    ROW(name, value, kind, ARGUMENT_OFFSET(member), low, high, NULL, NULL, help)
-#define OF_WORD(name, value, member, words, help) \
-    ROW(name, value, KIND_WORD, ARGUMENT_OFFSET(member), 0, 0, words, NULL, help)
-#define OF_OWN(name, value, parse, help) ROW(name, value, KIND_PARSED, 0, 0, 0, NULL, parse, help)
-    OF_TEXT("--elf", "F", elf,
-            "firmware image (ELF); default: the one installed with matrig-board"),
-    OF_OWN(
+#define TEXT_OPTION(name, value, member, help) \
+    OPTION(name, value, KIND_TEXT, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
+#define FLAG_OPTION(name, member, help) \
+    OPTION(name, "", KIND_FLAG, ARGUMENT_OFFSET(member), 0, 0, NULL, NULL, help)
+#define NUMBER_OPTION(name, value, kind, member, low, high, help) \
+    OPTION(name, value, kind, ARGUMENT_OFFSET(member), low, high, NULL, NULL, help)
+#define WORD_OPTION(name, value, member, words, help) \
+    OPTION(name, value, KIND_WORD, ARGUMENT_OFFSET(member), 0, 0, words, NULL, help)
+#define PARSED_OPTION(name, value, parse, help) \
+    OPTION(name, value, KIND_PARSED, 0, 0, 0, NULL, parse, help)
+    TEXT_OPTION("--elf", "F", elf,
+                "firmware image (ELF); default: the one installed with matrig-board"),
+    PARSED_OPTION(
         "--board", "B", parse_board,
         "board in common/boards.def: zg, discovery, nucleo446; default: the board of the image,\n"
         "or zg without an image"),
-    OF_TEXT("--can", "LINK", can,
-            "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
-    OF_TEXT(
+    TEXT_OPTION("--can", "LINK", can,
+                "unix:PATH (16-byte frames), file:PATH (candump -L text) or none"),
+    TEXT_OPTION(
         "--serial", "LINK", serial,
         "unix:PATH (bytes), file:PATH, pty:PATH (a terminal that any program can open) or none"),
-    OF_NUMBER(
-        "--can-base", "N", KIND_UNSIGNED, options.can_base, 0, MR_CAN_BASE_MAX,
+    NUMBER_OPTION(
+        "--can-base", "N", KIND_UNSIGNED, options.can_id_base, 0, MR_CAN_BASE_MAX,
         "base of the board's CAN identifiers; default: 0. CAN commands of the run file or record\n"
         "are sent to this base"),
-    OF_WORD("--parity", "P", parity, "none|even|odd|board",
-            "parity at the other end of the serial line: none, even, odd or board (the same as "
-            "the\nboard); default: none, and board for a pty: link"),
-    OF_NUMBER("--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
-              "bit rate at the other end of the serial line; default: 2000000, and for a pty: link "
-              "as set at "
-              "the\nterminal"),
-    OF_TEXT("--rig", "RUNFILE", rig,
-            "run file (matrig-run format) that moves the rig; default: nothing moves"),
-    OF_TEXT("--replay", "FILE", replay,
-            "recorded landing (matrig-replay format, written by matrig replay) that drives the "
-            "pins\ninstead of a rig"),
-    OF_WORD(
+    WORD_OPTION("--parity", "P", parity, "none|even|odd|board",
+                "parity at the other end of the serial line: none, even, odd or board (the same as "
+                "the\nboard); default: none, and board for a pty: link"),
+    NUMBER_OPTION(
+        "--baud", "N", KIND_UNSIGNED, options.host_baud, 1200, 10e6,
+        "bit rate at the other end of the serial line; default: 2000000, and for a pty: link "
+        "as set at "
+        "the\nterminal"),
+    TEXT_OPTION("--rig", "RUNFILE", rig,
+                "run file (matrig-run format) that moves the rig; default: nothing moves"),
+    TEXT_OPTION("--replay", "FILE", replay,
+                "recorded landing (matrig-replay format, written by matrig replay) that drives the "
+                "pins\ninstead of a rig"),
+    WORD_OPTION(
         "--speed", "S", speed, "max|real",
         "max: as fast as possible, waits for a slow host; real: real time, drops data that a slow\n"
         "host does not read; default: max"),
-    OF_OWN(
+    PARSED_OPTION(
         "--camera", "HZ[,DELAY_MS[,JITTER_US]]", parse_camera,
         "film camera with HZ frames per second: triggered by PE2, sends a pulse per frame on PB3,\n"
         "the first after DELAY_MS; each frame varies by up to +-JITTER_US (defaults: 0)"),
-    OF_NUMBER("--for", "S", KIND_REAL, for_s, 1e-6, FOREVER_S,
-              "run for S seconds of virtual time; default: the duration of the run file, or until "
-              "a signal"),
-    OF_OWN("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
-    OF_NUMBER("--vdda", "V", KIND_REAL, options.vdda_v, 2.7, 3.6,
-              "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
-              "hil/README.md)"),
-    OF_OWN("--board-seed", "N", parse_board_seed,
-           "seed of the component tolerances (gains, zeros, noise, INL, kickback, resistors) of "
-           "the\nreference circuits; default: ideal electronics"),
-    OF_NUMBER("--hse", "HZ", KIND_UNSIGNED, options.hse_hz, 0, 26e6,
-              "crystal frequency; 0: the crystal does not start; default: 8000000"),
-    OF_NUMBER("--hsi-ppm", "N", KIND_SIGNED, options.hsi_error_ppm, -50000, 50000,
-              "error of the internal oscillator in ppm; default: 0"),
-    OF_NUMBER("--cpi", "X", KIND_REAL, options.cpi, 1, 16,
-              "virtual cycles per instruction, 1 to 16, including wait states and bus; default: 1"),
-    OF_NUMBER("--lsi", "HZ", KIND_UNSIGNED, options.lsi_hz, 17000, 47000,
-              "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
-    OF_TEXT(
+    NUMBER_OPTION(
+        "--for", "S", KIND_REAL, for_s, 1e-6, ENDLESS_RUN_S,
+        "run for S seconds of virtual time; default: the duration of the run file, or until "
+        "a signal"),
+    PARSED_OPTION("--seed", "N", parse_seed, "seed of the converter noise; default: 1"),
+    NUMBER_OPTION("--vdda", "V", KIND_REAL, options.vdda_v, 2.7, 3.6,
+                  "supply of converters and staircase, 2.7 to 3.6; default: the board's (effects: "
+                  "hil/README.md)"),
+    PARSED_OPTION(
+        "--board-seed", "N", parse_board_seed,
+        "seed of the component tolerances (gains, zeros, noise, INL, kickback, resistors) of "
+        "the\nreference circuits; default: ideal electronics"),
+    NUMBER_OPTION("--hse", "HZ", KIND_UNSIGNED, options.hse_hz, 0, 26e6,
+                  "crystal frequency; 0: the crystal does not start; default: 8000000"),
+    NUMBER_OPTION("--hsi-ppm", "N", KIND_SIGNED, options.hsi_error_ppm, -50000, 50000,
+                  "error of the internal oscillator in ppm; default: 0"),
+    NUMBER_OPTION(
+        "--cpi", "X", KIND_REAL, options.cycles_per_instruction, 1, 16,
+        "virtual cycles per instruction, 1 to 16, including wait states and bus; default: 1"),
+    NUMBER_OPTION("--lsi", "HZ", KIND_UNSIGNED, options.lsi_hz, 17000, 47000,
+                  "frequency of the watchdog clock, 17000 to 47000; default: 32000"),
+    TEXT_OPTION(
         "--flash", "FILE", flash,
         "file with the content of the flash: read at the start if it exists, written at the end.\n"
         "--elf overwrites the sectors that the image uses"),
-    OF_TEXT("--nor", "FILE", nor,
-            "file with the content of the black box's memory, read and written as with --flash"),
-    OF_OWN("--temperature", "C[,C/h]", parse_temperature,
-           "mat temperature and its rise per hour; none: no thermometer; default: 20"),
-    OF_FLAG("--jumper", options.is_jumper_fitted, "fit the maintenance jumper"),
-    OF_FLAG("--bare", options.has_no_rig,
-            "leave the rig unplugged: the lines of one-shot, lamp and camera are open"),
-    OF_FLAG("--left-on", options.has_clocks_left_on,
-            "start with PLL and clocks on, as a debugger leaves them, without a reset"),
-    OF_FLAG("--boot0", options.boot0,
-            "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
-    OF_WORD("--times", "T", options.cell_times, "spread|typical|max",
-            "times of flash and NOR operations: spread (random), typical or max; default: spread"),
-    OF_TEXT("--faults", "FILE", faults,
-            "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
-    OF_FLAG("--alignment", options.check_alignment,
-            "raise a fault on unaligned multiple and double transfers, as the hardware does; makes "
-            "the\nemulation slower"),
-    OF_OWN("--rules", "R", parse_rules,
-           "action on a violated timing or electrical rule at the pins: stop, count, off, "
-           "or\ncount:NAME,... (count these rules, stop on others); default: stop"),
-    OF_TEXT("--margins", "FILE", margins,
-            "write for each rule the number of checks, the smallest margin and where it occurred"),
-    OF_FLAG("--trace", trace, "report exceptions and unusual events on stderr"),
-    OF_TEXT("--gdb", "PORT", gdb,
-            "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
-            "unix:PATH"),
-    OF_WORD("--gdb-time", "T", gdb_time, "stands|runs",
-            "virtual time while gdb holds the board: stands, or runs in real time. Then links "
-            "and\nconverters continue, and timers and watchdog stop if DBGMCU requests it; "
-            "default: stands"),
-    OF_TEXT(
+    TEXT_OPTION(
+        "--nor", "FILE", nor,
+        "file with the content of the black box's memory, read and written as with --flash"),
+    PARSED_OPTION("--temperature", "C[,C/h]", parse_temperature,
+                  "mat temperature and its rise per hour; none: no thermometer; default: 20"),
+    FLAG_OPTION("--jumper", options.is_jumper_fitted, "fit the maintenance jumper"),
+    FLAG_OPTION("--bare", options.has_no_rig,
+                "leave the rig unplugged: the lines of one-shot, lamp and camera are open"),
+    FLAG_OPTION("--left-on", options.has_clocks_left_on,
+                "start with PLL and clocks on, as a debugger leaves them, without a reset"),
+    FLAG_OPTION("--boot0", options.is_boot0_high,
+                "start the boot ROM (AN3155 on the serial line) instead of the firmware"),
+    WORD_OPTION(
+        "--times", "T", options.cell_times, "spread|typical|max",
+        "times of flash and NOR operations: spread (random), typical or max; default: spread"),
+    TEXT_OPTION(
+        "--faults", "FILE", faults,
+        "faults to inject: a matrig-faults file (hil/README.md); each is reported on stderr"),
+    FLAG_OPTION(
+        "--alignment", options.is_alignment_checked,
+        "raise a fault on unaligned multiple and double transfers, as the hardware does; makes "
+        "the\nemulation slower"),
+    PARSED_OPTION("--rules", "R", parse_rules,
+                  "action on a violated timing or electrical rule at the pins: stop, count, off, "
+                  "or\ncount:NAME,... (count these rules, stop on others); default: stop"),
+    TEXT_OPTION(
+        "--margins", "FILE", margins,
+        "write for each rule the number of checks, the smallest margin and where it occurred"),
+    FLAG_OPTION("--trace", trace, "report exceptions and unusual events on stderr"),
+    TEXT_OPTION("--gdb", "PORT", gdb,
+                "wait for gdb on this port of 127.0.0.1 (0: any free port, which is printed) or at "
+                "unix:PATH"),
+    WORD_OPTION("--gdb-time", "T", gdb_time, "stands|runs",
+                "virtual time while gdb holds the board: stands, or runs in real time. Then links "
+                "and\nconverters continue, and timers and watchdog stop if DBGMCU requests it; "
+                "default: stands"),
+    TEXT_OPTION(
         "--vcd", "FILE", vcd,
         "write a trace of pins, converters, links, exceptions and sleep, for GTKWave and others"),
-    OF_TEXT("--profile", "FILE", profile, "write the number of instructions per function"),
-    OF_NUMBER("--stall", "S", KIND_REAL, stall_s, 0.001, 86400,
-              "end when a host does not read for S seconds; default: 30"),
-    OF_NUMBER(
+    TEXT_OPTION("--profile", "FILE", profile, "write the number of instructions per function"),
+    NUMBER_OPTION("--stall", "S", KIND_REAL, stall_s, 0.001, 86400,
+                  "end when a host does not read for S seconds; default: 30"),
+    NUMBER_OPTION(
         "--wall-limit", "S", KIND_REAL, wall_limit_s, 0, 1e6,
         "end after S seconds of wall clock; default: the run's length plus 600; no limit for a\n"
         "run without end or with --gdb"),
@@ -398,10 +408,10 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
     *a = (struct arguments){.can = "none",
                             .serial = "none",
                             .parity = PARITY_NOT_GIVEN,
-                            .stall_s = STALL_S,
+                            .stall_s = DEFAULT_STALL_S,
                             .wall_limit_s = -1.0};
     hil_options_default(&a->options);
-    a->options.log = stderr;
+    a->options.fault_log = stderr;
     for (int i = 1; i < argc; i++) {
         const struct option *option = find_option(argv[i]);
         if (option && given[option - options])
@@ -429,7 +439,7 @@ static enum mr_status parse_argument(struct arguments *a, int argc, char **argv)
 
 static enum mr_status check_arguments(struct arguments *a)
 {
-    if (!a->elf && !a->flash && !a->options.boot0 && !find_image(a->options.type, &a->elf))
+    if (!a->elf && !a->flash && !a->options.is_boot0_high && !find_image(a->options.type, &a->elf))
         return refuse(
             "no firmware image next to matrig-board or in ../share/matrig; give --elf FILE");
     if (a->options.has_no_rig && a->rig)
@@ -439,10 +449,10 @@ static enum mr_status check_arguments(struct arguments *a)
         return refuse("--rig and --replay cannot be given together: the pins follow either a rig "
                       "or a record");
     if (a->parity == PARITY_NOT_GIVEN)
-        a->parity = strncmp(a->serial, "pty:", 4) == 0 ? PARITY_BOARD : HIL_PARITY_NONE;
-    a->options.host_parity_follows = a->parity == PARITY_BOARD;
-    a->options.host_parity = a->parity == PARITY_BOARD ? HIL_PARITY_NONE
-                                                       : (enum hil_parity)a->parity;
+        a->parity = strncmp(a->serial, "pty:", 4) == 0 ? PARITY_AS_BOARD : HIL_PARITY_NONE;
+    a->options.host_parity_follows_board = a->parity == PARITY_AS_BOARD;
+    a->options.host_parity = a->parity == PARITY_AS_BOARD ? HIL_PARITY_NONE
+                                                          : (enum hil_parity)a->parity;
     return MR_OK;
 }
 
@@ -458,7 +468,7 @@ static enum mr_status parse_arguments(struct arguments *a, int argc, char **argv
 /* Checks that depend on the board type. */
 static enum mr_status check_board(const struct arguments *a)
 {
-    if (a->options.boot0 && !a->options.type->is_rom_on_serial)
+    if (a->options.is_boot0_high && !a->options.type->is_rom_on_serial)
         return refuse("--boot0: the boot ROM of board %s cannot be reached on its serial link; "
                       "program such a board through its ST-LINK",
                       hil_board_type_name(a->options.type));
@@ -468,7 +478,7 @@ static enum mr_status check_board(const struct arguments *a)
 /* ---- paths: refuse outputs that would overwrite a file in use ---- */
 
 /* The path of a link or file; NULL if it has none. */
-static const char *get_link_path(const char *text)
+static const char *find_link_path(const char *text)
 {
     if (!text || strcmp(text, "none") == 0)
         return NULL;
@@ -488,7 +498,7 @@ static bool is_same_file(const char *a, const char *b)
                                  one.st_ino == other.st_ino);
 }
 
-enum { PATH_READ_ONLY = 4, PATH_RECORDS = 7, PATH_MEMORIES = 10, PATH_COUNT = 12 };
+enum { FIRST_RECORD_PATH = 4, FIRST_MEMORY_PATH = 7, MEMORY_PATHS_END = 10, PATH_COUNT = 12 };
 
 /* Refuses an output file that is also an input or another output, unless it is a device. An output
  * must not replace a campaign or a program. */
@@ -501,22 +511,22 @@ static enum mr_status check_paths(const struct arguments *a)
         {"--rig", a->rig},
         {"--replay", a->replay},
         {"--faults", a->faults},
-        {"--can", get_link_path(a->can)},
-        {"--serial", get_link_path(a->serial)},
-        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? get_link_path(a->gdb) : NULL},
+        {"--can", find_link_path(a->can)},
+        {"--serial", find_link_path(a->serial)},
+        {"--gdb", a->gdb && strncmp(a->gdb, "unix:", 5) == 0 ? find_link_path(a->gdb) : NULL},
         {"--vcd", a->vcd},
         {"--profile", a->profile},
         {"--margins", a->margins},
         {"--flash", a->flash},
         {"--nor", a->nor},
     };
-    for (unsigned i = PATH_READ_ONLY; i < PATH_COUNT; i++) {
+    for (unsigned i = FIRST_RECORD_PATH; i < PATH_COUNT; i++) {
         for (unsigned k = 0; given[i].path && k < i; k++) {
             if (given[k].path && is_same_file(given[i].path, given[k].path))
                 return refuse("%s and %s are both %s; give two different files", given[k].option,
                               given[i].option, given[i].path);
         }
-        if (given[i].path && i >= PATH_RECORDS && i < PATH_MEMORIES &&
+        if (given[i].path && i >= FIRST_MEMORY_PATH && i < MEMORY_PATHS_END &&
             hil_is_protected_file(given[i].path))
             return refuse("%s would overwrite a database or a program: %s; give a different file",
                           given[i].option, given[i].path);
@@ -527,13 +537,13 @@ static enum mr_status check_paths(const struct arguments *a)
 /* ---- a run ---- */
 
 /* added to the virtual duration of a run to get its limit of wall-clock time */
-#define WALL_LIMIT_S  600.0
-#define CONNECT_MS    30000
+#define DEFAULT_WALL_LIMIT_S 600.0
+#define CONNECT_TIMEOUT_MS   30000
 /* virtual time between polls of the sockets, at full speed */
-#define SLICE_MAX_PS  (5ull * HIL_MS_PS)
+#define SLICE_MAX_PS         (5ull * HIL_MS_PS)
 /* in real time: virtual time between waits for the wall clock, with a poll of the sockets each */
-#define SLICE_REAL_PS (1ull * HIL_MS_PS)
-#define HOST_AWAY_PS  (50ull * HIL_MS_PS)
+#define SLICE_REAL_PS        (1ull * HIL_MS_PS)
+#define HOST_AWAY_PS         (50ull * HIL_MS_PS)
 
 struct session {
     const struct arguments *a;
@@ -550,7 +560,7 @@ struct session {
     bool is_real_time;
 };
 
-/* 1: stopped by a signal; HIL_WALL_STOP: by the wall-clock limit. */
+/* 1: stopped by a signal; HIL_STOP_BY_WALL_LIMIT: by the wall-clock limit. */
 static volatile int stop_request;
 
 /* Prints the reason of a failure. */
@@ -589,14 +599,14 @@ static enum mr_status flush_links(struct session *session, int stall_ms)
 static bool is_host_present(struct session *session, uint64_t t_ps)
 {
     char error[256];
-    if (session->serial.type != HIL_LINK_PTY)
+    if (session->serial.transport != HIL_LINK_PTY)
         return true;
     if (!session->serial.is_hung_up)
         session->host_seen_ps = t_ps;
     if (t_ps < session->host_seen_ps + HOST_AWAY_PS)
         return true;
-    enum mr_status status = hil_link_accept(&session->serial, CONNECT_MS, &stop_request, error,
-                                            sizeof error);
+    enum mr_status status = hil_link_accept(&session->serial, CONNECT_TIMEOUT_MS, &stop_request,
+                                            error, sizeof error);
     return stop_request ? status == MR_OK : report_failure(status, error) == MR_OK;
 }
 
@@ -606,7 +616,7 @@ static enum mr_status run_until(struct session *session, uint64_t t_ps)
     enum mr_status status = hil_board_run_until(session->board, t_ps);
     if (status != MR_OK)
         print_error("stopped at %.6f s: %s", (double)hil_board_now_ps(session->board) * 1e-12,
-                    hil_board_reason(session->board));
+                    hil_board_failure_reason(session->board));
     return status;
 }
 
@@ -620,12 +630,12 @@ static enum mr_status run_with_debugger(struct session *session, uint64_t t_ps)
                                              session->is_real_time ? 0 : session->stall_ms);
         if (status == MR_OK)
             status = flushed;
-        double held_s = hil_wall_s();
+        double held_s = hil_wall_clock_s();
         alive = hil_gdb_serve(&session->gdb, status, &stop_request);
         /* time while gdb holds the board does not count for the pace; without gdb it is not
          * measured, because rounding would add 80 ppm */
         if (session->gdb.listener >= 0 && !session->gdb.is_time_running)
-            session->pace.start_s += hil_wall_s() - held_s;
+            session->pace.start_s += hil_wall_clock_s() - held_s;
         if (!alive)
             stop_request = 1;
     } while (status == MR_OK && !stop_request && hil_board_now_ps(session->board) < t_ps);
@@ -638,8 +648,8 @@ static enum mr_status play_session(struct session *session, double duration_s)
     uint64_t end_ps = (uint64_t)(duration_s * 1e12 + 0.5);
     uint64_t slice_ps = real ? SLICE_REAL_PS : SLICE_MAX_PS;
     enum mr_status status = MR_OK;
-    session->pace.start_s = hil_wall_s();
-    session->can.is_dropping = session->serial.is_dropping = real;
+    session->pace.start_s = hil_wall_clock_s();
+    session->can.drops_when_full = session->serial.drops_when_full = real;
     for (uint64_t t_ps = 0; t_ps < end_ps && !stop_request && status == MR_OK;) {
         if (!real && !is_host_present(session, t_ps)) {
             status = stop_request ? MR_OK : MR_TIMEOUT;
@@ -656,7 +666,7 @@ static enum mr_status play_session(struct session *session, double duration_s)
     }
     /* At either speed, the last output may take up to the stall time. */
     enum mr_status flushed = flush_links(session, session->stall_ms);
-    if (status == MR_OK && stop_request == HIL_WALL_STOP) {
+    if (status == MR_OK && stop_request == HIL_STOP_BY_WALL_LIMIT) {
         print_error("the wall-clock limit ended the run at %.3f s of virtual time; for a longer "
                     "limit, give --wall-limit S",
                     (double)hil_board_now_ps(session->board) * 1e-12);
@@ -673,7 +683,7 @@ static void summarise_session(const struct session *session, double took_s)
     char pace[96] = "";
     if (session->is_real_time)
         snprintf(pace, sizeof pace, ", at most %.1f ms late, %.1f after the first second",
-                 1e3 * session->pace.max_delay_s, 1e3 * session->pace.max_started_delay_s);
+                 1e3 * session->pace.max_delay_s, 1e3 * session->pace.max_delay_after_start_s);
     fprintf(
         stderr,
         "matrig-board: %.3f s virtual in %.3f s wall (%.1f x%s), %llu instructions, CAN %llu out "
@@ -683,21 +693,22 @@ static void summarise_session(const struct session *session, double took_s)
         (unsigned long long)c->instructions, (unsigned long long)c->can_frames_out,
         (unsigned long long)c->can_frames_in, (unsigned long long)c->serial_bytes_out,
         (unsigned long long)c->serial_bytes_in,
-        (unsigned long long)(session->can.dropped + c->can_in_dropped),
-        (unsigned long long)(session->serial.dropped + c->serial_in_dropped),
-        (unsigned long long)c->resets, (unsigned long long)c->faults);
+        (unsigned long long)(session->can.dropped_count + c->can_frames_in_dropped),
+        (unsigned long long)(session->serial.dropped_count + c->serial_bytes_in_dropped),
+        (unsigned long long)c->resets, (unsigned long long)c->fault_exceptions);
 }
 
 /* Waits for hosts on sockets. Other links need no host; a terminal may be opened and closed at any
  * time. */
 static enum mr_status accept_hosts(struct session *session, char *error, size_t size)
 {
-    enum mr_status status = hil_link_accept(&session->can, CONNECT_MS, &stop_request, error, size);
-    if (status == MR_OK && session->serial.type != HIL_LINK_PTY)
-        status = hil_link_accept(&session->serial, CONNECT_MS, &stop_request, error, size);
+    enum mr_status status = hil_link_accept(&session->can, CONNECT_TIMEOUT_MS, &stop_request, error,
+                                            size);
+    if (status == MR_OK && session->serial.transport != HIL_LINK_PTY)
+        status = hil_link_accept(&session->serial, CONNECT_TIMEOUT_MS, &stop_request, error, size);
     if (status == MR_OK)
-        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_MS, &stop_request, error,
-                                size);
+        status = hil_gdb_accept(&session->gdb, session->board, CONNECT_TIMEOUT_MS, &stop_request,
+                                error, size);
     return status;
 }
 
@@ -720,7 +731,7 @@ static enum mr_status open_session(struct session *session)
     }
     if (status == MR_OK)
         status = accept_hosts(session, error, sizeof error);
-    if (stop_request == HIL_WALL_STOP)
+    if (stop_request == HIL_STOP_BY_WALL_LIMIT)
         print_error("the wall-clock limit was reached while links were being opened; check that a "
                     "host is running, or raise the limit with --wall-limit S");
     else if (!stop_request)
@@ -762,7 +773,7 @@ static double get_run_duration_s(const struct session *session)
                     : a->rig       ? session->rig.duration_s
                     : a->replay    ? hil_replay_duration_s(&session->replay)
                                    : 0.0;
-    return length_s > 0 ? length_s : FOREVER_S;
+    return length_s > 0 ? length_s : ENDLESS_RUN_S;
 }
 
 static enum mr_status load_memories(struct hil_board *board, const struct arguments *a)
@@ -788,7 +799,7 @@ static enum mr_status save_memories(struct hil_board *board, const struct argume
         saved = hil_board_save_flash(board, a->flash);
     if (a->nor && saved == MR_OK)
         saved = hil_board_save_nor(board, a->nor);
-    report_failure(saved, hil_board_reason(board));
+    report_failure(saved, hil_board_failure_reason(board));
     return status == MR_OK ? saved : status;
 }
 
@@ -802,7 +813,7 @@ static enum mr_status add_faults(const struct session *session)
         return status;
     status = hil_faults_add_all(&session->board->faults, &script);
     if (status != MR_OK)
-        print_error("%s: %s", a->faults, hil_board_reason(session->board));
+        print_error("%s: %s", a->faults, hil_board_failure_reason(session->board));
     return status;
 }
 
@@ -811,9 +822,10 @@ static void start_wall_limit(const struct arguments *a, double duration_s)
 {
     double limit_s = a->wall_limit_s;
     if (limit_s < 0)
-        limit_s = duration_s < FOREVER_S && !a->gdb ? WALL_LIMIT_S + (a->speed ? duration_s : 0.0)
-                                                    : 0.0;
-    hil_wall_set_limit(limit_s, &stop_request);
+        limit_s = duration_s < ENDLESS_RUN_S && !a->gdb
+                    ? DEFAULT_WALL_LIMIT_S + (a->speed ? duration_s : 0.0)
+                    : 0.0;
+    hil_wall_clock_set_limit(limit_s, &stop_request);
 }
 
 static enum mr_status open_record(const char *option, const char *path, FILE **file)
@@ -857,7 +869,7 @@ static enum mr_status close_records(struct session *session, const struct argume
     enum mr_status status = report_failure(hil_vcd_close(board, error, sizeof error), error),
                    closed;
     if (session->margins) {
-        hil_rules_print(&board->mcu.rules, session->margins);
+        hil_rules_print_tallies(&board->mcu.rules, session->margins);
         closed = close_record("--margins", a->margins, session->margins, false);
         status = status == MR_OK ? closed : status;
     }
@@ -875,7 +887,8 @@ static enum mr_status prepare_board(struct session *session)
     const struct arguments *a = session->a;
     struct hil_board *board = session->board;
     char error[512];
-    enum mr_status status = report_failure(load_memories(board, a), hil_board_reason(board));
+    enum mr_status status = report_failure(load_memories(board, a),
+                                           hil_board_failure_reason(board));
     if (status == MR_OK && a->elf)
         status = report_failure(hil_symbols_read(&session->symbols, a->elf, error, sizeof error),
                                 error);
@@ -905,9 +918,9 @@ static enum mr_status run_session(struct session *session)
     status = open_records(session, a);
     if (status != MR_OK)
         return status;
-    double began_s = hil_wall_s();
+    double began_s = hil_wall_clock_s();
     status = play_session(session, duration_s);
-    double took_s = hil_wall_s() - began_s;
+    double took_s = hil_wall_clock_s() - began_s;
     enum mr_status closed = close_records(session, a);
     hil_faults_report_pending(&session->board->faults);
     print_rules(session);
@@ -936,7 +949,7 @@ static enum mr_status make_board(struct session *session, struct arguments *a)
     char error[512];
     if (!a->board_given &&
         report_failure(
-            hil_board_type_of_files(a->elf, a->flash, &a->options.type, error, sizeof error),
+            hil_board_type_from_files(a->elf, a->flash, &a->options.type, error, sizeof error),
             error) != MR_OK)
         return MR_VERSION;
     enum mr_status status = check_board(a);
@@ -961,7 +974,7 @@ int main(int argc, char **argv)
     static struct session session = {.a = &a,
                                      .can = {.listener = -1, .fd = -1},
                                      .serial = {.listener = -1, .fd = -1},
-                                     .gdb = {.listener = -1, .line = {.fd = -1}}};
+                                     .gdb = {.listener = -1, .connection = {.fd = -1}}};
     open_standard_streams();
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {

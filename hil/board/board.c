@@ -20,20 +20,21 @@
 
 /* ---- connections: the chip's pins to the rig, its buses to the links ---- */
 
-static void wire_core(struct hil_board *board)
+static void connect_core(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
-    core->memory = &board->memories->own;
+    core->memory = &board->memories->mcu;
     core->has_no_ccm = board->options.type->has_no_ccm;
-    core->check_alignment = board->options.check_alignment;
-    core->cycle_parts = (uint32_t)(board->options.cpi * HIL_CYCLE_PARTS + 0.5);
+    core->is_alignment_checked = board->options.is_alignment_checked;
+    core->instruction_cycle_parts =
+        (uint32_t)(board->options.cycles_per_instruction * HIL_PARTS_PER_CYCLE + 0.5);
     hil_core_create(core);
     hil_systick_create(core);
     hil_clock_start(&core->state.clock, 16000000);
 }
 
 /* Pin changes are reported in this order: rig, chip, camera. */
-static void wire_pins(struct hil_board *board)
+static void connect_pins(struct hil_board *board)
 {
     struct hil_core *core = &board->core;
     struct hil_mcu *mcu = &board->mcu;
@@ -46,33 +47,34 @@ static void wire_pins(struct hil_board *board)
     board->rig.electronics = &board->electronics;
     board->camera.options = &board->options;
     board->camera.state = &board->state.camera;
-    for (unsigned i = 0; i < HIL_BOARD_PULLS; i++) {
+    for (unsigned i = 0; i < HIL_BOARD_PULL_COUNT; i++) {
         const struct hil_pull *pull = &board->options.type->pulls[i];
-        hil_gpio_add_pull(&mcu->gpio, pull->at.port, pull->at.pin, pull->is_up);
+        hil_gpio_add_pull(&mcu->gpio, pull->place.port, pull->place.pin, pull->is_up);
     }
     hil_rig_create(&board->rig);
     hil_mcu_create(mcu, core, &board->options, &board->state.mcu);
     hil_camera_create(&board->camera);
 }
 
-static void wire_chips(struct hil_board *board)
+static void connect_chips(struct hil_board *board)
 {
     const struct hil_options *options = &board->options;
     board->w25q = (struct hil_w25q_device){
         .core = &board->core,
         .options = options,
         .state = &board->state.w25q,
-        .requests = &board->state.nor_requests,
+        .fault_requests = &board->state.nor_fault_requests,
         .rules = &board->mcu.rules,
         .spi = &board->mcu.spi,
-        .cells = board->memories->nor,
-        .on_begin = {hil_faults_nor_operation, &board->faults},
+        .inverted_cells = board->memories->nor,
+        .on_operation_begin = {hil_faults_on_nor_operation, &board->faults},
     };
     board->tmp112 = (struct hil_tmp112_device){
         .core = &board->core, .options = options, .state = &board->state.tmp112};
     board->mcu.spi.slave = hil_w25q_slave(&board->w25q);
     board->mcu.i2c.slave = hil_tmp112_slave(&board->tmp112);
-    board->mcu.flash.on_begin = (struct hil_call){hil_faults_flash_operation, &board->faults};
+    board->mcu.flash.on_operation_begin = (struct hil_call){hil_faults_on_flash_operation,
+                                                            &board->faults};
     hil_flash_create(&board->mcu.flash);
     hil_w25q_create(&board->w25q);
     board->supply = (struct hil_supply_device){
@@ -86,29 +88,29 @@ static void wire_chips(struct hil_board *board)
     hil_supply_create(&board->supply);
 }
 
-static void wire_links(struct hil_board *board)
+static void connect_links(struct hil_board *board)
 {
     board->lines = (struct hil_lines_device){
         .core = &board->core,
         .options = &board->options,
         .state = &board->state.lines,
-        .frame_sent = {hil_faults_can_sent, &board->faults},
+        .on_frame_sent = {hil_faults_on_can_sent, &board->faults},
     };
-    hil_links_init(&board->lines, board->options.seed);
-    board->mcu.can.wire = board->mcu.usart.wire = hil_lines_wire(&board->lines);
+    hil_lines_init(&board->lines, board->options.noise_seed);
+    board->mcu.can.line_calls = board->mcu.usart.line_calls = hil_lines_calls(&board->lines);
 }
 
-static void wire_runs(struct hil_board *board)
+static void connect_run_inputs(struct hil_board *board)
 {
     struct hil_mcu *mcu = &board->mcu;
-    board->script = (struct hil_script_device){
+    board->script = (struct hil_command_script_device){
         .core = &board->core,
         .state = &board->state.script,
         .rig = &board->rig,
         .can = &mcu->can,
         .usart = &mcu->usart,
     };
-    hil_script_create(&board->script);
+    hil_command_script_create(&board->script);
     board->replay.core = &board->core;
     board->replay.state = &board->state.replay;
     board->replay.gpio = &mcu->gpio;
@@ -130,7 +132,7 @@ static void wire_runs(struct hil_board *board)
         .rcc = &mcu->rcc,
         .can = &mcu->can,
         .i2c = &mcu->i2c,
-        .nor = &board->state.nor_requests,
+        .nor = &board->state.nor_fault_requests,
         .thermometer = &board->state.tmp112,
     };
     hil_faults_create(&board->faults);
@@ -140,19 +142,19 @@ void hil_board_set_electronics(struct hil_board *board)
 {
     hil_electronics_set(&board->electronics, &board->options, board->options.figures);
     board->mcu.adc.vdda_v = board->electronics.vdda_v;
-    board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc : NULL;
+    board->mcu.adc.errors = board->electronics.is_drawn ? &board->electronics.adc_errors : NULL;
 }
 
 /* Connects the parts of a new board. Its options and memories are set; its other members are
  * zero. */
-static void wire_board(struct hil_board *board)
+static void connect_board(struct hil_board *board)
 {
-    wire_core(board);
-    wire_pins(board);
+    connect_core(board);
+    connect_pins(board);
     hil_board_set_electronics(board);
-    wire_chips(board);
-    wire_links(board);
-    wire_runs(board);
+    connect_chips(board);
+    connect_links(board);
+    connect_run_inputs(board);
 }
 
 /* ---- board type of an image, from its header (common/image.h) ---- */
@@ -193,8 +195,9 @@ static bool read_flash(const char *path, struct hil_memory *memory)
     return n == MR_IMAGE_HEAD_BYTES;
 }
 
-enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
-                                       const struct hil_board_type **type, char *error, size_t size)
+enum mr_status hil_board_type_from_files(const char *elf, const char *flash,
+                                         const struct hil_board_type **type, char *error,
+                                         size_t size)
 {
     struct hil_memory *memory = hil_allocate(sizeof *memory);
     enum mr_status status = MR_OK;
@@ -209,7 +212,7 @@ enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
 /* Fills RAM with random bytes: after a power failure its content is undefined. */
 static void scramble_ram(struct hil_board *board)
 {
-    uint64_t random = board->options.seed + board->core.state.counters.power_cuts;
+    uint64_t random = board->options.noise_seed + board->core.state.counters.power_cuts;
     for (size_t i = 0; i < HIL_SRAM_SIZE + HIL_CCM_SIZE; i += 8) {
         uint64_t noise = mr_splitmix64(&random);
         memcpy(i < HIL_SRAM_SIZE ? board->core.memory->sram + i
@@ -225,7 +228,7 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 {
     struct hil_core *core = &board->core;
     core->reset.is_requested = false;
-    core->reset.flags = 0;
+    core->reset.csr_flags = 0;
     hil_nvic_reset(&core->state.nvic);
     hil_scb_reset(&core->state.scb, board->options.type->idcode);
     hil_systick_reset(core);
@@ -241,8 +244,8 @@ static void reset_chip(struct hil_board *board, uint32_t csr_flags)
 static void handle_reset(struct hil_board *board)
 {
     board->core.state.counters.resets++;
-    hil_trace(&board->core, "reset, RCC_CSR flags 0x%08x", (unsigned)board->core.reset.flags);
-    reset_chip(board, board->core.reset.flags);
+    hil_trace(&board->core, "reset, RCC_CSR flags 0x%08x", (unsigned)board->core.reset.csr_flags);
+    reset_chip(board, board->core.reset.csr_flags);
 }
 
 void hil_board_reset(struct hil_board *board)
@@ -256,7 +259,7 @@ void hil_board_reset(struct hil_board *board)
 /* The jumper connects its pin to ground. */
 static void fit_jumper(struct hil_board *board)
 {
-    struct hil_pin_place at = board->options.type->jumper;
+    struct hil_pin_place at = board->options.type->jumper_pin;
     hil_gpio_drive(&board->mcu.gpio, at.port, at.pin, false, 0);
 }
 
@@ -268,15 +271,15 @@ struct hil_board *hil_board_create(const struct hil_options *options)
                            MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     if (board->memories == MAP_FAILED)
         abort();
-    memset(board->memories->own.flash, 0xff, sizeof board->memories->own.flash);
+    memset(board->memories->mcu.flash, 0xff, sizeof board->memories->mcu.flash);
     board->options = *options;
-    if (options->is_board_drawn)
-        hil_electronics_chip_uid(options->board_seed, board->options.uid);
-    board->options.log = NULL; /* nothing is logged until the board is complete */
-    wire_board(board);
+    if (options->has_random_tolerances)
+        hil_electronics_chip_uid(options->tolerance_seed, board->options.uid);
+    board->options.fault_log = NULL; /* nothing is logged until the board is complete */
+    connect_board(board);
     for (unsigned i = 0; i < 2; i++)
-        board->state.mcu.adc[i].rng_state = options->seed * 0x2545f4914f6cdd1dull +
-                                            i * 0x632be59bd9b4e019ull;
+        board->state.mcu.adc[i].random_state = options->noise_seed * 0x2545f4914f6cdd1dull +
+                                               i * 0x632be59bd9b4e019ull;
     hil_cpu_create(&board->core);
     /* at rest, the one-shot and the buffers of camera, brake and wheel drive the capture pins
      * low */
@@ -288,7 +291,7 @@ struct hil_board *hil_board_create(const struct hil_options *options)
     hil_tmp112_power_on(&board->tmp112);
     reset_chip(board, HIL_CSR_POWER_ON);
     board->core.trace = options->trace;
-    board->options.log = options->log;
+    board->options.fault_log = options->fault_log;
     return board;
 }
 
@@ -312,12 +315,12 @@ void hil_board_set_callbacks(struct hil_board *board, const struct hil_callbacks
 static enum mr_status restart_board(struct hil_board *board)
 {
     hil_cpu_discard_code(&board->core);
-    board->core.stopped = false;
-    board->core.reason[0] = '\0';
+    board->core.is_stopped = false;
+    board->core.failure_reason[0] = '\0';
     reset_chip(board, HIL_CSR_POWER_ON);
     if (board->options.has_clocks_left_on)
         hil_rcc_set_clocks_left_on(&board->mcu.rcc);
-    return board->core.stopped ? board->core.stop_status : MR_OK;
+    return board->core.is_stopped ? board->core.stop_status : MR_OK;
 }
 
 /* Checks that flash, loaded from this file, is for this board. MR_VERSION: it is for the board that
@@ -328,20 +331,21 @@ static enum mr_status check_board_type(struct hil_board *board, const char *path
     char why[160];
     enum mr_status status = read_board_type(board->core.memory->flash, &wanted, why, sizeof why);
     if (status != MR_OK)
-        snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
+        snprintf(board->core.failure_reason, sizeof board->core.failure_reason, "%s: %s", path,
+                 why);
     if (status != MR_OK)
         return status;
     for (uint32_t i = type->flash_kib * 1024u; i < HIL_FLASH_SIZE; i++) {
         if (board->core.memory->flash[i] == 0xff)
             continue;
-        snprintf(board->core.reason, sizeof board->core.reason,
+        snprintf(board->core.failure_reason, sizeof board->core.failure_reason,
                  "%s: larger than the flash of this chip (%u KiB); give the image for this board",
                  path, (unsigned)type->flash_kib);
         return MR_VERSION;
     }
     if (wanted->number == type->number)
         return MR_OK;
-    snprintf(board->core.reason, sizeof board->core.reason,
+    snprintf(board->core.failure_reason, sizeof board->core.failure_reason,
              "%s is an image for board %s, but this is board %s; give the image for this board, or "
              "leave --board out",
              path, hil_board_type_name(wanted), hil_board_type_name(type));
@@ -364,14 +368,14 @@ static void set_symbol_file(struct hil_board *board, const char *elf)
 {
     hil_symbols_free(&board->symbols);
     snprintf(board->elf, sizeof board->elf, "%s", elf);
-    board->mcu.rules.function = find_function_name;
+    board->mcu.rules.get_function_name = find_function_name;
     board->mcu.rules.context = board;
 }
 
 enum mr_status hil_board_load_elf(struct hil_board *board, const char *path)
 {
-    enum mr_status status = hil_elf_load(path, board->core.memory, board->core.reason,
-                                         sizeof board->core.reason);
+    enum mr_status status = hil_elf_load(path, board->core.memory, board->core.failure_reason,
+                                         sizeof board->core.failure_reason);
     if (status == MR_OK)
         status = check_board_type(board, path);
     if (status != MR_OK)
@@ -384,7 +388,7 @@ void hil_board_attach_rig(struct hil_board *board, const struct hil_run *run)
 {
     board->rig.run = run;
     hil_rig_start(&board->rig);
-    hil_script_start(&board->script);
+    hil_command_script_start(&board->script);
 }
 
 void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *replay)
@@ -427,10 +431,10 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
     struct hil_core *core = &board->core;
     struct hil_core_state *state = &core->state;
     const struct hil_observers *observers = &core->observers;
-    if (core->stopped)
+    if (core->is_stopped)
         return core->stop_status;
     core->has_reached_target = false;
-    hil_event_set_ps(core, HIL_EVENT_TARGET, t_ps);
+    hil_event_set_ps(core, HIL_EVENT_RUN_END, t_ps);
     for (;;) {
         if (observers->debugger && observers->debugger->is_holding(observers->debugger_context))
             break;
@@ -439,7 +443,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         hil_event_handle_due(core);
-        if (core->stopped || core->has_reached_target)
+        if (core->is_stopped || core->has_reached_target)
             break;
         if (core->reset.is_requested) {
             handle_reset(board);
@@ -451,7 +455,7 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         if (state->clock.is_stopped) {
-            hil_hclk_skip_to_event(core);
+            hil_core_skip_to_event(core);
             continue;
         }
         if (state->cpu.is_asleep) {
@@ -479,18 +483,19 @@ enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps)
             continue;
         }
         const struct hil_nvic *nvic = &state->nvic;
-        bool masked = nvic->next_exception && nvic->next_group < nvic->active_group;
-        core->limit_cycle = masked || state->bank.is_busy ? 0 : state->events.next_cycle;
+        bool masked = nvic->next_exception &&
+                      nvic->next_group_priority < nvic->active_group_priority;
+        core->next_check_cycle = masked || state->bank.is_busy ? 0 : state->events.next_cycle;
         hil_cpu_run(core);
     }
-    hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
+    hil_event_set_ps(core, HIL_EVENT_RUN_END, HIL_NEVER);
     hil_rig_count_excitation(&board->rig, hil_now_cycle(core));
-    return core->stopped ? core->stop_status : MR_OK;
+    return core->is_stopped ? core->stop_status : MR_OK;
 }
 
-const char *hil_board_reason(const struct hil_board *board)
+const char *hil_board_failure_reason(const struct hil_board *board)
 {
-    return board->core.reason;
+    return board->core.failure_reason;
 }
 
 uint64_t hil_board_now_ps(const struct hil_board *board)
@@ -523,10 +528,10 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
 
 #define OPTION_BYTES 16u
 
-static enum mr_status fail(struct hil_board *board, enum mr_status status, const char *path,
-                           const char *why)
+static enum mr_status record_file_failure(struct hil_board *board, enum mr_status status,
+                                          const char *path, const char *why)
 {
-    snprintf(board->core.reason, sizeof board->core.reason, "%s: %s", path, why);
+    snprintf(board->core.failure_reason, sizeof board->core.failure_reason, "%s: %s", path, why);
     return status;
 }
 
@@ -548,19 +553,20 @@ static enum mr_status read_file(struct hil_board *board, const char *path, uint8
 {
     *n = 0;
     if (hil_is_protected_file(path))
-        return fail(board, MR_MALFORMED, path,
-                    "a database or a program would be overwritten; give a different file");
+        return record_file_failure(
+            board, MR_MALFORMED, path,
+            "a database or a program would be overwritten; give a different file");
     FILE *file = fopen(path, "rb");
     if (!file)
-        return errno == ENOENT ? MR_OK : fail(board, MR_IO, path, strerror(errno));
+        return errno == ENOENT ? MR_OK : record_file_failure(board, MR_IO, path, strerror(errno));
     *n = fread(bytes, 1, room, file);
     bool failed = ferror(file) != 0, more = fgetc(file) != EOF;
     fclose(file);
     if (failed)
-        return fail(board, MR_IO, path, "cannot be read; give a different file");
+        return record_file_failure(board, MR_IO, path, "cannot be read; give a different file");
     if (more)
-        return fail(board, MR_MALFORMED, path,
-                    "larger than the memory that it fills; give a different file");
+        return record_file_failure(board, MR_MALFORMED, path,
+                                   "larger than the memory that it fills; give a different file");
     return MR_OK;
 }
 
@@ -572,26 +578,27 @@ static enum mr_status write_file(struct hil_board *board, const char *path, cons
     if (realpath(path, resolved)) /* replaces the target of a symbolic link, not the link */
         path = resolved;
     if ((size_t)snprintf(beside, sizeof beside, "%s.new", path) >= sizeof beside)
-        return fail(board, MR_IO, told, "path too long; give a shorter one");
+        return record_file_failure(board, MR_IO, told, "path too long; give a shorter one");
     FILE *file = fopen(beside, "wb");
     if (!file)
-        return fail(board, MR_IO, told, strerror(errno));
+        return record_file_failure(board, MR_IO, told, strerror(errno));
     bool good = fwrite(bytes, 1, n, file) == n;
     good = fclose(file) == 0 && good;
     if (good && rename(beside, path) == 0)
         return MR_OK;
     remove(beside);
-    return fail(board, MR_IO, told, "cannot be written; free disk space or give a different file");
+    return record_file_failure(board, MR_IO, told,
+                               "cannot be written; free disk space or give a different file");
 }
 
-static bool use_options(struct hil_board *board, const uint8_t *bytes)
+static bool apply_option_bytes(struct hil_board *board, const uint8_t *bytes)
 {
     uint16_t half[8];
     for (unsigned i = 0; i < 8; i++)
         half[i] = (uint16_t)(bytes[2 * i] | bytes[2 * i + 1] << 8);
     if ((half[0] ^ half[1]) != 0xffff || (half[4] ^ half[5]) != 0xffff)
         return false;
-    board->state.mcu.flash.options = half[0] | (uint32_t)(half[4] & 0xfffu) << 16;
+    board->state.mcu.flash.option_bytes = half[0] | (uint32_t)(half[4] & 0xfffu) << 16;
     return true;
 }
 
@@ -602,8 +609,8 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
     memset(bytes, 0xff, HIL_FLASH_SIZE);
     enum mr_status status = read_file(board, path, bytes, HIL_FLASH_SIZE + OPTION_BYTES, &n);
     if (status == MR_OK && n > HIL_FLASH_SIZE &&
-        (n != HIL_FLASH_SIZE + OPTION_BYTES || !use_options(board, bytes + HIL_FLASH_SIZE)))
-        status = fail(
+        (n != HIL_FLASH_SIZE + OPTION_BYTES || !apply_option_bytes(board, bytes + HIL_FLASH_SIZE)))
+        status = record_file_failure(
             board, MR_MALFORMED, path,
             "not a flash file: no valid option bytes after the first MiB; give a different file");
     if (status == MR_OK && n) {
@@ -619,7 +626,7 @@ enum mr_status hil_board_load_flash(struct hil_board *board, const char *path)
 enum mr_status hil_board_save_flash(struct hil_board *board, const char *path)
 {
     uint8_t *bytes = hil_allocate(HIL_FLASH_SIZE + OPTION_BYTES);
-    bool factory = board->state.mcu.flash.options == HIL_FLASH_OPTIONS_FACTORY;
+    bool factory = board->state.mcu.flash.option_bytes == HIL_FLASH_OPTIONS_FACTORY;
     memcpy(bytes, board->core.memory->flash, HIL_FLASH_SIZE);
     for (unsigned i = 0; i < OPTION_BYTES; i++)
         bytes[HIL_FLASH_SIZE + i] = (uint8_t)(hil_flash_option_word(&board->mcu.flash, i / 4u) >>

@@ -14,7 +14,7 @@
  * block of the firmware, at most a few instructions late.
  *
  * Errors: functions that can fail return an enum mr_status and set a line of text for
- * hil_board_reason(). When hil_board_run_until fails, the board stops at the cause: MR_UNMODELLED
+ * hil_board_failure_reason(). When hil_board_run_until fails, the board stops at the cause: MR_UNMODELLED
  * (an access or a setting that the emulator does not model; the text has address, size and PC) or
  * MR_HALTED (lockup, or a setting that would damage hardware or make it fail).
  *
@@ -47,11 +47,11 @@
 struct hil_state {
     struct hil_mcu_state mcu;
     struct hil_w25q w25q;
-    struct hil_nor_requests nor_requests;
+    struct hil_nor_fault_requests nor_fault_requests;
     struct hil_tmp112 tmp112;
     struct hil_rig rig;
     struct hil_camera camera;
-    struct hil_script script;
+    struct hil_command_script script;
     struct hil_replay_state replay;
     struct hil_lines lines;
     struct hil_faults faults;
@@ -60,7 +60,7 @@ struct hil_state {
 
 /* The memories of a board, chip and NOR. */
 struct hil_memories {
-    struct hil_memory own;
+    struct hil_memory mcu;
     /* cells are stored inverted (hil/chips/w25q.h); last member, because most of it is never
      * used */
     uint8_t nor[HIL_NOR_SIZE];
@@ -77,7 +77,7 @@ struct hil_board {
     struct hil_tmp112_device tmp112;
     struct hil_rig_device rig;
     struct hil_camera_device camera;
-    struct hil_script_device script;
+    struct hil_command_script_device script;
     struct hil_replay_device replay;
     struct hil_lines_device lines;
     struct hil_faults_device faults;
@@ -107,7 +107,7 @@ void hil_board_attach_replay(struct hil_board *board, const struct hil_replay *r
 /* Runs until virtual time t_ps (since power on). MR_OK when reached; MR_UNMODELLED, MR_HALTED. The
  * result is the same for one long run and for several short ones. */
 enum mr_status hil_board_run_until(struct hil_board *board, uint64_t t_ps);
-const char *hil_board_reason(const struct hil_board *board);
+const char *hil_board_failure_reason(const struct hil_board *board);
 
 uint64_t hil_board_now_ps(const struct hil_board *board);
 
@@ -126,9 +126,9 @@ enum mr_status hil_board_poke(struct hil_board *board, uint32_t address, const v
  * either path may be NULL. A file that is unreadable or without a header leaves `type` unchanged;
  * loading it then reports the reason. MR_OK; MR_VERSION: for a board that is not modelled, which
  * `error` names. */
-enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
-                                       const struct hil_board_type **type, char *error,
-                                       size_t size);
+enum mr_status hil_board_type_from_files(const char *elf, const char *flash,
+                                         const struct hil_board_type **type, char *error,
+                                         size_t size);
 
 /* Flash and NOR contents of a board as files, which keep them between runs of the program.
  *
@@ -138,7 +138,7 @@ enum mr_status hil_board_type_of_files(const char *elf, const char *flash,
  *
  * Load a file; a missing file leaves the memory unchanged. Loading flash resets the chip as at
  * power on. MR_IO; MR_MALFORMED: not such a file; MR_VERSION: for a different board; MR_HALTED: the
- * flash contains no program. hil_board_reason has the text. */
+ * flash contains no program. hil_board_failure_reason has the text. */
 enum mr_status hil_board_load_flash(struct hil_board *board, const char *path);
 enum mr_status hil_board_load_nor(struct hil_board *board, const char *path);
 /* Write the flash or NOR file. The data are first written to a temporary file in the same folder,

@@ -5,21 +5,23 @@
 #include "hil/core/core.h"
 #include "hil/periph/options.h"
 
-#define C_PER_COUNT       0.0625
-#define CONFIG_OS         0x80u /* bits of the first byte of the configuration */
-#define CONFIG_RESOLUTION 0x60u /* read-only; both bits are set: 12 bits */
-#define CONFIG_SD         0x01u
-#define CONFIG_AL         0x20u /* bits of the second byte; AL is read-only */
-#define CONFIG_EM         0x10u
-#define TYPICAL_PS        (26u * HIL_MS_PS)
-#define MAXIMUM_PS        (35u * HIL_MS_PS)
+#define CELSIUS_PER_CODE      0.0625
+#define CONFIG_OS             0x80u /* bits of the first byte of the configuration */
+#define CONFIG_RESOLUTION     0x60u /* read-only; both bits are set: 12 bits */
+#define CONFIG_SD             0x01u
+#define CONFIG_AL             0x20u /* bits of the second byte; AL is read-only */
+#define CONFIG_EM             0x10u
+#define TYPICAL_CONVERSION_PS (26u * HIL_MS_PS)
+#define MAX_CONVERSION_PS     (35u * HIL_MS_PS)
 
 static uint64_t draw_conversion_ps(struct hil_tmp112_device *dev)
 {
     switch (dev->options->cell_times) {
-    case HIL_TIMES_TYPICAL: return TYPICAL_PS;
-    case HIL_TIMES_MAXIMUM: return MAXIMUM_PS;
-    default: return TYPICAL_PS + mr_splitmix64(&dev->state->random) % (MAXIMUM_PS - TYPICAL_PS);
+    case HIL_TIMES_TYPICAL: return TYPICAL_CONVERSION_PS;
+    case HIL_TIMES_MAXIMUM: return MAX_CONVERSION_PS;
+    default:
+        return TYPICAL_CONVERSION_PS + mr_splitmix64(&dev->state->random_state) %
+                                           (MAX_CONVERSION_PS - TYPICAL_CONVERSION_PS);
     }
 }
 
@@ -27,11 +29,11 @@ void hil_tmp112_power_on(struct hil_tmp112_device *dev)
 {
     struct hil_tmp112 *chip = dev->state;
     *chip = (struct hil_tmp112){.config = {CONFIG_RESOLUTION, 0x80},
-                                .begun_ps = hil_now_ps(dev->core),
-                                .random = dev->options->seed,
+                                .conversion_begin_ps = hil_now_ps(dev->core),
+                                .random_state = dev->options->noise_seed,
                                 .limit = {{0x4b, 0x00}, {0x50, 0x00}},
                                 .is_dead = chip->is_dead,
-                                .hold.is_sda_stuck = chip->hold.is_sda_stuck};
+                                .bus_faults.is_sda_stuck = chip->bus_faults.is_sda_stuck};
     chip->conversion_ps = draw_conversion_ps(dev);
 }
 
@@ -41,30 +43,33 @@ static int32_t convert_temperature(const struct hil_tmp112_device *dev, uint64_t
     const struct hil_options *options = dev->options;
     double count =
         (options->temperature_c + options->temperature_c_per_h * (double)t_ps * 1e-12 / 3600.0) /
-        C_PER_COUNT;
+        CELSIUS_PER_CODE;
     double most = dev->state->config[1] & CONFIG_EM ? 4095.0 : 2047.0;
     return (int32_t)lround(fmax(-most - 1.0, fmin(most, count)));
 }
 
-static void advance(struct hil_tmp112_device *dev)
+static void advance_conversion(struct hil_tmp112_device *dev)
 {
     static const uint64_t period_ms[4] = {4000, 1000, 250, 125};
     struct hil_tmp112 *chip = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
-    if (chip->is_converting) {
-        if (now_ps < chip->begun_ps + chip->conversion_ps)
+    if (chip->is_one_shot_running) {
+        if (now_ps < chip->conversion_begin_ps + chip->conversion_ps)
             return;
-        chip->is_converting = false;
-        chip->is_done = true;
-        chip->code = convert_temperature(dev, chip->begun_ps + chip->conversion_ps);
-    } else if (!(chip->config[0] & CONFIG_SD) && now_ps >= chip->begun_ps + chip->conversion_ps) {
+        chip->is_one_shot_running = false;
+        chip->is_one_shot_done = true;
+        chip->result_code = convert_temperature(dev,
+                                                chip->conversion_begin_ps + chip->conversion_ps);
+    } else if (!(chip->config[0] & CONFIG_SD) &&
+               now_ps >= chip->conversion_begin_ps + chip->conversion_ps) {
         uint64_t period_ps = period_ms[chip->config[1] >> 6] * HIL_MS_PS;
-        uint64_t n = (now_ps - chip->begun_ps - chip->conversion_ps) / period_ps;
-        chip->code = convert_temperature(dev, chip->begun_ps + chip->conversion_ps + n * period_ps);
+        uint64_t n = (now_ps - chip->conversion_begin_ps - chip->conversion_ps) / period_ps;
+        chip->result_code = convert_temperature(dev, chip->conversion_begin_ps +
+                                                         chip->conversion_ps + n * period_ps);
     }
 }
 
-static void configure(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
+static void write_config_byte(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
 {
     struct hil_tmp112 *chip = dev->state;
     if (i == 1) {
@@ -75,10 +80,10 @@ static void configure(struct hil_tmp112_device *dev, unsigned i, uint8_t byte)
     chip->config[0] = (uint8_t)((byte & 0x1fu) | CONFIG_RESOLUTION);
     bool single = was_shut_down && (byte & CONFIG_OS) && (byte & CONFIG_SD);
     if (single || (was_shut_down && !(byte & CONFIG_SD))) {
-        chip->begun_ps = hil_now_ps(dev->core);
+        chip->conversion_begin_ps = hil_now_ps(dev->core);
         chip->conversion_ps = draw_conversion_ps(dev);
-        chip->is_converting = single;
-        chip->is_done = false;
+        chip->is_one_shot_running = single;
+        chip->is_one_shot_done = false;
     }
 }
 
@@ -98,14 +103,14 @@ static bool receive_byte(void *device, uint8_t byte)
     struct hil_tmp112 *chip = dev->state;
     if (!chip->is_addressed || chip->is_dead)
         return false;
-    advance(dev);
+    advance_conversion(dev);
     unsigned n = chip->byte_count++;
     if (n == 0)
-        chip->pointer = byte & 3u;
-    else if (chip->pointer == 1)
-        configure(dev, (n - 1) % 2, byte);
-    else if (chip->pointer > 1)
-        chip->limit[chip->pointer - 2][(n - 1) % 2] = byte;
+        chip->register_pointer = byte & 3u;
+    else if (chip->register_pointer == 1)
+        write_config_byte(dev, (n - 1) % 2, byte);
+    else if (chip->register_pointer > 1)
+        chip->limit[chip->register_pointer - 2][(n - 1) % 2] = byte;
     return true;
 }
 
@@ -115,16 +120,16 @@ static uint8_t send_next_byte(void *device)
     struct hil_tmp112 *chip = dev->state;
     if (!chip->is_addressed || chip->is_dead)
         return 0xff;
-    advance(dev);
+    advance_conversion(dev);
     unsigned i = chip->byte_count++ % 2;
     bool wide = chip->config[1] & CONFIG_EM;
-    uint16_t value = (uint16_t)((uint32_t)chip->code << (wide ? 3 : 4) | wide);
-    if (chip->pointer == 0)
+    uint16_t value = (uint16_t)((uint32_t)chip->result_code << (wide ? 3 : 4) | wide);
+    if (chip->register_pointer == 0)
         return (uint8_t)(i ? value : value >> 8);
-    if (chip->pointer == 1)
+    if (chip->register_pointer == 1)
         return (uint8_t)(i ? chip->config[1] | CONFIG_AL
-                           : chip->config[0] | (chip->is_done ? CONFIG_OS : 0u));
-    return chip->limit[chip->pointer - 2][i];
+                           : chip->config[0] | (chip->is_one_shot_done ? CONFIG_OS : 0u));
+    return chip->limit[chip->register_pointer - 2][i];
 }
 
 static void end_transfer(void *device)
@@ -148,6 +153,6 @@ struct hil_i2c_slave hil_tmp112_slave(struct hil_tmp112_device *dev)
         .read = send_next_byte,
         .stop = end_transfer,
         .is_driving = is_driving_bus,
-        .hold = &dev->state->hold,
+        .bus_faults = &dev->state->bus_faults,
     };
 }

@@ -26,21 +26,21 @@ struct hil_options;
 #define HIL_TMP112_ADDRESS 0x48u
 
 struct hil_tmp112 {
-    uint8_t pointer;
+    uint8_t register_pointer;
     uint8_t config[2]; /* bytes as written; OS is computed when it is read */
     uint8_t limit[2][2];
-    int32_t code;           /* result of the last conversion, in 0.0625 C */
-    bool is_done;           /* a conversion started by OS has ended */
-    uint64_t begun_ps;      /* start of the continuous or the single conversion */
-    uint64_t conversion_ps; /* duration of a conversion */
-    bool is_converting;     /* a single conversion is in progress */
+    int32_t result_code;          /* result of the last conversion, in 0.0625 C */
+    bool is_one_shot_done;        /* a conversion started by OS has ended */
+    uint64_t conversion_begin_ps; /* start of the continuous or the single conversion */
+    uint64_t conversion_ps;       /* duration of a conversion */
+    bool is_one_shot_running;     /* a single conversion is in progress */
     bool is_addressed;
     unsigned byte_count; /* bytes since the chip was addressed */
-    uint64_t random;
+    uint64_t random_state;
 
     /* faults: hil/rig/faults.h */
     bool is_dead;
-    struct hil_i2c_hold hold;
+    struct hil_i2c_bus_faults bus_faults;
 };
 
 struct hil_tmp112_device {

@@ -7,11 +7,11 @@
 #include "hil/periph/options.h"
 #include "hil/periph/rules.h"
 
-#define STATUS_BUSY          1u
-#define STATUS_WEL           2u
-#define MANUFACTURER         0xefu
+#define STATUS_BUSY                  1u
+#define STATUS_WEL                   2u
+#define MANUFACTURER_ID              0xefu
 /* share of a hung operation's changes that are made before a reset */
-#define INTERRUPTED_PERMILLE 500u
+#define HUNG_OPERATION_DONE_PERMILLE 500u
 /* The modelled commands (data sheet rev. F, 8.1.2). */
 enum command {
     COMMAND_PAGE_PROGRAM = 0x02,
@@ -26,7 +26,7 @@ enum command {
     COMMAND_POWER_DOWN = 0xb9,
 };
 
-static bool has_bit(const uint8_t *bits, uint32_t n)
+static bool is_bit_set(const uint8_t *bits, uint32_t n)
 {
     return (bits[n / 8u] >> n % 8u & 1u);
 }
@@ -35,30 +35,30 @@ static void put_cell(struct hil_w25q_device *dev, uint32_t address, uint8_t valu
 {
     uint32_t sector = address / HIL_NOR_SECTOR_BYTES;
     /* stored inverted, so the pages of an erased chip use no memory */
-    dev->cells[address] = (uint8_t)~value;
+    dev->inverted_cells[address] = (uint8_t)~value;
     dev->state->used_sectors[sector / 8u] |= (uint8_t)(1u << sector % 8u);
 }
 
 static uint8_t get_cell(const struct hil_w25q_device *dev, uint32_t address)
 {
-    return (uint8_t)~dev->cells[address];
+    return (uint8_t)~dev->inverted_cells[address];
 }
 
 /* Makes permille / 1000 of the changes of the operation in progress. */
-static void change_cells(struct hil_w25q_device *dev, unsigned permille)
+static void change_cells_partly(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
     uint8_t plain[HIL_NOR_SECTOR_BYTES], wanted[HIL_NOR_PAGE_BYTES];
-    bool program = w->operation == COMMAND_PAGE_PROGRAM;
+    bool program = w->operation_command == COMMAND_PAGE_PROGRAM;
     uint32_t step = program ? HIL_NOR_PAGE_BYTES : HIL_NOR_SECTOR_BYTES;
     for (uint32_t at = w->first_cell; at < w->first_cell + w->cell_count; at += step) {
-        if (!program && !has_bit(w->used_sectors, at / HIL_NOR_SECTOR_BYTES))
+        if (!program && !is_bit_set(w->used_sectors, at / HIL_NOR_SECTOR_BYTES))
             continue;
         for (uint32_t i = 0; i < step; i++)
             plain[i] = get_cell(dev, at + i);
         for (uint32_t i = 0; program && i < step; i++)
-            wanted[i] = has_bit(w->page_mask, i) ? plain[i] & w->page[i] : plain[i];
-        hil_cells_interrupt(plain, program ? wanted : NULL, step, permille, &w->random);
+            wanted[i] = is_bit_set(w->page_mask, i) ? plain[i] & w->page_buffer[i] : plain[i];
+        hil_cells_change_partly(plain, program ? wanted : NULL, step, permille, &w->random_state);
         for (uint32_t i = 0; i < step; i++)
             put_cell(dev, at + i, plain[i]);
         if (!program && permille >= 1000)
@@ -71,31 +71,31 @@ static void change_cells(struct hil_w25q_device *dev, unsigned permille)
 static void end_operation(struct hil_w25q_device *dev, unsigned permille)
 {
     struct hil_w25q *w = dev->state;
-    if (!w->is_failing)
-        change_cells(dev, permille);
-    w->operation = 0;
+    if (!w->is_operation_failing)
+        change_cells_partly(dev, permille);
+    w->operation_command = 0;
     w->status &= (uint8_t) ~(STATUS_BUSY | STATUS_WEL);
     hil_event_set_ps(dev->core, HIL_EVENT_NOR, HIL_NEVER);
 }
 
-static void end_if_due(struct hil_w25q_device *dev, uint64_t t_ps)
+static void end_operation_if_due(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    if (w->operation && t_ps >= w->end_ps)
+    if (w->operation_command && t_ps >= w->operation_end_ps)
         end_operation(dev, 1000);
 }
 
-static void on_end(void *device, uint64_t at)
+static void on_operation_end(void *device, uint64_t at)
 {
     struct hil_w25q_device *dev = device;
-    end_if_due(dev, hil_clock_ps(&dev->core->state.clock, at));
+    end_operation_if_due(dev, hil_clock_ps_at_cycle(&dev->core->state.clock, at));
 }
 
 /* True if the fault script orders this program or erase to fail. */
-static bool is_failure_requested(struct hil_w25q_device *dev, bool program)
+static bool take_failure_request(struct hil_w25q_device *dev, bool program)
 {
-    struct hil_nor_requests *orders = dev->requests;
-    uint32_t *left = program ? &orders->program_failures : &orders->erase_failures;
+    struct hil_nor_fault_requests *orders = dev->fault_requests;
+    uint32_t *left = program ? &orders->failing_program_count : &orders->failing_erase_count;
     if (*left == 0)
         return false;
     --*left;
@@ -112,30 +112,31 @@ static void start_operation(struct hil_w25q_device *dev, uint64_t t_ps, uint32_t
                   (unsigned)first);
         return;
     }
-    w->operation = w->command;
-    w->operations++;
+    w->operation_command = w->command;
+    w->operation_count++;
     w->first_cell = first;
     w->cell_count = bytes;
-    w->begin_ps = t_ps;
-    w->end_ps = t_ps +
-                hil_cell_time_ps(dev->options->cell_times, typical_us, maximum_us, &w->random);
-    w->is_failing = is_failure_requested(dev, program);
-    if (dev->requests->hang_count) {
-        dev->requests->hang_count--;
-        w->end_ps = HIL_NEVER;
+    w->operation_begin_ps = t_ps;
+    w->operation_end_ps = t_ps + hil_cell_operation_ps(dev->options->cell_times, typical_us,
+                                                       maximum_us, &w->random_state);
+    w->is_operation_failing = take_failure_request(dev, program);
+    if (dev->fault_requests->hanging_operation_count) {
+        dev->fault_requests->hanging_operation_count--;
+        w->operation_end_ps = HIL_NEVER;
     }
     w->status |= STATUS_BUSY;
-    hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->end_ps);
-    hil_call(&dev->on_begin);
+    hil_event_set_ps(dev->core, HIL_EVENT_NOR, w->operation_end_ps);
+    hil_call(&dev->on_operation_begin);
 }
 
 static void reset_chip(struct hil_w25q_device *dev, uint64_t t_ps)
 {
     struct hil_w25q *w = dev->state;
-    if (w->operation) /* data sheet 8.2.36: "data corruption may happen" */
-        end_operation(dev, w->end_ps == HIL_NEVER ? INTERRUPTED_PERMILLE
-                                                  : (unsigned)((t_ps - w->begin_ps) * 1000u /
-                                                               (w->end_ps - w->begin_ps)));
+    if (w->operation_command) /* data sheet 8.2.36: "data corruption may happen" */
+        end_operation(dev, w->operation_end_ps == HIL_NEVER
+                               ? HUNG_OPERATION_DONE_PERMILLE
+                               : (unsigned)((t_ps - w->operation_begin_ps) * 1000u /
+                                            (w->operation_end_ps - w->operation_begin_ps)));
     w->status = 0;
     w->is_powered_down = w->is_reset_enabled = false;
 }
@@ -150,7 +151,7 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
     switch (w->command) {
     case COMMAND_WRITE_ENABLE: w->status |= STATUS_WEL; break;
     case COMMAND_PAGE_PROGRAM:
-        if (w->page_count)
+        if (w->page_byte_count)
             start_operation(dev, t_ps, w->address & ~(HIL_NOR_PAGE_BYTES - 1u), HIL_NOR_PAGE_BYTES,
                             700, 3000);
         break;
@@ -171,13 +172,13 @@ static void execute_command(struct hil_w25q_device *dev, uint64_t t_ps)
 }
 
 /* True if the chip accepts the command in its present state. */
-static bool is_accepted(const struct hil_w25q *w)
+static bool is_command_accepted(const struct hil_w25q *w)
 {
     if (w->is_dead)
         return false;
-    if (w->is_stuck)
+    if (w->is_always_busy)
         return w->command == COMMAND_READ_STATUS;
-    if (w->operation)
+    if (w->operation_command)
         return w->command == COMMAND_READ_STATUS || w->command == COMMAND_ENABLE_RESET ||
                w->command == COMMAND_RESET;
     return !w->is_powered_down || w->command == COMMAND_RELEASE;
@@ -198,8 +199,8 @@ static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, ui
     }
     if (w->command == COMMAND_PAGE_PROGRAM) {
         /* the address wraps within the page; of two bytes for one address the second counts */
-        uint32_t at = (w->address + w->page_count++) % HIL_NOR_PAGE_BYTES;
-        w->page[at] = in;
+        uint32_t at = (w->address + w->page_byte_count++) % HIL_NOR_PAGE_BYTES;
+        w->page_buffer[at] = in;
         w->page_mask[at / 8u] |= (uint8_t)(1u << at % 8u);
     }
     return 0xff;
@@ -208,9 +209,9 @@ static uint8_t handle_addressed_byte(struct hil_w25q_device *dev, uint32_t n, ui
 static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 {
     struct hil_w25q *w = dev->state;
-    static const uint8_t jedec[3] = {MANUFACTURER, 0x40, 0x18};
+    static const uint8_t jedec[3] = {MANUFACTURER_ID, 0x40, 0x18};
     switch (w->command) {
-    case COMMAND_READ_STATUS: return w->is_stuck ? w->status | STATUS_BUSY : w->status;
+    case COMMAND_READ_STATUS: return w->is_always_busy ? w->status | STATUS_BUSY : w->status;
     case COMMAND_JEDEC_ID: return jedec[(n - 1u) % 3u];
     case COMMAND_READ:
     case COMMAND_PAGE_PROGRAM:
@@ -220,7 +221,7 @@ static uint8_t handle_byte(struct hil_w25q_device *dev, uint32_t n, uint8_t in)
 }
 
 /* True if the chip drives its output in byte n of a command (1: the first after the command). */
-static bool is_driven(uint8_t command, uint32_t n)
+static bool is_output_byte(uint8_t command, uint32_t n)
 {
     return command == COMMAND_READ_STATUS || command == COMMAND_JEDEC_ID ||
            (command == COMMAND_READ && n > 3);
@@ -232,7 +233,7 @@ static bool is_driving_output(const void *device)
     return dev->state->has_driven_output;
 }
 
-static bool is_known(uint8_t command)
+static bool is_command_known(uint8_t command)
 {
     static const uint8_t known[] = {COMMAND_PAGE_PROGRAM,
                                     COMMAND_READ,
@@ -249,15 +250,15 @@ static bool is_known(uint8_t command)
 }
 
 /* Applies the requests of the fault script to the chip (hil/rig/faults.h). */
-static void apply_requests(struct hil_w25q_device *dev)
+static void apply_fault_requests(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
-    struct hil_nor_requests *orders = dev->requests;
+    struct hil_nor_fault_requests *orders = dev->fault_requests;
     w->is_dead = orders->is_dead;
-    w->is_stuck = orders->is_stuck;
+    w->is_always_busy = orders->is_always_busy;
     if (orders->is_fill_requested) {
         /* cells are stored inverted: all of them read as 0 */
-        memset(dev->cells, 0xff, HIL_NOR_SIZE);
+        memset(dev->inverted_cells, 0xff, HIL_NOR_SIZE);
         memset(w->used_sectors, 0xff, sizeof w->used_sectors);
         orders->is_fill_requested = false;
     }
@@ -270,25 +271,25 @@ static void begin_command(void *device, uint64_t at)
     (void)at;
     w->is_selected = true;
     w->byte_count = 0;
-    apply_requests(dev);
+    apply_fault_requests(dev);
 }
 
-/* Returns the rule for the pause that must follow a command; HIL_RULES: none. */
+/* Returns the rule for the pause that must follow a command; HIL_RULE_COUNT: none. */
 static enum hil_rule get_pause_rule(uint8_t command)
 {
     return command == COMMAND_RELEASE    ? HIL_RULE_RELEASE
          : command == COMMAND_POWER_DOWN ? HIL_RULE_POWER_DOWN
          : command == COMMAND_RESET      ? HIL_RULE_RESTART
-                                         : HIL_RULES;
+                                         : HIL_RULE_COUNT;
 }
 
 /* Checks the rules of the W25Q128JV (hil/periph/rules.def) when a command's first byte is known:
  * the rules for its select depend on the command. */
-static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_times *past,
-                        uint8_t command, double clock_period_ns)
+static void check_command_rules(struct hil_rules_device *rules, const struct hil_w25q_times *past,
+                                uint8_t command, double clock_period_ns)
 {
     const struct hil_rules_edges *select = hil_rules_edges(rules, HIL_RULES_MEMORY_SELECT);
-    const struct hil_moment power = {.ps = past->power_ps};
+    const struct hil_moment power = {.ps = past->power_on_ps};
     bool reads = past->previous_command == COMMAND_READ && command == COMMAND_READ;
     enum hil_rule rest = get_pause_rule(past->pause_command);
     if (!past->previous_command)
@@ -296,7 +297,7 @@ static void check_rules(struct hil_rules_device *rules, const struct hil_w25q_ti
     else
         hil_rules_check_interval(rules, reads ? HIL_RULE_SELECT_HIGH_READS : HIL_RULE_SELECT_HIGH,
                                  select->rose, select->fell);
-    if (rest != HIL_RULES)
+    if (rest != HIL_RULE_COUNT)
         hil_rules_check_interval(rules, rest, select->rose, select->fell);
     if (command == COMMAND_WRITE_ENABLE)
         hil_rules_check_interval(rules, HIL_RULE_POWER_TO_WRITE, power, select->fell);
@@ -309,32 +310,32 @@ static uint8_t exchange_byte(void *device, uint8_t in, uint64_t at)
 {
     struct hil_w25q_device *dev = device;
     struct hil_w25q *w = dev->state;
-    if (w->operation)
-        end_if_due(dev, hil_clock_ps(&dev->core->state.clock, at));
+    if (w->operation_command)
+        end_operation_if_due(dev, hil_clock_ps_at_cycle(&dev->core->state.clock, at));
     uint32_t n = w->byte_count++;
     if (n == 0) {
         w->has_driven_output = false;
-        check_rules(dev->rules, &w->times, in, hil_spi_period_ns(dev->spi));
+        check_command_rules(dev->rules, &w->times, in, hil_spi_clock_period_ns(dev->spi));
         w->command = w->times.previous_command = in;
         w->times.pause_command = 0;
-        w->address = w->page_count = 0;
-        if (w->operation != COMMAND_PAGE_PROGRAM)
+        w->address = w->page_byte_count = 0;
+        if (w->operation_command != COMMAND_PAGE_PROGRAM)
             memset(w->page_mask, 0, sizeof w->page_mask);
-        if (!is_known(in))
+        if (!is_command_known(in))
             hil_core_stop(dev->core, MR_UNMODELLED, "unmodelled: command 0x%02x of the NOR", in);
         return 0xff;
     }
-    w->has_driven_output = is_accepted(w) && is_driven(w->command, n);
-    return is_accepted(w) ? handle_byte(dev, n, in) : 0xff;
+    w->has_driven_output = is_command_accepted(w) && is_output_byte(w->command, n);
+    return is_command_accepted(w) ? handle_byte(dev, n, in) : 0xff;
 }
 
 static void end_command(void *device, uint64_t at, bool in_byte)
 {
     struct hil_w25q_device *dev = device;
     struct hil_w25q *w = dev->state;
-    uint64_t t_ps = hil_clock_ps(&dev->core->state.clock, at);
-    end_if_due(dev, t_ps);
-    if (w->is_selected && w->byte_count && !in_byte && is_accepted(w))
+    uint64_t t_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    end_operation_if_due(dev, t_ps);
+    if (w->is_selected && w->byte_count && !in_byte && is_command_accepted(w))
         execute_command(dev, t_ps);
     w->is_selected = false;
 }
@@ -349,7 +350,7 @@ void hil_w25q_power_off(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
     uint64_t now_ps = hil_now_ps(dev->core);
-    end_if_due(dev, now_ps);
+    end_operation_if_due(dev, now_ps);
     reset_chip(dev, now_ps);
     w->is_selected = false;
     hil_w25q_power_on(dev);
@@ -358,15 +359,16 @@ void hil_w25q_power_off(struct hil_w25q_device *dev)
 void hil_w25q_power_on(struct hil_w25q_device *dev)
 {
     dev->state->times.previous_command = dev->state->times.pause_command = 0;
-    dev->state->times.power_ps = hil_now_ps(dev->core) + 1u; /* plus 1, because 0 means unknown */
+    dev->state->times.power_on_ps = hil_now_ps(dev->core) +
+                                    1u; /* plus 1, because 0 means unknown */
 }
 
 void hil_w25q_create(struct hil_w25q_device *dev)
 {
     struct hil_w25q *w = dev->state;
-    *w = (struct hil_w25q){.times.power_ps = 1,
-                           .random = dev->options->seed ^ 0x25c128000025c128ull};
-    hil_event_connect(dev->core, HIL_EVENT_NOR, on_end, dev);
+    *w = (struct hil_w25q){.times.power_on_ps = 1,
+                           .random_state = dev->options->noise_seed ^ 0x25c128000025c128ull};
+    hil_event_connect(dev->core, HIL_EVENT_NOR, on_operation_end, dev);
 }
 
 enum mr_status hil_w25q_peek(const struct hil_w25q_device *dev, uint32_t address, void *out,

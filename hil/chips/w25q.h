@@ -26,7 +26,7 @@ struct hil_rules_device;
 struct hil_w25q_times {
     uint8_t previous_command; /* previous command; 0: none since power on */
     uint8_t pause_command;    /* executed command that must be followed by a pause; 0: none */
-    uint64_t power_ps;        /* time of power on */
+    uint64_t power_on_ps;     /* time of power on */
 };
 
 struct hil_core;
@@ -46,44 +46,46 @@ struct hil_w25q {
     struct hil_w25q_times times;
     uint32_t byte_count; /* bytes since the chip was selected */
     uint32_t address;
-    uint8_t page[HIL_NOR_PAGE_BYTES];
+    uint8_t page_buffer[HIL_NOR_PAGE_BYTES];
     uint8_t page_mask[HIL_NOR_PAGE_BYTES / 8u]; /* bit mask of the bytes shifted in */
-    uint32_t page_count;
+    uint32_t page_byte_count;
     /* the operation in progress */
-    uint8_t operation;               /* its command; 0: none */
-    uint32_t first_cell, cell_count; /* cells being changed */
-    uint64_t begin_ps, end_ps;       /* end_ps HIL_NEVER: until a reset */
+    uint8_t operation_command;                     /* its command; 0: none */
+    uint32_t first_cell, cell_count;               /* cells being changed */
+    uint64_t operation_begin_ps, operation_end_ps; /* end_ps HIL_NEVER: until a reset */
     /* totals */
-    uint64_t operations; /* programs and erases begun since creation */
-    uint64_t random;
+    uint64_t operation_count; /* programs and erases begun since creation */
+    uint64_t random_state;
     /* Set by the fault script. is_dead: the chip does not respond; is_stuck: it is always busy;
      * is_failing: the operation in progress changes nothing. */
-    bool is_dead, is_stuck, is_failing;
+    bool is_dead, is_always_busy, is_operation_failing;
     /* sectors that may contain bytes other than 0xff */
     uint8_t used_sectors[HIL_NOR_SIZE / HIL_NOR_SECTOR_BYTES / 8u];
 };
 
 /* Requests of a fault script to the chip. The chip executes and clears `is_fill_requested`, and
  * decrements the counts with each failure. */
-struct hil_nor_requests {
+struct hil_nor_fault_requests {
     /* the chip does not drive its output: all reads give ones, and commands have no effect */
     bool is_dead;
-    bool is_stuck;             /* always busy, also after its reset command */
-    bool is_fill_requested;    /* program every byte with zeroes */
-    uint32_t program_failures; /* number of following page programs that change nothing */
-    uint32_t erase_failures;
-    uint32_t hang_count; /* number of following programs and erases that do not end until a reset */
+    bool is_always_busy;            /* always busy, also after its reset command */
+    bool is_fill_requested;         /* program every byte with zeroes */
+    uint32_t failing_program_count; /* number of following page programs that change nothing */
+    uint32_t failing_erase_count;
+    uint32_t
+        hanging_operation_count; /* number of following programs and erases that do not end until a reset */
 };
 
 struct hil_w25q_device {
     struct hil_core *core;
     const struct hil_options *options;
     struct hil_w25q *state;
-    struct hil_nor_requests *requests;
+    struct hil_nor_fault_requests *fault_requests;
     struct hil_rules_device *rules; /* rules that are checked for the master */
     const struct hil_spi_device *spi;
-    uint8_t *cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
-    struct hil_call on_begin; /* a program or erase has begun */
+    uint8_t
+        *inverted_cells; /* HIL_NOR_SIZE bytes, inverted, so that an erased chip needs no memory */
+    struct hil_call on_operation_begin; /* a program or erase has begun */
 };
 
 /* Initialises events and state. Afterwards connect the result of hil_w25q_slave. */

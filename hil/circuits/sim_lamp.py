@@ -108,6 +108,6 @@ def figures(parts, work):
         ("lamp_sense_threshold_a", mean(level), "A", "lamp current above which PE3 is low, mean"),
         ("lamp_sense_threshold_sd_a", deviation(level), "A", "standard deviation of this threshold"),
         ("lamp_undriven_a", undriven(parts, work), "A", "lamp current with PE0 floating or without 3.3 V: the lamp is on"),
-        ("lamp_told_right", float(at(times, pin, 299e-3) < 0.8 and at(times, pin, 0.9e-3) > 2.5 and at(times, pin, 302e-3) > 2.5), "1",
+        ("is_lamp_sense_right", float(at(times, pin, 299e-3) < 0.8 and at(times, pin, 0.9e-3) > 2.5 and at(times, pin, 302e-3) > 2.5), "1",
          "1: PE3 is low while the lamp is on and high while it is off"),
     ]

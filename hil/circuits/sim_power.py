@@ -51,7 +51,7 @@ def figures(parts, work):
     return [
         ("adc_noise_lsb", 1.0, "LSB", "standard deviation of a conversion; assumed, because ST states none; the bring-up image measures it"),
         ("adc_inl_typical_lsb", 1.5, "LSB", "integral nonlinearity, typical; STM32F407 data sheet, ADC accuracy, EL"),
-        ("adc_inl_most_lsb", 3.0, "LSB", "integral nonlinearity, maximum; STM32F407 data sheet, ADC accuracy, EL"),
+        ("adc_inl_max_lsb", 3.0, "LSB", "integral nonlinearity, maximum; STM32F407 data sheet, ADC accuracy, EL"),
         ("adc_offset_lsb", 1.5, "LSB", "offset error, typical (maximum 2.5); STM32F407 data sheet, ADC accuracy, EO"),
         ("adc_gain_lsb", 1.5, "LSB", "gain error at full scale, typical (maximum 3); STM32F407 data sheet, ADC accuracy, EG"),
         ("reference_error_rel", 0.0005, "1", "maximum; REF5025 high grade, data sheet SBOS410"),

@@ -153,10 +153,10 @@ def figures(parts, work):
     tolerance = max(parts[f"R{n}"].tolerance() for n in [*range(301, 325), *range(331, 355)])
     return [
         ("staircase_resistor_tol_rel", tolerance, "1", "tolerance of a step's two resistors, from the parts list"),
-        ("staircase_step_most_codes", max(abs(e) for e in errors), "codes", f"largest deviation of a step from its code, {BOARDS} boards"),
+        ("staircase_step_error_max_codes", max(abs(e) for e in errors), "codes", f"largest deviation of a step from its code, {BOARDS} boards"),
         ("staircase_top_codes", largest, "codes", "highest code with all switches open; the converter ends at 4095"),
         ("staircase_vdda_rel", reference_rule(parts, work), "1", "rule 3: residual error of the raw code with VDDA 2 % low"),
-        ("staircase_opened_right", float(found == wanted[:4] and len(rises) == 4), "1",
+        ("are_staircase_steps_right", float(found == wanted[:4] and len(rises) == 4), "1",
          f"1: switches 1 to 4, opened one after the other, gave their steps ({' '.join(map(str, found))}) and one edge each"),
         ("staircase_settle_us", settle_us, "us", "time constant of a step"),
         ("staircase_source_ohm", source_ohm(work, "staircase", part, "STAIRCASE", around), "Ohm", "source resistance at the converter"),
@@ -164,6 +164,6 @@ def figures(parts, work):
          "share of the previous channel's voltage that remains in a reading"),
         ("edge_delay_us", sum(delays) / len(delays) if delays else math.nan, "us", "mean time from the opening of the contact to the edge"),
         ("edge_delay_spread_us", (max(delays) - min(delays)) / 2 if delays else math.nan, "us", "half the range of the edge delay over all tolerances"),
-        ("one_shot_least_us", min(widths, default=math.nan), "us", f"minimum width of the edge pulse, {ONE_SHOTS} simulated circuits"),
-        ("one_shot_most_us", max(widths, default=math.nan), "us", "maximum width of the edge pulse, 60 simulated circuits"),
+        ("one_shot_min_us", min(widths, default=math.nan), "us", f"minimum width of the edge pulse, {ONE_SHOTS} simulated circuits"),
+        ("one_shot_max_us", max(widths, default=math.nan), "us", "maximum width of the edge pulse, 60 simulated circuits"),
     ]

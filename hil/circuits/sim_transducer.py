@@ -121,7 +121,7 @@ def figures(parts, work):
         ("transducer_mid_v", mean(middle), "V", "common mode of both polarities"),
         ("transducer_mid_sd_v", deviation([mean(m) for _, m in read]), "V", "standard deviation of the common mode, without MID"),
         ("transducer_settle_us", time_constant_us(times, nominal[0], SCAN_S * 2), "us", "time constant of a reversal at the converter"),
-        ("transducer_late_rel", (half[7] - half[0]) / mean(half), "1", "difference of the eighth conversion of a scan from the first: settling and droop"),
+        ("transducer_scan_change_rel", (half[7] - half[0]) / mean(half), "1", "difference of the eighth conversion of a scan from the first: settling and droop"),
         ("transducer_reference_rel", with_reference, "1",
          "rule 2: residual error with the reference 1 % low, reading taken as ratio to the reference"),
         ("transducer_vdda_rel", with_vdda, "1", "rule 2: change of the amplitude with VDDA 2 % low"),

@@ -8,15 +8,15 @@
 void hil_bus_attach(struct hil_core *core, const struct hil_peripheral *peripheral)
 {
     struct hil_bus *bus = &core->bus;
-    if (bus->count == HIL_PERIPHERALS_MAX || !hil_registers_by_base(peripheral->base))
+    if (bus->peripheral_count == HIL_PERIPHERALS_MAX || !hil_registers_by_base(peripheral->base))
         abort();
-    bus->peripheral_of[(peripheral->base - 0x40000000u) >> 10] = (uint8_t)bus->count;
-    bus->registers_of[bus->count] = hil_registers_by_base(peripheral->base);
-    bus->peripheral[bus->count++] = *peripheral;
+    bus->page_peripheral[(peripheral->base - 0x40000000u) >> 10] = (uint8_t)bus->peripheral_count;
+    bus->registers_of[bus->peripheral_count] = hil_registers_by_base(peripheral->base);
+    bus->peripheral[bus->peripheral_count++] = *peripheral;
 }
 
-static bool is_allowed(struct hil_core *core, const struct hil_register *r, bool write,
-                       uint32_t value)
+static bool is_access_allowed(struct hil_core *core, const struct hil_register *r, bool write,
+                              uint32_t value)
 {
     if (!r) {
         hil_bus_refuse_register(core);
@@ -30,20 +30,21 @@ static bool is_allowed(struct hil_core *core, const struct hil_register *r, bool
 }
 
 /* True if the table of registers permits the access. */
-static bool is_modelled(struct hil_core *core, const struct hil_peripheral *p, uint32_t offset,
-                        bool write, uint32_t value)
+static bool is_access_modelled(struct hil_core *core, const struct hil_peripheral *p,
+                               uint32_t offset, bool write, uint32_t value)
 {
     const struct hil_register **r =
         &core->bus.register_at[p - core->bus.peripheral][offset / 4u % HIL_REGISTER_WORDS];
     if (!*r)
         *r = hil_register_at(core->bus.registers_of[p - core->bus.peripheral], offset);
-    return is_allowed(core, *r, write, value);
+    return is_access_allowed(core, *r, write, value);
 }
 
-static bool is_core_modelled(struct hil_core *core, uint32_t offset, bool write, uint32_t value)
+static bool is_core_access_modelled(struct hil_core *core, uint32_t offset, bool write,
+                                    uint32_t value)
 {
-    return is_allowed(core, hil_register_at(hil_registers_by_base(0xe000e000u), offset), write,
-                      value);
+    return is_access_allowed(core, hil_register_at(hil_registers_by_base(0xe000e000u), offset),
+                             write, value);
 }
 
 static uint32_t get_addressed_bytes(uint32_t value, uint32_t address, unsigned size)
@@ -55,9 +56,10 @@ static uint32_t get_addressed_bytes(uint32_t value, uint32_t address, unsigned s
 static bool is_clock_on(struct hil_core *core, const struct hil_peripheral *p)
 {
     const struct hil_new_clocks *fresh = &core->bus.new_clocks;
-    if (fresh->clocks && fresh->clocks == p->clocks && (fresh->mask & p->clock_mask))
-        fresh->on_access(fresh->context);
-    if (!p->clocks || (*p->clocks & p->clock_mask))
+    if (fresh->clock_enables && fresh->clock_enables == p->clock_enables &&
+        (fresh->clock_mask & p->clock_mask))
+        fresh->on_first_access(fresh->context);
+    if (!p->clock_enables || (*p->clock_enables & p->clock_mask))
         return true;
     hil_bus_stop(core, "clock of the peripheral is off:", NULL);
     return false;
@@ -76,12 +78,14 @@ uint32_t hil_bus_read(struct hil_core *core, uint32_t address, unsigned size)
         const struct hil_peripheral *p = hil_peripheral_at(&core->bus, address);
         if (!p)
             return hil_bus_refuse_register(core);
-        if (!is_clock_on(core, p) || !is_modelled(core, p, (address - p->base) & ~3u, false, 0))
+        if (!is_clock_on(core, p) ||
+            !is_access_modelled(core, p, (address - p->base) & ~3u, false, 0))
             return 0;
         return get_addressed_bytes(p->read(p->device, p->unit, (address - p->base) & ~3u), address,
                                    size);
     }
-    if ((address & ~0xfffu) == 0xe000e000u && !is_core_modelled(core, address & 0xffcu, false, 0))
+    if ((address & ~0xfffu) == 0xe000e000u &&
+        !is_core_access_modelled(core, address & 0xffcu, false, 0))
         return 0;
     if (address - 0xe0000000u < 0x00100000u)
         return hil_scb_read(core, address, size);
@@ -107,7 +111,7 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
             return;
         uint32_t offset = address - p->base;
         if (size == 4 && !(offset & 3u)) {
-            if (!is_modelled(core, p, offset, true, value))
+            if (!is_access_modelled(core, p, offset, true, value))
                 return;
             p->write(p->device, p->unit, offset, value);
             return;
@@ -120,13 +124,13 @@ void hil_bus_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         uint32_t shifted = value << (8u * (offset & 3u)) & mask;
         uint32_t rest =
             (p->unchanged_bits ? p->unchanged_bits(p->device, p->unit, offset & ~3u) : 0) & ~mask;
-        if (!is_modelled(core, p, offset & ~3u, true, rest | shifted))
+        if (!is_access_modelled(core, p, offset & ~3u, true, rest | shifted))
             return;
         p->write(p->device, p->unit, offset & ~3u, rest | shifted);
         return;
     }
     if ((address & ~0xfffu) == 0xe000e000u && size == 4 && !(address & 3u) &&
-        !is_core_modelled(core, address & 0xffcu, true, value))
+        !is_core_access_modelled(core, address & 0xffcu, true, value))
         return;
     if (address - 0xe0000000u < 0x00100000u) {
         hil_scb_write(core, address, size, value);

@@ -3,22 +3,22 @@
 #include <stdarg.h>
 #include <string.h>
 
-#define CSR_PIN (1u << 26) /* PINRSTF, set by every reset */
+#define CSR_PINRSTF (1u << 26) /* PINRSTF, set by every reset */
 
 void hil_core_stop(struct hil_core *core, enum mr_status status, const char *format, ...)
 {
     va_list arguments;
-    if (core->stopped)
+    if (core->is_stopped)
         return;
-    core->stopped = true;
+    core->is_stopped = true;
     core->stop_status = status;
     va_start(arguments, format);
-    vsnprintf(core->reason, sizeof core->reason, format, arguments);
+    vsnprintf(core->failure_reason, sizeof core->failure_reason, format, arguments);
     va_end(arguments);
-    hil_trace(core, "stop: %s", core->reason);
+    hil_trace(core, "stop: %s", core->failure_reason);
     hil_core_request_check(core);
-    core->engine.translator.is_abandoned = core->engine.has_left_block =
-        hil_translator_can_leave(&core->engine.translator);
+    core->engine.translator.is_instruction_abandoned = core->engine.has_left_block =
+        hil_translator_can_leave_code(&core->engine.translator);
     if (core->engine.has_left_block)
         uc_emu_stop(core->uc);
 }
@@ -38,7 +38,7 @@ void hil_core_trace_line(struct hil_core *core, const char *format, ...)
 void hil_core_request_reset(struct hil_core *core, uint32_t flags)
 {
     core->reset.is_requested = true;
-    core->reset.flags |= flags | CSR_PIN;
+    core->reset.csr_flags |= flags | CSR_PINRSTF;
     hil_core_request_check(core);
 }
 
@@ -69,7 +69,7 @@ uint32_t hil_cpu_register(const struct hil_core *core, unsigned number)
 
 __extension__ typedef unsigned __int128 uint128;
 
-static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
+static void set_clock_hz(struct hil_clock *clock, uint32_t hclk_hz)
 {
     uint64_t a = HIL_SECOND_PS, b = hclk_hz;
     while (b) { /* greatest common divisor */
@@ -77,7 +77,7 @@ static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
         a = b;
         b = rest;
     }
-    clock->hclk_hz = clock->ratio_hz = hclk_hz;
+    clock->hclk_hz = clock->ratio_hclk_hz = hclk_hz;
     clock->ratio_ps = HIL_SECOND_PS / a;
     clock->ratio_cycles = hclk_hz / a;
 }
@@ -85,10 +85,10 @@ static void set_hz(struct hil_clock *clock, uint32_t hclk_hz)
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz)
 {
     *clock = (struct hil_clock){0};
-    set_hz(clock, hclk_hz);
+    set_clock_hz(clock, hclk_hz);
 }
 
-uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
+uint64_t hil_clock_ps_at_cycle(const struct hil_clock *clock, uint64_t cycle)
 {
     /* in the cycles just before a change of HCLK, the new HCLK applies */
     if (cycle < clock->anchor_cycle)
@@ -97,21 +97,21 @@ uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle)
     uint64_t cycles = cycle - clock->anchor_cycle, product;
     /* A product of 64 bits does not overflow for days at common clock rates, and is four times
      * faster than `uint128`. */
-    if (clock->ratio_hz == clock->hclk_hz &&
+    if (clock->ratio_hclk_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(cycles, clock->ratio_ps, &product))
         return clock->anchor_ps + product / clock->ratio_cycles;
     uint128 ps = (uint128)(cycle - clock->anchor_cycle) * HIL_SECOND_PS / clock->hclk_hz;
     return clock->anchor_ps + (uint64_t)ps;
 }
 
-uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
+uint64_t hil_clock_cycle_at_ps(const struct hil_clock *clock, uint64_t t_ps)
 {
     if (t_ps == HIL_NEVER)
         return HIL_NEVER;
     if (t_ps <= clock->anchor_ps)
         return clock->anchor_cycle;
     uint64_t product;
-    if (clock->ratio_hz == clock->hclk_hz &&
+    if (clock->ratio_hclk_hz == clock->hclk_hz &&
         !__builtin_mul_overflow(t_ps - clock->anchor_ps, clock->ratio_cycles, &product) &&
         !__builtin_add_overflow(product, clock->ratio_ps - 1u, &product))
         return clock->anchor_cycle + product / clock->ratio_ps;
@@ -122,9 +122,9 @@ uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps)
 
 void hil_clock_set_hclk(struct hil_clock *clock, uint32_t hclk_hz)
 {
-    clock->anchor_ps = hil_clock_ps(clock, clock->now_cycle);
+    clock->anchor_ps = hil_clock_ps_at_cycle(clock, clock->now_cycle);
     clock->anchor_cycle = clock->now_cycle;
-    set_hz(clock, hclk_hz);
+    set_clock_hz(clock, hclk_hz);
 }
 
 /* ---- events ---- */
@@ -139,85 +139,86 @@ static void stop_at_target(void *device, uint64_t at)
 void hil_event_connect(struct hil_core *core, enum hil_event_slot slot,
                        void (*handler)(void *device, uint64_t at), void *device)
 {
-    core->handler[slot] = (struct hil_event_handler){handler, device};
+    core->event_handler[slot] = (struct hil_event_handler){handler, device};
 }
 
 void hil_core_create(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++)
-        events->at_cycle[i] = events->at_ps[i] = HIL_NEVER;
+        events->due_cycle[i] = events->due_ps[i] = HIL_NEVER;
     events->next_cycle = HIL_NEVER;
-    hil_event_connect(core, HIL_EVENT_TARGET, stop_at_target, core);
-    memset(core->bus.peripheral_of, HIL_NO_PERIPHERAL, sizeof core->bus.peripheral_of);
+    hil_event_connect(core, HIL_EVENT_RUN_END, stop_at_target, core);
+    memset(core->bus.page_peripheral, HIL_NO_PERIPHERAL, sizeof core->bus.page_peripheral);
 }
 
 /* Finds the earliest event. The search key has the cycle in its upper bits and the slot in its
  * lower bits, so of two events at the same cycle the lower slot is first. Several independent
  * chains of minima are faster than one. */
-#define SLOT_BITS 5u
-_Static_assert(HIL_EVENT_SLOTS <= 1u << SLOT_BITS, "slots in their bits");
+#define EVENT_SLOT_BITS 5u
+_Static_assert(HIL_EVENT_SLOTS <= 1u << EVENT_SLOT_BITS, "slots in their bits");
 
-static void find_next(struct hil_core *core)
+static void find_next_event(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
-    uint64_t least[HIL_EVENT_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
+    uint64_t least[HIL_EVENT_SEARCH_CHAINS] = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER};
 #pragma GCC unroll 28
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
         /* 59 bits hold the cycles of a hundred years */
-        uint64_t key = events->at_cycle[i] << SLOT_BITS | i;
-        least[i % HIL_EVENT_CHAINS] = key < least[i % HIL_EVENT_CHAINS]
-                                        ? key
-                                        : least[i % HIL_EVENT_CHAINS];
+        uint64_t key = events->due_cycle[i] << EVENT_SLOT_BITS | i;
+        least[i % HIL_EVENT_SEARCH_CHAINS] = key < least[i % HIL_EVENT_SEARCH_CHAINS]
+                                               ? key
+                                               : least[i % HIL_EVENT_SEARCH_CHAINS];
     }
     least[0] = least[1] < least[0] ? least[1] : least[0];
     least[2] = least[3] < least[2] ? least[3] : least[2];
     unsigned slot = (unsigned)((least[2] < least[0] ? least[2] : least[0]) &
-                               ((1u << SLOT_BITS) - 1u));
-    uint64_t next = events->at_cycle[slot];
+                               ((1u << EVENT_SLOT_BITS) - 1u));
+    uint64_t next = events->due_cycle[slot];
     events->next_cycle = next;
     events->next_slot = slot;
-    if (next < core->limit_cycle)
-        core->limit_cycle = next;
+    if (next < core->next_check_cycle)
+        core->next_check_cycle = next;
 }
 
-static void set_slot(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle, uint64_t t_ps)
+static void set_event_time(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle,
+                           uint64_t t_ps)
 {
     struct hil_events *events = &core->state.events;
-    uint64_t before = events->at_cycle[slot];
-    events->at_cycle[slot] = cycle;
-    events->at_ps[slot] = t_ps;
+    uint64_t before = events->due_cycle[slot];
+    events->due_cycle[slot] = cycle;
+    events->due_ps[slot] = t_ps;
     /* the moved event may have been the earliest */
     if (before == events->next_cycle && cycle > before) {
-        find_next(core);
+        find_next_event(core);
     } else if (cycle < events->next_cycle ||
                (cycle == events->next_cycle && slot < events->next_slot)) {
         events->next_cycle = cycle;
         events->next_slot = slot;
     }
-    if (events->next_cycle < core->limit_cycle)
-        core->limit_cycle = events->next_cycle;
+    if (events->next_cycle < core->next_check_cycle)
+        core->next_check_cycle = events->next_cycle;
 }
 
 void hil_event_set_cycle(struct hil_core *core, enum hil_event_slot slot, uint64_t cycle)
 {
-    set_slot(core, slot, cycle, HIL_NEVER);
+    set_event_time(core, slot, cycle, HIL_NEVER);
 }
 
 void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t t_ps)
 {
-    set_slot(core, slot, hil_clock_cycle(&core->state.clock, t_ps), t_ps);
+    set_event_time(core, slot, hil_clock_cycle_at_ps(&core->state.clock, t_ps), t_ps);
 }
 
 /* Recalculates the slots set in picoseconds after a change of HCLK. */
-static void update_physical_times(struct hil_core *core)
+static void reschedule_physical_times(struct hil_core *core)
 {
     struct hil_events *events = &core->state.events;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
-        if (events->at_ps[i] != HIL_NEVER)
-            events->at_cycle[i] = hil_clock_cycle(&core->state.clock, events->at_ps[i]);
+        if (events->due_ps[i] != HIL_NEVER)
+            events->due_cycle[i] = hil_clock_cycle_at_ps(&core->state.clock, events->due_ps[i]);
     }
-    find_next(core);
+    find_next_event(core);
 }
 
 void hil_event_handle_due(struct hil_core *core)
@@ -226,74 +227,74 @@ void hil_event_handle_due(struct hil_core *core)
     const struct hil_observers *observers = &core->observers;
     while (events->next_cycle <= core->state.clock.now_cycle && !core->has_reached_target) {
         unsigned slot = events->next_slot;
-        uint64_t at = events->at_cycle[slot];
-        events->at_cycle[slot] = HIL_NEVER;
-        events->at_ps[slot] = HIL_NEVER;
+        uint64_t at = events->due_cycle[slot];
+        events->due_cycle[slot] = HIL_NEVER;
+        events->due_ps[slot] = HIL_NEVER;
         events->next_cycle = HIL_NEVER; /* no event until the handler has set new ones */
-        core->handler[slot].handler(core->handler[slot].device, at);
+        core->event_handler[slot].handler(core->event_handler[slot].device, at);
         /* the end of a partial run must not appear in a trace */
-        if (observers->tracer && slot != HIL_EVENT_TARGET)
+        if (observers->tracer && slot != HIL_EVENT_RUN_END)
             observers->tracer->sample_signals(observers->tracer_context, at);
-        find_next(core);
+        find_next_event(core);
     }
 }
 
 /* --- changes of HCLK --- */
 
-void hil_hclk_set(struct hil_core *core, uint32_t hclk_hz)
+void hil_core_set_hclk(struct hil_core *core, uint32_t hclk_hz)
 {
     struct hil_clock *clock = &core->state.clock;
     if (hclk_hz == clock->hclk_hz)
         return;
     hil_clock_set_hclk(clock, hclk_hz);
-    update_physical_times(core);
+    reschedule_physical_times(core);
     hil_trace(core, "HCLK %u Hz", (unsigned)hclk_hz);
 }
 
-void hil_hclk_skip_to_event(struct hil_core *core)
+void hil_core_skip_to_event(struct hil_core *core)
 {
     struct hil_clock *clock = &core->state.clock;
     struct hil_events *events = &core->state.events;
     /* the end of the run is always in the queue, so a time is found */
     uint64_t next_ps = HIL_NEVER;
     for (unsigned i = 0; i < HIL_EVENT_SLOTS; i++) {
-        if (events->at_ps[i] < next_ps)
-            next_ps = events->at_ps[i];
+        if (events->due_ps[i] < next_ps)
+            next_ps = events->due_ps[i];
     }
-    uint64_t now_ps = hil_clock_ps(clock, clock->now_cycle);
+    uint64_t now_ps = hil_clock_ps_at_cycle(clock, clock->now_cycle);
     clock->anchor_ps = next_ps > now_ps ? next_ps : now_ps;
     clock->anchor_cycle = clock->now_cycle;
-    update_physical_times(core);
+    reschedule_physical_times(core);
 }
 
 /* ---- registers ---- */
 
 /* clang-format off */
-#define ROW(loose, access, offset, count, stride, name, reset, plain, action, status, partly, \
+#define REGISTER_ROW(loose, access, offset, count, stride, name, reset, plain, action, status, partly, \
     refused, what)                                                                            \
     {offset, count, stride, access, loose, #name, reset, plain, action, status, partly, refused, \
      what},
 #define REG(access, offset, count, stride, name, ...) \
-    ROW(false, access, offset, count, stride, name, __VA_ARGS__)
+    REGISTER_ROW(false, access, offset, count, stride, name, __VA_ARGS__)
 #define LOOSE(access, offset, count, stride, name, ...) \
-    ROW(true, access, offset, count, stride, name, __VA_ARGS__)
+    REGISTER_ROW(true, access, offset, count, stride, name, __VA_ARGS__)
 #define SET(name, peripheral, base) {peripheral, base, (const struct hil_register[]){
 #define END(set)                    {.name = NULL}}},
 static const struct hil_register_set register_sets[] = {
 #include "hil/core/registers.def"
 };
 /* clang-format on */
-#define SET_COUNT (sizeof register_sets / sizeof register_sets[0])
+#define REGISTER_SET_COUNT (sizeof register_sets / sizeof register_sets[0])
 
 const struct hil_register_set *hil_registers_all(size_t *count)
 {
-    *count = SET_COUNT;
+    *count = REGISTER_SET_COUNT;
     return register_sets;
 }
 
 const struct hil_register_set *hil_registers_by_base(uint32_t base)
 {
-    for (size_t i = 0; i < SET_COUNT; i++) {
+    for (size_t i = 0; i < REGISTER_SET_COUNT; i++) {
         if (register_sets[i].base == base)
             return &register_sets[i];
     }
@@ -334,7 +335,7 @@ void hil_registers_reset(uint32_t base, uint32_t offset, uint32_t *word, size_t 
 
 /* ---- the access in progress ---- */
 
-unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to)
+unsigned hil_count_instructions(const struct hil_core *core, uint32_t from, uint32_t to)
 {
     const uint8_t *code = from < to ? hil_memory_at(core, from, to - from, false) : NULL;
     unsigned n = 0;
@@ -385,7 +386,7 @@ bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc)
 
 struct hil_moment hil_moment_at_cycle(const struct hil_core *core, uint64_t cycle)
 {
-    return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle)};
+    return (struct hil_moment){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle)};
 }
 
 struct hil_moment hil_access_moment(const struct hil_core *core)
@@ -396,11 +397,12 @@ struct hil_moment hil_access_moment(const struct hil_core *core)
         /* an access from the boot ROM: its instructions are not decoded */
         !hil_memory_at(core, place.pc, 2, false))
         return (struct hil_moment){0};
-    uint64_t parts = (uint64_t)hil_instructions_between(core, core->state.cpu.block_address,
-                                                        place.pc) *
-                     core->cycle_parts;
-    uint64_t cycle = hil_now_cycle(core) + parts / HIL_CYCLE_PARTS;
-    return (struct hil_moment){.ps = hil_clock_ps(&core->state.clock, cycle), .pc = place.pc};
+    uint64_t parts = (uint64_t)hil_count_instructions(core, core->state.cpu.block_address,
+                                                      place.pc) *
+                     core->instruction_cycle_parts;
+    uint64_t cycle = hil_now_cycle(core) + parts / HIL_PARTS_PER_CYCLE;
+    return (struct hil_moment){.ps = hil_clock_ps_at_cycle(&core->state.clock, cycle),
+                               .pc = place.pc};
 }
 
 /* --- refusals --- */
@@ -416,8 +418,8 @@ void hil_bus_stop(struct hil_core *core, const char *why, const char *what)
                  core->bus.registers_of[p - core->bus.peripheral]->peripheral,
                  (unsigned)(current.address - p->base));
     hil_core_stop(core, MR_UNMODELLED, "%s %s of %u bytes at 0x%08x%s, PC 0x%08x%s%s", why,
-                  current.write ? "write" : "read", current.size, (unsigned)current.address, place,
-                  pc, what ? ": " : "", what ? what : "");
+                  current.is_write ? "write" : "read", current.size, (unsigned)current.address,
+                  place, pc, what ? ": " : "", what ? what : "");
 }
 
 uint32_t hil_bus_refuse(struct hil_core *core, const char *what)

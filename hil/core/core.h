@@ -25,7 +25,7 @@
 struct hil_access {
     uint32_t address;
     unsigned size;
-    bool write;
+    bool is_write;
 };
 
 /* A peripheral on the bus, with a kilobyte of addresses. `device` and `unit` are passed to each
@@ -42,7 +42,7 @@ struct hil_peripheral {
     uint32_t (*unchanged_bits)(void *device, unsigned unit, uint32_t offset);
     void *device;
     /* the clock is on while a bit of clock_mask is set here; NULL: always on */
-    const uint32_t *clocks;
+    const uint32_t *clock_enables;
     uint32_t clock_mask;
 };
 
@@ -54,10 +54,10 @@ struct hil_system_memory {
 
 /* Clocks that have just been switched on. */
 struct hil_new_clocks {
-    const uint32_t *clocks; /* NULL: none; otherwise as in struct hil_peripheral */
-    uint32_t mask;
+    const uint32_t *clock_enables; /* NULL: none; otherwise as in struct hil_peripheral */
+    uint32_t clock_mask;
     /* called at the first access to a peripheral whose clock has just been switched on */
-    void (*on_access)(void *context);
+    void (*on_first_access)(void *context);
     void *context;
 };
 
@@ -69,9 +69,9 @@ struct hil_bus {
     struct hil_access access;
     struct hil_system_memory system_memory;
     struct hil_new_clocks new_clocks;
-    unsigned count;
+    unsigned peripheral_count;
     struct hil_peripheral peripheral[HIL_PERIPHERALS_MAX];
-    uint8_t peripheral_of[HIL_BUS_PAGES];
+    uint8_t page_peripheral[HIL_BUS_PAGES];
     /* register set of each peripheral */
     const struct hil_register_set *registers_of[HIL_PERIPHERALS_MAX];
     /* by peripheral and word; NULL: not looked up yet, or no register */
@@ -85,7 +85,7 @@ static inline const struct hil_peripheral *hil_peripheral_at(const struct hil_bu
                                                              uint32_t address)
 {
     uint32_t page = (address - 0x40000000u) >> 10;
-    uint8_t i = page < HIL_BUS_PAGES ? bus->peripheral_of[page] : HIL_NO_PERIPHERAL;
+    uint8_t i = page < HIL_BUS_PAGES ? bus->page_peripheral[page] : HIL_NO_PERIPHERAL;
     return i == HIL_NO_PERIPHERAL ? NULL : &bus->peripheral[i];
 }
 
@@ -109,7 +109,7 @@ struct hil_debugger_calls {
 struct hil_tracer_calls {
     /* signals may have changed at this cycle */
     void (*sample_signals)(void *context, uint64_t at);
-    void (*change_exception)(void *context); /* the core changes to a different exception */
+    void (*on_exception_change)(void *context); /* the core changes to a different exception */
 };
 
 struct hil_profiler_calls {
@@ -134,17 +134,17 @@ struct hil_event_handler {
 struct hil_whatif;
 
 /* Flags of a basic block, determined when the block is first executed. */
-enum { HIL_BLOCK_FP = 1, HIL_BLOCK_SEV = 2, HIL_BLOCK_DIVISION = 4 };
+enum { HIL_BLOCK_HAS_FP = 1, HIL_BLOCK_HAS_SEV = 2, HIL_BLOCK_HAS_DIVISION = 4 };
 
 struct hil_block_info {
     uint32_t address;
     uint16_t size;
-    uint8_t instructions;
+    uint8_t instruction_count;
     uint8_t flags;
 };
 
-#define HIL_BLOCK_CACHE 8192u
-#define HIL_REGIONS     7
+#define HIL_BLOCK_CACHE_SIZE 8192u
+#define HIL_REGION_COUNT     7
 
 /* A range of addresses for accesses through the bus. */
 struct hil_region {
@@ -158,20 +158,20 @@ struct hil_cpu_engine {
     struct hil_translator translator;
     struct hil_whatif *whatif; /* NULL: not needed yet */
     /* 0: off; 1: Unicorn is to execute a single instruction; 2: it executes this instruction */
-    unsigned single_step;
+    unsigned single_step_state;
     /* Results of the core's hooks for the main loop. */
     int return_reason;
-    uint32_t return_number;
+    uint32_t return_interrupt;
     uint32_t bad_address, bad_size;
-    struct hil_instruction bad_place; /* instruction that made the bad access */
+    struct hil_instruction bad_instruction; /* instruction that made the bad access */
     bool has_left_block; /* the run was stopped by an access, and the core is at that instruction */
     /* bytes of an unaligned store to flash that are still to be stored one by one */
-    unsigned split_bytes_left;
-    bool is_rom_at_zero;    /* present mapping of the core's address space */
-    bool is_flash_guarded;  /* reads of flash by the core are intercepted */
-    bool is_checking_loads; /* loads are checked for stuck cells (cpu.h) */
-    struct hil_block_info blocks[HIL_BLOCK_CACHE];
-    struct hil_region regions[HIL_REGIONS];
+    unsigned split_store_bytes_left;
+    bool is_rom_at_zero;              /* present mapping of the core's address space */
+    bool are_flash_reads_intercepted; /* reads of flash by the core are intercepted */
+    bool is_checking_loads;           /* loads are checked for stuck cells (cpu.h) */
+    struct hil_block_info blocks[HIL_BLOCK_CACHE_SIZE];
+    struct hil_region regions[HIL_REGION_COUNT];
 };
 
 /* ---- failures that abort the program ---- */
@@ -195,13 +195,13 @@ static inline void *hil_allocate(size_t size)
     return bytes;
 }
 
-#define HIL_CYCLE_PARTS 256u
+#define HIL_PARTS_PER_CYCLE 256u
 
 /* A requested reset of the chip that has not been executed yet. */
 struct hil_reset {
     bool is_requested;
     bool has_lost_power; /* the reset is caused by the return of the supply */
-    uint32_t flags;      /* flags for RCC_CSR */
+    uint32_t csr_flags;  /* flags for RCC_CSR */
     uint64_t end_ps;     /* time at which the reset ends */
 };
 
@@ -209,24 +209,24 @@ struct hil_core {
     struct hil_core_state state;
     struct hil_memory *memory; /* page-aligned; the core runs directly on this memory */
     struct uc_struct *uc;
-    FILE *trace;          /* NULL, or the file for exceptions and unusual events */
-    bool check_alignment; /* hil_options.check_alignment */
-    /* length of an instruction in 1/HIL_CYCLE_PARTS cycles, from hil_options.cpi */
-    uint32_t cycle_parts;
+    FILE *trace;               /* NULL, or the file for exceptions and unusual events */
+    bool is_alignment_checked; /* hil_options.check_alignment */
+    /* length of an instruction in 1/HIL_PARTS_PER_CYCLE cycles, from hil_options.cpi */
+    uint32_t instruction_cycle_parts;
 
-    /* The members from here to `reason` are used only during a run. */
+    /* The members from here to `failure_reason` are used only during a run. */
     /* the block hook returns to the main loop at the first block that begins at or after this
      * cycle; not later than the next event */
-    uint64_t limit_cycle;
+    uint64_t next_check_cycle;
     bool has_reached_target;
     struct hil_reset reset;
-    bool stopped;
+    bool is_stopped;
     enum mr_status stop_status;
-    char reason[512];
+    char failure_reason[512];
 
     struct hil_bus bus;
-    struct hil_event_handler handler[HIL_EVENT_COUNT];
-    struct hil_bank_calls bank;
+    struct hil_event_handler event_handler[HIL_EVENT_COUNT];
+    struct hil_bank_calls bank_calls;
     bool has_no_ccm;
     struct hil_observers observers;
     struct hil_cpu_engine engine;
@@ -234,12 +234,12 @@ struct hil_core {
 
 /* Returns the physical time of a cycle, rounded down; the second function returns the first cycle
  * at or after a physical time. */
-uint64_t hil_clock_ps(const struct hil_clock *clock, uint64_t cycle);
-uint64_t hil_clock_cycle(const struct hil_clock *clock, uint64_t t_ps);
+uint64_t hil_clock_ps_at_cycle(const struct hil_clock *clock, uint64_t cycle);
+uint64_t hil_clock_cycle_at_ps(const struct hil_clock *clock, uint64_t t_ps);
 /* Starts a clock with the given HCLK. */
 void hil_clock_start(struct hil_clock *clock, uint32_t hclk_hz);
 /* Changes HCLK to hclk_hz at the present cycle. Parts that wait for a physical time must also be
- * notified; use hil_hclk_set for both. */
+ * notified; use hil_core_set_hclk for both. */
 void hil_clock_set_hclk(struct hil_clock *clock, uint32_t hclk_hz);
 
 /* Stops the run with a message. Only the first stop counts. */
@@ -251,7 +251,7 @@ void hil_core_request_reset(struct hil_core *core, uint32_t flags);
 /* Makes the core check for events at the next basic block. May be called from anywhere. */
 static inline void hil_core_request_check(struct hil_core *core)
 {
-    core->limit_cycle = 0;
+    core->next_check_cycle = 0;
 }
 
 /* Writes one line to the trace, if there is one. */
@@ -269,12 +269,13 @@ static inline uint64_t hil_now_cycle(const struct hil_core *core)
 }
 static inline uint64_t hil_now_ps(const struct hil_core *core)
 {
-    return hil_clock_ps(&core->state.clock, core->state.clock.now_cycle);
+    return hil_clock_ps_at_cycle(&core->state.clock, core->state.clock.now_cycle);
 }
 
 /* Host address of n bytes in flash, SRAM or CCM; NULL: the bytes are not within one of these
  * memories. */
-static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t address, uint32_t n)
+static inline uint8_t *hil_memory_host_address(struct hil_memory *memory, uint32_t address,
+                                               uint32_t n)
 {
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE && n <= HIL_SRAM_SIZE - (address - HIL_SRAM_BASE))
         return memory->sram + (address - HIL_SRAM_BASE);
@@ -291,7 +292,7 @@ static inline uint8_t *hil_memory_place(struct hil_memory *memory, uint32_t addr
 static inline uint8_t *hil_memory_at(const struct hil_core *core, uint32_t address, uint32_t n,
                                      bool write)
 {
-    uint8_t *place = hil_memory_place(core->memory, address, n);
+    uint8_t *place = hil_memory_host_address(core->memory, address, n);
     if (place)
         return write && address - HIL_FLASH_BASE < HIL_FLASH_SIZE ? NULL : place;
     if (write)
@@ -319,7 +320,7 @@ static inline bool hil_memory_is_stalled(const struct hil_core *core, uint32_t a
 enum mr_status hil_memory_peek(const struct hil_core *core, uint32_t address, void *out, size_t n);
 
 /* Value of a register: 0..12, 13 the current SP, 14 LR, 15 PC, 16 xPSR, 17 PRIMASK. */
-#define HIL_PRIMASK 17u
+#define HIL_REGISTER_PRIMASK 17u
 uint32_t hil_cpu_register(const struct hil_core *core, unsigned number);
 
 /* The registers and bits that the emulated board models are in one table (registers.def). The bus
@@ -378,7 +379,7 @@ bool hil_is_transfer_unaligned(const struct hil_core *core, uint32_t pc);
 /* True if the condition code is met with these flags. */
 bool hil_is_condition_met(uint32_t xpsr, unsigned condition);
 /* Number of instructions that begin at or after `from` and before `to`. */
-unsigned hil_instructions_between(const struct hil_core *core, uint32_t from, uint32_t to);
+unsigned hil_count_instructions(const struct hil_core *core, uint32_t from, uint32_t to);
 
 /* PC of the instruction that makes the bus access in progress. For accesses from outside the core:
  * the present PC. */
@@ -420,9 +421,9 @@ void hil_event_set_ps(struct hil_core *core, enum hil_event_slot slot, uint64_t 
 void hil_event_handle_due(struct hil_core *core);
 
 /* Changes HCLK to hclk_hz now. */
-void hil_hclk_set(struct hil_core *core, uint32_t hclk_hz);
+void hil_core_set_hclk(struct hil_core *core, uint32_t hclk_hz);
 /* Without a clock: advances physical time to the next event in physical time, while cycles stand
  * still. */
-void hil_hclk_skip_to_event(struct hil_core *core);
+void hil_core_skip_to_event(struct hil_core *core);
 
 #endif

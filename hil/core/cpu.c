@@ -33,7 +33,7 @@ static void map_read_only(struct hil_core *core, uint32_t base, uint32_t size, c
 }
 
 /* Maps address 0 to flash or, if BOOT0 selected the boot ROM, to the ROM. */
-static void map_zero(struct hil_core *core, bool rom, bool readable)
+static void map_address_zero(struct hil_core *core, bool rom, bool readable)
 {
     core->engine.is_rom_at_zero = rom;
     if (rom)
@@ -42,7 +42,7 @@ static void map_zero(struct hil_core *core, bool rom, bool readable)
         map_read_only(core, 0, HIL_FLASH_SIZE, core->memory->flash, readable);
 }
 
-static void unmap_zero(struct hil_core *core)
+static void unmap_address_zero(struct hil_core *core)
 {
     uc_check(uc_mem_unmap(core->uc, 0, core->engine.is_rom_at_zero ? HIL_ROM_SIZE : HIL_FLASH_SIZE),
              "unmapping address 0");
@@ -53,25 +53,26 @@ static void unmap_zero(struct hil_core *core)
  * address cache; a mapping takes a millisecond, too long for each word. */
 static void intercept_flash_reads(struct hil_core *core, bool guarded)
 {
-    if (core->engine.is_flash_guarded == guarded)
+    if (core->engine.are_flash_reads_intercepted == guarded)
         return;
-    core->engine.is_flash_guarded = guarded;
-    unmap_zero(core);
+    core->engine.are_flash_reads_intercepted = guarded;
+    unmap_address_zero(core);
     uc_check(uc_mem_unmap(core->uc, HIL_FLASH_BASE, HIL_FLASH_SIZE), "unmapping flash");
-    map_zero(core, core->engine.is_rom_at_zero, !guarded);
+    map_address_zero(core, core->engine.is_rom_at_zero, !guarded);
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, !guarded);
 }
 
 /* Maps flash or ROM at address 0 to match the state of the boot pin. */
-void hil_map_update_boot_memory(struct hil_core *core)
+void hil_cpu_map_boot_memory(struct hil_core *core)
 {
     if (core->engine.is_rom_at_zero == core->state.bank.is_boot_rom_mapped)
         return;
-    unmap_zero(core);
-    map_zero(core, core->state.bank.is_boot_rom_mapped, !core->engine.is_flash_guarded);
+    unmap_address_zero(core);
+    map_address_zero(core, core->state.bank.is_boot_rom_mapped,
+                     !core->engine.are_flash_reads_intercepted);
 }
 
-static bool is_flash(const struct hil_core *core, uint32_t address)
+static bool is_flash_address(const struct hil_core *core, uint32_t address)
 {
     return address - HIL_FLASH_BASE < HIL_FLASH_SIZE ||
            (address < HIL_FLASH_SIZE && !core->engine.is_rom_at_zero);
@@ -82,29 +83,31 @@ static bool on_invalid_memory(uc_engine *uc, uc_mem_type type, uint64_t address,
 {
     struct hil_core *core = user;
     (void)uc;
-    if (type == UC_MEM_WRITE_PROT && is_flash(core, (uint32_t)address)) {
+    if (type == UC_MEM_WRITE_PROT && is_flash_address(core, (uint32_t)address)) {
         /* the flash controller changes the content, not the store itself */
-        if (core->engine.split_bytes_left) {
-            core->engine.split_bytes_left--;
+        if (core->engine.split_store_bytes_left) {
+            core->engine.split_store_bytes_left--;
             return true;
         }
-        core->bank.store(core->bank.context, (uint32_t)address, (unsigned)size, (uint64_t)value);
+        core->bank_calls.store(core->bank_calls.context, (uint32_t)address, (unsigned)size,
+                               (uint64_t)value);
         if (address % (unsigned)size) /* Unicorn reports an unaligned store again byte by byte */
-            core->engine.split_bytes_left = (unsigned)size;
+            core->engine.split_store_bytes_left = (unsigned)size;
         return true;
     }
-    if (type == UC_MEM_READ_PROT && core->engine.is_flash_guarded &&
-        is_flash(core, (uint32_t)address)) {
-        core->bank.load(core->bank.context, (uint32_t)address);
+    if (type == UC_MEM_READ_PROT && core->engine.are_flash_reads_intercepted &&
+        is_flash_address(core, (uint32_t)address)) {
+        core->bank_calls.load(core->bank_calls.context, (uint32_t)address);
         return true;
     }
     core->engine.bad_address = (uint32_t)address;
     core->engine.bad_size = (uint32_t)size;
-    core->engine.bad_place = (struct hil_instruction){core->state.cpu.block_address, 0};
+    core->engine.bad_instruction = (struct hil_instruction){core->state.cpu.block_address, 0};
     (void)hil_translator_find_instruction(&core->engine.translator, (uint32_t)address,
-                                          &core->engine.bad_place);
+                                          &core->engine.bad_instruction);
     if (type == UC_MEM_WRITE_UNMAPPED || type == UC_MEM_WRITE_PROT)
-        core->engine.translator.is_abandoned = hil_translator_can_leave(&core->engine.translator);
+        core->engine.translator.is_instruction_abandoned =
+            hil_translator_can_leave_code(&core->engine.translator);
     return false;
 }
 
@@ -126,14 +129,14 @@ static void on_mmio_write(uc_engine *uc, uint64_t offset, unsigned size, uint64_
 }
 
 /* Maps the whole address space; aborts if Unicorn cannot. */
-static void map_create(struct hil_core *core)
+static void map_memories(struct hil_core *core)
 {
     /* Address ranges with loads and stores but without memory (RM0090 2.3, ARMv7-M B3.1). Between
      * the option bytes and SRAM is reserved space: a bus fault, which is also the result of a stack
      * overflow. */
     static const struct {
         uint32_t base, size;
-    } ranges[HIL_REGIONS] = {
+    } ranges[HIL_REGION_COUNT] = {
         {0x1fff7000u, 0x00006000u}, /* above the boot ROM: OTP, unique id, option bytes */
         {0x22000000u, 0x02000000u}, /* SRAM bit-band alias: refused */
         {0x40000000u, 0x02000000u}, /* APB1, APB2, AHB1 */
@@ -142,7 +145,7 @@ static void map_create(struct hil_core *core)
         {0xa0000000u, 0x00001000u}, /* FSMC registers */
         {0xe0000000u, 0x00100000u}, /* private peripheral bus */
     };
-    map_zero(core, false, true);
+    map_address_zero(core, false, true);
     map_read_only(core, HIL_FLASH_BASE, HIL_FLASH_SIZE, core->memory->flash, true);
     map_read_only(core, HIL_ROM_BASE, HIL_ROM_SIZE, hil_bootrom_image, true);
     uc_check(
@@ -152,7 +155,7 @@ static void map_create(struct hil_core *core)
         uc_check(uc_mem_map_ptr(core->uc, HIL_CCM_BASE, HIL_CCM_SIZE, UC_PROT_READ | UC_PROT_WRITE,
                                 core->memory->ccm),
                  "mapping CCM");
-    for (unsigned i = 0; i < HIL_REGIONS; i++) {
+    for (unsigned i = 0; i < HIL_REGION_COUNT; i++) {
         core->engine.regions[i] = (struct hil_region){core, ranges[i].base};
         uc_check(uc_mmio_map(core->uc, ranges[i].base, ranges[i].size, on_mmio_read,
                              &core->engine.regions[i], on_mmio_write, &core->engine.regions[i]),
@@ -177,7 +180,7 @@ enum {
     RETURNED_OTHER
 };
 
-#define XPSR            16u
+#define REGISTER_XPSR   16u
 #define XPSR_T          (1u << 24)
 #define CCR_DIV_0_TRP   (1u << 4)
 #define OPCODE_YIELD    0xbf10u
@@ -191,34 +194,34 @@ static uint16_t read_halfword(const uint8_t *p)
     return (uint16_t)(p[0] | p[1] << 8);
 }
 
-static bool is_32_bit(uint16_t first)
+static bool is_32_bit_opcode(uint16_t first)
 {
     return first >= 0xe800u;
 }
 
-static bool is_fp(uint16_t first, uint16_t second)
+static bool is_fp_opcode(uint16_t first, uint16_t second)
 {
     unsigned coprocessor = second >> 8 & 0xfu;
     return (first & 0xec00u) == 0xec00u && (coprocessor == 10 || coprocessor == 11);
 }
 
-static bool is_fp_off(const struct hil_core *core)
+static bool is_fpu_disabled(const struct hil_core *core)
 {
     return (core->state.scb.cpacr & 0xf00000u) != 0xf00000u;
 }
 
 /* UDIV, SDIV. ARMv7-M A5.3.17 */
-static bool is_division(uint16_t first)
+static bool is_division_opcode(uint16_t first)
 {
     return (first & 0xffd0u) == 0xfb90u;
 }
 
 /* True if a block with these flags must run instruction by instruction, for faults that Unicorn
  * does not emulate. */
-static bool can_fault(const struct hil_core *core, unsigned flags)
+static bool can_block_fault(const struct hil_core *core, unsigned flags)
 {
-    return ((flags & HIL_BLOCK_FP) && is_fp_off(core)) ||
-           ((flags & HIL_BLOCK_DIVISION) && (core->state.scb.ccr & CCR_DIV_0_TRP));
+    return ((flags & HIL_BLOCK_HAS_FP) && is_fpu_disabled(core)) ||
+           ((flags & HIL_BLOCK_HAS_DIVISION) && (core->state.scb.ccr & CCR_DIV_0_TRP));
 }
 
 /* Counts the instructions of a block and finds those that need special handling. */
@@ -229,16 +232,16 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
     unsigned count = 0;
     for (uint32_t i = 0; code && i + 2 <= size; count++) {
         uint16_t first = read_halfword(code + i);
-        bool wide = is_32_bit(first);
+        bool wide = is_32_bit_opcode(first);
         if (first == OPCODE_SEV)
-            info.flags |= HIL_BLOCK_SEV;
-        if (wide && i + 4 <= size && is_fp(first, read_halfword(code + i + 2)))
-            info.flags |= HIL_BLOCK_FP;
-        if (is_division(first))
-            info.flags |= HIL_BLOCK_DIVISION;
+            info.flags |= HIL_BLOCK_HAS_SEV;
+        if (wide && i + 4 <= size && is_fp_opcode(first, read_halfword(code + i + 2)))
+            info.flags |= HIL_BLOCK_HAS_FP;
+        if (is_division_opcode(first))
+            info.flags |= HIL_BLOCK_HAS_DIVISION;
         i += wide ? 4 : 2;
     }
-    info.instructions = (uint8_t)(count ? count : 1);
+    info.instruction_count = (uint8_t)(count ? count : 1);
     if (address - HIL_SRAM_BASE < HIL_SRAM_SIZE)
         hil_translator_check_ram_stores(&core->engine.translator);
     return info;
@@ -247,55 +250,56 @@ static struct hil_block_info inspect_block(struct hil_core *core, uint32_t addre
 static const struct hil_block_info *get_block_info(struct hil_core *core, uint32_t address,
                                                    uint32_t size)
 {
-    struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
+    struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE_SIZE - 1)];
     if (info->address != address || info->size != size)
         *info = inspect_block(core, address, size);
     return info;
 }
 
-/* Returns the time from now_cycle to the end of the block, in 1/HIL_CYCLE_PARTS cycles. */
+/* Returns the time from now_cycle to the end of the block, in 1/HIL_PARTS_PER_CYCLE cycles. */
 static uint64_t get_block_end_parts(const struct hil_core *core)
 {
     const struct hil_cpu *cpu = &core->state.cpu;
-    return (uint64_t)cpu->block_instructions * core->cycle_parts + cpu->cycle_rest;
+    return (uint64_t)cpu->block_instruction_count * core->instruction_cycle_parts +
+           cpu->uncounted_cycle_parts;
 }
 
 static void count_block(struct hil_core *core)
 {
     struct hil_core_state *state = &core->state;
     uint64_t parts = get_block_end_parts(core);
-    if (core->observers.profiler && state->cpu.block_instructions)
+    if (core->observers.profiler && state->cpu.block_instruction_count)
         core->observers.profiler->count_instructions(
             core->observers.profiler_context, state->cpu.block_address, state->cpu.block_size,
-            state->cpu.block_instructions);
-    state->clock.now_cycle += parts / HIL_CYCLE_PARTS;
-    state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
-    state->counters.instructions += state->cpu.block_instructions;
-    state->cpu.block_instructions = 0;
+            state->cpu.block_instruction_count);
+    state->clock.now_cycle += parts / HIL_PARTS_PER_CYCLE;
+    state->cpu.uncounted_cycle_parts = parts % HIL_PARTS_PER_CYCLE;
+    state->counters.instructions += state->cpu.block_instruction_count;
+    state->cpu.block_instruction_count = 0;
 }
 
 /* Slow path of the block hook: handles events and decides whether the core must stop here. */
 static bool is_stop_due(struct hil_core *core, uint32_t address)
 {
-    core->limit_cycle = HIL_NEVER;
+    core->next_check_cycle = HIL_NEVER;
     hil_event_handle_due(core);
-    if (core->limit_cycle > core->state.events.next_cycle)
-        core->limit_cycle = core->state.events.next_cycle;
-    if (core->stopped || core->has_reached_target || core->reset.is_requested ||
+    if (core->next_check_cycle > core->state.events.next_cycle)
+        core->next_check_cycle = core->state.events.next_cycle;
+    if (core->is_stopped || core->has_reached_target || core->reset.is_requested ||
         core->state.clock.is_stopped)
         return true;
     if (core->state.bank.is_busy) {
         if (hil_memory_is_stalled(core, address))
             return true;
-        core->limit_cycle = 0;
+        core->next_check_cycle = 0;
     }
     intercept_flash_reads(core, core->state.bank.is_erasing || core->state.bank.stale_sectors);
     const struct hil_nvic *nvic = &core->state.nvic;
-    if (nvic->next_exception && nvic->next_group < nvic->active_group) {
+    if (nvic->next_exception && nvic->next_group_priority < nvic->active_group_priority) {
         if (hil_exception_next(core))
             return true;
         /* the exception is masked: check at each block whether it still is */
-        core->limit_cycle = 0;
+        core->next_check_cycle = 0;
     }
     return false;
 }
@@ -305,9 +309,9 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
 {
     const struct hil_observers *observers = &core->observers;
     struct hil_core_state *state = &core->state;
-    if (core->engine.single_step) {
+    if (core->engine.single_step_state) {
         /* the first call is for the single instruction itself; stop at the next one */
-        if (core->engine.single_step++ > 1)
+        if (core->engine.single_step_state++ > 1)
             uc_emu_stop(uc);
         return;
     }
@@ -317,17 +321,17 @@ static __attribute__((noinline)) void handle_block(uc_engine *uc, uint64_t addre
         uc_emu_stop(uc);
         return;
     }
-    if (state->clock.now_cycle >= core->limit_cycle && is_stop_due(core, (uint32_t)address)) {
+    if (state->clock.now_cycle >= core->next_check_cycle && is_stop_due(core, (uint32_t)address)) {
         uc_emu_stop(uc);
         return;
     }
     const struct hil_block_info *info = get_block_info(core, (uint32_t)address, size);
-    if (info->flags & HIL_BLOCK_SEV)
-        state->cpu.has_event = true;
+    if (info->flags & HIL_BLOCK_HAS_SEV)
+        state->cpu.is_event_register_set = true;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
-    state->cpu.block_instructions = info->instructions;
-    if (can_fault(core, info->flags) ||
+    state->cpu.block_instruction_count = info->instruction_count;
+    if (can_block_fault(core, info->flags) ||
         (observers->debugger && observers->debugger->must_step_block(observers->debugger_context,
                                                                      (uint32_t)address, size))) {
         state->cpu.is_stepping = true;
@@ -340,31 +344,32 @@ static void on_block(uc_engine *uc, uint64_t address, uint32_t size, void *user)
 {
     struct hil_core *core = user;
     struct hil_core_state *state = &core->state;
-    const struct hil_block_info *info = &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE - 1)];
+    const struct hil_block_info *info =
+        &core->engine.blocks[address >> 1 & (HIL_BLOCK_CACHE_SIZE - 1)];
     uint64_t parts = get_block_end_parts(core);
-    uint64_t now_cycle = state->clock.now_cycle + parts / HIL_CYCLE_PARTS;
+    uint64_t now_cycle = state->clock.now_cycle + parts / HIL_PARTS_PER_CYCLE;
     bool plain = info->flags == 0 ||
-                 (!(info->flags & HIL_BLOCK_SEV) && !can_fault(core, info->flags));
-    if (!plain || now_cycle >= core->limit_cycle || info->address != address ||
+                 (!(info->flags & HIL_BLOCK_HAS_SEV) && !can_block_fault(core, info->flags));
+    if (!plain || now_cycle >= core->next_check_cycle || info->address != address ||
         info->size != size || core->observers.debugger || core->observers.profiler ||
-        core->engine.single_step) {
+        core->engine.single_step_state) {
         handle_block(uc, address, size, core);
         return;
     }
     state->clock.now_cycle = now_cycle;
-    state->cpu.cycle_rest = parts % HIL_CYCLE_PARTS;
-    state->counters.instructions += state->cpu.block_instructions;
+    state->cpu.uncounted_cycle_parts = parts % HIL_PARTS_PER_CYCLE;
+    state->counters.instructions += state->cpu.block_instruction_count;
     state->cpu.block_address = (uint32_t)address;
     state->cpu.block_size = size;
-    state->cpu.block_instructions = info->instructions;
+    state->cpu.block_instruction_count = info->instruction_count;
 }
 
 /* Stops at a transfer that may fault: the block then continues instruction by instruction. */
-static void on_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
+static void on_checked_transfer(uc_engine *uc, uint64_t at, uint32_t size, void *user)
 {
     struct hil_core *core = user;
     (void)size;
-    if (core->engine.single_step || !hil_is_transfer_unaligned(core, (uint32_t)at))
+    if (core->engine.single_step_state || !hil_is_transfer_unaligned(core, (uint32_t)at))
         return;
     core->state.cpu.is_stepping = true;
     uc_emu_stop(uc);
@@ -379,7 +384,7 @@ static void on_interrupt(uc_engine *uc, uint32_t number, void *user)
                                : number == 3 ? RETURNED_NO_CODE
                                : number == 4 ? RETURNED_UNALIGNED
                                              : RETURNED_OTHER;
-    core->engine.return_number = number;
+    core->engine.return_interrupt = number;
     uc_emu_stop(uc);
 }
 
@@ -388,7 +393,7 @@ void hil_cpu_create(struct hil_core *core)
     hil_translator_start(&core->engine.translator);
     uc_check(uc_open(UC_ARCH_ARM, UC_MODE_THUMB, &core->uc), "open");
     uc_check(uc_ctl_set_cpu_model(core->uc, UC_CPU_ARM_CORTEX_M4), "choosing the Cortex-M4");
-    map_create(core);
+    map_memories(core);
     /* the first translation gives the translator its reference to Unicorn's processor */
     struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_ctl_remove_cache(core->uc, HIL_FLASH_BASE, HIL_FLASH_BASE + 2u);
@@ -399,10 +404,10 @@ void hil_cpu_create(struct hil_core *core)
     uc_check(
         uc_hook_add(core->uc, &hook, UC_HOOK_INTR, (void *)(uintptr_t)on_interrupt, core, 1, 0),
         "interrupt hook");
-    if (core->check_alignment)
-        uc_check(
-            uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_transfer, core, 1, 0),
-            "instruction hook");
+    if (core->is_alignment_checked)
+        uc_check(uc_hook_add(core->uc, &hook, UC_HOOK_CODE, (void *)(uintptr_t)on_checked_transfer,
+                             core, 1, 0),
+                 "instruction hook");
 }
 
 void hil_cpu_destroy(struct hil_core *core)
@@ -424,18 +429,18 @@ void hil_cpu_discard_code(struct hil_core *core)
 
 void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
 {
-    if (n >= HIL_BLOCK_CACHE) {
+    if (n >= HIL_BLOCK_CACHE_SIZE) {
         hil_cpu_discard_code(core);
         return;
     }
     /* A block that contains a changed byte begins at most MAX_BLOCK_BYTES ahead of the byte. Flash
      * at 0 and at 0x08000000 has the same cache entries. */
     for (uint32_t back = 0; back < n + MAX_BLOCK_BYTES; back += 2)
-        core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE - 1)].address =
+        core->engine.blocks[(address + n - 1u - back) >> 1 & (HIL_BLOCK_CACHE_SIZE - 1)].address =
             UINT32_MAX;
     hil_whatif_destroy(core);
     uc_ctl_remove_cache(core->uc, address, address + n);
-    if (is_flash(core, address) && !core->engine.is_rom_at_zero) {
+    if (is_flash_address(core, address) && !core->engine.is_rom_at_zero) {
         uint32_t alias = address < HIL_FLASH_SIZE ? address + HIL_FLASH_BASE
                                                   : address - HIL_FLASH_BASE;
         uc_ctl_remove_cache(core->uc, alias, alias + n);
@@ -443,7 +448,7 @@ void hil_cpu_discard_range(struct hil_core *core, uint32_t address, uint32_t n)
 }
 
 /* ITSTATE is bits 26:25 and 15:10 (ARMv7-M B1.4.2). */
-static uint32_t get_itstate(uint32_t xpsr)
+static uint32_t extract_itstate(uint32_t xpsr)
 {
     return (xpsr >> 25 & 3u) | (xpsr >> 8 & 0xfcu);
 }
@@ -452,7 +457,7 @@ static uint32_t get_itstate(uint32_t xpsr)
  * it. */
 static void set_itstate(struct hil_core *core, uint32_t itstate)
 {
-    uint32_t xpsr = hil_cpu_register(core, XPSR);
+    uint32_t xpsr = hil_cpu_register(core, REGISTER_XPSR);
     xpsr = (xpsr & ~0x0600fc00u) | (itstate & 3u) << 25 | (itstate & 0xfcu) << 8;
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &xpsr);
 }
@@ -469,14 +474,14 @@ static uint32_t read_pc(const struct hil_core *core)
 static void raise_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     struct hil_cpu *cpu = &core->state.cpu;
-    cpu->block_instructions = hil_instructions_between(core, cpu->block_address, pc);
+    cpu->block_instruction_count = hil_count_instructions(core, cpu->block_address, pc);
     count_block(core);
     hil_exception_fault(core, cfsr, pc, address);
 }
 
 /* Handles an instruction that Unicorn does not execute: an undefined one, or WFE or YIELD, which PC
  * has already passed. */
-static void handle_invalid(struct hil_core *core)
+static void handle_invalid_instruction(struct hil_core *core)
 {
     uint32_t pc = read_pc(core) & ~1u;
     const uint8_t *before = hil_memory_at(core, pc - 2, 2, false);
@@ -484,16 +489,16 @@ static void handle_invalid(struct hil_core *core)
     uint16_t opcode = before && past ? read_halfword(before) : 0;
     if (opcode == OPCODE_WFE || opcode == OPCODE_YIELD) {
         count_block(core);
-        core->state.cpu.is_asleep |= opcode == OPCODE_WFE && !core->state.cpu.has_event;
-        core->state.cpu.has_event &= opcode != OPCODE_WFE;
+        core->state.cpu.is_asleep |= opcode == OPCODE_WFE && !core->state.cpu.is_event_register_set;
+        core->state.cpu.is_event_register_set &= opcode != OPCODE_WFE;
         return;
     }
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
     uint16_t first = code ? read_halfword(code) : 0;
     /* An absent coprocessor; erased flash (0xffff) decodes as one (ARMv7-M A5.3.18). */
     bool coprocessor = (first & 0xec00u) == 0xec00u && code &&
-                       !is_fp(first, read_halfword(code + 2));
-    bool thumb = (hil_cpu_register(core, XPSR) & XPSR_T) != 0;
+                       !is_fp_opcode(first, read_halfword(code + 2));
+    bool thumb = (hil_cpu_register(core, REGISTER_XPSR) & XPSR_T) != 0;
     raise_fault(core,
                 !thumb        ? HIL_CFSR_INVSTATE
                 : coprocessor ? HIL_CFSR_NOCP
@@ -504,7 +509,7 @@ static void handle_invalid(struct hil_core *core)
 static void handle_bad_memory(struct hil_core *core, uc_err err)
 {
     uint32_t address = core->engine.bad_address;
-    const struct hil_instruction place = core->engine.bad_place;
+    const struct hil_instruction place = core->engine.bad_instruction;
     if (err == UC_ERR_FETCH_UNMAPPED || err == UC_ERR_FETCH_PROT) {
         count_block(core);
         hil_exception_fault(core, HIL_CFSR_IBUSERR, read_pc(core) & ~1u, address);
@@ -521,7 +526,7 @@ static void handle_bad_memory(struct hil_core *core, uc_err err)
     raise_fault(core, HIL_CFSR_PRECISERR | HIL_CFSR_BFARVALID, place.pc, address);
 }
 
-static uc_err start_unicorn(struct hil_core *core, uint32_t pc, uint32_t until)
+static uc_err run_unicorn(struct hil_core *core, uint32_t pc, uint32_t until)
 {
     struct hil_translator *before = hil_translator_select(&core->engine.translator);
     uc_err err = uc_emu_start(core->uc, pc | 1u, until, 0, 0);
@@ -531,11 +536,11 @@ static uc_err start_unicorn(struct hil_core *core, uint32_t pc, uint32_t until)
 
 /* Handles Unicorn's return at the end of a block or inside it. `slept`: without any other reason,
  * the core has executed WFI. */
-static void handle_return(struct hil_core *core, uc_err err, bool slept)
+static void handle_unicorn_return(struct hil_core *core, uc_err err, bool slept)
 {
     switch (err) {
     case UC_ERR_OK: break;
-    case UC_ERR_INSN_INVALID: handle_invalid(core); return;
+    case UC_ERR_INSN_INVALID: handle_invalid_instruction(core); return;
     case UC_ERR_READ_UNMAPPED:
     case UC_ERR_WRITE_UNMAPPED:
     case UC_ERR_FETCH_UNMAPPED:
@@ -571,7 +576,7 @@ static void handle_return(struct hil_core *core, uc_err err, bool slept)
         break;
     case RETURNED_OTHER:
         hil_core_stop(core, MR_HALTED, "processor exception %u at PC 0x%08x",
-                      (unsigned)core->engine.return_number, (unsigned)read_pc(core));
+                      (unsigned)core->engine.return_interrupt, (unsigned)read_pc(core));
         break;
     default: core->state.cpu.is_asleep |= slept; break;
     }
@@ -594,19 +599,20 @@ static void discard_block(struct hil_core *core)
 
 /* CFSR of the fault of the instruction at `pc` that Unicorn does not emulate, if its condition
  * holds; 0: no fault. */
-static uint32_t find_fault(const struct hil_core *core, uint32_t pc)
+static uint32_t find_unemulated_fault(const struct hil_core *core, uint32_t pc)
 {
-    uint32_t xpsr = hil_cpu_register(core, XPSR);
+    uint32_t xpsr = hil_cpu_register(core, REGISTER_XPSR);
     const uint8_t *code = hil_memory_at(core, pc, 4, false);
-    uint32_t itstate = get_itstate(xpsr);
+    uint32_t itstate = extract_itstate(xpsr);
     if (!code || (itstate && !hil_is_condition_met(xpsr, itstate >> 4)))
         return 0;
-    if (is_fp_off(core) && is_fp(read_halfword(code), read_halfword(code + 2)))
+    if (is_fpu_disabled(core) && is_fp_opcode(read_halfword(code), read_halfword(code + 2)))
         return HIL_CFSR_NOCP;
-    if (is_division(read_halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
+    if (is_division_opcode(read_halfword(code)) && (core->state.scb.ccr & CCR_DIV_0_TRP) &&
         !hil_cpu_register(core, read_halfword(code + 2) & 15u))
         return HIL_CFSR_DIVBYZERO;
-    return core->check_alignment && hil_is_transfer_unaligned(core, pc) ? HIL_CFSR_UNALIGNED : 0;
+    return core->is_alignment_checked && hil_is_transfer_unaligned(core, pc) ? HIL_CFSR_UNALIGNED
+                                                                             : 0;
 }
 
 /* Runs the block instruction by instruction, from the present one to its end or to a hold by the
@@ -627,22 +633,22 @@ static void run_by_instruction(struct hil_core *core)
             discard_block(core);
             return;
         }
-        uint32_t cfsr = find_fault(core, pc);
+        uint32_t cfsr = find_unemulated_fault(core, pc);
         if (cfsr) {
             cpu->is_stepping = false;
             discard_block(core);
             raise_fault(core, cfsr, pc, 0);
             return;
         }
-        core->engine.single_step = 1;
+        core->engine.single_step_state = 1;
         core->engine.return_reason = RETURNED_WITHOUT_REASON;
-        uc_err err = start_unicorn(core, pc, last ? 0 : next);
-        core->engine.single_step = 0;
+        uc_err err = run_unicorn(core, pc, last ? 0 : next);
+        core->engine.single_step_state = 0;
         if (err != UC_ERR_OK || core->engine.return_reason != RETURNED_WITHOUT_REASON ||
             core->engine.has_left_block || last) {
             cpu->is_stepping = false;
             discard_block(core);
-            handle_return(core, err, opcode == OPCODE_WFI);
+            handle_unicorn_return(core, err, opcode == OPCODE_WFI);
             return;
         }
     }
@@ -650,18 +656,18 @@ static void run_by_instruction(struct hil_core *core)
 
 void hil_cpu_step_to_access(struct hil_core *core)
 {
-    if (core->engine.single_step || !hil_translator_can_leave(&core->engine.translator))
+    if (core->engine.single_step_state || !hil_translator_can_leave_code(&core->engine.translator))
         return;
     core->state.cpu.is_stepping = true;
     uc_emu_stop(core->uc);
-    hil_translator_leave(&core->engine.translator);
+    hil_translator_leave_code(&core->engine.translator);
 }
 
 void hil_cpu_leave_block(struct hil_core *core)
 {
     struct hil_cpu *cpu = &core->state.cpu;
-    cpu->block_instructions = hil_instructions_between(core, cpu->block_address,
-                                                       read_pc(core) & ~1u);
+    cpu->block_instruction_count = hil_count_instructions(core, cpu->block_address,
+                                                          read_pc(core) & ~1u);
     count_block(core);
     cpu->is_stepping = false;
 }
@@ -674,11 +680,11 @@ void hil_cpu_run(struct hil_core *core)
         return;
     }
     core->engine.return_reason = RETURNED_WITHOUT_REASON;
-    uc_err err = start_unicorn(core, read_pc(core), 0);
+    uc_err err = run_unicorn(core, read_pc(core), 0);
     if (core->state.cpu.is_stepping)
         return; /* the caller continues at the start of the block */
     /* If Unicorn returned inside a block without a request, the core has executed WFI. */
-    handle_return(core, err, core->state.cpu.block_instructions != 0);
+    handle_unicorn_return(core, err, core->state.cpu.block_instruction_count != 0);
 }
 
 enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void *bytes, size_t n)
@@ -693,13 +699,13 @@ enum mr_status hil_cpu_poke(struct hil_core *core, uint32_t address, const void 
 
 /* --- all registers --- */
 
-void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers)
+void hil_cpu_load_registers(struct hil_core *core, const struct hil_cpu_registers *registers)
 {
     uint32_t thread = XPSR_T;
     uint32_t none = 0;
     uint32_t pc = registers->pc | 1u;
     hil_whatif_reset(core);
-    hil_map_update_boot_memory(core);
+    hil_cpu_map_boot_memory(core);
     /* First switch to privileged thread mode on MSP, in which all registers can be set. Set the
      * mode last. */
     uc_reg_write(core->uc, UC_ARM_REG_XPSR_NZCVQG, &thread);
@@ -732,11 +738,11 @@ void hil_cpu_reset(struct hil_core *core)
     /* BOOT0 selects the memory at address 0. */
     const uint8_t *table = core->state.bank.is_boot_rom_mapped ? hil_bootrom_image
                                                                : core->memory->flash;
-    hil_map_update_boot_memory(core);
+    hil_cpu_map_boot_memory(core);
     memcpy(&registers.msp, table, 4);
     memcpy(&registers.pc, table + 4, 4);
     registers.msp &= ~3u;
-    hil_cpu_load(core, &registers);
+    hil_cpu_load_registers(core, &registers);
     core->state.cpu = (struct hil_cpu){0};
     hil_exception_trace(core);
     if (!(registers.pc & 1u) || registers.pc == 0xffffffffu)
@@ -746,49 +752,49 @@ void hil_cpu_reset(struct hil_core *core)
 
 /* --- stuck bits of RAM --- */
 
-static void stop_core(struct hil_core *core, unsigned i)
+static void set_stuck_bit(struct hil_core *core, unsigned i)
 {
-    uint8_t *cell = hil_memory_at(core, core->state.stuck.bit[i].address, 1, true);
+    uint8_t *cell = hil_memory_at(core, core->state.stuck_bits.bit[i].address, 1, true);
     if (!cell)
         return;
-    uint8_t mask = core->state.stuck.bit[i].mask;
-    *cell = (uint8_t)(core->state.stuck.bit[i].level ? *cell | mask : *cell & ~mask);
+    uint8_t mask = core->state.stuck_bits.bit[i].mask;
+    *cell = (uint8_t)(core->state.stuck_bits.bit[i].level ? *cell | mask : *cell & ~mask);
 }
 
-static void on_load(struct uc_struct *uc, int type, uint64_t address, int size, int64_t value,
-                    void *context)
+static void on_checked_load(struct uc_struct *uc, int type, uint64_t address, int size,
+                            int64_t value, void *context)
 {
     struct hil_core *core = context;
     (void)uc;
     (void)type;
     (void)value;
-    for (unsigned i = 0; i < core->state.stuck.count; i++) {
-        uint32_t at = core->state.stuck.bit[i].address;
+    for (unsigned i = 0; i < core->state.stuck_bits.count; i++) {
+        uint32_t at = core->state.stuck_bits.bit[i].address;
         if (at >= address && at < address + (uint64_t)size)
-            stop_core(core, i);
+            set_stuck_bit(core, i);
     }
 }
 
 void hil_stuck_bits_enable(struct hil_core *core)
 {
     uc_hook hook;
-    if (!core->state.stuck.count || core->engine.is_checking_loads)
+    if (!core->state.stuck_bits.count || core->engine.is_checking_loads)
         return;
-    core->engine.is_checking_loads = uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ,
-                                                 (void *)(uintptr_t)on_load, core, HIL_CCM_BASE,
-                                                 HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
+    core->engine.is_checking_loads =
+        uc_hook_add(core->uc, &hook, UC_HOOK_MEM_READ, (void *)(uintptr_t)on_checked_load, core,
+                    HIL_CCM_BASE, HIL_SRAM_BASE + HIL_SRAM_SIZE - 1u) == UC_ERR_OK;
     hil_cpu_discard_code(core); /* code that was translated earlier has no load hook */
 }
 
 bool hil_stuck_bit_add(struct hil_core *core, uint32_t address, unsigned bit, bool level)
 {
-    struct hil_stuck *stuck = &core->state.stuck;
-    if (stuck->count == HIL_STUCK_MAX)
+    struct hil_stuck_bits *stuck = &core->state.stuck_bits;
+    if (stuck->count == HIL_STUCK_BITS_MAX)
         return false;
     stuck->bit[stuck->count].address = address + bit / 8u;
     stuck->bit[stuck->count].mask = (uint8_t)(1u << bit % 8u);
     stuck->bit[stuck->count].level = level;
-    stop_core(core, stuck->count++);
+    set_stuck_bit(core, stuck->count++);
     hil_stuck_bits_enable(core);
     return true;
 }

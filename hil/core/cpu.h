@@ -43,13 +43,13 @@ struct hil_cpu_registers {
 /* Resets the core: SP and PC from the vector table, everything else at its reset value. */
 void hil_cpu_reset(struct hil_core *core);
 /* Copies the registers into the core. */
-void hil_cpu_load(struct hil_core *core, const struct hil_cpu_registers *registers);
+void hil_cpu_load_registers(struct hil_core *core, const struct hil_cpu_registers *registers);
 
 /* ---- address space ---- */
 
 /* Maps at address 0 the memory that the state requires: flash, or the boot ROM if BOOT0 selected
  * it. */
-void hil_map_update_boot_memory(struct hil_core *core);
+void hil_cpu_map_boot_memory(struct hil_core *core);
 
 /* Stuck cells of RAM: a bit always reads as 0 or 1. Only the core reads the stuck value; DMA reads
  * the written value. A board with a stuck cell is slower, because every load is checked. */

@@ -8,12 +8,12 @@
 #include "hil/core/file_place.h"
 #include "hil/core/core.h"
 
-#define FILE_MAX (64u * 1024u * 1024u) /* includes debug information */
+#define FILE_MAX_BYTES (64u * 1024u * 1024u) /* includes debug information */
 
-#define refuse(image, ...) hil_file_refuse(&(image)->at, __VA_ARGS__)
+#define refuse_image(image, ...) hil_file_refuse(&(image)->place, __VA_ARGS__)
 
 struct image {
-    struct hil_file_place at;
+    struct hil_file_place place;
     union {
         char *text;
         const uint8_t *bytes;
@@ -26,27 +26,28 @@ static enum mr_status check_header(const struct image *image)
 {
     const Elf32_Ehdr *h = image->header;
     if (image->size < SELFMAG || memcmp(h->e_ident, ELFMAG, SELFMAG) != 0)
-        return refuse(image, MR_MALFORMED, "not an ELF file; give the firmware's .elf");
+        return refuse_image(image, MR_MALFORMED, "not an ELF file; give the firmware's .elf");
     if (image->size < sizeof *h)
-        return refuse(image, MR_TRUNCATED, "ends inside its ELF header");
+        return refuse_image(image, MR_TRUNCATED, "ends inside its ELF header");
     if (h->e_ident[EI_CLASS] != ELFCLASS32 || h->e_ident[EI_DATA] != ELFDATA2LSB ||
         h->e_machine != EM_ARM)
-        return refuse(image, MR_VERSION,
-                      "not for a 32-bit little-endian ARM (class %u, data %u, machine %u); "
-                      "this board is an STM32F407",
-                      h->e_ident[EI_CLASS], h->e_ident[EI_DATA], h->e_machine);
+        return refuse_image(image, MR_VERSION,
+                            "not for a 32-bit little-endian ARM (class %u, data %u, machine %u); "
+                            "this board is an STM32F407",
+                            h->e_ident[EI_CLASS], h->e_ident[EI_DATA], h->e_machine);
     if (h->e_type != ET_EXEC)
-        return refuse(image, MR_MALFORMED, "an ELF of type %u, not a linked executable", h->e_type);
+        return refuse_image(image, MR_MALFORMED, "an ELF of type %u, not a linked executable",
+                            h->e_type);
     if (h->e_phentsize < sizeof(Elf32_Phdr) || h->e_phnum == 0)
-        return refuse(image, MR_MALFORMED, "has no program headers, so nothing to load");
+        return refuse_image(image, MR_MALFORMED, "has no program headers, so nothing to load");
     if (h->e_phoff + (uint64_t)h->e_phentsize * h->e_phnum > image->size)
-        return refuse(image, MR_TRUNCATED, "ends inside its program headers");
+        return refuse_image(image, MR_TRUNCATED, "ends inside its program headers");
     return MR_OK;
 }
 
 static enum mr_status read_header(struct image *image)
 {
-    enum mr_status status = hil_file_read(&image->at, FILE_MAX,
+    enum mr_status status = hil_file_read(&image->place, FILE_MAX_BYTES,
                                           "build the firmware, or give a different file with --elf",
                                           &image->text, &image->size);
     return status == MR_OK ? check_header(image) : status;
@@ -83,34 +84,35 @@ static enum mr_status load_segments(const struct image *image, struct hil_memory
         if (s.p_type != PT_LOAD || s.p_filesz == 0)
             continue;
         if ((uint64_t)s.p_offset + s.p_filesz > image->size)
-            return refuse(image, MR_TRUNCATED, "ends inside segment %u (needs %llu bytes, has %zu)",
-                          i, (unsigned long long)s.p_offset + s.p_filesz, image->size);
+            return refuse_image(image, MR_TRUNCATED,
+                                "ends inside segment %u (needs %llu bytes, has %zu)", i,
+                                (unsigned long long)s.p_offset + s.p_filesz, image->size);
         uint32_t skipped = count_header_bytes(image, &s);
         headers |= skipped && s.p_paddr == HIL_FLASH_BASE;
         s.p_offset += skipped;
         s.p_paddr += skipped;
         s.p_filesz -= skipped;
-        uint8_t *to = hil_memory_place(memory, s.p_paddr, s.p_filesz);
+        uint8_t *to = hil_memory_host_address(memory, s.p_paddr, s.p_filesz);
         if (!to)
-            return refuse(image, MR_VERSION,
-                          "segment %u at 0x%08x (%u bytes) is outside the memories of the "
-                          "STM32F407ZG; give an image for this chip",
-                          i, s.p_paddr, s.p_filesz);
+            return refuse_image(image, MR_VERSION,
+                                "segment %u at 0x%08x (%u bytes) is outside the memories of the "
+                                "STM32F407ZG; give an image for this chip",
+                                i, s.p_paddr, s.p_filesz);
         flash |= s.p_paddr == HIL_FLASH_BASE;
         if (copy)
             memcpy(to, image->bytes + s.p_offset, s.p_filesz);
     }
     if (!flash)
-        return refuse(image, MR_VERSION, "has no vector table at 0x%08x; %s",
-                      (unsigned)HIL_FLASH_BASE,
-                      headers ? "the headers of the file are at that address: link with -n"
-                              : "give an image for this chip");
+        return refuse_image(image, MR_VERSION, "has no vector table at 0x%08x; %s",
+                            (unsigned)HIL_FLASH_BASE,
+                            headers ? "the headers of the file are at that address: link with -n"
+                                    : "give an image for this chip");
     return MR_OK;
 }
 
 enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *error, size_t size)
 {
-    struct image image = {.at = {path, 0, error, size}};
+    struct image image = {.place = {path, 0, error, size}};
     enum mr_status status = read_header(&image);
     if (status == MR_OK)
         status = load_segments(&image, memory, false);
@@ -145,10 +147,10 @@ static bool find_symbol(const struct image *image, const Elf32_Shdr *table, uint
     return false;
 }
 
-enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address)
+enum mr_status hil_elf_find_symbol(const char *path, const char *name, uint32_t *address)
 {
     char error[256];
-    struct image image = {.at = {path, 0, error, sizeof error}};
+    struct image image = {.place = {path, 0, error, sizeof error}};
     enum mr_status status = read_header(&image);
     const Elf32_Ehdr *h = image.header;
     bool found = false;
@@ -176,7 +178,7 @@ enum mr_status hil_symbols_read(struct mr_symbols *symbols, const char *path, ch
     char *bytes;
     *symbols = (struct mr_symbols){0};
     enum mr_status status = hil_file_read(
-        &at, FILE_MAX, "build the firmware, or give a different file with --elf", &bytes, &n);
+        &at, FILE_MAX_BYTES, "build the firmware, or give a different file with --elf", &bytes, &n);
     symbols->file = (uint8_t *)bytes;
     if (status != MR_OK)
         return status;

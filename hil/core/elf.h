@@ -20,7 +20,7 @@ enum mr_status hil_elf_load(const char *path, struct hil_memory *memory, char *e
 
 /* Address of a function (without its Thumb bit) or variable in the image. MR_UNKNOWN: the image has
  * no such symbol or cannot be read. */
-enum mr_status hil_elf_symbol(const char *path, const char *name, uint32_t *address);
+enum mr_status hil_elf_find_symbol(const char *path, const char *name, uint32_t *address);
 
 /* Reads the functions of the ELF file at `path`. The caller frees them with hil_symbols_free, also
  * after a failure. MR_OK, with no functions for a file without symbols; MR_IO, MR_TOO_LONG,

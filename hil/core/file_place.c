@@ -29,7 +29,7 @@ enum mr_status hil_file_refuse(const struct hil_file_place *at, enum mr_status s
 
 /* Returns the path of the file with this name that was built or installed with matrig; NULL: there
  * is none. The caller frees it. */
-static char *find_own_file(const char *path)
+static char *find_installed_file(const char *path)
 {
     static const char *const places[] = {"..", "../share/matrig/runs", "../share/matrig"};
     const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
@@ -49,7 +49,7 @@ static char *find_own_file(const char *path)
  * which may be the wrong one. */
 static enum mr_status refuse_missing(const struct hil_file_place *at, const char *advice)
 {
-    char folder[PATH_MAX] = "", *own = find_own_file(at->path);
+    char folder[PATH_MAX] = "", *own = find_installed_file(at->path);
     bool relative = at->path[0] != '/' && getcwd(folder, sizeof folder);
     enum mr_status status = hil_file_refuse(
         at, MR_IO, "%s%s%s; %s%s", strerror(ENOENT), relative ? " in the folder " : "", folder,

@@ -5,18 +5,18 @@
 
 #include "hil/core/core.h"
 
-#define ISPR         0x200u
-#define ICPR         0x280u
-#define IABR         0x300u
-#define IPR          0x400u
-#define IPR_END      (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
-#define THREAD_GROUP 256
+#define ISPR                  0x200u
+#define ICPR                  0x280u
+#define IABR                  0x300u
+#define IPR                   0x400u
+#define IPR_END               (IPR + (HIL_INTERRUPTS + 3u) / 4u * 4u)
+#define THREAD_GROUP_PRIORITY 256
 
-static bool get_bit(const uint32_t *set, unsigned i)
+static bool is_exception_in_set(const uint32_t *set, unsigned i)
 {
     return (set[i / 32u] >> (i % 32u) & 1u) != 0;
 }
-static void set_bit(uint32_t *set, unsigned i, bool on)
+static void change_exception_in_set(uint32_t *set, unsigned i, bool on)
 {
     uint32_t bit = 1u << (i % 32u);
     set[i / 32u] = on ? set[i / 32u] | bit : set[i / 32u] & ~bit;
@@ -24,17 +24,18 @@ static void set_bit(uint32_t *set, unsigned i, bool on)
 
 void hil_nvic_reset(struct hil_nvic *nvic)
 {
-    *nvic = (struct hil_nvic){.active_group = THREAD_GROUP, .next_group = THREAD_GROUP};
+    *nvic = (struct hil_nvic){.active_group_priority = THREAD_GROUP_PRIORITY,
+                              .next_group_priority = THREAD_GROUP_PRIORITY};
     nvic->priority[HIL_EXC_RESET] = -3;
     nvic->priority[HIL_EXC_NMI] = -2;
     nvic->priority[HIL_EXC_HARD_FAULT] = -1;
     /* These exceptions have no enable bit. SHCSR enables the configurable faults. */
-    set_bit(nvic->enabled, HIL_EXC_NMI, true);
-    set_bit(nvic->enabled, HIL_EXC_HARD_FAULT, true);
-    set_bit(nvic->enabled, HIL_EXC_SVCALL, true);
-    set_bit(nvic->enabled, HIL_EXC_DEBUG_MONITOR, true);
-    set_bit(nvic->enabled, HIL_EXC_PENDSV, true);
-    set_bit(nvic->enabled, HIL_EXC_SYSTICK, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_NMI, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_HARD_FAULT, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_SVCALL, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_DEBUG_MONITOR, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_PENDSV, true);
+    change_exception_in_set(nvic->enabled, HIL_EXC_SYSTICK, true);
 }
 
 static int get_priority_group(const struct hil_nvic *nvic, int priority)
@@ -46,10 +47,10 @@ static int get_priority_group(const struct hil_nvic *nvic, int priority)
 void hil_nvic_update(struct hil_core *core)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    int best_priority = THREAD_GROUP;
-    int active_group = THREAD_GROUP;
+    int best_priority = THREAD_GROUP_PRIORITY;
+    int active_group = THREAD_GROUP_PRIORITY;
     nvic->next_exception = 0;
-    nvic->next_group = THREAD_GROUP;
+    nvic->next_group_priority = THREAD_GROUP_PRIORITY;
     for (unsigned w = 0; w < HIL_EXCEPTION_WORDS; w++) {
         for (uint32_t set = nvic->pending[w] & nvic->enabled[w]; set; set &= set - 1) {
             unsigned i = 32u * w + (unsigned)__builtin_ctz(set);
@@ -66,21 +67,21 @@ void hil_nvic_update(struct hil_core *core)
         }
     }
     if (nvic->next_exception)
-        nvic->next_group = (int16_t)get_priority_group(nvic, best_priority);
-    nvic->active_group = (int16_t)active_group;
-    if (nvic->next_exception && nvic->next_group < nvic->active_group)
+        nvic->next_group_priority = (int16_t)get_priority_group(nvic, best_priority);
+    nvic->active_group_priority = (int16_t)active_group;
+    if (nvic->next_exception && nvic->next_group_priority < nvic->active_group_priority)
         hil_core_request_check(core);
 }
 
 static void pend_exception(struct hil_core *core, unsigned exception)
 {
-    set_bit(core->state.nvic.pending, exception, true);
+    change_exception_in_set(core->state.nvic.pending, exception, true);
     hil_nvic_update(core);
 }
 
 static void unpend_exception(struct hil_core *core, unsigned exception)
 {
-    set_bit(core->state.nvic.pending, exception, false);
+    change_exception_in_set(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
 }
 
@@ -92,50 +93,50 @@ void hil_irq_set_line(struct hil_core *core, unsigned irq, bool level)
 void hil_nvic_set_line(struct hil_core *core, unsigned exception, bool level)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    bool before = get_bit(nvic->line, exception);
+    bool before = is_exception_in_set(nvic->line_levels, exception);
     if (level == before)
         return;
-    set_bit(nvic->line, exception, level);
+    change_exception_in_set(nvic->line_levels, exception, level);
     if (level)
         pend_exception(core, exception);
 }
 
-static void activate(struct hil_core *core, unsigned exception)
+static void activate_exception(struct hil_core *core, unsigned exception)
 {
-    set_bit(core->state.nvic.active, exception, true);
-    set_bit(core->state.nvic.pending, exception, false);
+    change_exception_in_set(core->state.nvic.active, exception, true);
+    change_exception_in_set(core->state.nvic.pending, exception, false);
     hil_nvic_update(core);
 }
 
-static void deactivate(struct hil_core *core, unsigned exception)
+static void deactivate_exception(struct hil_core *core, unsigned exception)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    set_bit(nvic->active, exception, false);
-    if (get_bit(nvic->line, exception))
-        set_bit(nvic->pending, exception, true);
+    change_exception_in_set(nvic->active, exception, false);
+    if (is_exception_in_set(nvic->line_levels, exception))
+        change_exception_in_set(nvic->pending, exception, true);
     hil_nvic_update(core);
 }
 
 bool hil_nvic_is_active(const struct hil_nvic *nvic, unsigned exception)
 {
-    return get_bit(nvic->active, exception);
+    return is_exception_in_set(nvic->active, exception);
 }
 
 /* Returns register n of a set: the bits of interrupts 32 n to 32 n + 31. In the set, the 16 system
  * exceptions precede the interrupts. */
-static uint32_t read_window(const uint32_t *set, unsigned n)
+static uint32_t read_interrupt_word(const uint32_t *set, unsigned n)
 {
     uint32_t value = 0;
     for (unsigned i = 0; i < 32u && 32u * n + i < HIL_INTERRUPTS; i++)
-        value |= (uint32_t)get_bit(set, 16u + 32u * n + i) << i;
+        value |= (uint32_t)is_exception_in_set(set, 16u + 32u * n + i) << i;
     return value;
 }
 
-static void write_window(uint32_t *set, unsigned n, uint32_t bits, bool on)
+static void write_interrupt_word(uint32_t *set, unsigned n, uint32_t bits, bool on)
 {
     for (unsigned i = 0; i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         if (bits >> i & 1u)
-            set_bit(set, 16u + 32u * n + i, on);
+            change_exception_in_set(set, 16u + 32u * n + i, on);
     }
 }
 
@@ -176,7 +177,8 @@ static bool read_nvic(struct hil_core *core, uint32_t offset, unsigned size, uin
     if (offset >= IPR)
         *value = read_priorities(&core->state.nvic, 16u + offset - IPR, size);
     else
-        *value = read_window(get_register_set(&core->state.nvic, offset), (offset & 0x7fu) / 4u);
+        *value = read_interrupt_word(get_register_set(&core->state.nvic, offset),
+                                     (offset & 0x7fu) / 4u);
     return offset >= IPR ? offset + size <= IPR_END : size == 4 && offset % 4u == 0;
 }
 
@@ -190,13 +192,13 @@ static bool write_nvic(struct hil_core *core, uint32_t offset, unsigned size, ui
     if (size != 4 || offset % 4u)
         return false;
     unsigned n = (offset & 0x7fu) / 4u;
-    write_window(get_register_set(nvic, offset), n, value, !(offset & 0x80u));
+    write_interrupt_word(get_register_set(nvic, offset), n, value, !(offset & 0x80u));
     /* an interrupt line that is still high becomes pending again at once */
     for (unsigned i = 0; offset >= ICPR && i < 32u && 32u * n + i < HIL_INTERRUPTS; i++) {
         unsigned exception = 16u + 32u * n + i;
-        if ((value >> i & 1u) && get_bit(nvic->line, exception) &&
-            !get_bit(nvic->active, exception))
-            set_bit(nvic->pending, exception, true);
+        if ((value >> i & 1u) && is_exception_in_set(nvic->line_levels, exception) &&
+            !is_exception_in_set(nvic->active, exception))
+            change_exception_in_set(nvic->pending, exception, true);
     }
     hil_nvic_update(core);
     return true;
@@ -204,24 +206,24 @@ static bool write_nvic(struct hil_core *core, uint32_t offset, unsigned size, ui
 
 /* --- entry and return, faults, sleep --- */
 
-#define ENTRY_CYCLES  12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
-#define RETURN_CYCLES 10u
-#define TAIL_CYCLES   6u
-#define CONTROL_NPRIV 1u
-#define CONTROL_SPSEL 2u
-#define CONTROL_FPCA  4u
-#define XPSR_T        (1u << 24)
-#define XPSR_ALIGN    (1u << 9)
-#define XPSR_NUMBER   0x1ffu
-#define FRAME_BASIC   0x20u
-#define FRAME_FP      0x68u
-#define FPCCR_ASPEN   (1u << 31)
-#define HFSR_VECTTBL  (1u << 1)
-#define HFSR_FORCED   (1u << 30)
-#define HFSR_DEBUGEVT (1u << 31)
+#define ENTRY_CYCLES   12u /* Cortex-M4 TRM: entry 12, return 10, tail-chain 6 */
+#define RETURN_CYCLES  10u
+#define TAIL_CYCLES    6u
+#define CONTROL_NPRIV  1u
+#define CONTROL_SPSEL  2u
+#define CONTROL_FPCA   4u
+#define XPSR_T         (1u << 24)
+#define XPSR_ALIGN     (1u << 9)
+#define XPSR_EXCEPTION 0x1ffu
+#define FRAME_BASIC    0x20u
+#define FRAME_FP       0x68u
+#define FPCCR_ASPEN    (1u << 31)
+#define HFSR_VECTTBL   (1u << 1)
+#define HFSR_FORCED    (1u << 30)
+#define HFSR_DEBUGEVT  (1u << 31)
 
-static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basepri,
-                       uint32_t *faultmask)
+static void read_mask_registers(struct hil_core *core, uint32_t *primask, uint32_t *basepri,
+                                uint32_t *faultmask)
 {
     int ids[3] = {UC_ARM_REG_PRIMASK, UC_ARM_REG_BASEPRI, UC_ARM_REG_FAULTMASK};
     void *values[3] = {primask, basepri, faultmask};
@@ -230,28 +232,28 @@ static void read_masks(struct hil_core *core, uint32_t *primask, uint32_t *basep
     *basepri &= 0xf0u; /* the STM32 has four priority bits; Unicorn keeps eight */
 }
 
-static bool is_pending_higher(struct hil_core *core, bool use_primask)
+static bool is_exception_due(struct hil_core *core, bool use_primask)
 {
     const struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
-    if (!nvic->next_exception || nvic->next_group >= nvic->active_group)
+    if (!nvic->next_exception || nvic->next_group_priority >= nvic->active_group_priority)
         return false;
-    read_masks(core, &primask, &basepri, &faultmask);
-    if (basepri && nvic->next_group >= get_priority_group(nvic, (int)basepri))
+    read_mask_registers(core, &primask, &basepri, &faultmask);
+    if (basepri && nvic->next_group_priority >= get_priority_group(nvic, (int)basepri))
         return false;
-    if (use_primask && (primask & 1u) && nvic->next_group >= 0)
+    if (use_primask && (primask & 1u) && nvic->next_group_priority >= 0)
         return false;
-    return !((faultmask & 1u) && nvic->next_group >= -1);
+    return !((faultmask & 1u) && nvic->next_group_priority >= -1);
 }
 
 unsigned hil_exception_next(struct hil_core *core)
 {
-    return is_pending_higher(core, true) ? core->state.nvic.next_exception : 0;
+    return is_exception_due(core, true) ? core->state.nvic.next_exception : 0;
 }
 
 bool hil_exception_can_wake(struct hil_core *core)
 {
-    return is_pending_higher(core, false);
+    return is_exception_due(core, false);
 }
 
 /* Unicorn caches flags for the translator (handler mode among them). It updates them only when the
@@ -267,11 +269,11 @@ void hil_exception_trace(struct hil_core *core)
 {
     const struct hil_observers *observers = &core->observers;
     if (observers->tracer)
-        observers->tracer->change_exception(observers->tracer_context);
+        observers->tracer->on_exception_change(observers->tracer_context);
 }
 
 /* Enters the handler: mode, stack and PC. SP already points below the frame. */
-static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t exc_return)
+static void enter_handler(struct hil_core *core, unsigned exception, uint32_t exc_return)
 {
     uint32_t vector = 0;
     if (hil_memory_peek(core, core->state.scb.vtor + 4u * exception, &vector, 4) != MR_OK) {
@@ -298,7 +300,7 @@ static void jump_to_handler(struct hil_core *core, unsigned exception, uint32_t 
     uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
     update_core_flags(core);
     core->state.counters.exceptions++;
-    core->state.cpu.has_event = true;
+    core->state.cpu.is_event_register_set = true;
     hil_trace(core, "enter %u at 0x%08x", exception, (unsigned)vector);
     hil_exception_trace(core);
     if (!(vector & 1u)) /* not Thumb: the handler's first instruction faults */
@@ -315,7 +317,7 @@ struct frame {
 _Static_assert(sizeof(struct frame) == FRAME_FP, "as the core stores it");
 
 /* Moves R0 to R3, R12, LR and, with `fp`, D0 to D7 and FPSCR out of the core or into it. */
-static void move_registers(struct hil_core *core, struct frame *frame, bool fp, bool into)
+static void copy_frame_registers(struct hil_core *core, struct frame *frame, bool fp, bool into)
 {
     int ids[15] = {UC_ARM_REG_R0, UC_ARM_REG_R1,  UC_ARM_REG_R2,
                    UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR};
@@ -338,8 +340,8 @@ static void move_registers(struct hil_core *core, struct frame *frame, bool fp, 
  * handler of bus faults or hard faults runs anyway, with nothing on its stack (DUI 0553A 2.4.2, DDI
  * 0337E 5.12.1). Any other exception is replaced by a bus fault, or a hard fault if bus faults are
  * disabled or their priority is too low. 0: the run has ended. */
-static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, uint32_t frame_at,
-                                   uint32_t pc)
+static unsigned replace_exception_without_frame(struct hil_core *core, unsigned exception,
+                                                uint32_t frame_at, uint32_t pc)
 {
     struct hil_nvic *nvic = &core->state.nvic;
     core->state.scb.cfsr |= HIL_CFSR_STKERR;
@@ -353,7 +355,7 @@ static unsigned replace_lost_frame(struct hil_core *core, unsigned exception, ui
     }
     if (exception == HIL_EXC_BUS_FAULT || exception == HIL_EXC_HARD_FAULT)
         return exception;
-    core->state.counters.faults++;
+    core->state.counters.fault_exceptions++;
     core->state.counters.last_fault_pc = pc;
     if ((nvic->enabled[0] >> HIL_EXC_BUS_FAULT & 1u) &&
         get_priority_group(nvic, nvic->priority[HIL_EXC_BUS_FAULT]) <
@@ -377,24 +379,24 @@ void hil_exception_enter(struct hil_core *core, unsigned exception, uint32_t pc)
     if (to) {
         struct frame frame = {.pc = pc & ~1u,
                               .xpsr = (xpsr & ~XPSR_ALIGN) | ((sp & 4u) ? XPSR_ALIGN : 0)};
-        move_registers(core, &frame, fp, false);
+        copy_frame_registers(core, &frame, fp, false);
         memcpy(to, &frame, size);
     } else {
-        exception = replace_lost_frame(core, exception, frame_at, pc);
+        exception = replace_exception_without_frame(core, exception, frame_at, pc);
         if (!exception)
             return;
     }
 
-    bool handler = (xpsr & XPSR_NUMBER) != 0;
+    bool handler = (xpsr & XPSR_EXCEPTION) != 0;
     uint32_t exc_return = handler                   ? 0xfffffff1u
                         : (control & CONTROL_SPSEL) ? 0xfffffffdu
                                                     : 0xfffffff9u;
     if (fp)
         exc_return &= ~0x10u;
     uc_reg_write(core->uc, UC_ARM_REG_SP, &frame_at);
-    activate(core, exception);
+    activate_exception(core, exception);
     core->state.clock.now_cycle += ENTRY_CYCLES;
-    jump_to_handler(core, exception, exc_return);
+    enter_handler(core, exception, exc_return);
 }
 
 /* Returns the exception to enter for a synchronous exception: the same one, or HardFault if it is
@@ -403,8 +405,8 @@ static unsigned escalate_exception(struct hil_core *core, unsigned exception, ui
 {
     struct hil_nvic *nvic = &core->state.nvic;
     uint32_t primask, basepri, faultmask;
-    read_masks(core, &primask, &basepri, &faultmask);
-    int running = nvic->active_group;
+    read_mask_registers(core, &primask, &basepri, &faultmask);
+    int running = nvic->active_group_priority;
     if (basepri && get_priority_group(nvic, (int)basepri) < running)
         running = get_priority_group(nvic, (int)basepri);
     if ((primask & 1u) && running > 0)
@@ -427,7 +429,7 @@ static unsigned escalate_exception(struct hil_core *core, unsigned exception, ui
     return exception;
 }
 
-static void enter_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
+static void enter_fault_or_escalate(struct hil_core *core, unsigned exception, uint32_t pc)
 {
     exception = escalate_exception(core, exception, pc);
     if (exception)
@@ -447,7 +449,7 @@ static void record_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint
     core->state.scb.cfsr |= cfsr;
     if (cfsr & HIL_CFSR_BFARVALID)
         core->state.scb.bfar = address;
-    counters->faults++;
+    counters->fault_exceptions++;
     counters->last_fault_pc = pc;
     hil_trace(core, "fault at PC 0x%08x, address 0x%08x, CFSR 0x%08x", (unsigned)pc,
               (unsigned)address, (unsigned)core->state.scb.cfsr);
@@ -458,8 +460,8 @@ static void enter_by_tail_chain(struct hil_core *core, unsigned exception, uint3
 {
     core->state.counters.tail_chains++;
     core->state.clock.now_cycle += TAIL_CYCLES;
-    activate(core, exception);
-    jump_to_handler(core, exception, exc_return);
+    activate_exception(core, exception);
+    enter_handler(core, exception, exc_return);
 }
 
 /* Handles an invalid return: tail-chains its fault, with the stack unchanged (ARMv7-M B1.5.8,
@@ -493,7 +495,7 @@ static bool restore_frame(struct hil_core *core, uint32_t exc_return)
     struct frame frame = {0};
     memcpy(&frame, from, size);
     uint32_t xpsr = frame.xpsr, pc = (frame.pc & ~1u) | ((xpsr & XPSR_T) != 0);
-    if (((xpsr & XPSR_NUMBER) != 0) != handler) {
+    if (((xpsr & XPSR_EXCEPTION) != 0) != handler) {
         refuse_return(core, HIL_CFSR_INVPC, exc_return);
         return false;
     }
@@ -511,7 +513,7 @@ static bool restore_frame(struct hil_core *core, uint32_t exc_return)
     uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &privileged);
     uc_reg_write(core->uc, UC_ARM_REG_MSP, &msp);
     uc_reg_write(core->uc, UC_ARM_REG_PSP, &psp_value);
-    move_registers(core, &frame, fp, true);
+    copy_frame_registers(core, &frame, fp, true);
     uc_reg_write(core->uc, UC_ARM_REG_PC, &pc);
     if (new_control & CONTROL_NPRIV)
         uc_reg_write(core->uc, UC_ARM_REG_CONTROL, &new_control);
@@ -525,7 +527,7 @@ static bool restore_frame(struct hil_core *core, uint32_t exc_return)
 void hil_exception_return(struct hil_core *core, uint32_t exc_return)
 {
     struct hil_nvic *nvic = &core->state.nvic;
-    unsigned number = hil_cpu_register(core, 16) & XPSR_NUMBER, nested = 0;
+    unsigned number = hil_cpu_register(core, 16) & XPSR_EXCEPTION, nested = 0;
     uint32_t form = exc_return | 0x10u, zero = 0;
     if (form < 0xfffffff0u) {
         hil_core_stop(core, MR_HALTED,
@@ -540,8 +542,8 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
                  (to_handler || ((form == 0xfffffff9u || form == 0xfffffffdu) && nested == 1));
     if (number != HIL_EXC_NMI)
         uc_reg_write(core->uc, UC_ARM_REG_FAULTMASK, &zero);
-    core->state.cpu.has_event = true;
-    deactivate(core, number);
+    core->state.cpu.is_event_register_set = true;
+    deactivate_exception(core, number);
     if (!valid) {
         refuse_return(core, HIL_CFSR_INVPC, exc_return);
         return;
@@ -562,20 +564,20 @@ void hil_exception_return(struct hil_core *core, uint32_t exc_return)
 void hil_exception_fault(struct hil_core *core, uint32_t cfsr, uint32_t pc, uint32_t address)
 {
     record_fault(core, cfsr, pc, address);
-    enter_or_escalate(core, get_fault_exception(cfsr), pc);
+    enter_fault_or_escalate(core, get_fault_exception(cfsr), pc);
 }
 
 void hil_exception_svc(struct hil_core *core, uint32_t pc)
 {
-    enter_or_escalate(core, HIL_EXC_SVCALL, pc);
+    enter_fault_or_escalate(core, HIL_EXC_SVCALL, pc);
 }
 
 void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 {
     core->state.scb.hfsr |= HFSR_DEBUGEVT;
-    core->state.counters.faults++;
+    core->state.counters.fault_exceptions++;
     core->state.counters.last_fault_pc = pc;
-    enter_or_escalate(core, HIL_EXC_HARD_FAULT, pc);
+    enter_fault_or_escalate(core, HIL_EXC_HARD_FAULT, pc);
 }
 
 /* --- SysTick --- */
@@ -585,35 +587,35 @@ void hil_exception_bkpt(struct hil_core *core, uint32_t pc)
 #define SYST_CLKSOURCE 4u /* 1: HCLK, 0: HCLK / 8 */
 #define SYST_COUNTFLAG (1u << 16)
 
-static uint32_t get_counter_divider(const struct hil_systick *s)
+static uint32_t get_systick_divider(const struct hil_systick *s)
 {
     return (s->ctrl & SYST_CLKSOURCE) ? 1 : 8;
 }
 
-static uint32_t get_counter_value(const struct hil_core *core)
+static uint32_t get_systick_value(const struct hil_core *core)
 {
     const struct hil_systick *s = &core->state.systick;
     if (!(s->ctrl & SYST_ENABLE) || s->zero_cycle == HIL_NEVER)
         return s->value;
     uint64_t now = hil_now_cycle(core);
     uint64_t left = s->zero_cycle > now
-                      ? (s->zero_cycle - now + get_counter_divider(s) - 1) / get_counter_divider(s)
+                      ? (s->zero_cycle - now + get_systick_divider(s) - 1) / get_systick_divider(s)
                       : 0;
     return (uint32_t)left;
 }
 
 /* Schedules the time when the running counter, now at `value`, reaches 0. A counter at 0 reloads
  * first. */
-static void schedule_zero(struct hil_core *core, uint32_t value)
+static void schedule_systick_zero(struct hil_core *core, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
     uint64_t ticks = value ? value : s->load ? (uint64_t)s->load + 1u : 0;
-    s->zero_cycle = ticks ? hil_now_cycle(core) + ticks * get_counter_divider(s) : HIL_NEVER;
+    s->zero_cycle = ticks ? hil_now_cycle(core) + ticks * get_systick_divider(s) : HIL_NEVER;
     s->value = value;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
 
-static void on_zero(void *device, uint64_t at)
+static void on_systick_zero(void *device, uint64_t at)
 {
     struct hil_core *core = device;
     struct hil_systick *s = &core->state.systick;
@@ -621,13 +623,13 @@ static void on_zero(void *device, uint64_t at)
     if (s->ctrl & SYST_TICKINT)
         pend_exception(core, HIL_EXC_SYSTICK);
     s->value = 0;
-    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * get_counter_divider(s) : HIL_NEVER;
+    s->zero_cycle = s->load ? at + ((uint64_t)s->load + 1u) * get_systick_divider(s) : HIL_NEVER;
     hil_event_set_cycle(core, HIL_EVENT_SYSTICK, s->zero_cycle);
 }
 
 void hil_systick_create(struct hil_core *core)
 {
-    hil_event_connect(core, HIL_EVENT_SYSTICK, on_zero, core);
+    hil_event_connect(core, HIL_EVENT_SYSTICK, on_systick_zero, core);
 }
 
 void hil_systick_reset(struct hil_core *core)
@@ -646,7 +648,7 @@ static uint32_t read_systick(struct hil_core *core, uint32_t offset)
         s->ctrl &= ~SYST_COUNTFLAG;
         return value;
     case 0x14: return s->load;
-    case 0x18: return get_counter_value(core);
+    case 0x18: return get_systick_value(core);
     default: /* CALIB: TENMS 18750, SKEW set */ return 0x4000493e;
     }
 }
@@ -654,14 +656,14 @@ static uint32_t read_systick(struct hil_core *core, uint32_t offset)
 static void write_systick(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_systick *s = &core->state.systick;
-    uint32_t count = get_counter_value(core);
+    uint32_t count = get_systick_value(core);
     switch (offset) {
     case 0x10:
         s->ctrl = (s->ctrl & SYST_COUNTFLAG) |
                   (value & (SYST_ENABLE | SYST_TICKINT | SYST_CLKSOURCE));
         s->value = count;
         if (s->ctrl & SYST_ENABLE)
-            schedule_zero(core, count);
+            schedule_systick_zero(core, count);
         else
             hil_event_set_cycle(core, HIL_EVENT_SYSTICK, HIL_NEVER);
         break;
@@ -670,7 +672,7 @@ static void write_systick(struct hil_core *core, uint32_t offset, uint32_t value
         s->ctrl &= ~SYST_COUNTFLAG;
         s->value = 0;
         if (s->ctrl & SYST_ENABLE)
-            schedule_zero(core, 0);
+            schedule_systick_zero(core, 0);
         break;
     default: /* CALIB is read-only */ break;
     }
@@ -696,7 +698,7 @@ static void write_systick(struct hil_core *core, uint32_t offset, uint32_t value
 #define DEMCR_TRCENA  (1u << 24)
 #define DWT_CYCCNTENA 1u
 #define AIRCR_KEY     0x05fau
-#define CSR_SOFTWARE  (1u << 28) /* RCC_CSR.SFTRSTF */
+#define CSR_SFTRSTF   (1u << 28) /* RCC_CSR.SFTRSTF */
 
 void hil_scb_reset(struct hil_scb *scb, uint32_t idcode)
 {
@@ -753,7 +755,7 @@ static void write_aircr(struct hil_core *core, uint32_t value)
     core->state.nvic.prigroup = (uint8_t)(value >> 8 & 7u);
     hil_nvic_update(core);
     if (value & 4u)
-        hil_core_request_reset(core, CSR_SOFTWARE);
+        hil_core_request_reset(core, CSR_SFTRSTF);
 }
 
 static uint32_t read_cyccnt(const struct hil_core *core)
@@ -788,7 +790,7 @@ static uint32_t read_scs(struct hil_core *core, uint32_t offset, unsigned size)
     }
 }
 
-static void write_system(struct hil_core *core, uint32_t offset, uint32_t value)
+static void write_scb_register(struct hil_core *core, uint32_t offset, uint32_t value)
 {
     struct hil_scb *scb = &core->state.scb;
     switch (offset) {
@@ -820,7 +822,7 @@ static void write_scs(struct hil_core *core, uint32_t offset, unsigned size, uin
     else if (offset >= SHPR && offset + size <= SHCSR)
         set_priorities(core, 4u + offset - SHPR, size, value);
     else if (size == 4 && offset % 4u == 0)
-        write_system(core, offset, value);
+        write_scb_register(core, offset, value);
     else
         known = false;
     if (!known)
@@ -872,7 +874,7 @@ void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint3
         hil_bus_refuse_register(core);
 }
 
-void hil_scb_skip_cycles(struct hil_core *core, uint64_t cycles)
+void hil_scb_hold_counters(struct hil_core *core, uint64_t cycles)
 {
     struct hil_systick *s = &core->state.systick;
     if (s->zero_cycle != HIL_NEVER)

@@ -67,7 +67,7 @@ uint32_t hil_scb_read(struct hil_core *core, uint32_t address, unsigned size);
 void hil_scb_write(struct hil_core *core, uint32_t address, unsigned size, uint32_t value);
 
 /* Stops SysTick and the cycle counter for a number of cycles while a debugger halts the core. */
-void hil_scb_skip_cycles(struct hil_core *core, uint64_t cycles);
+void hil_scb_hold_counters(struct hil_core *core, uint64_t cycles);
 
 /* --- entry and return, faults, sleep (ARMv7-M B1.5) --- */
 

@@ -12,14 +12,14 @@
  * receiver, so a peripheral is independent of its board. */
 
 struct hil_call {
-    void (*call)(void *context); /* NULL: not connected */
+    void (*function)(void *context); /* NULL: not connected */
     void *context;
 };
 
 static inline void hil_call(const struct hil_call *wire)
 {
-    if (wire->call)
-        wire->call(wire->context);
+    if (wire->function)
+        wire->function(wire->context);
 }
 
 /* ---- registers by name and by offset ---- */
@@ -28,7 +28,7 @@ static inline void hil_call(const struct hil_call *wire)
  * position. Positions without a register, and registers without storage, have a name too and stay
  * 0. */
 
-#define HIL_WORDS(word, ...)                                          \
+#define HIL_NAMED_WORDS(word, ...)                                    \
     union {                                                           \
         struct {                                                      \
             uint32_t __VA_ARGS__;                                     \
@@ -52,7 +52,7 @@ struct hil_clock {
     uint32_t hclk_hz;
     /* HCLK for which the ratio was computed: a cycle takes ratio_ps / ratio_cycles picoseconds, in
      * lowest terms */
-    uint32_t ratio_hz;
+    uint32_t ratio_hclk_hz;
     uint64_t ratio_ps, ratio_cycles;
     bool is_stopped; /* there is no clock: cycles stand still */
 };
@@ -105,8 +105,8 @@ struct hil_counters {
     uint64_t asleep_cycles; /* HCLK cycles spent in WFI or WFE */
     uint64_t exceptions;    /* entered exceptions, including tail-chained ones */
     uint64_t tail_chains;
-    uint64_t faults; /* entries of MemManage, BusFault, UsageFault and HardFault */
-    uint64_t resets; /* all resets except power on */
+    uint64_t fault_exceptions; /* entries of MemManage, BusFault, UsageFault and HardFault */
+    uint64_t resets;           /* all resets except power on */
     uint64_t watchdog_resets;
     uint64_t can_frames_out;
     uint64_t can_frames_in;
@@ -114,25 +114,25 @@ struct hil_counters {
     uint64_t can_errors;          /* frames that were destroyed or not acknowledged */
     /* number of times that the firmware filled a mailbox again before it cleared RQCP */
     uint64_t can_mailboxes_refilled;
-    uint64_t can_in_dropped; /* frames injected while the queue of the other node was full */
+    uint64_t can_frames_in_dropped; /* frames injected while the queue of the other node was full */
     uint64_t serial_bytes_out;
     uint64_t serial_bytes_in;
     /* bytes garbled because rate or parity differ from those of the other end */
-    uint64_t serial_wrong_rate;
-    uint64_t serial_in_dropped;    /* bytes injected while the queue was full */
-    uint64_t adc_scans[2];         /* completed sequences of ADC1 and ADC3 */
-    uint64_t adc_triggers_ignored; /* triggers during a running sequence */
+    uint64_t serial_bytes_garbled;
+    uint64_t serial_bytes_in_dropped; /* bytes injected while the queue was full */
+    uint64_t adc_scans[2];            /* completed sequences of ADC1 and ADC3 */
+    uint64_t adc_triggers_ignored;    /* triggers during a running sequence */
     uint64_t adc_overruns;
     uint64_t switches_opened;
-    uint64_t edges_captured;  /* captures by TIM2 channel 1 */
-    uint64_t frames_captured; /* captures by TIM2 channel 2 */
-    uint64_t film_frames;     /* pulses sent by the camera */
+    uint64_t edges_captured;       /* captures by TIM2 channel 1 */
+    uint64_t film_frames_captured; /* captures by TIM2 channel 2 */
+    uint64_t film_frames_sent;     /* pulses sent by the camera */
     /* time with PD12 high and PD13 low; equal to excitation_minus_ps if there is no direct
      * component */
     uint64_t excitation_plus_ps;
     uint64_t excitation_minus_ps;
     uint64_t faults_injected;    /* injected faults, as reported by hil/rig/faults.h */
-    uint64_t flash_refused;      /* stores and operations that set an error flag, and wrong keys */
+    uint64_t flash_errors;       /* stores and operations that set an error flag, and wrong keys */
     uint64_t flash_stall_cycles; /* HCLK cycles for which the core waited for flash */
     uint64_t power_cuts;
     uint32_t last_fault_pc;
@@ -147,7 +147,7 @@ enum hil_event_slot {
     HIL_EVENT_LSI,
     HIL_EVENT_POWER, /* the supply has returned */
     HIL_EVENT_FAULT, /* handled before other events of the same cycle */
-    HIL_EVENT_LATE,
+    HIL_EVENT_HELD_OUTPUT,
     HIL_EVENT_FLASH,
     HIL_EVENT_NOR,
     HIL_EVENT_RIG,
@@ -161,25 +161,26 @@ enum hil_event_slot {
     HIL_EVENT_SPI,
     HIL_EVENT_I2C,
     HIL_EVENT_CAN,
-    HIL_EVENT_CAN_OTHER, /* the other node may send again */
+    HIL_EVENT_CAN_OTHER_NODE, /* the other node may send again */
     HIL_EVENT_USART_TX,
     HIL_EVENT_USART_RX,
     HIL_EVENT_SYSTICK,
     HIL_EVENT_IWDG,
-    HIL_EVENT_TARGET, /* end of the current run_until; must be last */
+    HIL_EVENT_RUN_END, /* end of the current run_until; must be last */
     HIL_EVENT_COUNT
 };
 /* number of interleaved chains in the search for the next event; the number of slots is a multiple
  * of it */
-#define HIL_EVENT_CHAINS 4u
-#define HIL_EVENT_SLOTS \
-    ((HIL_EVENT_COUNT + HIL_EVENT_CHAINS - 1u) / HIL_EVENT_CHAINS * HIL_EVENT_CHAINS)
+#define HIL_EVENT_SEARCH_CHAINS 4u
+#define HIL_EVENT_SLOTS                                                           \
+    ((HIL_EVENT_COUNT + HIL_EVENT_SEARCH_CHAINS - 1u) / HIL_EVENT_SEARCH_CHAINS * \
+     HIL_EVENT_SEARCH_CHAINS)
 
 struct hil_events {
-    uint64_t at_cycle[HIL_EVENT_SLOTS];
-    uint64_t at_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is set in cycles */
-    uint64_t next_cycle;             /* earliest time in at_cycle */
-    unsigned next_slot;              /* first slot that is due at next_cycle */
+    uint64_t due_cycle[HIL_EVENT_SLOTS];
+    uint64_t due_ps[HIL_EVENT_SLOTS]; /* HIL_NEVER: the slot is set in cycles */
+    uint64_t next_cycle;              /* earliest time in at_cycle */
+    unsigned next_slot;               /* first slot that is due at next_cycle */
 };
 
 /* --- exceptions: hil/core/nvic.h --- */
@@ -192,23 +193,23 @@ struct hil_nvic {
     uint32_t enabled[HIL_EXCEPTION_WORDS];
     uint32_t pending[HIL_EXCEPTION_WORDS];
     uint32_t active[HIL_EXCEPTION_WORDS];
-    uint32_t line[HIL_EXCEPTION_WORDS]; /* levels of the interrupt lines */
+    uint32_t line_levels[HIL_EXCEPTION_WORDS]; /* levels of the interrupt lines */
     /* fixed priorities are -3..-1; others are 0..240 in steps of 16 */
     int16_t priority[HIL_EXCEPTIONS];
-    uint16_t next_exception; /* pending exception of the highest priority; 0: none */
-    int16_t next_group;      /* group priority of `next_exception` */
-    int16_t active_group;    /* group priority of the running exception; 256: thread */
-    uint8_t prigroup;        /* AIRCR.PRIGROUP */
+    uint16_t next_exception;       /* pending exception of the highest priority; 0: none */
+    int16_t next_group_priority;   /* group priority of `next_exception` */
+    int16_t active_group_priority; /* group priority of the running exception; 256: thread */
+    uint8_t prigroup;              /* AIRCR.PRIGROUP */
 };
 
 struct hil_scb {
     /* 0xE000ED00 to 0xE000EF47 */
-    HIL_WORDS(word, cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr, mmfar,
-              bfar, afsr, ids[18], cpacr, mpu[25], dhcsr, dcrsr, dcrdr, demcr, at_e00[64], stir,
-              at_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
+    HIL_NAMED_WORDS(word, cpuid, icsr, vtor, aircr, scr, ccr, shpr[3], shcsr, cfsr, hfsr, dfsr,
+                    mmfar, bfar, afsr, ids[18], cpacr, mpu[25], dhcsr, dcrsr, dcrdr, demcr,
+                    at_e00[64], stir, at_f04[12], fpccr, fpcar, fpdscr, mvfr[2]);
     /* CYCCNT is cycles + offset while enabled, otherwise offset */
     uint32_t dwt_ctrl, dwt_offset;
-    HIL_WORDS(dbgmcu, idcode, cr, apb1_fz, apb2_fz); /* from 0xE0042000 on */
+    HIL_NAMED_WORDS(dbgmcu, idcode, cr, apb1_fz, apb2_fz); /* from 0xE0042000 on */
 };
 
 struct hil_systick {
@@ -222,25 +223,25 @@ struct hil_systick {
 
 struct hil_cpu {
     /* executed instructions of the running block, whose time is not yet added to now_cycle */
-    uint32_t block_instructions;
+    uint32_t block_instruction_count;
     uint32_t block_address;
     uint32_t block_size;
-    /* in 1/HIL_CYCLE_PARTS cycles: part of a cycle that is not yet added to now_cycle */
-    uint32_t cycle_rest;
+    /* in 1/HIL_PARTS_PER_CYCLE cycles: part of a cycle that is not yet added to now_cycle */
+    uint32_t uncounted_cycle_parts;
     bool is_stepping; /* the block is executed instruction by instruction */
     bool is_asleep;
-    bool has_event; /* event register, for which WFE waits */
+    bool is_event_register_set; /* event register, for which WFE waits */
 };
 
-#define HIL_STUCK_MAX 8u
+#define HIL_STUCK_BITS_MAX 8u
 
-struct hil_stuck {
+struct hil_stuck_bits {
     uint32_t count;
     struct {
         uint32_t address; /* address of the byte */
         uint8_t mask;
         bool level;
-    } bit[HIL_STUCK_MAX];
+    } bit[HIL_STUCK_BITS_MAX];
 };
 
 struct hil_core_state {
@@ -252,7 +253,7 @@ struct hil_core_state {
     struct hil_scb scb;
     struct hil_systick systick;
     struct hil_bank bank;
-    struct hil_stuck stuck;
+    struct hil_stuck_bits stuck_bits;
 };
 
 /* A time, and the instruction that caused an event at this time. */

@@ -33,26 +33,27 @@ struct CPUState;
 struct TranslationBlock;
 struct page_collection;
 struct uc_struct;
-typedef bool fill(struct CPUState *core, uint64_t address, int size, unsigned access, int mmu_index,
-                  bool probe, uintptr_t from);
-typedef void set_dirty(struct CPUState *core, uint32_t address);
-typedef void flush(struct CPUState *core);
-typedef bool restore(struct CPUState *core, uintptr_t from, bool will_exit);
-typedef void loop_exit(struct CPUState *core, uintptr_t from);
-typedef void restore_to(struct CPUARMState *state, struct TranslationBlock *block, uint32_t *data);
+typedef bool tlb_fill_function(struct CPUState *core, uint64_t address, int size, unsigned access,
+                               int mmu_index, bool probe, uintptr_t from);
+typedef void set_dirty_function(struct CPUState *core, uint32_t address);
+typedef void flush_function(struct CPUState *core);
+typedef bool restore_function(struct CPUState *core, uintptr_t from, bool will_exit);
+typedef void loop_exit_function(struct CPUState *core, uintptr_t from);
+typedef void restore_to_function(struct CPUARMState *state, struct TranslationBlock *block,
+                                 uint32_t *data);
 
 struct page_collection *page_collection_lock_arm(struct uc_struct *uc, uint64_t start,
                                                  uint64_t end);
 void page_collection_unlock_arm(struct page_collection *set);
-fill arm_cpu_tlb_fill_arm;
-restore_to restore_state_to_opc_arm;
+tlb_fill_function arm_cpu_tlb_fill_arm;
+restore_to_function restore_state_to_opc_arm;
 
-static fill *library_fill;
-static set_dirty *library_set_dirty;
-static flush *library_flush;
-static restore *library_restore;
-static restore_to *library_restore_to;
-static loop_exit *library_loop_exit;
+static tlb_fill_function *library_tlb_fill;
+static set_dirty_function *library_set_dirty;
+static flush_function *library_flush;
+static restore_function *library_restore;
+static restore_to_function *library_restore_to;
+static loop_exit_function *library_loop_exit;
 /* translator of the board that this thread runs */
 static _Thread_local struct hil_translator *running_translator;
 
@@ -87,15 +88,15 @@ STORES(DECLARE_STORE)
 void hil_translator_start(struct hil_translator *translator)
 {
     *translator = (struct hil_translator){0};
-    *(void **)&library_fill = dlsym(RTLD_NEXT, "arm_cpu_tlb_fill_arm");
+    *(void **)&library_tlb_fill = dlsym(RTLD_NEXT, "arm_cpu_tlb_fill_arm");
     *(void **)&library_set_dirty = dlsym(RTLD_NEXT, "tlb_set_dirty_arm");
     *(void **)&library_flush = dlsym(RTLD_NEXT, "tlb_flush_arm");
     *(void **)&library_restore = dlsym(RTLD_NEXT, "cpu_restore_state_arm");
     *(void **)&library_restore_to = dlsym(RTLD_NEXT, "restore_state_to_opc_arm");
     *(void **)&library_loop_exit = dlsym(RTLD_NEXT, "cpu_loop_exit_restore_arm");
-#define FIND(type, name) *(void **)&library_##name = dlsym(RTLD_NEXT, #name);
-    LOADS(FIND)
-    STORES(FIND)
+#define FIND_LIBRARY_FUNCTION(type, name) *(void **)&library_##name = dlsym(RTLD_NEXT, #name);
+    LOADS(FIND_LIBRARY_FUNCTION)
+    STORES(FIND_LIBRARY_FUNCTION)
 }
 
 struct hil_translator *hil_translator_select(struct hil_translator *translator)
@@ -104,7 +105,7 @@ struct hil_translator *hil_translator_select(struct hil_translator *translator)
     running_translator = translator;
     if (running_translator && !before) { /* the last run may have ended inside an access */
         running_translator->access.code_address = 0;
-        running_translator->is_abandoned = false;
+        running_translator->is_instruction_abandoned = false;
     }
     return before;
 }
@@ -114,33 +115,34 @@ void hil_translator_check_ram_stores(struct hil_translator *translator)
     if (translator->has_code_in_ram)
         return;
     translator->has_code_in_ram = true;
-    if (translator->core && library_flush)
+    if (translator->cpu_state && library_flush)
         /* all pages enter the buffer again, now as pages that may hold code */
-        library_flush(translator->core);
+        library_flush(translator->cpu_state);
 }
 
 bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
                                      struct hil_instruction *place)
 {
     /* an access of eight bytes, or an unaligned one, may be split */
-    if (running_translator != translator || !translator->access.code_address || !translator->core ||
-        address - translator->access.address >= 8u || !library_restore || !library_restore_to)
+    if (running_translator != translator || !translator->access.code_address ||
+        !translator->cpu_state || address - translator->access.address >= 8u || !library_restore ||
+        !library_restore_to)
         return false;
     found_instruction = place;
-    bool found = library_restore(translator->core, translator->access.code_address, false);
+    bool found = library_restore(translator->cpu_state, translator->access.code_address, false);
     found_instruction = NULL;
     return found;
 }
 
-bool hil_translator_can_leave(const struct hil_translator *translator)
+bool hil_translator_can_leave_code(const struct hil_translator *translator)
 {
     return running_translator == translator && translator->access.code_address &&
-           translator->core && library_loop_exit;
+           translator->cpu_state && library_loop_exit;
 }
 
-void hil_translator_leave(const struct hil_translator *translator)
+void hil_translator_leave_code(const struct hil_translator *translator)
 {
-    library_loop_exit(translator->core, translator->access.code_address);
+    library_loop_exit(translator->cpu_state, translator->access.code_address);
     abort(); /* library_loop_exit does not return */
 }
 
@@ -149,10 +151,10 @@ void hil_translator_leave(const struct hil_translator *translator)
 bool arm_cpu_tlb_fill_arm(struct CPUState *core, uint64_t address, int size, unsigned access,
                           int mmu_index, bool probe, uintptr_t from)
 {
-    bool filled = library_fill(core, address, size, access, mmu_index, probe, from);
+    bool filled = library_tlb_fill(core, address, size, access, mmu_index, probe, from);
     if (!filled || !running_translator)
         return filled;
-    running_translator->core = core;
+    running_translator->cpu_state = core;
     /* Flash stays on the slow path, which refuses stores. */
     bool ram = address - HIL_SRAM_BASE < HIL_SRAM_SIZE || address - HIL_CCM_BASE < HIL_CCM_SIZE;
     if (ram && !running_translator->has_code_in_ram && library_set_dirty && library_flush)
@@ -184,7 +186,7 @@ void restore_state_to_opc_arm(struct CPUARMState *state, struct TranslationBlock
 
 /* Records an access and returns the access in progress: an unaligned access calls this again for
  * each of its parts. */
-static struct hil_translated_access begin_access(uint32_t address, uintptr_t from)
+static struct hil_translated_access begin_translated_access(uint32_t address, uintptr_t from)
 {
     struct hil_translated_access outer = {0};
     if (running_translator) {
@@ -194,30 +196,30 @@ static struct hil_translated_access begin_access(uint32_t address, uintptr_t fro
     return outer;
 }
 
-static void end_access(struct hil_translated_access outer)
+static void end_translated_access(struct hil_translated_access outer)
 {
     if (!running_translator)
         return;
-    if (running_translator->is_abandoned && !outer.code_address)
-        hil_translator_leave(running_translator);
+    if (running_translator->is_instruction_abandoned && !outer.code_address)
+        hil_translator_leave_code(running_translator);
     running_translator->access = outer;
 }
 
 #define LOAD(type, name)                                                                  \
     type name(struct CPUARMState *state, uint32_t address, unsigned kind, uintptr_t from) \
     {                                                                                     \
-        struct hil_translated_access outer = begin_access(address, from);                 \
+        struct hil_translated_access outer = begin_translated_access(address, from);      \
         type value = library_##name(state, address, kind, from);                          \
-        end_access(outer);                                                                \
+        end_translated_access(outer);                                                     \
         return value;                                                                     \
     }
 #define STORE(type, name)                                                             \
     void name(struct CPUARMState *state, uint32_t address, type value, unsigned kind, \
               uintptr_t from)                                                         \
     {                                                                                 \
-        struct hil_translated_access outer = begin_access(address, from);             \
+        struct hil_translated_access outer = begin_translated_access(address, from);  \
         library_##name(state, address, value, kind, from);                            \
-        end_access(outer);                                                            \
+        end_translated_access(outer);                                                 \
     }
 LOADS(LOAD)
 STORES(STORE)

@@ -10,12 +10,12 @@ struct CPUState;
 
 struct hil_translator {
     bool has_code_in_ram;
-    struct CPUState *core; /* Unicorn's CPU state; NULL: not known yet */
+    struct CPUState *cpu_state; /* Unicorn's CPU state; NULL: not known yet */
     struct hil_translated_access {
         uint32_t address;
         uintptr_t code_address; /* position in the translated code; 0: no access is in progress */
     } access;
-    bool is_abandoned; /* the instruction that makes the access is not continued */
+    bool is_instruction_abandoned; /* the instruction that makes the access is not continued */
 };
 
 /* Initialises the translator of a new processor. */
@@ -33,10 +33,10 @@ struct hil_instruction {
 bool hil_translator_find_instruction(const struct hil_translator *translator, uint32_t address,
                                      struct hil_instruction *place);
 /* True if the core is making an access at which the translated code can be left. */
-bool hil_translator_can_leave(const struct hil_translator *translator);
+bool hil_translator_can_leave_code(const struct hil_translator *translator);
 /* Leaves the translated code before the access, or after it if the access was abandoned. The
  * processor is then at the instruction that makes the access, and Unicorn returns if a stop was
  * requested. */
-__attribute__((noreturn)) void hil_translator_leave(const struct hil_translator *translator);
+__attribute__((noreturn)) void hil_translator_leave_code(const struct hil_translator *translator);
 
 #endif

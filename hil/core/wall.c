@@ -8,19 +8,19 @@
 #include <time.h>
 #include <unistd.h>
 
-static volatile int *stop_flag;
+static volatile int *limit_stop_flag;
 static volatile sig_atomic_t alarm_count;
 
-double hil_wall_s(void)
+double hil_wall_clock_s(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-int64_t hil_wall_ms(void)
+int64_t hil_wall_clock_ms(void)
 {
-    return (int64_t)(1e3 * hil_wall_s());
+    return (int64_t)(1e3 * hil_wall_clock_s());
 }
 
 void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile int *stop)
@@ -34,11 +34,11 @@ void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile in
 
 void hil_pace_record(struct hil_pace *pace, uint64_t t_ps)
 {
-    double late_s = hil_wall_s() - pace->start_s - (double)t_ps * 1e-12;
+    double late_s = hil_wall_clock_s() - pace->start_s - (double)t_ps * 1e-12;
     if (late_s > pace->max_delay_s)
         pace->max_delay_s = late_s;
-    if (late_s > pace->max_started_delay_s && (double)t_ps * 1e-12 > HIL_PACE_START_S)
-        pace->max_started_delay_s = late_s;
+    if (late_s > pace->max_delay_after_start_s && (double)t_ps * 1e-12 > HIL_PACE_START_S)
+        pace->max_delay_after_start_s = late_s;
 }
 
 static void on_alarm(int number)
@@ -47,7 +47,7 @@ static void on_alarm(int number)
         "matrig-board: still running several seconds after its wall-clock limit: a link or a file "
         "blocks, or the emulator hangs; check the programs that read the links\n";
     (void)number;
-    *stop_flag = HIL_WALL_STOP;
+    *limit_stop_flag = HIL_STOP_BY_WALL_LIMIT;
     if (alarm_count++) {
         ssize_t ignored = write(STDERR_FILENO, text, sizeof text - 1);
         (void)ignored;
@@ -55,12 +55,12 @@ static void on_alarm(int number)
     }
 }
 
-void hil_wall_set_limit(double limit_s, volatile int *stop)
+void hil_wall_clock_set_limit(double limit_s, volatile int *stop)
 {
     struct sigaction action = {.sa_handler = on_alarm};
     if (limit_s <= 0)
         return;
-    stop_flag = stop;
+    limit_stop_flag = stop;
     sigaction(SIGALRM, &action, NULL);
     struct itimerval timer = {.it_interval = {.tv_sec = HIL_WALL_GRACE_S}};
     timer.it_value.tv_sec = (time_t)floor(limit_s);

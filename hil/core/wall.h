@@ -5,8 +5,8 @@
 #include <stdint.h>
 
 /* Monotonic time, in seconds and milliseconds. */
-double hil_wall_s(void);
-int64_t hil_wall_ms(void);
+double hil_wall_clock_s(void);
+int64_t hil_wall_clock_ms(void);
 
 /* Pacing of virtual time by the wall clock. A piece of virtual time is run when the wall clock has
  * passed its end, so no output leaves the board early. The largest delay of an end is recorded. */
@@ -17,7 +17,7 @@ struct hil_pace {
     double max_delay_s; /* largest delay so far of the end of a piece */
     /* largest delay after HIL_PACE_START_S; before that, code is translated and the board scans its
      * memories */
-    double max_started_delay_s;
+    double max_delay_after_start_s;
 };
 
 /* Waits until the wall clock has reached virtual time t_ps; `*stop` ends the wait. */
@@ -25,11 +25,11 @@ void hil_pace_wait(const struct hil_pace *pace, uint64_t t_ps, const volatile in
 /* Call when the piece that ends at t_ps has been run. */
 void hil_pace_record(struct hil_pace *pace, uint64_t t_ps);
 
-/* Sets *stop to HIL_WALL_STOP after limit_s of wall clock (0: no limit). If the process still runs
+/* Sets *stop to HIL_STOP_BY_WALL_LIMIT after limit_s of wall clock (0: no limit). If the process still runs
  * HIL_WALL_GRACE_S later (it waits for an event that does not occur, or virtual time does not
  * advance), prints a message and exits with 3. */
-#define HIL_WALL_STOP    2
-#define HIL_WALL_GRACE_S 5
-void hil_wall_set_limit(double limit_s, volatile int *stop);
+#define HIL_STOP_BY_WALL_LIMIT 2
+#define HIL_WALL_GRACE_S       5
+void hil_wall_clock_set_limit(double limit_s, volatile int *stop);
 
 #endif

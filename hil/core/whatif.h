@@ -6,7 +6,7 @@
  * stores to peripherals, and memory at the end must be the same. The state of the board itself does
  * not change.
  *
- * Limitations: a run is followed for HIL_WHATIF_INSTRUCTIONS instructions, or until it sleeps, ends
+ * Limitations: a run is followed for HIL_WHATIF_INSTRUCTIONS_MAX instructions, or until it sleeps, ends
  * an exception or faults. Later decisions are not detected, nor are values that are stored in
  * memory and overwritten before the end. In the copy, the register being read keeps its value and
  * every other read of a peripheral gives 0, so the run may follow a path that the program would not
@@ -15,7 +15,7 @@
  * after it.
  *
  * After a change of code or a reset, a load with the same bits in question and the same LR is
- * tested HIL_WHATIF_TIMES times. If the bits never mattered, later loads are assumed not to matter:
+ * tested HIL_WHATIF_TESTS_PER_LOAD times. If the bits never mattered, later loads are assumed not to matter:
  * a program that ignores the value at first and uses it later is not detected. */
 #ifndef MATRIG_HIL_WHATIF_H
 #define MATRIG_HIL_WHATIF_H
@@ -23,13 +23,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define HIL_WHATIF_INSTRUCTIONS 2000u
-#define HIL_WHATIF_TIMES        16u
+#define HIL_WHATIF_INSTRUCTIONS_MAX 2000u
+#define HIL_WHATIF_TESTS_PER_LOAD   16u
 
 struct hil_core;
 struct hil_whatif; /* the copy; created when it is first needed */
 
-struct hil_difference {
+struct hil_whatif_difference {
     /* bit of the word being read that matters by itself, or the lowest bit in question */
     unsigned bit;
     uint32_t pc; /* the branch or store that differs; for a difference in memory, the load */
@@ -38,7 +38,7 @@ struct hil_difference {
 /* During a read by the instruction at `pc`: true if the values of the bits `unknown` of the word
  * `value` matter. `difference` then has the details. */
 bool hil_whatif_has_effect(struct hil_core *core, uint32_t pc, uint32_t value, uint32_t unknown,
-                           struct hil_difference *difference);
+                           struct hil_whatif_difference *difference);
 /* Call after a change of time or state: discards all results so far. */
 void hil_whatif_reset(struct hil_core *core);
 /* Call when the code has changed or the core is destroyed. */

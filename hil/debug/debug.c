@@ -10,13 +10,13 @@
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
 
-#define XPSR_NUMBER      0x1ffu
+#define XPSR_EXCEPTION             0x1ffu
 /* DBGMCU_APB1_FZ (RM0090 38.16.4) */
-#define FZ_TIM2          (1u << 0)
-#define FZ_TIM4          (1u << 2)
-#define FZ_IWDG          (1u << 12)
+#define FREEZE_TIM2                (1u << 0)
+#define FREEZE_TIM4                (1u << 2)
+#define FREEZE_IWDG                (1u << 12)
 /* faults and SVCall belong to the instruction that causes them */
-#define LAST_SYNCHRONOUS HIL_EXC_DEBUG_MONITOR
+#define LAST_SYNCHRONOUS_EXCEPTION HIL_EXC_DEBUG_MONITOR
 
 /* The attached debugger, or NULL. */
 static struct hil_debug *get_debugger(const struct hil_board *board)
@@ -35,38 +35,38 @@ static unsigned count_active_exceptions(const struct hil_board *board)
 void hil_debug_detach(struct hil_board *board)
 {
     struct hil_debug *d = get_debugger(board);
-    for (unsigned i = 0; d && i < HIL_WATCHPOINTS; i++) {
-        if (d->watch[i].size)
-            hil_debug_set_watchpoint(board, d->watch[i].kind, d->watch[i].address, d->watch[i].size,
-                                     false);
+    for (unsigned i = 0; d && i < HIL_WATCHPOINTS_MAX; i++) {
+        if (d->watchpoints[i].size)
+            hil_debug_set_watchpoint(board, d->watchpoints[i].kind, d->watchpoints[i].address,
+                                     d->watchpoints[i].size, false);
     }
     board->core.observers.debugger = NULL;
     board->core.observers.debugger_context = NULL;
 }
 
-void hil_debug_hold(struct hil_board *board, enum hil_hold why)
+void hil_debug_hold(struct hil_board *board, enum hil_hold_reason why)
 {
     struct hil_debug *d = get_debugger(board);
-    d->hold = why;
+    d->hold_reason = why;
     d->is_stepping = false;
 }
 
 bool hil_debug_is_holding(const struct hil_board *board)
 {
     const struct hil_debug *d = get_debugger(board);
-    return d && d->hold != HIL_HOLD_NONE;
+    return d && d->hold_reason != HIL_HOLD_NONE;
 }
 
 static void release_hold(struct hil_board *board)
 {
     struct hil_debug *d = get_debugger(board);
     uint32_t pc = hil_cpu_register(&board->core, 15) & ~1u;
-    if (d->hold == HIL_HOLD_BKPT) /* skip the firmware's own BKPT */
+    if (d->hold_reason == HIL_HOLD_BKPT) /* skip the firmware's own BKPT */
         hil_debug_write_register(board, HIL_REG_PC, pc += 2u);
-    d->hold = HIL_HOLD_NONE;
-    d->watch_hit = false;
-    d->is_resumed = true;
-    d->resumed_pc = pc;
+    d->hold_reason = HIL_HOLD_NONE;
+    d->is_watchpoint_hit = false;
+    d->is_resuming = true;
+    d->resume_pc = pc;
 }
 
 void hil_debug_run(struct hil_board *board)
@@ -92,24 +92,25 @@ void hil_debug_advance(struct hil_board *board, uint64_t until_ps)
     const uint32_t stops = core->state.scb.apb1_fz;
     core->has_reached_target = false;
     hil_event_handle_due(core);
-    uint64_t from_ps = hil_now_ps(core), until = hil_clock_cycle(clock, until_ps);
-    if (core->stopped || core->reset.is_requested || clock->is_stopped || until <= clock->now_cycle)
+    uint64_t from_ps = hil_now_ps(core), until = hil_clock_cycle_at_ps(clock, until_ps);
+    if (core->is_stopped || core->reset.is_requested || clock->is_stopped ||
+        until <= clock->now_cycle)
         return;
-    if (stops & FZ_TIM2)
+    if (stops & FREEZE_TIM2)
         hil_tim_stop_until(&board->mcu.tim, HIL_TIM2, until);
-    if (stops & FZ_TIM4)
+    if (stops & FREEZE_TIM4)
         hil_tim_stop_until(&board->mcu.tim, HIL_TIM4, until);
-    if ((stops & FZ_IWDG) && events->at_ps[HIL_EVENT_IWDG] != HIL_NEVER)
+    if ((stops & FREEZE_IWDG) && events->due_ps[HIL_EVENT_IWDG] != HIL_NEVER)
         hil_event_set_ps(core, HIL_EVENT_IWDG,
-                         events->at_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));
-    hil_scb_skip_cycles(core, until - clock->now_cycle);
-    hil_event_set_ps(core, HIL_EVENT_TARGET, until_ps);
-    while (!core->has_reached_target && !core->stopped && !core->reset.is_requested) {
+                         events->due_ps[HIL_EVENT_IWDG] + (until_ps - from_ps));
+    hil_scb_hold_counters(core, until - clock->now_cycle);
+    hil_event_set_ps(core, HIL_EVENT_RUN_END, until_ps);
+    while (!core->has_reached_target && !core->is_stopped && !core->reset.is_requested) {
         if (events->next_cycle > clock->now_cycle)
             clock->now_cycle = events->next_cycle;
         hil_event_handle_due(core);
     }
-    hil_event_set_ps(core, HIL_EVENT_TARGET, HIL_NEVER);
+    hil_event_set_ps(core, HIL_EVENT_RUN_END, HIL_NEVER);
     core->has_reached_target = false;
 }
 
@@ -118,62 +119,62 @@ enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t addres
     struct hil_debug *d = get_debugger(board);
     unsigned i = 0;
     address &= ~1u;
-    while (i < d->breakpoints && d->breakpoint[i] != address)
+    while (i < d->breakpoint_count && d->breakpoint[i] != address)
         i++;
-    if (set && i == d->breakpoints) {
-        if (i == HIL_BREAKPOINTS)
+    if (set && i == d->breakpoint_count) {
+        if (i == HIL_BREAKPOINTS_MAX)
             return MR_FULL;
-        d->breakpoint[d->breakpoints++] = address;
-    } else if (!set && i < d->breakpoints) {
-        d->breakpoint[i] = d->breakpoint[--d->breakpoints];
+        d->breakpoint[d->breakpoint_count++] = address;
+    } else if (!set && i < d->breakpoint_count) {
+        d->breakpoint[i] = d->breakpoint[--d->breakpoint_count];
     }
     return MR_OK;
 }
 
-static void on_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size, int64_t value,
-                      void *user)
+static void on_watched_access(uc_engine *uc, uc_mem_type type, uint64_t address, int size,
+                              int64_t value, void *user)
 {
     struct hil_board *board = user;
     struct hil_debug *d = get_debugger(board);
     bool write = type == UC_MEM_WRITE;
     (void)uc;
     (void)value;
-    if (!d || d->watch_hit)
+    if (!d || d->is_watchpoint_hit)
         return;
-    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
-        const struct hil_watchpoint *w = &d->watch[i];
+    for (unsigned i = 0; i < HIL_WATCHPOINTS_MAX; i++) {
+        const struct hil_watchpoint *w = &d->watchpoints[i];
         bool kind = w->kind == HIL_WATCH_ACCESS || (w->kind == HIL_WATCH_WRITE) == write;
         if (w->size && kind && address < (uint64_t)w->address + w->size &&
             address + (uint64_t)size > w->address) {
             hil_cpu_step_to_access(&board->core);
-            d->watch_hit = true;
-            d->watch_kind = w->kind;
-            d->watch_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
+            d->is_watchpoint_hit = true;
+            d->hit_kind = w->kind;
+            d->hit_address = (uint32_t)address > w->address ? (uint32_t)address : w->address;
             struct hil_instruction place = {.pc = board->core.state.cpu.block_address};
             (void)hil_translator_find_instruction(&board->core.engine.translator, (uint32_t)address,
                                                   &place);
-            d->watch_pc = place.pc;
+            d->hit_pc = place.pc;
             return;
         }
     }
 }
 
-static struct hil_watchpoint *find_watch(struct hil_debug *d, enum hil_watch kind, uint32_t address,
-                                         uint32_t size)
+static struct hil_watchpoint *find_watchpoint(struct hil_debug *d, enum hil_watch_kind kind,
+                                              uint32_t address, uint32_t size)
 {
-    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++) {
-        if (d->watch[i].size == size &&
-            (!size || (d->watch[i].kind == kind && d->watch[i].address == address)))
-            return &d->watch[i];
+    for (unsigned i = 0; i < HIL_WATCHPOINTS_MAX; i++) {
+        if (d->watchpoints[i].size == size &&
+            (!size || (d->watchpoints[i].kind == kind && d->watchpoints[i].address == address)))
+            return &d->watchpoints[i];
     }
     return NULL;
 }
 
-enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch kind,
+enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch_kind kind,
                                         uint32_t address, uint32_t size, bool set)
 {
-    struct hil_watchpoint *there = find_watch(get_debugger(board), kind, address, size);
-    struct hil_watchpoint *place = find_watch(get_debugger(board), kind, 0, 0);
+    struct hil_watchpoint *there = find_watchpoint(get_debugger(board), kind, address, size);
+    struct hil_watchpoint *place = find_watchpoint(get_debugger(board), kind, 0, 0);
     if (!size || (set && !there && !place))
         return MR_FULL;
     if (set == (there != NULL))
@@ -185,13 +186,14 @@ enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch 
                   : kind == HIL_WATCH_READ  ? UC_HOOK_MEM_READ
                                             : UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE;
         uint64_t low = address < 8 ? 0 : address - 8u;
-        if (uc_hook_add(board->core.uc, &place->hook, types, (void *)(uintptr_t)on_access, board,
-                        low, (uint64_t)address + size - 1u) != UC_ERR_OK) {
+        if (uc_hook_add(board->core.uc, &place->unicorn_hook, types,
+                        (void *)(uintptr_t)on_watched_access, board, low,
+                        (uint64_t)address + size - 1u) != UC_ERR_OK) {
             place->size = 0;
             return MR_FULL;
         }
     } else {
-        uc_hook_del(board->core.uc, there->hook);
+        uc_hook_del(board->core.uc, there->unicorn_hook);
         there->size = 0;
     }
     hil_cpu_discard_code(&board->core); /* the check is part of the translated code */
@@ -200,7 +202,7 @@ enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch 
 
 static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint32_t size)
 {
-    for (unsigned i = 0; i < d->breakpoints; i++) {
+    for (unsigned i = 0; i < d->breakpoint_count; i++) {
         if (d->breakpoint[i] - address < size)
             return true;
     }
@@ -208,23 +210,24 @@ static bool has_breakpoint_in(const struct hil_debug *d, uint32_t address, uint3
 }
 
 /* True if the running code is part of the step; handlers of interrupts during a step are not. */
-static bool is_step_at_code(const struct hil_board *board)
+static bool is_code_part_of_step(const struct hil_board *board)
 {
     const struct hil_debug *d = get_debugger(board);
     return count_active_exceptions(board) <= d->step_depth ||
-           (hil_cpu_register(&board->core, 16) & XPSR_NUMBER) <= LAST_SYNCHRONOUS;
+           (hil_cpu_register(&board->core, 16) & XPSR_EXCEPTION) <= LAST_SYNCHRONOUS_EXCEPTION;
 }
 
 static bool must_step_block(const void *context, uint32_t address, uint32_t size)
 {
     const struct hil_debug *d = context;
-    return has_breakpoint_in(d, address, size) || (d->is_stepping && is_step_at_code(d->board));
+    return has_breakpoint_in(d, address, size) ||
+           (d->is_stepping && is_code_part_of_step(d->board));
 }
 
 static bool is_step_done(struct hil_board *board)
 {
     struct hil_debug *d = get_debugger(board);
-    if (!d->is_stepping || !is_step_at_code(board))
+    if (!d->is_stepping || !is_code_part_of_step(board))
         return false;
     if (!d->has_stepped) {
         d->has_stepped = true;
@@ -237,29 +240,29 @@ static bool must_stop_before(void *context, uint32_t pc)
 {
     struct hil_debug *d = context;
     struct hil_board *board = d->board;
-    bool goes_on = d->is_resumed && d->resumed_pc == pc;
-    d->is_resumed = false;
-    if (d->watch_hit && !goes_on)
+    bool goes_on = d->is_resuming && d->resume_pc == pc;
+    d->is_resuming = false;
+    if (d->is_watchpoint_hit && !goes_on)
         hil_debug_hold(board, HIL_HOLD_WATCHPOINT);
     else if (!goes_on && has_breakpoint_in(d, pc, 1))
         hil_debug_hold(board, HIL_HOLD_BREAKPOINT);
     else if (is_step_done(board))
         hil_debug_hold(board, HIL_HOLD_STEP);
-    return d->hold != HIL_HOLD_NONE;
+    return d->hold_reason != HIL_HOLD_NONE;
 }
 
 static bool is_holding(const void *context)
 {
     const struct hil_debug *d = context;
-    return d->hold != HIL_HOLD_NONE;
+    return d->hold_reason != HIL_HOLD_NONE;
 }
 
 static bool has_hit_watchpoint(void *context)
 {
     const struct hil_debug *d = context;
-    if (d->watch_hit)
+    if (d->is_watchpoint_hit)
         hil_debug_hold(d->board, HIL_HOLD_WATCHPOINT);
-    return d->watch_hit;
+    return d->is_watchpoint_hit;
 }
 
 static void handle_bkpt(void *context)
@@ -278,7 +281,7 @@ static const struct hil_debugger_calls debugger_calls = {
 
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug)
 {
-    *debug = (struct hil_debug){.board = board, .hold = HIL_HOLD_REQUESTED};
+    *debug = (struct hil_debug){.board = board, .hold_reason = HIL_HOLD_REQUESTED};
     board->core.observers.debugger_context = debug;
     board->core.observers.debugger = &debugger_calls;
 }
@@ -353,9 +356,9 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
         board->lines.callbacks = (struct hil_callbacks){0};
         core->trace = NULL;
         core->observers.tracer = NULL;
-        core->stopped = false;
+        core->is_stopped = false;
     }
-    for (size_t i = 0; i < n && !core->stopped;) {
+    for (size_t i = 0; i < n && !core->is_stopped;) {
         uint32_t value = 0;
         unsigned size = get_access_size(address + (uint32_t)i, n - i);
         memcpy(&value, bytes + i, size);
@@ -366,7 +369,7 @@ static enum mr_status access_bus(struct hil_board *board, uint32_t address, uint
         memcpy(bytes + i, &value, size);
         i += size;
     }
-    bool failed = core->stopped && !(write && before.core.stopped);
+    bool failed = core->is_stopped && !(write && before.core.is_stopped);
     if (failed || !write) {
         *core = before.core;
         board->state = before.state;

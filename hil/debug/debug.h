@@ -19,10 +19,10 @@
 #include "common/status.h"
 #include "hil/board/board.h"
 
-#define HIL_BREAKPOINTS 64u
-#define HIL_WATCHPOINTS 8u
+#define HIL_BREAKPOINTS_MAX 64u
+#define HIL_WATCHPOINTS_MAX 8u
 
-enum hil_hold {
+enum hil_hold_reason {
     HIL_HOLD_NONE, /* the board runs */
     HIL_HOLD_REQUESTED,
     HIL_HOLD_BREAKPOINT,
@@ -32,29 +32,29 @@ enum hil_hold {
 };
 
 /* numbers as in gdb */
-enum hil_watch { HIL_WATCH_WRITE = 2, HIL_WATCH_READ = 3, HIL_WATCH_ACCESS = 4 };
+enum hil_watch_kind { HIL_WATCH_WRITE = 2, HIL_WATCH_READ = 3, HIL_WATCH_ACCESS = 4 };
 
 struct hil_watchpoint {
-    enum hil_watch kind;
+    enum hil_watch_kind kind;
     uint32_t address, size; /* size 0: this entry is free */
-    size_t hook;
+    size_t unicorn_hook;
 };
 
 struct hil_debug {
     struct hil_board *board; /* board to which the debugger is attached */
-    enum hil_hold hold;
-    uint32_t breakpoint[HIL_BREAKPOINTS];
-    unsigned breakpoints;
-    struct hil_watchpoint watch[HIL_WATCHPOINTS];
-    enum hil_watch watch_kind; /* watchpoint that was hit (HIL_HOLD_WATCHPOINT) */
-    uint32_t watch_address, watch_pc;
-    bool watch_hit;
+    enum hil_hold_reason hold_reason;
+    uint32_t breakpoint[HIL_BREAKPOINTS_MAX];
+    unsigned breakpoint_count;
+    struct hil_watchpoint watchpoints[HIL_WATCHPOINTS_MAX];
+    enum hil_watch_kind hit_kind; /* watchpoint that was hit (HIL_HOLD_WATCHPOINT) */
+    uint32_t hit_address, hit_pc;
+    bool is_watchpoint_hit;
 
     bool is_stepping, has_stepped; /* a step was requested; its instruction has been executed */
     unsigned step_depth;           /* active exceptions at the start of the step */
     /* execution continues with the instruction at resumed_pc, without breaking there again */
-    bool is_resumed;
-    uint32_t resumed_pc;
+    bool is_resuming;
+    uint32_t resume_pc;
 };
 
 /* Attach and detach a debugger. `debug` belongs to the caller and must stay valid until detaching.
@@ -62,7 +62,7 @@ struct hil_debug {
  * board run. */
 void hil_debug_attach(struct hil_board *board, struct hil_debug *debug);
 void hil_debug_detach(struct hil_board *board);
-void hil_debug_hold(struct hil_board *board, enum hil_hold why);
+void hil_debug_hold(struct hil_board *board, enum hil_hold_reason why);
 bool hil_debug_is_holding(const struct hil_board *board);
 
 /* Let the board continue: run, or step one instruction. */
@@ -75,9 +75,9 @@ void hil_debug_step(struct hil_board *board);
 void hil_debug_advance(struct hil_board *board, uint64_t until_ps);
 
 /* Set or remove a breakpoint or watchpoint. MR_OK, also if it is already set or removed; MR_FULL:
- * more than HIL_BREAKPOINTS or HIL_WATCHPOINTS. */
+ * more than HIL_BREAKPOINTS_MAX or HIL_WATCHPOINTS_MAX. */
 enum mr_status hil_debug_set_breakpoint(struct hil_board *board, uint32_t address, bool set);
-enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch kind,
+enum mr_status hil_debug_set_watchpoint(struct hil_board *board, enum hil_watch_kind kind,
                                         uint32_t address, uint32_t size, bool set);
 
 /* Registers, numbered as in the target description in gdb.c. Values have 32 bits, or 64 for

@@ -15,13 +15,13 @@
 #include "hil/core/wall.h"
 #include "hil/link/wire_link.h"
 
-#define POLL_MS          50
-#define SEND_MS          10000
+#define POLL_INTERVAL_MS  50
+#define SEND_TIMEOUT_MS   10000
 /* bytes of memory whose hex digits fit into one answer */
-#define MEMORY_MAX       (HIL_GDB_PACKET / 2u - 8u)
-#define SIGNAL_INTERRUPT 2
-#define SIGNAL_TRAP      5
-#define SIGNAL_SEGMENT   11
+#define MEMORY_ANSWER_MAX (HIL_GDB_PACKET_MAX / 2u - 8u)
+#define SIGNAL_INTERRUPT  2
+#define SIGNAL_TRAP       5
+#define SIGNAL_SEGV       11
 
 /* Registers in the order of enum hil_debug_register. */
 
@@ -84,7 +84,7 @@ static char *format_hex(char *text, const void *bytes, size_t n)
 }
 
 /* Ends the connection and reports it to `lost`. */
-static void drop_connection(struct hil_gdb_line *line)
+static void drop_connection(struct hil_gdb_connection *line)
 {
     if (line->fd >= 0)
         close(line->fd);
@@ -93,9 +93,9 @@ static void drop_connection(struct hil_gdb_line *line)
     hil_call(&line->on_lost);
 }
 
-static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
+static void send_all(struct hil_gdb_connection *line, const char *bytes, size_t n)
 {
-    int64_t until = hil_wall_ms() + SEND_MS;
+    int64_t until = hil_wall_clock_ms() + SEND_TIMEOUT_MS;
     while (n && line->fd >= 0) {
         ssize_t sent = send(line->fd, bytes, n, MSG_NOSIGNAL | MSG_DONTWAIT);
         if (sent > 0) {
@@ -104,17 +104,17 @@ static void send_all(struct hil_gdb_line *line, const char *bytes, size_t n)
             continue;
         }
         struct pollfd wait = {.fd = line->fd, .events = POLLOUT};
-        if ((errno != EAGAIN && errno != EINTR) || hil_wall_ms() > until)
+        if ((errno != EAGAIN && errno != EINTR) || hil_wall_clock_ms() > until)
             drop_connection(line);
         else
-            poll(&wait, 1, POLL_MS);
+            poll(&wait, 1, POLL_INTERVAL_MS);
     }
 }
 
 /* Sends a packet. If that takes more than ten seconds, the connection is lost. */
-static void put_packet(struct hil_gdb_line *line, const char *text)
+static void send_packet(struct hil_gdb_connection *line, const char *text)
 {
-    char packet[2 * HIL_GDB_PACKET + 8];
+    char packet[2 * HIL_GDB_PACKET_MAX + 8];
     uint8_t sum = 0;
     size_t n = strlen(text);
     for (size_t i = 0; i < n; i++)
@@ -125,24 +125,24 @@ static void put_packet(struct hil_gdb_line *line, const char *text)
 
 /* Sends a line to the debugger's console. Allowed only while gdb waits for the board or for a
  * monitor command. */
-static void put_console(struct hil_gdb_line *line, const char *text)
+static void send_console_text(struct hil_gdb_connection *line, const char *text)
 {
-    char packet[2 * HIL_GDB_PACKET] = "O";
+    char packet[2 * HIL_GDB_PACKET_MAX] = "O";
     size_t n = strlen(text);
-    format_hex(packet + 1, text, n < HIL_GDB_PACKET - 2 ? n : HIL_GDB_PACKET - 2);
-    put_packet(line, packet);
+    format_hex(packet + 1, text, n < HIL_GDB_PACKET_MAX - 2 ? n : HIL_GDB_PACKET_MAX - 2);
+    send_packet(line, packet);
 }
 
 /* Reads from the socket, waiting up to timeout_ms. False: the socket is closed. */
-static bool receive_input(struct hil_gdb_line *line, int timeout_ms)
+static bool receive_input(struct hil_gdb_connection *line, int timeout_ms)
 {
     struct pollfd wait = {.fd = line->fd, .events = POLLIN};
-    if (line->input_size == sizeof line->in)
+    if (line->input_size == sizeof line->input)
         line->input_size = 0; /* longer than any packet: dropped */
     if (line->fd < 0 || poll(&wait, 1, timeout_ms) <= 0)
         return line->fd >= 0;
-    ssize_t n = recv(line->fd, line->in + line->input_size, sizeof line->in - line->input_size,
-                     MSG_DONTWAIT);
+    ssize_t n = recv(line->fd, line->input + line->input_size,
+                     sizeof line->input - line->input_size, MSG_DONTWAIT);
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
         drop_connection(line);
         return false;
@@ -152,9 +152,9 @@ static bool receive_input(struct hil_gdb_line *line, int timeout_ms)
     return true;
 }
 
-static void drop_line(struct hil_gdb_line *line, size_t n)
+static void discard_input(struct hil_gdb_connection *line, size_t n)
 {
-    memmove(line->in, line->in + n, line->input_size - n);
+    memmove(line->input, line->input + n, line->input_size - n);
     line->input_size -= n;
 }
 
@@ -162,21 +162,21 @@ static void drop_line(struct hil_gdb_line *line, size_t n)
  * Returns its length; -1: no packet, or, if *interrupt is set, Ctrl-C. If a packet cannot be
  * acknowledged, the connection is lost and the packet is ignored, except kill, after which gdb
  * disconnects at once. */
-static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
+static int take_next_packet(struct hil_gdb_connection *line, char *packet, bool *interrupt)
 {
     *interrupt = false;
-    while (line->input_size && line->in[0] != '$') {
-        *interrupt = line->in[0] == 3;
-        drop_line(line, 1);
+    while (line->input_size && line->input[0] != '$') {
+        *interrupt = line->input[0] == 3;
+        discard_input(line, 1);
         if (*interrupt)
             return -1;
     }
-    const char *hash = line->input_size ? memchr(line->in, '#', line->input_size) : NULL;
-    if (!hash || line->input_size - (size_t)(hash - line->in) < 3)
+    const char *hash = line->input_size ? memchr(line->input, '#', line->input_size) : NULL;
+    if (!hash || line->input_size - (size_t)(hash - line->input) < 3)
         return -1;
     uint8_t sum = 0;
     int n = 0;
-    for (const char *p = line->in + 1; p < hash; p++) {
+    for (const char *p = line->input + 1; p < hash; p++) {
         sum = (uint8_t)(sum + (uint8_t)*p);
         if (*p == '}' && p + 1 < hash) {
             sum = (uint8_t)(sum + (uint8_t)p[1]);
@@ -188,7 +188,7 @@ static int next_packet(struct hil_gdb_line *line, char *packet, bool *interrupt)
     packet[n] = '\0';
     bool good = parse_hex_digit(hash[1]) >= 0 && parse_hex_digit(hash[2]) >= 0 &&
                 sum == (parse_hex_digit(hash[1]) << 4 | parse_hex_digit(hash[2]));
-    drop_line(line, (size_t)(hash - line->in) + 3);
+    discard_input(line, (size_t)(hash - line->input) + 3);
     if (line->is_acknowledging)
         send_all(line, good ? "+" : "-", 1);
     return good && (line->fd >= 0 || strcmp(packet, "k") == 0) ? n : -1;
@@ -214,7 +214,7 @@ static size_t get_register_bytes(unsigned number)
     return number >= HIL_REG_D0 && number < HIL_REG_FPSCR ? 8 : 4;
 }
 
-static char *put_register(const struct hil_gdb *gdb, unsigned number, char *text)
+static char *format_register(const struct hil_gdb *gdb, unsigned number, char *text)
 {
     uint64_t value = hil_debug_read_register(gdb->board, number);
     return format_hex(text, &value, get_register_bytes(number));
@@ -232,9 +232,9 @@ static bool set_register(struct hil_gdb *gdb, unsigned number, const char *text)
 
 static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
 {
-    uint8_t bytes[MEMORY_MAX];
+    uint8_t bytes[MEMORY_ANSWER_MAX];
     uint32_t address, n;
-    if (!read_two_numbers(text, &address, &n, &text) || n > MEMORY_MAX) {
+    if (!read_two_numbers(text, &address, &n, &text) || n > MEMORY_ANSWER_MAX) {
         strcpy(answer, "E01");
         return;
     }
@@ -246,7 +246,7 @@ static void read_memory(struct hil_gdb *gdb, const char *text, char *answer)
 
 static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
 {
-    uint8_t bytes[HIL_GDB_PACKET];
+    uint8_t bytes[HIL_GDB_PACKET_MAX];
     uint32_t address, n;
     strcpy(answer, "E01");
     if (!read_two_numbers(text, &address, &n, &text) || *text != ':' || n > sizeof bytes)
@@ -258,7 +258,7 @@ static void write_memory(struct hil_gdb *gdb, const char *text, char *answer)
 }
 
 /* Handles the packets Z and z: kind, address, size. */
-static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *answer)
+static void set_break_or_watchpoint(struct hil_gdb *gdb, const char *text, bool set, char *answer)
 {
     uint32_t address, size;
     const char *rest;
@@ -269,14 +269,14 @@ static void set_point(struct hil_gdb *gdb, const char *text, bool set, char *ans
         strcpy(answer, "E01");
         return;
     }
-    enum mr_status status = kind < '2'
-                              ? hil_debug_set_breakpoint(gdb->board, address, set)
-                              : hil_debug_set_watchpoint(gdb->board, (enum hil_watch)(kind - '0'),
-                                                         address, size, set);
+    enum mr_status status = kind < '2' ? hil_debug_set_breakpoint(gdb->board, address, set)
+                                       : hil_debug_set_watchpoint(gdb->board,
+                                                                  (enum hil_watch_kind)(kind - '0'),
+                                                                  address, size, set);
     strcpy(answer, status == MR_OK ? "OK" : "E1c"); /* ENOSPC */
 }
 
-static void read_description(const char *text, char *answer)
+static void read_target_description(const char *text, char *answer)
 {
     uint32_t offset, n;
     const char *rest;
@@ -285,8 +285,8 @@ static void read_description(const char *text, char *answer)
         strcpy(answer, "E01");
         return;
     }
-    if (n > HIL_GDB_PACKET - 8u)
-        n = HIL_GDB_PACKET - 8u;
+    if (n > HIL_GDB_PACKET_MAX - 8u)
+        n = HIL_GDB_PACKET_MAX - 8u;
     if (offset > size)
         offset = (uint32_t)size;
     if (n > size - offset)
@@ -298,7 +298,7 @@ static void read_description(const char *text, char *answer)
 
 /* --- monitor --- */
 
-static void print_time(const struct hil_board *board, char *text, size_t size)
+static void format_time(const struct hil_board *board, char *text, size_t size)
 {
     uint64_t now_ps = hil_board_now_ps(board);
     snprintf(text, size, "%llu.%09llu s virtual, cycle %llu at %u Hz, %llu instructions\n",
@@ -320,7 +320,7 @@ static void run_monitor_command(struct hil_gdb *gdb, const char *hex, char *answ
         snprintf(text, sizeof text, "reset; PC 0x%08x\n",
                  (unsigned)hil_cpu_register(&gdb->board->core, 15));
     else if (strcmp(command, "time") == 0)
-        print_time(gdb->board, text, sizeof text);
+        format_time(gdb->board, text, sizeof text);
     else
         snprintf(text, sizeof text,
                  "time   virtual time, cycles, instructions\n"
@@ -333,11 +333,11 @@ static void run_monitor_command(struct hil_gdb *gdb, const char *hex, char *answ
 static void answer_query(struct hil_gdb *gdb, const char *packet, char *answer)
 {
     if (strncmp(packet, "qSupported", 10) == 0)
-        snprintf(answer, HIL_GDB_PACKET,
+        snprintf(answer, HIL_GDB_PACKET_MAX,
                  "PacketSize=%x;qXfer:features:read+;vContSupported+;QStartNoAckMode+",
-                 (unsigned)HIL_GDB_PACKET);
+                 (unsigned)HIL_GDB_PACKET_MAX);
     else if (strncmp(packet, "qXfer:features:read:target.xml:", 31) == 0)
-        read_description(packet + 31, answer);
+        read_target_description(packet + 31, answer);
     else if (strcmp(packet, "qAttached") == 0)
         strcpy(answer, "1");
     else if (strcmp(packet, "qC") == 0)
@@ -356,18 +356,18 @@ static void report_stop(struct hil_gdb *gdb, enum mr_status status)
 {
     char packet[64];
     const struct hil_debug *d = &gdb->debug;
-    int signal = status != MR_OK               ? SIGNAL_SEGMENT
-               : d->hold == HIL_HOLD_REQUESTED ? SIGNAL_INTERRUPT
-                                               : SIGNAL_TRAP;
+    int signal = status != MR_OK                      ? SIGNAL_SEGV
+               : d->hold_reason == HIL_HOLD_REQUESTED ? SIGNAL_INTERRUPT
+                                                      : SIGNAL_TRAP;
     int n = snprintf(packet, sizeof packet, "T%02xthread:1;", (unsigned)signal);
-    if (status == MR_OK && d->hold == HIL_HOLD_WATCHPOINT)
+    if (status == MR_OK && d->hold_reason == HIL_HOLD_WATCHPOINT)
         snprintf(packet + n, sizeof packet - (size_t)n, "%swatch:%x;",
-                 d->watch_kind == HIL_WATCH_READ     ? "r"
-                 : d->watch_kind == HIL_WATCH_ACCESS ? "a"
-                                                     : "",
-                 (unsigned)d->watch_address);
+                 d->hit_kind == HIL_WATCH_READ     ? "r"
+                 : d->hit_kind == HIL_WATCH_ACCESS ? "a"
+                                                   : "",
+                 (unsigned)d->hit_address);
     gdb->is_hold_reported = true;
-    put_packet(&gdb->line, packet);
+    send_packet(&gdb->connection, packet);
 }
 
 /* vCont;ACTION[;ACTION...]: with a single thread the first action applies. True: the board
@@ -386,19 +386,19 @@ static bool continue_by_action(struct hil_gdb *gdb, const char *action)
 /* Handles a packet while the board is held. True: the board continues. */
 static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_status status)
 {
-    char answer[2 * HIL_GDB_PACKET] = "";
+    char answer[2 * HIL_GDB_PACKET_MAX] = "";
     unsigned number;
     const char *equals = strchr(packet, '=');
     switch (packet[0]) {
     case '?': report_stop(gdb, status); return false;
     case 'g':
         for (unsigned i = 0; i < HIL_REG_COUNT; i++)
-            put_register(gdb, i, answer + strlen(answer));
+            format_register(gdb, i, answer + strlen(answer));
         break;
     case 'p':
         number = (unsigned)strtoul(packet + 1, NULL, 16);
         if (number < HIL_REG_COUNT)
-            put_register(gdb, number, answer);
+            format_register(gdb, number, answer);
         else
             strcpy(answer, "E01");
         break;
@@ -409,22 +409,22 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
     case 'm': read_memory(gdb, packet + 1, answer); break;
     case 'M': write_memory(gdb, packet + 1, answer); break;
     case 'Z':
-    case 'z': set_point(gdb, packet + 1, packet[0] == 'Z', answer); break;
+    case 'z': set_break_or_watchpoint(gdb, packet + 1, packet[0] == 'Z', answer); break;
     case 'H':
     case 'T': strcpy(answer, "OK"); break;
     case 'D':
-        put_packet(&gdb->line, "OK");
-        drop_connection(&gdb->line);
+        send_packet(&gdb->connection, "OK");
+        drop_connection(&gdb->connection);
         return true;
     case 'k':
-        gdb->is_killed = true;
-        drop_connection(&gdb->line);
+        gdb->is_kill_requested = true;
+        drop_connection(&gdb->connection);
         return true;
     case 'q': answer_query(gdb, packet, answer); break;
     case 'Q':
         if (strcmp(packet, "QStartNoAckMode") == 0) {
-            put_packet(&gdb->line, "OK");
-            gdb->line.is_acknowledging = false;
+            send_packet(&gdb->connection, "OK");
+            gdb->connection.is_acknowledging = false;
             return false;
         }
         break;
@@ -439,25 +439,25 @@ static bool handle_packet(struct hil_gdb *gdb, const char *packet, enum mr_statu
         break;
     default: break; /* not supported: the empty answer */
     }
-    put_packet(&gdb->line, answer);
+    send_packet(&gdb->connection, answer);
     return false;
 }
 
 /* Handles packets until gdb lets the board continue. */
 static void serve_client(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
 {
-    char packet[2 * HIL_GDB_PACKET + 1];
-    double seen_s = hil_wall_s();
-    while (gdb->line.fd >= 0 && !*stop) {
+    char packet[2 * HIL_GDB_PACKET_MAX + 1];
+    double seen_s = hil_wall_clock_s();
+    while (gdb->connection.fd >= 0 && !*stop) {
         bool interrupt;
-        double since_s = hil_wall_s() - seen_s;
+        double since_s = hil_wall_clock_s() - seen_s;
         if (gdb->is_time_running && status == MR_OK)
             hil_debug_advance(gdb->board,
                               hil_board_now_ps(gdb->board) + (uint64_t)(since_s * 1e12));
         seen_s += since_s;
-        int n = next_packet(&gdb->line, packet, &interrupt);
+        int n = take_next_packet(&gdb->connection, packet, &interrupt);
         if (n < 0) {
-            if (!interrupt && !receive_input(&gdb->line, POLL_MS))
+            if (!interrupt && !receive_input(&gdb->connection, POLL_INTERVAL_MS))
                 return;
             continue;
         }
@@ -479,35 +479,36 @@ static void detach_debugger(void *context)
 static void attach_debugger(struct hil_gdb *gdb)
 {
     int one = 1;
-    gdb->line.fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
-    if (gdb->line.fd < 0)
+    gdb->connection.fd = accept4(gdb->listener, NULL, NULL, SOCK_CLOEXEC);
+    if (gdb->connection.fd < 0)
         return;
     if (!gdb->path[0])
-        setsockopt(gdb->line.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
-    gdb->line.is_acknowledging = true;
-    gdb->line.on_lost = (struct hil_call){detach_debugger, gdb};
+        setsockopt(gdb->connection.fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
+    gdb->connection.is_acknowledging = true;
+    gdb->connection.on_lost = (struct hil_call){detach_debugger, gdb};
     gdb->is_attached = true;
     gdb->is_hold_reported = true; /* gdb will ask for the stop reason */
-    gdb->line.input_size = 0;
+    gdb->connection.input_size = 0;
     hil_debug_attach(gdb->board, &gdb->debug);
 }
 
 /* Prints why the board is held or has stopped, in addition to the stop reply. */
-static void print_reason(struct hil_gdb *gdb, enum mr_status status)
+static void send_failure_reason(struct hil_gdb *gdb, enum mr_status status)
 {
     char text[512];
     const struct hil_debug *d = &gdb->debug;
     if (status != MR_OK)
-        snprintf(text, sizeof text, "the board has stopped: %s\n", hil_board_reason(gdb->board));
-    else if (d->hold == HIL_HOLD_WATCHPOINT)
+        snprintf(text, sizeof text, "the board has stopped: %s\n",
+                 hil_board_failure_reason(gdb->board));
+    else if (d->hold_reason == HIL_HOLD_WATCHPOINT)
         snprintf(text, sizeof text, "access to 0x%08x by the instruction at 0x%08x\n",
-                 (unsigned)d->watch_address, (unsigned)d->watch_pc);
-    else if (d->hold == HIL_HOLD_BKPT)
+                 (unsigned)d->hit_address, (unsigned)d->hit_pc);
+    else if (d->hold_reason == HIL_HOLD_BKPT)
         snprintf(text, sizeof text,
                  "BKPT instruction of the firmware; to step over it, continue\n");
     else
         return;
-    put_console(&gdb->line, text);
+    send_console_text(&gdb->connection, text);
 }
 
 bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile int *stop)
@@ -515,27 +516,28 @@ bool hil_gdb_serve(struct hil_gdb *gdb, enum mr_status status, const volatile in
     struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
     if (gdb->listener < 0)
         return true;
-    if (gdb->line.fd < 0) {
+    if (gdb->connection.fd < 0) {
         if (status != MR_OK || poll(&wait, 1, 0) <= 0)
             return true;
         attach_debugger(gdb);
     }
-    if (gdb->line.fd >= 0 && !hil_debug_is_holding(gdb->board) && receive_input(&gdb->line, 0)) {
-        char packet[2 * HIL_GDB_PACKET + 1];
+    if (gdb->connection.fd >= 0 && !hil_debug_is_holding(gdb->board) &&
+        receive_input(&gdb->connection, 0)) {
+        char packet[2 * HIL_GDB_PACKET_MAX + 1];
         bool interrupt;
         /* while the board runs only Ctrl-C can arrive */
-        next_packet(&gdb->line, packet, &interrupt);
+        take_next_packet(&gdb->connection, packet, &interrupt);
         if (interrupt)
             hil_debug_hold(gdb->board, HIL_HOLD_REQUESTED);
     }
-    if (gdb->line.fd < 0 || (!hil_debug_is_holding(gdb->board) && status == MR_OK))
+    if (gdb->connection.fd < 0 || (!hil_debug_is_holding(gdb->board) && status == MR_OK))
         return true;
     if (!gdb->is_hold_reported) {
-        print_reason(gdb, status);
+        send_failure_reason(gdb, status);
         report_stop(gdb, status);
     }
     serve_client(gdb, status, stop);
-    return !gdb->is_killed;
+    return !gdb->is_kill_requested;
 }
 
 /* --- opening and closing --- */
@@ -565,7 +567,7 @@ static enum mr_status listen_on_port(struct hil_gdb *gdb, unsigned long port, ch
 
 enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, size_t size)
 {
-    *gdb = (struct hil_gdb){.listener = -1, .line = {.fd = -1}};
+    *gdb = (struct hil_gdb){.listener = -1, .connection = {.fd = -1}};
     if (strncmp(text, "unix:", 5) == 0 && text[5]) {
         enum mr_status status = hil_socket_listen("--gdb", text + 5, &gdb->listener, error, size);
         if (status == MR_OK)
@@ -585,16 +587,16 @@ enum mr_status hil_gdb_open(struct hil_gdb *gdb, const char *text, char *error, 
 enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int timeout_ms,
                               const volatile int *stop, char *error, size_t size)
 {
-    int64_t until = hil_wall_ms() + timeout_ms;
+    int64_t until = hil_wall_clock_ms() + timeout_ms;
     gdb->board = board;
     if (gdb->listener < 0)
         return MR_OK;
-    while (gdb->line.fd < 0 && !*stop && hil_wall_ms() < until) {
+    while (gdb->connection.fd < 0 && !*stop && hil_wall_clock_ms() < until) {
         struct pollfd wait = {.fd = gdb->listener, .events = POLLIN};
-        if (poll(&wait, 1, POLL_MS) > 0)
+        if (poll(&wait, 1, POLL_INTERVAL_MS) > 0)
             attach_debugger(gdb);
     }
-    if (gdb->line.fd >= 0)
+    if (gdb->connection.fd >= 0)
         return MR_OK;
     snprintf(error, size,
              "--gdb: no debugger connected to %s within %d s; start gdb-multiarch with `target "
@@ -606,13 +608,13 @@ enum mr_status hil_gdb_accept(struct hil_gdb *gdb, struct hil_board *board, int 
 void hil_gdb_close(struct hil_gdb *gdb, int exit_code)
 {
     char packet[8];
-    if (gdb->line.fd >= 0) {
+    if (gdb->connection.fd >= 0) {
         snprintf(packet, sizeof packet, "W%02x", (unsigned)exit_code & 0xffu);
-        put_packet(&gdb->line, packet);
+        send_packet(&gdb->connection, packet);
         /* wait for its acknowledgement: closing with unread input would look like an error */
-        receive_input(&gdb->line, POLL_MS);
+        receive_input(&gdb->connection, POLL_INTERVAL_MS);
     }
-    drop_connection(&gdb->line);
+    drop_connection(&gdb->connection);
     if (gdb->listener >= 0)
         close(gdb->listener);
     if (gdb->path[0])

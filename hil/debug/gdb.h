@@ -16,26 +16,26 @@
 #include "hil/core/state.h"
 #include "hil/debug/debug.h"
 
-#define HIL_GDB_PACKET 4096u
+#define HIL_GDB_PACKET_MAX 4096u
 
-struct hil_gdb_line {
+struct hil_gdb_connection {
     int fd; /* connection of the debugger; -1: none */
     bool is_acknowledging;
-    char in[2 * HIL_GDB_PACKET];
+    char input[2 * HIL_GDB_PACKET_MAX];
     size_t input_size;
     struct hil_call on_lost; /* called when the connection has ended */
 };
 
 struct hil_gdb {
     int listener; /* listening socket; -1: none */
-    struct hil_gdb_line line;
+    struct hil_gdb_connection connection;
     char address[160]; /* address of the listener, for the message */
     char path[108];    /* path of the socket; empty: a port is used */
     struct hil_board *board;
     struct hil_debug debug;
     bool is_attached;
     bool is_hold_reported; /* the debugger has been informed that the board is held */
-    bool is_killed;
+    bool is_kill_requested;
     bool is_time_running; /* virtual time follows the wall clock while the board is held */
 };
 

@@ -6,7 +6,7 @@
 #include "hil/board/board.h"
 
 /* number of halfwords of flash and SRAM */
-#define HALFWORDS ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u)
+#define CODE_HALFWORD_COUNT ((HIL_FLASH_SIZE + HIL_SRAM_SIZE) / 2u)
 
 /* The block that begins at a halfword of memory. */
 struct profile_block {
@@ -16,9 +16,9 @@ struct profile_block {
 
 struct hil_profile {
     const struct hil_core *core;
-    uint64_t rom_instructions;  /* instructions of the boot ROM */
-    uint64_t slow_instructions; /* divisions and square roots */
-    struct profile_block block[HALFWORDS];
+    uint64_t rom_instruction_count;  /* instructions of the boot ROM */
+    uint64_t slow_instruction_count; /* divisions and square roots */
+    struct profile_block blocks[CODE_HALFWORD_COUNT];
 };
 
 bool hil_profile_is_slow_instruction(uint16_t a, uint16_t b)
@@ -48,7 +48,7 @@ static uint16_t count_slow_instructions(const struct hil_core *core, uint32_t ad
     return (uint16_t)slow;
 }
 
-static uint32_t get_address(uint32_t halfword)
+static uint32_t get_halfword_address(uint32_t halfword)
 {
     return 2u * halfword < HIL_FLASH_SIZE ? HIL_FLASH_BASE + 2u * halfword
                                           : HIL_SRAM_BASE + 2u * halfword - HIL_FLASH_SIZE;
@@ -60,18 +60,18 @@ static void count_instructions(void *context, uint32_t address, uint32_t size,
     struct hil_profile *profile = context;
     uint32_t in_flash = address - HIL_FLASH_BASE, in_ram = address - HIL_SRAM_BASE;
     if (in_flash >= HIL_FLASH_SIZE && in_ram >= HIL_SRAM_SIZE) {
-        profile->rom_instructions += instructions;
+        profile->rom_instruction_count += instructions;
         return;
     }
     struct profile_block *block =
-        &profile->block[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
+        &profile->blocks[(in_flash < HIL_FLASH_SIZE ? in_flash : HIL_FLASH_SIZE + in_ram) / 2u];
     if (block->size != size) {
         block->size = (uint16_t)size;
         block->slow_instructions = count_slow_instructions(profile->core, address, size);
     }
     block->run_count++;
     block->instructions += instructions;
-    profile->slow_instructions += block->slow_instructions;
+    profile->slow_instruction_count += block->slow_instructions;
 }
 
 static const struct hil_profiler_calls profiler_calls = {.count_instructions = count_instructions};
@@ -86,14 +86,14 @@ void hil_profile_begin(struct hil_board *board)
 
 /* --- the report --- */
 
-struct row {
+struct function_row {
     const struct mr_symbol *symbol; /* NULL: not inside a function */
     uint64_t instructions, entries;
 };
 
 static int compare_instructions(const void *a, const void *b)
 {
-    const struct row *x = a, *y = b;
+    const struct function_row *x = a, *y = b;
     if (x->instructions != y->instructions)
         return x->instructions > y->instructions ? -1 : 1;
     return x->symbol && y->symbol ? strcmp(x->symbol->name, y->symbol->name)
@@ -107,21 +107,22 @@ static double compute_percent(uint64_t part, uint64_t whole)
 
 /* Sums the blocks by function, one row each. Returns the number of rows. */
 static size_t sum_by_function(const struct hil_profile *profile, const struct mr_symbols *symbols,
-                              struct row *rows)
+                              struct function_row *rows)
 {
     size_t count = 0;
-    for (uint32_t i = 0; i < HALFWORDS; i++) {
-        const struct profile_block *block = &profile->block[i];
+    for (uint32_t i = 0; i < CODE_HALFWORD_COUNT; i++) {
+        const struct profile_block *block = &profile->blocks[i];
         if (!block->run_count)
             continue;
-        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, get_address(i));
+        const struct mr_symbol *symbol = mr_symbols_by_address(symbols, get_halfword_address(i));
         size_t k = 0;
         while (k < count && rows[k].symbol != symbol)
             k++;
         count += k == count;
         rows[k].symbol = symbol;
         rows[k].instructions += block->instructions;
-        rows[k].entries += symbol && symbol->address == get_address(i) ? block->run_count : 0;
+        rows[k].entries += symbol && symbol->address == get_halfword_address(i) ? block->run_count
+                                                                                : 0;
     }
     qsort(rows, count, sizeof *rows, compare_instructions);
     return count;
@@ -131,8 +132,8 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
                                FILE *file)
 {
     struct hil_profile *profile = board->core.observers.profiler_context;
-    uint64_t total = profile->rom_instructions;
-    struct row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
+    uint64_t total = profile->rom_instruction_count;
+    struct function_row *rows = hil_allocate((symbols->count + 1u) * sizeof *rows);
     size_t count = sum_by_function(profile, symbols, rows);
     for (size_t i = 0; i < count; i++)
         total += rows[i].instructions;
@@ -145,10 +146,10 @@ enum mr_status hil_profile_end(struct hil_board *board, const struct mr_symbols 
             "   instructions       %%       entries  function\n",
             (unsigned long long)total, (double)hil_board_now_ps(board) * 1e-12,
             compute_percent(hil_board_counters(board)->asleep_cycles, hil_now_cycle(&board->core)),
-            (unsigned long long)profile->slow_instructions,
-            compute_percent(profile->slow_instructions, total),
-            (unsigned long long)profile->rom_instructions,
-            compute_percent(profile->rom_instructions, total));
+            (unsigned long long)profile->slow_instruction_count,
+            compute_percent(profile->slow_instruction_count, total),
+            (unsigned long long)profile->rom_instruction_count,
+            compute_percent(profile->rom_instruction_count, total));
     for (size_t i = 0; i < count; i++)
         fprintf(file, "%15llu  %6.2f  %12llu  %s\n", (unsigned long long)rows[i].instructions,
                 compute_percent(rows[i].instructions, total), (unsigned long long)rows[i].entries,

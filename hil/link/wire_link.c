@@ -15,23 +15,24 @@
 
 #include "hil/core/wall.h"
 
-#define FRAME_BYTES  16u
-#define CAN_EXTENDED 0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
-#define CAN_REMOTE   0x40000000u
-#define CAN_ERROR    0x20000000u
+#define FRAME_BYTES      16u
+#define CAN_EXTENDED     0x80000000u /* linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG */
+#define CAN_REMOTE       0x40000000u
+#define CAN_ERROR        0x20000000u
 /* limit of the output that waits for a link with is_dropping, in addition to the kernel's buffer */
-#define BUFFER_MAX   65536u
-#define CLOSE_MS     500
-#define POLL_MS      100
-#define PTY_POLL_MS  2       /* the kernel does not wake the board when a host opens the terminal */
-#define PTY_BAUD     115200u /* rate until a host sets another one */
+#define BUFFER_MAX_BYTES 65536u
+#define CLOSE_TIMEOUT_MS 500
+#define POLL_INTERVAL_MS 100
+#define PTY_POLL_INTERVAL_MS \
+    2                    /* the kernel does not wake the board when a host opens the terminal */
+#define PTY_BAUD 115200u /* rate until a host sets another one */
 
 /* ---- pseudo-terminal: a host program opens its name like a serial port. The rate that the host
  * sets is the rate of its end of the line. Linux drops the parity setting of pseudo-terminals
  * (drivers/tty/pty.c clears PARENB and forces eight bits), so the parity cannot be read here. A
  * program that insists on parity needs its option for none: `stm32flash -m 8n1`. ---- */
 
-static bool set_raw(int fd, uint32_t baud)
+static bool set_raw_terminal(int fd, uint32_t baud)
 {
     struct termios2 t;
     if (ioctl(fd, TCGETS2, &t) != 0)
@@ -44,7 +45,7 @@ static bool set_raw(int fd, uint32_t baud)
 
 /* Opens and closes the host's end once: an unused pseudo-terminal reports a missing host only after
  * its first close. */
-static bool open_and_close(int fd)
+static bool open_host_end_once(int fd)
 {
     int other = open(ptsname(fd), O_RDWR | O_NOCTTY | O_CLOEXEC);
     if (other < 0)
@@ -72,8 +73,8 @@ static enum mr_status open_pty(const char *path, uint32_t baud, int *fd, char *e
         unlink(path); /* left by an earlier run */
     }
     *fd = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC | O_NONBLOCK);
-    if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw(*fd, baud) &&
-        open_and_close(*fd) && symlink(ptsname(*fd), path) == 0)
+    if (*fd >= 0 && grantpt(*fd) == 0 && unlockpt(*fd) == 0 && set_raw_terminal(*fd, baud) &&
+        open_host_end_once(*fd) && symlink(ptsname(*fd), path) == 0)
         return MR_OK;
     snprintf(error, size,
              "--serial: cannot create a pseudo-terminal at %s: %s; give a different path", path,
@@ -158,18 +159,18 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     if (strcmp(text, "none") == 0)
         return MR_OK;
     if (strncmp(text, "unix:", 5) == 0 && text[5]) {
-        link->type = HIL_LINK_UNIX;
+        link->transport = HIL_LINK_UNIX;
         link->path = text + 5;
         return hil_socket_listen(get_link_noun(link), link->path, &link->listener, error, size);
     }
     if (strncmp(text, "pty:", 4) == 0 && text[4] && kind == HIL_LINK_SERIAL) {
-        link->type = HIL_LINK_PTY;
+        link->transport = HIL_LINK_PTY;
         link->path = text + 4;
         link->is_hung_up = true;
         return open_pty(link->path, PTY_BAUD, &link->fd, error, size);
     }
     if (strncmp(text, "file:", 5) == 0 && text[5]) {
-        link->type = HIL_LINK_FILE;
+        link->transport = HIL_LINK_FILE;
         link->path = text + 5;
         if (hil_is_protected_file(link->path)) {
             snprintf(error, size,
@@ -190,18 +191,18 @@ enum mr_status hil_link_open(struct hil_link *link, enum hil_link_kind kind, con
     return MR_USAGE;
 }
 
-/* Checks once for a host, waiting at most POLL_MS. */
+/* Checks once for a host, waiting at most POLL_INTERVAL_MS. */
 static bool is_host_connected(struct hil_link *link)
 {
-    if (link->type == HIL_LINK_PTY) {
+    if (link->transport == HIL_LINK_PTY) {
         bool there = is_pty_in_use(link->fd);
         if (!there)
-            poll(NULL, 0, PTY_POLL_MS);
+            poll(NULL, 0, PTY_POLL_INTERVAL_MS);
         return there;
     }
     struct pollfd wait = {.fd = link->listener, .events = POLLIN};
     int bytes = 4 << 20;
-    if (poll(&wait, 1, POLL_MS) <= 0)
+    if (poll(&wait, 1, POLL_INTERVAL_MS) <= 0)
         return false;
     link->fd = accept4(link->listener, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
     setsockopt(link->fd, SOL_SOCKET, SO_SNDBUF, &bytes, sizeof bytes);
@@ -211,10 +212,10 @@ static bool is_host_connected(struct hil_link *link)
 enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const volatile int *stop,
                                char *error, size_t size)
 {
-    int64_t until = hil_wall_ms() + timeout_ms;
-    if (link->type != HIL_LINK_UNIX && link->type != HIL_LINK_PTY)
+    int64_t until = hil_wall_clock_ms() + timeout_ms;
+    if (link->transport != HIL_LINK_UNIX && link->transport != HIL_LINK_PTY)
         return MR_OK;
-    while (!*stop && hil_wall_ms() < until) {
+    while (!*stop && hil_wall_clock_ms() < until) {
         if (is_host_connected(link))
             return MR_OK;
     }
@@ -226,45 +227,48 @@ enum mr_status hil_link_accept(struct hil_link *link, int timeout_ms, const vola
 
 static void discard_output(struct hil_link *link, size_t n)
 {
-    link->dropped += link->kind == HIL_LINK_CAN ? n / FRAME_BYTES : n;
+    link->dropped_count += link->kind == HIL_LINK_CAN ? n / FRAME_BYTES : n;
 }
 
 void hil_link_put_bytes(struct hil_link *link, const uint8_t *bytes, size_t n)
 {
-    if (link->type == HIL_LINK_NONE)
+    if (link->transport == HIL_LINK_NONE)
         return;
     link->has_moved_data = true;
-    if (link->is_hung_up || (link->is_dropping && link->end - link->start + n > BUFFER_MAX)) {
+    if (link->is_hung_up ||
+        (link->drops_when_full && link->output_end - link->output_start + n > BUFFER_MAX_BYTES)) {
         discard_output(link, link->kind == HIL_LINK_CAN ? FRAME_BYTES : n);
         return;
     }
-    if (link->start && link->end + n > link->capacity) {
-        memmove(link->buffer, link->buffer + link->start, link->end - link->start);
-        link->end -= link->start;
-        link->start = 0;
+    if (link->output_start && link->output_end + n > link->capacity) {
+        memmove(link->buffer, link->buffer + link->output_start,
+                link->output_end - link->output_start);
+        link->output_end -= link->output_start;
+        link->output_start = 0;
     }
-    if (link->end + n > link->capacity) {
-        size_t room = 2 * (link->end + n) + 65536u;
+    if (link->output_end + n > link->capacity) {
+        size_t room = 2 * (link->output_end + n) + 65536u;
         uint8_t *grown = realloc(link->buffer, room);
         if (!grown)
             abort();
         link->buffer = grown;
         link->capacity = room;
     }
-    memcpy(link->buffer + link->end, bytes, n);
-    link->end += n;
+    memcpy(link->buffer + link->output_end, bytes, n);
+    link->output_end += n;
 }
 
-static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
+static void put_candump_line(struct hil_link *link, uint64_t t_ps,
+                             const struct hil_can_frame *frame)
 {
     char line[80];
     uint64_t t_us = t_ps / HIL_US_PS;
     int n = snprintf(line, sizeof line, "(%010llu.%06llu) can0 %0*X#",
                      (unsigned long long)(t_us / 1000000u), (unsigned long long)(t_us % 1000000u),
-                     frame->extended ? 8 : 3, (unsigned)frame->id);
-    if (frame->remote)
+                     frame->is_extended ? 8 : 3, (unsigned)frame->id);
+    if (frame->is_remote)
         n += snprintf(line + n, sizeof line - (size_t)n, "R%u", frame->length);
-    for (unsigned i = 0; !frame->remote && i < frame->length; i++)
+    for (unsigned i = 0; !frame->is_remote && i < frame->length; i++)
         n += snprintf(line + n, sizeof line - (size_t)n, "%02X", frame->data[i]);
     line[n++] = '\n';
     hil_link_put_bytes(link, (const uint8_t *)line, (size_t)n);
@@ -272,31 +276,31 @@ static void put_text(struct hil_link *link, uint64_t t_ps, const struct hil_can_
 
 void hil_link_put_frame(struct hil_link *link, uint64_t t_ps, const struct hil_can_frame *frame)
 {
-    if (link->type == HIL_LINK_FILE) {
-        put_text(link, t_ps, frame);
+    if (link->transport == HIL_LINK_FILE) {
+        put_candump_line(link, t_ps, frame);
         return;
     }
     uint8_t bytes[FRAME_BYTES] = {0};
-    uint32_t id = frame->id | (frame->extended ? CAN_EXTENDED : 0) |
-                  (frame->remote ? CAN_REMOTE : 0);
+    uint32_t id = frame->id | (frame->is_extended ? CAN_EXTENDED : 0) |
+                  (frame->is_remote ? CAN_REMOTE : 0);
     memcpy(bytes, &id, sizeof id); /* host byte order, as in the kernel's struct */
     bytes[4] = frame->length;
     memcpy(bytes + 8, frame->data, frame->length);
     hil_link_put_bytes(link, bytes, sizeof bytes);
 }
 
-static void close_host(struct hil_link *link)
+static void disconnect_host(struct hil_link *link)
 {
     link->is_hung_up = true;
-    discard_output(link, link->end - link->start);
-    link->start = link->end = 0;
+    discard_output(link, link->output_end - link->output_start);
+    link->output_start = link->output_end = 0;
 }
 
-static ssize_t write_some(struct hil_link *link)
+static ssize_t write_buffered_output(struct hil_link *link)
 {
-    const uint8_t *from = link->buffer + link->start;
-    size_t n = link->end - link->start;
-    if (link->type == HIL_LINK_FILE || link->type == HIL_LINK_PTY)
+    const uint8_t *from = link->buffer + link->output_start;
+    size_t n = link->output_end - link->output_start;
+    if (link->transport == HIL_LINK_FILE || link->transport == HIL_LINK_PTY)
         return write(link->fd, from, n);
     return send(link->fd, from, n, MSG_NOSIGNAL);
 }
@@ -304,32 +308,32 @@ static ssize_t write_some(struct hil_link *link)
 enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatile int *stop,
                               char *error, size_t size)
 {
-    int64_t moved = hil_wall_ms();
-    while (link->fd >= 0 && link->start < link->end && !link->is_hung_up) {
-        ssize_t n = write_some(link);
+    int64_t moved = hil_wall_clock_ms();
+    while (link->fd >= 0 && link->output_start < link->output_end && !link->is_hung_up) {
+        ssize_t n = write_buffered_output(link);
         if (n > 0) {
-            link->start += (size_t)n;
-            moved = hil_wall_ms();
+            link->output_start += (size_t)n;
+            moved = hil_wall_clock_ms();
             continue;
         }
         if (n < 0 && errno == EINTR)
             continue;
-        if (link->type == HIL_LINK_FILE) {
+        if (link->transport == HIL_LINK_FILE) {
             snprintf(error, size,
                      "%s: cannot write %s: %s; free disk space or give a different file",
                      get_link_noun(link), link->path, strerror(errno));
             return MR_IO;
         }
         if ((n < 0 && errno != EAGAIN && errno != EWOULDBLOCK) ||
-            (link->type == HIL_LINK_PTY && !is_pty_in_use(link->fd))) {
-            close_host(link);
+            (link->transport == HIL_LINK_PTY && !is_pty_in_use(link->fd))) {
+            disconnect_host(link);
             return MR_OK;
         }
         if (!stall_ms)
             return MR_OK;
         if (*stop)
             return MR_CLOSED;
-        if (hil_wall_ms() - moved > stall_ms) {
+        if (hil_wall_clock_ms() - moved > stall_ms) {
             snprintf(error, size,
                      "%s: the host has not read from %s for %.4g s; check that it is running, or "
                      "wait longer with --stall S",
@@ -337,10 +341,10 @@ enum mr_status hil_link_flush(struct hil_link *link, int stall_ms, const volatil
             return MR_TIMEOUT;
         }
         struct pollfd wait = {.fd = link->fd, .events = POLLOUT};
-        poll(&wait, 1, POLL_MS);
+        poll(&wait, 1, POLL_INTERVAL_MS);
     }
-    if (link->start == link->end)
-        link->start = link->end = 0;
+    if (link->output_start == link->output_end)
+        link->output_start = link->output_end = 0;
     return MR_OK;
 }
 
@@ -351,8 +355,8 @@ static void receive_frame(struct hil_board *board, const uint8_t bytes[FRAME_BYT
     if (id & CAN_ERROR)
         return; /* a report of the host's controller, not a frame on the bus */
     struct hil_can_frame frame = {
-        .extended = (id & CAN_EXTENDED) != 0,
-        .remote = (id & CAN_REMOTE) != 0,
+        .is_extended = (id & CAN_EXTENDED) != 0,
+        .is_remote = (id & CAN_REMOTE) != 0,
         .id = id & ((id & CAN_EXTENDED) ? 0x1fffffffu : 0x7ffu),
         .length = bytes[4] > 8 ? 8 : bytes[4],
     };
@@ -367,7 +371,7 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
     uint32_t baud = get_pty_baud(link->fd);
     link->is_hung_up = !is_pty_in_use(link->fd);
     if (link->is_hung_up) {
-        close_host(link);
+        disconnect_host(link);
         return;
     }
     if (baud && baud != link->baud) {
@@ -375,9 +379,9 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
         board->options.host_baud = baud;
     }
     struct pollfd look = {.fd = link->fd, .events = POLLIN};
-    if (!link->is_dropping &&
+    if (!link->drops_when_full &&
         !link->has_moved_data) /* both ends wait for each other: leave processor time to the host */
-        poll(&look, 1, PTY_POLL_MS);
+        poll(&look, 1, PTY_POLL_INTERVAL_MS);
     ssize_t n = read(link->fd, bytes, room < sizeof bytes ? room : sizeof bytes);
     link->has_moved_data = n > 0;
     if (n > 0)
@@ -387,14 +391,14 @@ static void receive_pty(struct hil_link *link, struct hil_board *board)
 void hil_link_receive(struct hil_link *link, struct hil_board *board)
 {
     uint8_t bytes[4096];
-    if (link->type == HIL_LINK_PTY && link->fd >= 0)
+    if (link->transport == HIL_LINK_PTY && link->fd >= 0)
         receive_pty(link, board);
-    if (link->type != HIL_LINK_UNIX || link->fd < 0 || link->is_hung_up)
+    if (link->transport != HIL_LINK_UNIX || link->fd < 0 || link->is_hung_up)
         return;
     for (;;) {
         ssize_t n = recv(link->fd, bytes, sizeof bytes, MSG_DONTWAIT);
         if (n == 0)
-            close_host(link);
+            disconnect_host(link);
         if (n <= 0)
             return;
         if (link->kind == HIL_LINK_SERIAL) {
@@ -402,10 +406,10 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
             continue;
         }
         for (ssize_t i = 0; i < n; i++) {
-            link->partial[link->partial_size++] = bytes[i];
-            if (link->partial_size == FRAME_BYTES) {
-                link->partial_size = 0;
-                receive_frame(board, link->partial);
+            link->partial_frame[link->partial_frame_size++] = bytes[i];
+            if (link->partial_frame_size == FRAME_BYTES) {
+                link->partial_frame_size = 0;
+                receive_frame(board, link->partial_frame);
             }
         }
     }
@@ -413,14 +417,15 @@ void hil_link_receive(struct hil_link *link, struct hil_board *board)
 
 void hil_link_close(struct hil_link *link)
 {
-    if (link->type == HIL_LINK_UNIX && link->fd >= 0) {
+    if (link->transport == HIL_LINK_UNIX && link->fd >= 0) {
         uint8_t rest[4096];
-        int64_t until = hil_wall_ms() + CLOSE_MS;
+        int64_t until = hil_wall_clock_ms() + CLOSE_TIMEOUT_MS;
         shutdown(link->fd, SHUT_WR);
         /* Closing with unread input would look like an error to the host. */
-        while (hil_wall_ms() < until) {
+        while (hil_wall_clock_ms() < until) {
             struct pollfd wait = {.fd = link->fd, .events = POLLIN};
-            if (poll(&wait, 1, POLL_MS) > 0 && recv(link->fd, rest, sizeof rest, MSG_DONTWAIT) == 0)
+            if (poll(&wait, 1, POLL_INTERVAL_MS) > 0 &&
+                recv(link->fd, rest, sizeof rest, MSG_DONTWAIT) == 0)
                 break;
         }
     }
@@ -428,7 +433,7 @@ void hil_link_close(struct hil_link *link)
         close(link->fd);
     if (link->listener >= 0)
         close(link->listener);
-    if (link->listener >= 0 || (link->type == HIL_LINK_PTY && link->fd >= 0))
+    if (link->listener >= 0 || (link->transport == HIL_LINK_PTY && link->fd >= 0))
         unlink(link->path);
     free(link->buffer);
     link->buffer = NULL;

@@ -18,23 +18,23 @@
 #include "hil/board/board.h"
 
 enum hil_link_kind { HIL_LINK_CAN, HIL_LINK_SERIAL };
-enum hil_link_type { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY };
+enum hil_link_transport { HIL_LINK_NONE, HIL_LINK_UNIX, HIL_LINK_FILE, HIL_LINK_PTY };
 
 struct hil_link {
     enum hil_link_kind kind;
-    enum hil_link_type type;
+    enum hil_link_transport transport;
     const char *path; /* path as given; belongs to the caller */
     int listener, fd; /* -1: none */
     uint8_t *buffer;
-    size_t start, end, capacity; /* waiting output in `buffer`, and its size */
+    size_t output_start, output_end, capacity; /* waiting output in `buffer`, and its size */
     /* when the buffer is full, output is dropped instead of enlarging the buffer */
-    bool is_dropping;
-    bool is_hung_up;     /* the host has closed its end (a pty may be opened again) */
-    bool has_moved_data; /* pty: data were transferred since the last check */
-    uint32_t baud;       /* pty: as last reported to the board */
-    uint64_t dropped;    /* number of dropped frames (CAN) or bytes (serial) */
-    uint8_t partial[16]; /* bytes of an incomplete frame */
-    size_t partial_size;
+    bool drops_when_full;
+    bool is_hung_up;           /* the host has closed its end (a pty may be opened again) */
+    bool has_moved_data;       /* pty: data were transferred since the last check */
+    uint32_t baud;             /* pty: as last reported to the board */
+    uint64_t dropped_count;    /* number of dropped frames (CAN) or bytes (serial) */
+    uint8_t partial_frame[16]; /* bytes of an incomplete frame */
+    size_t partial_frame_size;
 };
 
 /* Listens on a socket in the file system. Fails if another program listens on it or a different

@@ -33,11 +33,11 @@
 #define FIRST_CLOCK_BIT    8u /* APB2ENR.ADC1EN; ADC3EN is two bits higher */
 
 static const uint32_t data_register[2] = {0x4001204cu, 0x4001224cu};
-static const enum hil_event_slot slot_of[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
+static const enum hil_event_slot event_slots[2] = {HIL_EVENT_ADC1, HIL_EVENT_ADC3};
 
 /* Analogue inputs 0..15 of ADC1 and ADC3 (data sheet table 7): 16 times the port plus the pin. */
-#define PORT_OF(pin)   ((pin) / 16u)
-#define NUMBER_OF(pin) ((pin) % 16u)
+#define PIN_PORT(pin)   ((pin) / 16u)
+#define PIN_NUMBER(pin) ((pin) % 16u)
 static const uint8_t input_pins[2][16] = {
     {0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, /* PA0 .. PA7 */
      0x10, 0x11, 0x20, 0x21, 0x22, 0x23, 0x24, 0x25 /* PB0, PB1, PC0 .. PC5 */},
@@ -61,9 +61,9 @@ void hil_adc_reset(void *device, unsigned unit)
     struct hil_adc_device *dev = device;
     (void)unit;
     for (unsigned i = 0; i < 2; i++) {
-        uint64_t rng_state = dev->state[i].rng_state;
-        dev->state[i] = (struct hil_adc){.htr = 0xfff, .rng_state = rng_state};
-        hil_event_set_cycle(dev->core, slot_of[i], HIL_NEVER);
+        uint64_t rng_state = dev->state[i].random_state;
+        dev->state[i] = (struct hil_adc){.htr = 0xfff, .random_state = rng_state};
+        hil_event_set_cycle(dev->core, event_slots[i], HIL_NEVER);
     }
     *dev->ccr = 0;
     update_irq(dev);
@@ -82,7 +82,7 @@ static unsigned count_ones(uint64_t z)
  * 1/48; tails beyond four sigma are slightly thinner than Gaussian. */
 static double draw_noise_lsb(struct hil_adc *a)
 {
-    uint64_t z = mr_splitmix64(&a->rng_state);
+    uint64_t z = mr_splitmix64(&a->random_state);
     uint64_t dither = z * 0xd6e8feb86659fd93ull >> 32;
     return 0.5 * ((double)count_ones(z) - 32.0) + 0.5 * ((double)dither / 4294967296.0 - 0.5);
 }
@@ -96,11 +96,11 @@ static double convert_with_errors(struct hil_adc_device *dev, unsigned unit, uns
     int source = a->source[k];
     /* the pin's protection clamps the voltage to the supply */
     double pin_v = fmin(fmax(volts, 0.0), dev->vdda_v);
-    double sampled_v = pin_v + (a->held_v - pin_v) * a->remaining_share[k];
-    double code = hil_adc_real_code(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
-    a->held_v = sampled_v;
+    double sampled_v = pin_v + (a->sample_capacitor_v - pin_v) * a->remaining_share[k];
+    double code = hil_adc_code_with_errors(errors, unit, sampled_v / dev->vdda_v * 4096.0) + 0.5;
+    a->sample_capacitor_v = sampled_v;
     if (dev->options->has_adc_noise)
-        code += draw_noise_lsb(a) * (source < 0 ? 1.0 : errors->noise[source]);
+        code += draw_noise_lsb(a) * (source < 0 ? 1.0 : errors->noise_ratio[source]);
     return code;
 }
 
@@ -112,17 +112,17 @@ static uint16_t round_code(double code)
 static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigned k, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    unsigned port = PORT_OF(input_pins[unit][a->channel[k]]),
-             pin = NUMBER_OF(input_pins[unit][a->channel[k]]);
+    unsigned port = PIN_PORT(input_pins[unit][a->channel[k]]),
+             pin = PIN_NUMBER(input_pins[unit][a->channel[k]]);
     double volts;
-    if (dev->record.code)
-        return dev->record.code(dev->record.context, port, pin, at);
+    if (dev->recorded.code)
+        return dev->recorded.code(dev->recorded.context, port, pin, at);
     enum hil_pin_mode mode = hil_gpio_mode(dev->gpio, port, pin);
     /* a pin used as an output: the converter reads the level that it drives */
     if (mode == HIL_PIN_OUTPUT || mode == HIL_PIN_ALTERNATE)
         volts = hil_gpio_level(dev->gpio, port, pin) ? dev->vdda_v : 0.0;
     else
-        volts = dev->outside.volts(dev->outside.context, a->source[k], at);
+        volts = dev->analogue.volts(dev->analogue.context, a->source[k], at);
     if (dev->errors)
         return round_code(convert_with_errors(dev, unit, k, volts));
     double code = volts / dev->vdda_v * 4096.0 + 0.5;
@@ -133,13 +133,13 @@ static uint16_t convert_codes(struct hil_adc_device *dev, unsigned unit, unsigne
 
 static uint64_t get_conversion_end(const struct hil_adc *a, unsigned k)
 {
-    return a->start_cycle + (uint64_t)a->end_clock[k] * a->clock_cycles;
+    return a->start_cycle + (uint64_t)a->conversion_end_clock[k] * a->clock_cycles;
 }
 
 static void sample_until(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->is_running && a->sampled_count < a->length) {
+    while (a->is_sequence_running && a->sampled_count < a->sequence_length) {
         uint64_t instant = get_conversion_end(a, a->sampled_count) -
                            (uint64_t)CONVERSION_CLOCKS * a->clock_cycles;
         if (instant > at)
@@ -166,7 +166,8 @@ static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     a->sr |= SR_OVR;
-    a->is_running = false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
+    a->is_sequence_running =
+        false; /* the sequence is lost; no new one until OVR is cleared (13.8.1) */
     dev->core->state.counters.adc_overruns++;
     hil_trace(dev->core, "ADC%u overrun", unit == HIL_ADC1 ? 1 : 3);
 }
@@ -175,7 +176,7 @@ static void stop_on_overrun(struct hil_adc_device *dev, unsigned unit)
 static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned ended)
 {
     struct hil_adc *a = &dev->state[unit];
-    while (a->is_running && a->delivered_count < ended) {
+    while (a->is_sequence_running && a->delivered_count < ended) {
         struct hil_dma_request request = get_dma_request(dev, unit);
         bool wants_dma = (a->cr2 & CR2_DMA) && !a->has_dma_ended;
         if (a->is_dr_full && (a->cr2 & (CR2_DMA | CR2_EOCS))) {
@@ -195,56 +196,57 @@ static void deliver_codes(struct hil_adc_device *dev, unsigned unit, unsigned en
         } else {
             a->dr = a->code[a->delivered_count++];
             a->is_dr_full = true;
-            if ((a->cr2 & CR2_EOCS) || a->delivered_count == a->length)
+            if ((a->cr2 & CR2_EOCS) || a->delivered_count == a->sequence_length)
                 a->sr |= SR_EOC;
         }
     }
 }
 
-static void advance(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+static void advance_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
     sample_until(dev, unit, at);
     unsigned ended = a->delivered_count;
-    while (a->is_running && ended < a->length && get_conversion_end(a, ended) <= at)
+    while (a->is_sequence_running && ended < a->sequence_length &&
+           get_conversion_end(a, ended) <= at)
         ended++;
     if (ended > a->delivered_count)
         deliver_codes(dev, unit, ended);
-    if (a->is_running && a->delivered_count == a->length) {
-        a->is_running = false;
+    if (a->is_sequence_running && a->delivered_count == a->sequence_length) {
+        a->is_sequence_running = false;
         dev->core->state.counters.adc_scans[unit]++;
     }
     update_irq(dev);
 }
 
-static void schedule(struct hil_adc_device *dev, unsigned unit)
+static void schedule_conversion(struct hil_adc_device *dev, unsigned unit)
 {
     struct hil_adc *a = &dev->state[unit];
     uint64_t next = HIL_NEVER;
-    if (a->is_running) {
+    if (a->is_sequence_running) {
         struct hil_dma_request request = get_dma_request(dev, unit);
         uint32_t room = (a->cr2 & CR2_DMA) && !a->has_dma_ended
                           ? hil_dma_items_until_flag(dev->dma, &request)
                           : 0;
-        uint32_t left = (uint32_t)a->length - a->delivered_count;
+        uint32_t left = (uint32_t)a->sequence_length - a->delivered_count;
         /* without DMA every conversion may matter (EOCS, overrun) */
         uint32_t n = room ? (room < left ? room : left) : 1;
         next = get_conversion_end(a, a->delivered_count + n - 1);
     }
-    hil_event_set_cycle(dev->core, slot_of[unit], next);
+    hil_event_set_cycle(dev->core, event_slots[unit], next);
 }
 
 static void handle_event(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
-    advance(dev, unit, at);
-    schedule(dev, unit);
+    advance_sequence(dev, unit, at);
+    schedule_conversion(dev, unit);
 }
 
 void hil_adc_advance(void *device, uint64_t at)
 {
     struct hil_adc_device *dev = device;
     for (unsigned unit = 0; unit < 2; unit++) {
-        if (dev->state[unit].is_running)
+        if (dev->state[unit].is_sequence_running)
             handle_event(dev, unit, at);
     }
 }
@@ -266,8 +268,8 @@ static unsigned get_sequence_channel(const struct hil_adc *a, unsigned k)
 }
 
 /* Checks the rule SAMPLING for an input with this source resistance. */
-static void check_sampling(struct hil_rules_device *rules, unsigned adc, unsigned input, double ohm,
-                           unsigned sample_clocks, double clock_hz)
+static void check_sampling_time(struct hil_rules_device *rules, unsigned adc, unsigned input,
+                                double ohm, unsigned sample_clocks, double clock_hz)
 {
     double most_ohm = hil_adc_max_source_ohm(sample_clocks, clock_hz);
     if (ohm <= most_ohm)
@@ -285,8 +287,8 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
     static const uint16_t sample_clocks[8] = {3, 15, 28, 56, 84, 112, 144, 480};
     struct hil_adc *a = &dev->state[unit];
     uint32_t clocks = 0;
-    a->length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
-    for (unsigned k = 0; k < a->length; k++) {
+    a->sequence_length = (uint8_t)((a->cr1 & CR1_SCAN) ? (a->sqr[0] >> 20 & 15u) + 1u : 1u);
+    for (unsigned k = 0; k < a->sequence_length; k++) {
         unsigned channel = get_sequence_channel(a, k);
         if (channel > 15) {
             hil_core_stop(dev->core, MR_UNMODELLED, "conversion of internal channel %u of ADC%u",
@@ -297,26 +299,26 @@ static bool plan_sequence(struct hil_adc_device *dev, unsigned unit)
                                     : a->smpr[0] >> (3u * (channel - 10u));
         clocks += sample_clocks[smp & 7u] + CONVERSION_CLOCKS;
         a->channel[k] = (uint8_t)channel;
-        unsigned port = PORT_OF(input_pins[unit][channel]),
-                 pin = NUMBER_OF(input_pins[unit][channel]);
-        if (!hil_board_type_has(dev->options->type, port, pin)) {
+        unsigned port = PIN_PORT(input_pins[unit][channel]),
+                 pin = PIN_NUMBER(input_pins[unit][channel]);
+        if (!hil_board_type_has_pin(dev->options->type, port, pin)) {
             hil_core_stop(dev->core, MR_HALTED,
                           "conversion of P%c%u, a pin missing in this package", 'A' + port, pin);
             return false;
         }
-        a->source[k] = (int8_t)dev->outside.source(dev->outside.context, port, pin);
-        a->end_clock[k] = (uint16_t)clocks;
-        if (a->source[k] >= 0 && dev->outside.source_ohm)
-            check_sampling(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
-                           dev->outside.source_ohm(dev->outside.context, a->source[k]),
-                           sample_clocks[smp & 7u],
-                           (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
+        a->source[k] = (int8_t)dev->analogue.source(dev->analogue.context, port, pin);
+        a->conversion_end_clock[k] = (uint16_t)clocks;
+        if (a->source[k] >= 0 && dev->analogue.source_ohm)
+            check_sampling_time(dev->rules, unit == HIL_ADC1 ? 1 : 3, channel,
+                                dev->analogue.source_ohm(dev->analogue.context, a->source[k]),
+                                sample_clocks[smp & 7u],
+                                (double)dev->core->state.clock.hclk_hz / a->clock_cycles);
         if (dev->errors)
             a->remaining_share[k] = hil_adc_remaining_share(
                 dev->errors, a->source[k],
                 (double)sample_clocks[smp & 7u] * a->clock_cycles / dev->core->state.clock.hclk_hz);
     }
-    a->is_planned = true;
+    a->is_sequence_planned = true;
     return true;
 }
 
@@ -324,7 +326,7 @@ static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t a
 {
     struct hil_adc *a = &dev->state[unit];
     uint32_t prescaler = 2u * ((*dev->ccr >> 16 & 3u) + 1u);
-    uint32_t clock_cycles = prescaler * hil_rcc_divider(dev->rcc, HIL_RCC_APB2);
+    uint32_t clock_cycles = prescaler * hil_rcc_pclk_divider(dev->rcc, HIL_RCC_APB2);
     uint32_t hclk_hz = dev->core->state.clock.hclk_hz;
     if (hclk_hz / clock_cycles > ADC_CLOCK_LIMIT_HZ) {
         hil_core_stop(dev->core, MR_HALTED, "ADC clock of %u Hz: the chip allows up to 36 MHz",
@@ -332,31 +334,31 @@ static void start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t a
         return;
     }
     if (a->clock_cycles != clock_cycles || a->planned_hclk_hz != hclk_hz)
-        a->is_planned = false;
+        a->is_sequence_planned = false;
     a->clock_cycles = clock_cycles;
     a->planned_hclk_hz = hclk_hz;
     a->start_cycle = at + (uint64_t)LATENCY_CLOCKS * clock_cycles;
     a->sampled_count = a->delivered_count = 0;
-    if (!a->is_planned && !plan_sequence(dev, unit))
+    if (!a->is_sequence_planned && !plan_sequence(dev, unit))
         return;
-    hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switched_on,
+    hil_rules_check_interval(dev->rules, HIL_RULE_CONVERTER_ON, a->switched_on_at,
                              hil_moment_at_cycle(dev->core, at));
-    a->switched_on = (struct hil_moment){0};
-    a->is_running = true;
+    a->switched_on_at = (struct hil_moment){0};
+    a->is_sequence_running = true;
     a->sr |= SR_STRT;
-    schedule(dev, unit);
+    schedule_conversion(dev, unit);
 }
 
-static void try_start(struct hil_adc_device *dev, unsigned unit, uint64_t at)
+static void try_start_sequence(struct hil_adc_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_adc *a = &dev->state[unit];
-    if (!hil_rcc_is_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) ||
+    if (!hil_rcc_is_clock_on(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * unit) ||
         !(a->cr2 & CR2_ADON))
         return;
-    advance(dev, unit, at);
-    if (a->is_running || (a->sr & SR_OVR)) {
+    advance_sequence(dev, unit, at);
+    if (a->is_sequence_running || (a->sr & SR_OVR)) {
         dev->core->state.counters.adc_triggers_ignored++;
-        schedule(dev, unit);
+        schedule_conversion(dev, unit);
         return;
     }
     start_sequence(dev, unit, at);
@@ -366,11 +368,11 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
 {
     for (unsigned unit = 0; unit < 2; unit++) {
         struct hil_adc *a = &dev->state[unit];
-        a->triggers_high = (uint16_t)((a->triggers_high & ~(1u << extsel)) | (unsigned)rising
-                                                                                 << extsel);
+        a->trigger_levels = (uint16_t)((a->trigger_levels & ~(1u << extsel)) | (unsigned)rising
+                                                                                   << extsel);
         uint32_t exten = a->cr2 >> 28 & 3u;
         if ((a->cr2 >> 24 & 15u) == extsel && (exten & (rising ? 1u : 2u)))
-            try_start(dev, unit, at);
+            try_start_sequence(dev, unit, at);
     }
 }
 
@@ -378,7 +380,7 @@ void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, u
 static bool find_unit(struct hil_adc_device *dev, uint32_t offset, unsigned *unit)
 {
     *unit = offset < 0x100 ? HIL_ADC1 : HIL_ADC3;
-    if (hil_rcc_is_enabled(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit))
+    if (hil_rcc_is_clock_on(dev->rcc, HIL_RCC_APB2, FIRST_CLOCK_BIT + 2u * *unit))
         return true;
     hil_bus_refuse(dev->core, "the clock of this converter is off");
     return false;
@@ -394,8 +396,8 @@ uint32_t hil_adc_read(void *device, unsigned unit, uint32_t offset)
     if (!find_unit(dev, offset, &unit))
         return 0;
     struct hil_adc *a = &dev->state[unit];
-    advance(dev, unit, hil_now_cycle(dev->core));
-    schedule(dev, unit);
+    advance_sequence(dev, unit, hil_now_cycle(dev->core));
+    schedule_conversion(dev, unit);
     if ((offset & 0xffu) == DR) {
         a->is_dr_full = false;
         a->sr &= ~SR_EOC;
@@ -409,20 +411,20 @@ static void write_cr2(struct hil_adc_device *dev, unsigned unit, uint32_t value)
     struct hil_adc *a = &dev->state[unit];
     uint32_t before = a->cr2;
     uint32_t armed = value & ~before & CR2_EXTEN_RISING;
-    if (armed && (a->triggers_high >> (value >> 24 & 15u) & 1u))
+    if (armed && (a->trigger_levels >> (value >> 24 & 15u) & 1u))
         hil_bus_refuse(dev->core,
                        "EXTEN while the trigger is high: the chip may detect this as an edge");
     a->cr2 = value & ~CR2_SWSTART;
     if (value & ~before & CR2_ADON)
-        a->switched_on = hil_access_moment(dev->core);
+        a->switched_on_at = hil_access_moment(dev->core);
     if ((value & CR2_DMA) && !(before & CR2_DMA)) {
         a->has_dma_ended = false;
         a->is_dr_full = false;
     }
     if (!(value & CR2_ADON))
-        a->is_running = false;
+        a->is_sequence_running = false;
     if ((value & CR2_SWSTART) && (before & CR2_ADON))
-        try_start(dev, unit, hil_now_cycle(dev->core));
+        try_start_sequence(dev, unit, hil_now_cycle(dev->core));
 }
 
 void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -431,14 +433,14 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (offset == COMMON_CCR) {
         *dev->ccr = value;
         /* the clock has changed */
-        dev->state[HIL_ADC1].is_planned = dev->state[HIL_ADC3].is_planned = false;
+        dev->state[HIL_ADC1].is_sequence_planned = dev->state[HIL_ADC3].is_sequence_planned = false;
         return;
     }
     if (!find_unit(dev, offset, &unit))
         return;
     struct hil_adc *a = &dev->state[unit];
-    advance(dev, unit, hil_now_cycle(dev->core));
-    a->is_planned = false; /* a sequence that is running continues unchanged */
+    advance_sequence(dev, unit, hil_now_cycle(dev->core));
+    a->is_sequence_planned = false; /* a sequence that is running continues unchanged */
     switch (offset & 0xffu) {
     case SR:
         if ((a->sr & SR_OVR) && !(value & SR_OVR))
@@ -449,15 +451,15 @@ void hil_adc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     default: a->word[(offset & 0xffu) / 4u] = value; break;
     }
     update_irq(dev);
-    schedule(dev, unit);
+    schedule_conversion(dev, unit);
 }
 
 /* ---- errors of a real converter ---- */
 
-#define BITS       12u
-#define BITS_DRAWN 8u
-#define LAST_CODE  (HIL_ADC_CODES - 1u)
-#define PI         3.14159265358979323846
+#define CONVERTER_BITS   12u
+#define BITS_WITH_ERRORS 8u
+#define LAST_CODE        (HIL_ADC_CODES - 1u)
+#define PI               3.14159265358979323846
 
 /* uniform, -1 to 1 */
 static double draw_uniform(uint64_t *random)
@@ -468,17 +470,17 @@ static double draw_uniform(uint64_t *random)
 /* Draws the errors of the capacitors, proportional to the root of their size. At a carry, the
  * capacitor of bit b replaces those of all lower bits, which gives a jump. The largest jump is
  * scaled to `jump_lsb`. */
-static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
+static void draw_carry_steps(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64_t *random)
 {
-    double off[BITS_DRAWN], all = 0.0, most = 0.0;
-    for (unsigned b = 0; b < BITS_DRAWN; b++) {
+    double off[BITS_WITH_ERRORS], all = 0.0, most = 0.0;
+    for (unsigned b = 0; b < BITS_WITH_ERRORS; b++) {
         off[b] = draw_uniform(random) / sqrt((double)(1u << b));
         all += off[b];
     }
     for (unsigned code = 0; code < HIL_ADC_CODES; code++) {
         double sum = -all * (double)code / LAST_CODE;
-        for (unsigned b = 0; b < BITS_DRAWN; b++)
-            sum += code >> (BITS - 1u - b) & 1u ? off[b] : 0.0;
+        for (unsigned b = 0; b < BITS_WITH_ERRORS; b++)
+            sum += code >> (CONVERTER_BITS - 1u - b) & 1u ? off[b] : 0.0;
         curve_lsb[code] = (float)sum;
         if (code)
             most = fmax(most, fabs(sum - (double)curve_lsb[code - 1u]));
@@ -487,7 +489,7 @@ static void draw_carries(float curve_lsb[HIL_ADC_CODES], double jump_lsb, uint64
         curve_lsb[code] *= (float)(jump_lsb / most);
 }
 
-static double find_peak(const float curve_lsb[HIL_ADC_CODES], const double bow[2], double by)
+static double find_curve_peak(const float curve_lsb[HIL_ADC_CODES], const double bow[2], double by)
 {
     double peak = 0.0;
     for (unsigned code = 0; code < HIL_ADC_CODES; code += 4u) {
@@ -500,16 +502,16 @@ static double find_peak(const float curve_lsb[HIL_ADC_CODES], const double bow[2
 
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random)
 {
-    double jump_lsb = HIL_ADC_DNL_LSB * fabs(draw_uniform(random));
+    double jump_lsb = HIL_ADC_DNL_MAX_LSB * fabs(draw_uniform(random));
     const double bow[2] = {draw_uniform(random), draw_uniform(random)};
     double low = 0.0, high = 2.0 * peak_lsb / fmax(fabs(bow[0]) + fabs(bow[1]), 0.01) + 10.0;
-    draw_carries(curve_lsb, jump_lsb, random);
-    double carries_lsb = find_peak(curve_lsb, bow, 0.0);
+    draw_carry_steps(curve_lsb, jump_lsb, random);
+    double carries_lsb = find_curve_peak(curve_lsb, bow, 0.0);
     for (unsigned code = 0; carries_lsb > peak_lsb && code < HIL_ADC_CODES; code++)
         curve_lsb[code] *= (float)(peak_lsb / carries_lsb);
     for (unsigned halvings = 0; halvings < 30u; halvings++) {
         double by = 0.5 * (low + high);
-        if (find_peak(curve_lsb, bow, by) > peak_lsb)
+        if (find_curve_peak(curve_lsb, bow, by) > peak_lsb)
             high = by;
         else
             low = by;
@@ -520,7 +522,8 @@ void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t 
     }
 }
 
-double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, double ideal_code)
+double hil_adc_code_with_errors(const struct hil_adc_errors *errors, unsigned unit,
+                                double ideal_code)
 {
     double within = fmin(fmax(ideal_code, 0.0), (double)(HIL_ADC_CODES - 1u));
     return ideal_code + errors->offset_lsb[unit] + errors->gain_lsb[unit] * within / HIL_ADC_CODES +
@@ -529,19 +532,20 @@ double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, dou
 
 double hil_adc_remaining_share(const struct hil_adc_errors *errors, int source, double window_s)
 {
-    double ohm = HIL_ADC_SWITCH_OHM + (source < 0 ? 0.0 : errors->source_ohm[source]);
-    double left = exp(-window_s / (ohm * HIL_ADC_SAMPLE_F));
-    return left + (source < 0 ? 0.0 : errors->kick_rel[source]);
+    double ohm = HIL_ADC_SWITCH_MAX_OHM + (source < 0 ? 0.0 : errors->source_ohm[source]);
+    double left = exp(-window_s / (ohm * HIL_ADC_CAPACITOR_MAX_F));
+    return left + (source < 0 ? 0.0 : errors->kickback_rel[source]);
 }
 
 /* ---- sampling time ---- */
 
 /* C(ADC) typical and R(ADC) maximum, from the ADC characteristics of the data sheet. */
-#define SAMPLE_FARAD 4e-12
-#define SWITCH_OHM   6000.0
+#define CAPACITOR_TYPICAL_F 4e-12
+#define SWITCH_MAX_OHM      6000.0
 
 double hil_adc_max_source_ohm(unsigned sample_clocks, double clock_hz)
 {
-    return ((double)sample_clocks - 0.5) / (clock_hz * SAMPLE_FARAD * log(exp2((int)BITS + 2))) -
-           SWITCH_OHM;
+    return ((double)sample_clocks - 0.5) /
+               (clock_hz * CAPACITOR_TYPICAL_F * log(exp2((int)CONVERTER_BITS + 2))) -
+           SWITCH_MAX_OHM;
 }

@@ -23,28 +23,28 @@ struct hil_adc_errors;
 enum { HIL_ADC1, HIL_ADC3 };
 
 struct hil_adc {
-    HIL_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
+    HIL_NAMED_WORDS(word, sr, cr1, cr2, smpr[2], jofr[4], htr, ltr, sqr[3], jsqr, jdr[4], dr);
     /* the last code has not been read; with DMA or EOCS the next conversion is an overrun */
     bool is_dr_full;
     bool has_dma_ended; /* DDS is 0 and the DMA transfer has ended */
-    bool is_running;
-    uint64_t start_cycle;  /* start of the first sampling window */
-    uint32_t clock_cycles; /* HCLK cycles per ADC clock in this sequence */
-    bool is_planned;       /* length, channels and end_clock match the registers */
+    bool is_sequence_running;
+    uint64_t start_cycle;     /* start of the first sampling window */
+    uint32_t clock_cycles;    /* HCLK cycles per ADC clock in this sequence */
+    bool is_sequence_planned; /* length, channels and end_clock match the registers */
     /* HCLK for which `remaining_share` was computed, with `clock_cycles` */
     uint32_t planned_hclk_hz;
-    uint8_t length, sampled_count, delivered_count;
+    uint8_t sequence_length, sampled_count, delivered_count;
     uint8_t channel[16];
-    int8_t source[16];      /* source on the pin of channel[k], from hil_analogue.source */
-    uint16_t end_clock[16]; /* ADC clocks from start to the end of conversion k */
+    int8_t source[16]; /* source on the pin of channel[k], from hil_analogue.source */
+    uint16_t conversion_end_clock[16]; /* ADC clocks from start to the end of conversion k */
     uint16_t code[16];
     /* share of a step from the previous conversion that remains: hil_adc_remaining_share */
     double remaining_share[16];
-    double held_v; /* voltage of the sample capacitor; used only with errors */
-    uint64_t rng_state;
-    uint16_t triggers_high; /* levels of the external triggers, by EXTSEL */
+    double sample_capacitor_v; /* voltage of the sample capacitor; used only with errors */
+    uint64_t random_state;
+    uint16_t trigger_levels; /* levels of the external triggers, by EXTSEL */
     /* when the converter was switched on; used until the first conversion */
-    struct hil_moment switched_on;
+    struct hil_moment switched_on_at;
 };
 
 /* The circuit connected to the analogue pins. */
@@ -65,11 +65,11 @@ struct hil_recorded_codes {
 };
 
 struct hil_adc_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_adc *state; /* both converters */
     uint32_t *ccr;         /* register shared by both converters */
-    struct hil_analogue outside;
-    struct hil_recorded_codes record;
+    struct hil_analogue analogue;
+    struct hil_recorded_codes recorded;
     double vdda_v;
     const struct hil_adc_errors *errors; /* NULL: ideal */
 };
@@ -77,7 +77,7 @@ struct hil_adc_device {
 /* Resets both converters, which share one reset line; `unit` is not used. In the calls for the bus
  * and the event queue, `device` is a struct hil_adc_device. */
 void hil_adc_reset(void *device, unsigned unit);
-HIL_ON_BUS(adc)
+HIL_DECLARE_BUS_CALLS(adc)
 /* Call at an edge of an external trigger, identified by its EXTSEL code. */
 void hil_adc_trigger(struct hil_adc_device *dev, unsigned extsel, bool rising, uint64_t at);
 /* Computes all samples and conversions up to `at`. */
@@ -97,31 +97,32 @@ void hil_adc3_event(void *device, uint64_t at);
  * numbered as by
  * hil_analogue.source. */
 
-#define HIL_ADC_SOURCES    24u
-#define HIL_ADC_CODES      4096u
-#define HIL_ADC_NOISE_LSB  2.0   /* rms noise of the ideal board, which `noise` scales */
-#define HIL_ADC_SWITCH_OHM 6e3   /* RADC */
-#define HIL_ADC_SAMPLE_F   7e-12 /* CADC */
+#define HIL_ADC_SOURCES         24u
+#define HIL_ADC_CODES           4096u
+#define HIL_ADC_NOISE_LSB       2.0   /* rms noise of the ideal board, which `noise` scales */
+#define HIL_ADC_SWITCH_MAX_OHM  6e3   /* RADC */
+#define HIL_ADC_CAPACITOR_MAX_F 7e-12 /* CADC */
 
 struct hil_adc_errors {
     double offset_lsb[2]; /* ADC1, ADC3 */
     double gain_lsb[2];   /* error at full scale */
     float inl_lsb[2][HIL_ADC_CODES];
-    double noise[HIL_ADC_SOURCES]; /* in units of HIL_ADC_NOISE_LSB */
-    double kick_rel[HIL_ADC_SOURCES];
+    double noise_ratio[HIL_ADC_SOURCES]; /* in units of HIL_ADC_NOISE_LSB */
+    double kickback_rel[HIL_ADC_SOURCES];
     double source_ohm[HIL_ADC_SOURCES];
 };
 
 /* Draws the nonlinearity of a capacitive converter: steps where the upper bits carry, up to
- * HIL_ADC_DNL_LSB (DS8626 table 68: ED is typically 1, at most 2), plus a smooth bow that sets the
+ * HIL_ADC_DNL_MAX_LSB (DS8626 table 68: ED is typically 1, at most 2), plus a smooth bow that sets the
  * peak of the curve to `peak_lsb`. The ends of the curve are 0, because EL is relative to the line
  * through them. */
-#define HIL_ADC_DNL_LSB 2.0
+#define HIL_ADC_DNL_MAX_LSB 2.0
 void hil_adc_draw_inl(float curve_lsb[HIL_ADC_CODES], double peak_lsb, uint64_t *random);
 
 /* Code of the real converter where an ideal one gives `ideal_code`, not rounded and not clipped;
  * `unit`: 0 ADC1, 1 ADC3. */
-double hil_adc_real_code(const struct hil_adc_errors *errors, unsigned unit, double ideal_code);
+double hil_adc_code_with_errors(const struct hil_adc_errors *errors, unsigned unit,
+                                double ideal_code);
 
 /* Share of the step from the previous channel that remains after `window_s`; `source` -1: a pin
  * without a source. */

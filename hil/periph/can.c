@@ -20,7 +20,7 @@
 #define FIFOS             0x1b0u
 #define FMR               0x200u
 #define FA1R              0x21cu
-#define BANKS             0x240u
+#define FILTER_BANKS      0x240u
 #define MCR_RESET         0x8000u
 #define TSR_STATUS        0xff000000u /* CODE, TME, LOW */
 #define RFR_FMP           3u
@@ -42,27 +42,28 @@
 #define LEC_BIT_RECESSIVE 4u
 #define LEC_CRC           6u
 /* a node adds 8 to its error count for every eight dominant bits after its error flag */
-#define JAM_BITS          8u
+#define JAM_STEP_BITS     8u
 #define LEC_ACK           3u
 #define LEC_BIT_DOMINANT  5u
 #define SUSPEND_BITS      8u /* additional wait of an error-passive transmitter */
-#define JOIN_BITS         11u
-#define LEAVE_BITS        2u /* the manual gives no duration; HAL and libopencm3 wait, too */
+#define JOIN_BUS_BITS     11u
+#define LEAVE_BUS_BITS    2u /* the manual gives no duration; HAL and libopencm3 wait, too */
 #define RECOVERY_BITS     (128u * 11u)
 
 static uint64_t get_bit_cycles(const struct hil_can_device *dev)
 {
     uint32_t btr = dev->state->btr;
     uint32_t quanta = 1u + (btr >> 16 & 15u) + 1u + (btr >> 20 & 7u) + 1u;
-    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
+    return (uint64_t)quanta * ((btr & 0x3ffu) + 1u) * hil_rcc_pclk_divider(dev->rcc, HIL_RCC_APB1);
 }
 
 static uint32_t get_esr(const struct hil_can *c)
 {
-    uint32_t tec = c->bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
+    uint32_t tec = c->is_bus_off ? 0xffu : c->tec > 255 ? 255 : c->tec;
     bool warning = c->tec >= 96 || c->rec >= 96, passive = c->tec > 127 || c->rec > 127;
-    uint32_t flags = (uint32_t)(warning || c->bus_off) | (uint32_t)(passive || c->bus_off) << 1;
-    return flags | (uint32_t)c->bus_off << 2 | c->esr | tec << 16 |
+    uint32_t flags = (uint32_t)(warning || c->is_bus_off) | (uint32_t)(passive || c->is_bus_off)
+                                                                << 1;
+    return flags | (uint32_t)c->is_bus_off << 2 | c->esr | tec << 16 |
            (c->rec > 255 ? 255u : c->rec) << 24;
 }
 
@@ -74,8 +75,8 @@ static bool is_mailbox_empty(const struct hil_can *c, unsigned m)
 static void get_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_frame *frame)
 {
     *frame = (struct hil_can_frame){
-        .extended = (m->tir & 4u) != 0,
-        .remote = (m->tir & 2u) != 0,
+        .is_extended = (m->tir & 4u) != 0,
+        .is_remote = (m->tir & 2u) != 0,
         .id = (m->tir & 4u) ? m->tir >> 3 : m->tir >> 21,
         .length = (uint8_t)((m->tdtr & 15u) > 8 ? 8 : m->tdtr & 15u),
     };
@@ -84,21 +85,21 @@ static void get_mailbox_frame(const struct hil_can_mailbox *m, struct hil_can_fr
 }
 
 /* True if mailbox a is sent before mailbox b. */
-static bool is_before(const struct hil_can *c, unsigned a, unsigned b)
+static bool is_sent_before(const struct hil_can *c, unsigned a, unsigned b)
 {
     if (c->mcr & MCR_TXFP)
         return c->mailbox[a].request_number < c->mailbox[b].request_number;
     struct hil_can_frame fa, fb;
     get_mailbox_frame(&c->mailbox[a], &fa);
     get_mailbox_frame(&c->mailbox[b], &fb);
-    return hil_can_arbitration(&fa) < hil_can_arbitration(&fb);
+    return hil_can_arbitration_value(&fa) < hil_can_arbitration_value(&fb);
 }
 
 static int find_next_mailbox(const struct hil_can *c)
 {
     int best = -1;
     for (unsigned m = 0; m < 3; m++) {
-        if (!is_mailbox_empty(c, m) && (best < 0 || is_before(c, m, (unsigned)best)))
+        if (!is_mailbox_empty(c, m) && (best < 0 || is_sent_before(c, m, (unsigned)best)))
             best = (int)m;
     }
     return best;
@@ -114,7 +115,7 @@ static uint32_t get_tsr(const struct hil_can *c)
             empty++;
             if (code == 3)
                 code = m;
-        } else if (is_mailbox_empty(c, last) || !is_before(c, m, last)) {
+        } else if (is_mailbox_empty(c, last) || !is_sent_before(c, m, last)) {
             last = m; /* pending mailbox with the lowest priority */
         }
     }
@@ -136,20 +137,21 @@ static bool is_on_bus(const struct hil_can *c)
     return !(c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING;
 }
 
-static void drop_other_frame(struct hil_can *c)
+static void drop_other_node_frame(struct hil_can *c)
 {
-    c->queue_head = (c->queue_head + 1u) % HIL_CAN_QUEUE;
-    c->queue_count--;
+    c->other_node_queue_head = (c->other_node_queue_head + 1u) % HIL_CAN_QUEUE_LENGTH;
+    c->other_node_queue_count--;
 }
 
 /* Returns the state of the bus as the board's transmitter sees it: a wrong bit rate, or pins not
  * switched to CAN, destroys every frame. */
-static enum hil_can_bus get_effective_bus(const struct hil_can_device *dev)
+static enum hil_can_bus get_effective_bus_state(const struct hil_can_device *dev)
 {
     enum hil_can_bus bus = dev->options->can_bus;
     double rate = (double)dev->core->state.clock.hclk_hz / (double)get_bit_cycles(dev);
-    double ratio = rate / HIL_CAN_HOST_RATE;
-    if (hil_gpio_alternate(dev->gpio, 3, 0) != 9 || hil_gpio_alternate(dev->gpio, 3, 1) != 9)
+    double ratio = rate / HIL_CAN_OTHER_NODE_HZ;
+    if (hil_gpio_alternate_function(dev->gpio, 3, 0) != 9 ||
+        hil_gpio_alternate_function(dev->gpio, 3, 1) != 9)
         return HIL_CAN_SHORTED;
     /* Nodes whose rates differ by more than about 1 % lose synchronisation within the longest run
      * without an edge. */
@@ -166,24 +168,27 @@ static void enter_phase(struct hil_can_device *dev, enum hil_can_phase phase, ui
 }
 
 /* True if the other node has a frame to send. Applies faults of the line to the frame first. */
-static bool is_other_ready(struct hil_can_device *dev, uint64_t at)
+static bool is_other_node_ready(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (c->other_waits_ps > now_ps)
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    if (c->other_node_waits_until_ps > now_ps)
         return false;
-    if (c->other_waits_ps) { /* the delay of the frame has ended */
-        c->other_waits_ps = 0;
+    if (c->other_node_waits_until_ps) { /* the delay of the frame has ended */
+        c->other_node_waits_until_ps = 0;
         return true;
     }
-    while (c->queue_count && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_DROP,
-                                                 "frame", c->queue[c->queue_head].id))
-        drop_other_frame(c);
-    if (!c->queue_count || !dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_DELAY,
-                                                "frame", c->queue[c->queue_head].id))
-        return c->queue_count != 0;
-    c->other_waits_ps = now_ps + dev->wire.delay_ps(dev->wire.context, HIL_CAN_IN);
-    hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER, c->other_waits_ps);
+    while (c->other_node_queue_count &&
+           dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_IN, HIL_LINE_DROP, "frame",
+                                     c->other_node_queue[c->other_node_queue_head].id))
+        drop_other_node_frame(c);
+    if (!c->other_node_queue_count ||
+        !dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_IN, HIL_LINE_DELAY, "frame",
+                                   c->other_node_queue[c->other_node_queue_head].id))
+        return c->other_node_queue_count != 0;
+    c->other_node_waits_until_ps = now_ps +
+                                   dev->line_calls.delay_ps(dev->line_calls.context, HIL_CAN_IN);
+    hil_event_set_ps(dev->core, HIL_EVENT_CAN_OTHER_NODE, c->other_node_waits_until_ps);
     return false;
 }
 
@@ -194,26 +199,28 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
     if (c->phase != HIL_CAN_IDLE || !is_on_bus(c))
         return;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = get_effective_bus(dev);
+    enum hil_can_bus bus = get_effective_bus_state(dev);
     int mine = silent && !loopback ? -1 : find_next_mailbox(c);
     if (!loopback && dev->options->can_bus == HIL_CAN_DOMINANT)
         return;
-    bool other = c->queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
-                 is_other_ready(dev, at);
+    bool other = c->other_node_queue_count && bus == HIL_CAN_CONNECTED && !silent && !loopback &&
+                 is_other_node_ready(dev, at);
     struct hil_can_frame frame;
     if (mine >= 0)
         get_mailbox_frame(&c->mailbox[mine], &frame);
     if (other &&
-        (mine < 0 || hil_can_arbitration(&c->queue[c->queue_head]) < hil_can_arbitration(&frame))) {
+        (mine < 0 || hil_can_arbitration_value(&c->other_node_queue[c->other_node_queue_head]) <
+                         hil_can_arbitration_value(&frame))) {
         if (mine >= 0) { /* the board's mailbox lost arbitration */
             c->tsr |= 4u << (8u * (unsigned)mine);
         }
-        c->sender = HIL_CAN_OTHER_NODE;
-        c->is_spoiled = dev->wire.has_fault(dev->wire.context, HIL_CAN_IN, HIL_LINE_CORRUPT,
-                                            "frame", c->queue[c->queue_head].id);
+        c->sender = HIL_CAN_SENDER_OTHER_NODE;
+        c->is_frame_destroyed =
+            dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_IN, HIL_LINE_CORRUPT,
+                                      "frame", c->other_node_queue[c->other_node_queue_head].id);
         enter_phase(dev, HIL_CAN_FRAME, at,
-                    hil_can_frame_bits(&c->queue[c->queue_head]).length -
-                        (c->is_spoiled ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
+                    hil_can_frame_bits(&c->other_node_queue[c->other_node_queue_head]).length -
+                        (c->is_frame_destroyed ? HIL_CAN_TAIL_BITS - HIL_CAN_ERROR_BITS : 0u));
         update_irq(dev);
         return;
     }
@@ -227,24 +234,24 @@ static void try_start(struct hil_can_device *dev, uint64_t at)
     else if (!loopback && bus == HIL_CAN_SHORTED)
         length = 1u + HIL_CAN_ERROR_BITS; /* the start of frame already reads back wrong */
     c->sender = (int8_t)mine;
-    c->abort_current = false;
-    c->is_spoiled = !loopback && bus == HIL_CAN_CONNECTED &&
-                    dev->wire.has_fault(dev->wire.context, HIL_CAN_OUT, HIL_LINE_CORRUPT, "frame",
-                                        frame.id);
-    if (c->is_spoiled) /* CRC error: error flag and delimiter follow */
+    c->is_abort_requested = false;
+    c->is_frame_destroyed = !loopback && bus == HIL_CAN_CONNECTED &&
+                            dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_OUT,
+                                                      HIL_LINE_CORRUPT, "frame", frame.id);
+    if (c->is_frame_destroyed) /* CRC error: error flag and delimiter follow */
         length = bits.length - HIL_CAN_TAIL_BITS + HIL_CAN_ERROR_BITS;
     enter_phase(dev, HIL_CAN_FRAME, at, length);
 }
 
-void hil_can_other_event(void *device, uint64_t at)
+void hil_can_other_node_event(void *device, uint64_t at)
 {
     try_start(device, at);
 }
 
 /* Enters a state that ends after a number of recessive bits in a row. It cannot end while the bus
  * is held dominant. */
-static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase, uint64_t from,
-                           uint64_t bits)
+static void enter_recessive_wait(struct hil_can_device *dev, enum hil_can_phase phase,
+                                 uint64_t from, uint64_t bits)
 {
     enter_phase(dev, phase, from, bits);
     if (dev->options->can_bus == HIL_CAN_DOMINANT)
@@ -253,10 +260,10 @@ static void wait_recessive(struct hil_can_device *dev, enum hil_can_phase phase,
 
 static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itself)
 {
-    dev->state->phase = HIL_CAN_OFF;
+    dev->state->phase = HIL_CAN_BUS_OFF;
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     if (by_itself)
-        wait_recessive(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
+        enter_recessive_wait(dev, HIL_CAN_BUS_OFF, at, RECOVERY_BITS);
 }
 
 /* Counts eight more dominant bits while the bus is jammed. An error-passive receiver stops
@@ -264,17 +271,17 @@ static void begin_recovery(struct hil_can_device *dev, uint64_t at, bool by_itse
 static void end_jammed_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    bool transmits = c->sender >= 0 && c->sender != HIL_CAN_OTHER_NODE;
+    bool transmits = c->sender >= 0 && c->sender != HIL_CAN_SENDER_OTHER_NODE;
     c->esr = (transmits ? LEC_BIT_RECESSIVE : LEC_STUFF) << 4;
     *(transmits ? &c->tec : &c->rec) += 8u;
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     if (c->tec > 255) {
-        c->bus_off = true;
+        c->is_bus_off = true;
         c->tec = 0;
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
     } else if (transmits || c->rec <= 127) {
-        enter_phase(dev, HIL_CAN_JAMMED, at, JAM_BITS);
+        enter_phase(dev, HIL_CAN_JAMMED, at, JAM_STEP_BITS);
     }
 }
 
@@ -291,11 +298,11 @@ static void end_mailbox(struct hil_can_device *dev, unsigned m, uint32_t flags)
 /* The identifier register of a frame, in the format of mailboxes and filters. */
 static uint32_t make_identifier_word(const struct hil_can_frame *f)
 {
-    return (f->extended ? f->id << 3 | 4u : f->id << 21) | (uint32_t)f->remote << 1;
+    return (f->is_extended ? f->id << 3 | 4u : f->id << 21) | (uint32_t)f->is_remote << 1;
 }
 
-bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
-                    unsigned *match)
+bool hil_can_match_filters(const struct hil_can *can, const struct hil_can_frame *frame,
+                           unsigned *fifo, unsigned *match)
 {
     unsigned number[2] = {0, 0}; /* filters so far, per FIFO; inactive banks count too */
     unsigned banks = can->fmr >> 8 & 0x3fu;
@@ -303,7 +310,7 @@ bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame
     bool found = false;
     if (can->fmr & FMR_FINIT) /* reception is off while filters are written */
         return false;
-    for (unsigned i = 0; i < banks && i < HIL_CAN_BANKS; i++) {
+    for (unsigned i = 0; i < banks && i < HIL_CAN_FILTER_BANKS; i++) {
         bool list = (can->fm1r >> i & 1u) != 0;
         uint32_t off_a = (word ^ can->filter[i][0]) & ~1u, off_b = (word ^ can->filter[i][1]) & ~1u;
         bool matches = list ? !off_a || !off_b : !(off_a & can->filter[i][1]);
@@ -324,11 +331,11 @@ static void receive_frame(struct hil_can_device *dev, const struct hil_can_frame
 {
     struct hil_can *c = dev->state;
     unsigned f, match;
-    if (!hil_can_filter(c, frame, &f, &match)) {
+    if (!hil_can_match_filters(c, frame, &f, &match)) {
         dev->core->state.counters.can_frames_filtered++;
         return;
     }
-    struct hil_can_received r = {
+    struct hil_can_received_frame r = {
         .rir = make_identifier_word(frame),
         .rdtr = frame->length | match << 8,
     };
@@ -351,19 +358,19 @@ static void fail_transmission(struct hil_can_device *dev, unsigned m, enum hil_c
     struct hil_can *c = dev->state;
     bool passive = c->tec > 127;
     dev->core->state.counters.can_errors++;
-    uint32_t lec = c->is_spoiled                              ? LEC_BIT_RECESSIVE
+    uint32_t lec = c->is_frame_destroyed                      ? LEC_BIT_RECESSIVE
                  : dev->options->can_bus == HIL_CAN_CONNECTED ? LEC_FORM
                                                               : LEC_BIT_DOMINANT;
     c->esr = (bus == HIL_CAN_UNPLUGGED ? LEC_ACK : lec) << 4;
     /* exception 1 of fault confinement: the only node on the bus */
     if (!(bus == HIL_CAN_UNPLUGGED && passive))
         c->tec += 8;
-    if (c->abort_current)
+    if (c->is_abort_requested)
         end_mailbox(dev, m, 8u);
     else
         c->tsr |= 8u << (8u * m);
     if (c->tec > 255) {
-        c->bus_off = true;
+        c->is_bus_off = true;
         c->tec = 0;
         hil_trace(dev->core, "CAN bus-off");
         begin_recovery(dev, at, (c->mcr & MCR_ABOM) != 0);
@@ -377,19 +384,21 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     struct hil_can_frame frame;
-    if (c->sender == HIL_CAN_OTHER_NODE && c->is_spoiled) { /* the other node sends again */
+    if (c->sender == HIL_CAN_SENDER_OTHER_NODE &&
+        c->is_frame_destroyed) { /* the other node sends again */
         dev->core->state.counters.can_errors++;
         c->esr = LEC_CRC << 4;
         c->rec++;
         enter_phase(dev, HIL_CAN_GAP, at, HIL_CAN_INTERMISSION_BITS);
         return;
     }
-    if (c->sender == HIL_CAN_OTHER_NODE) {
-        frame = c->queue[c->queue_head];
-        c->is_repeated = !c->is_repeated && dev->wire.has_fault(dev->wire.context, HIL_CAN_IN,
-                                                                HIL_LINE_REPEAT, "frame", frame.id);
-        if (!c->is_repeated)
-            drop_other_frame(c);
+    if (c->sender == HIL_CAN_SENDER_OTHER_NODE) {
+        frame = c->other_node_queue[c->other_node_queue_head];
+        c->is_frame_repeated = !c->is_frame_repeated &&
+                               dev->line_calls.has_fault(dev->line_calls.context, HIL_CAN_IN,
+                                                         HIL_LINE_REPEAT, "frame", frame.id);
+        if (!c->is_frame_repeated)
+            drop_other_node_frame(c);
         dev->core->state.counters.can_frames_in++;
         c->esr = 0;
         c->rec = c->rec > 127 ? 120 : c->rec ? c->rec - 1 : 0;
@@ -399,8 +408,8 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
     }
     unsigned m = (unsigned)c->sender;
     bool loopback = (c->btr & BTR_LBKM) != 0, silent = (c->btr & BTR_SILM) != 0;
-    enum hil_can_bus bus = get_effective_bus(dev);
-    if (!loopback && (bus != HIL_CAN_CONNECTED || c->is_spoiled)) {
+    enum hil_can_bus bus = get_effective_bus_state(dev);
+    if (!loopback && (bus != HIL_CAN_CONNECTED || c->is_frame_destroyed)) {
         fail_transmission(dev, m, bus, at);
         return;
     }
@@ -414,7 +423,8 @@ static void end_frame(struct hil_can_device *dev, uint64_t at)
         receive_frame(dev, &frame);
     if (!silent && bus == HIL_CAN_CONNECTED) {
         dev->core->state.counters.can_frames_out++;
-        dev->wire.can_out(dev->wire.context, hil_clock_ps(&dev->core->state.clock, at), &frame);
+        dev->line_calls.can_out(dev->line_calls.context,
+                                hil_clock_ps_at_cycle(&dev->core->state.clock, at), &frame);
     }
 }
 
@@ -436,15 +446,15 @@ static void update_mode(struct hil_can_device *dev, uint64_t at)
     }
     if ((c->mcr & MCR_INRQ) && !(c->msr & MSR_INAK)) {
         if (c->phase != HIL_CAN_LEAVING)
-            enter_phase(dev, HIL_CAN_LEAVING, at, LEAVE_BITS);
+            enter_phase(dev, HIL_CAN_LEAVING, at, LEAVE_BUS_BITS);
     } else if (c->mcr & MCR_INRQ) {
         c->phase = HIL_CAN_IDLE;
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     } else if ((c->msr & (MSR_INAK | MSR_SLAK)) && c->phase < HIL_CAN_JOINING) {
-        if (c->bus_off)
+        if (c->is_bus_off)
             begin_recovery(dev, at, true);
         else
-            wait_recessive(dev, HIL_CAN_JOINING, at, JOIN_BITS);
+            enter_recessive_wait(dev, HIL_CAN_JOINING, at, JOIN_BUS_BITS);
     }
 }
 
@@ -454,8 +464,8 @@ void hil_can_event(void *device, uint64_t at)
     struct hil_can *c = dev->state;
     switch (c->phase) {
     case HIL_CAN_FRAME: end_frame(dev, at); break;
-    case HIL_CAN_OFF:
-        c->bus_off = false;
+    case HIL_CAN_BUS_OFF:
+        c->is_bus_off = false;
         c->tec = c->rec = 0;
         hil_trace(dev->core, "CAN recovered from bus-off");
         /* fall through */
@@ -477,12 +487,13 @@ void hil_can_event(void *device, uint64_t at)
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame)
 {
     struct hil_can *c = dev->state;
-    if (c->queue_count == HIL_CAN_QUEUE) {
-        dev->core->state.counters.can_in_dropped++;
+    if (c->other_node_queue_count == HIL_CAN_QUEUE_LENGTH) {
+        dev->core->state.counters.can_frames_in_dropped++;
         return MR_FULL;
     }
-    c->queue[(c->queue_head + c->queue_count) % HIL_CAN_QUEUE] = *frame;
-    c->queue_count++;
+    c->other_node_queue[(c->other_node_queue_head + c->other_node_queue_count) %
+                        HIL_CAN_QUEUE_LENGTH] = *frame;
+    c->other_node_queue_count++;
     try_start(dev, hil_now_cycle(dev->core));
     return MR_OK;
 }
@@ -491,28 +502,28 @@ enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_f
 static void begin_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
-    if (c->phase == HIL_CAN_JOINING || c->phase == HIL_CAN_OFF) {
+    if (c->phase == HIL_CAN_JOINING || c->phase == HIL_CAN_BUS_OFF) {
         hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
         return;
     }
     if (!is_on_bus(c) || (c->btr & BTR_LBKM))
         return;
-    if (c->phase == HIL_CAN_FRAME && c->sender != HIL_CAN_OTHER_NODE)
+    if (c->phase == HIL_CAN_FRAME && c->sender != HIL_CAN_SENDER_OTHER_NODE)
         dev->core->state.counters.can_errors++;
     else
         c->sender = -1;
-    enter_phase(dev, HIL_CAN_JAMMED, at, JAM_BITS);
+    enter_phase(dev, HIL_CAN_JAMMED, at, JAM_STEP_BITS);
 }
 
 static void end_jam(struct hil_can_device *dev, uint64_t at)
 {
     struct hil_can *c = dev->state;
     if (c->phase == HIL_CAN_JOINING)
-        enter_phase(dev, HIL_CAN_JOINING, at, JOIN_BITS);
-    else if (c->phase == HIL_CAN_OFF && (c->mcr & MCR_ABOM))
-        enter_phase(dev, HIL_CAN_OFF, at, RECOVERY_BITS);
+        enter_phase(dev, HIL_CAN_JOINING, at, JOIN_BUS_BITS);
+    else if (c->phase == HIL_CAN_BUS_OFF && (c->mcr & MCR_ABOM))
+        enter_phase(dev, HIL_CAN_BUS_OFF, at, RECOVERY_BITS);
     else if (c->phase == HIL_CAN_JAMMED) /* error delimiter and intermission */
-        enter_phase(dev, HIL_CAN_GAP, at, JOIN_BITS);
+        enter_phase(dev, HIL_CAN_GAP, at, JOIN_BUS_BITS);
 }
 
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus)
@@ -535,17 +546,17 @@ void hil_can_reset(void *device, unsigned unit)
     struct hil_can before = *c;
     *c = (struct hil_can){.mcr = 0x00010002, .msr = MSR_SLAK, .btr = 0x01230000, .fmr = 0x2a1c0e01};
     /* frames queued by the other node survive the board's reset */
-    c->other_waits_ps = before.other_waits_ps;
-    c->queue_head = before.queue_head;
-    c->queue_count = before.queue_count;
-    memcpy(c->queue, before.queue, sizeof c->queue);
+    c->other_node_waits_until_ps = before.other_node_waits_until_ps;
+    c->other_node_queue_head = before.other_node_queue_head;
+    c->other_node_queue_count = before.other_node_queue_count;
+    memcpy(c->other_node_queue, before.other_node_queue, sizeof c->other_node_queue);
     hil_event_set_cycle(dev->core, HIL_EVENT_CAN, HIL_NEVER);
     update_irq(dev);
 }
 
 /* --- registers (RM0090 32.9) --- */
 
-static bool is_mailbox(uint32_t offset)
+static bool is_mailbox_offset(uint32_t offset)
 {
     return offset >= MAILBOXES && offset < FIFOS;
 }
@@ -557,8 +568,8 @@ static uint32_t *get_mailbox_register(struct hil_can *c, uint32_t offset)
 
 static uint32_t *get_filter_register(struct hil_can *c, uint32_t offset)
 {
-    return offset < BANKS ? &c->filter_word[(offset - FMR) / 4u]
-                          : &c->filter[(offset - BANKS) / 8u][offset / 4u % 2u];
+    return offset < FILTER_BANKS ? &c->filter_word[(offset - FMR) / 4u]
+                                 : &c->filter[(offset - FILTER_BANKS) / 8u][offset / 4u % 2u];
 }
 
 uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
@@ -567,7 +578,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
     struct hil_can *c = dev->state;
     bool in_frame = c->phase == HIL_CAN_FRAME;
     (void)unit;
-    if (is_mailbox(offset))
+    if (is_mailbox_offset(offset))
         return *get_mailbox_register(c, offset);
     if (offset >= FMR)
         return *get_filter_register(c, offset);
@@ -575,8 +586,9 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
         return c->fifo[(offset - FIFOS) / 16u][0].word[offset / 4u % 4u];
     switch (offset) {
     case MSR: /* RX and SAMP show the pin, recessive between frames */
-        return c->msr | 0xc00u | (uint32_t)(in_frame && c->sender != HIL_CAN_OTHER_NODE) << 8 |
-               (uint32_t)(in_frame && c->sender == HIL_CAN_OTHER_NODE) << 9;
+        return c->msr | 0xc00u |
+               (uint32_t)(in_frame && c->sender != HIL_CAN_SENDER_OTHER_NODE) << 8 |
+               (uint32_t)(in_frame && c->sender == HIL_CAN_SENDER_OTHER_NODE) << 9;
     case TSR: return get_tsr(c);
     case RF0R:
     case RF1R: return c->word[offset / 4u] | c->fifo_count[(offset - RF0R) / 4u];
@@ -587,7 +599,7 @@ uint32_t hil_can_read(void *device, unsigned unit, uint32_t offset)
 
 /* Flags are cleared by writing 1: writing back the value read also clears flags that were set in
  * between. */
-static void check_flags(struct hil_can_device *dev, uint32_t status)
+static void refuse_flags_written_back(struct hil_can_device *dev, uint32_t status)
 {
     if (status)
         hil_bus_refuse(dev->core,
@@ -597,7 +609,7 @@ static void check_flags(struct hil_can_device *dev, uint32_t status)
 static void write_tsr(struct hil_can_device *dev, uint32_t value)
 {
     struct hil_can *c = dev->state;
-    check_flags(dev, value & TSR_STATUS);
+    refuse_flags_written_back(dev, value & TSR_STATUS);
     for (unsigned m = 0; m < 3; m++) {
         uint32_t bits = value >> (8u * m);
         if (bits & 1u) /* clearing RQCP also clears TXOK, ALST and TERR */
@@ -605,7 +617,7 @@ static void write_tsr(struct hil_can_device *dev, uint32_t value)
         if ((bits & 0x80u) && !is_mailbox_empty(c, m)) { /* ABRQ */
             bool begun = c->phase == HIL_CAN_FRAME;
             if (begun && c->sender == (int)m)
-                c->abort_current = true;
+                c->is_abort_requested = true;
             else
                 end_mailbox(dev, m, 0);
         }
@@ -648,14 +660,14 @@ static void write_filter(struct hil_can_device *dev, uint32_t offset, uint32_t v
         hil_bus_refuse(
             dev->core,
             "filter mode, scale or FIFO outside filter initialisation: the chip ignores the write");
-    if (offset >= BANKS && !initialising && (c->fa1r >> (offset - BANKS) / 8u & 1u))
+    if (offset >= FILTER_BANKS && !initialising && (c->fa1r >> (offset - FILTER_BANKS) / 8u & 1u))
         hil_bus_refuse(dev->core, "the bank of an active filter: the chip ignores the write");
     if (offset == FA1R && (value & ~c->fs1r))
         hil_bus_refuse(dev->core, "a filter of 16 bits");
     *get_filter_register(c, offset) = value;
 }
 
-static void write_control(struct hil_can_device *dev, uint32_t offset, uint32_t value)
+static void write_control_register(struct hil_can_device *dev, uint32_t offset, uint32_t value)
 {
     struct hil_can *c = dev->state;
     switch (offset) {
@@ -667,7 +679,7 @@ static void write_control(struct hil_can_device *dev, uint32_t offset, uint32_t 
     case TSR: write_tsr(dev, value); break;
     case RF0R:
     case RF1R:
-        check_flags(dev, value & RFR_FMP);
+        refuse_flags_written_back(dev, value & RFR_FMP);
         release_fifo(c, (offset - RF0R) / 4u, value);
         break;
     case ESR: /* software can write LEC to detect a later change */ c->esr = value & 0x70u; break;
@@ -687,11 +699,11 @@ void hil_can_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
         hil_can_reset(dev, 0);
         return;
     }
-    if (is_mailbox(offset))
+    if (is_mailbox_offset(offset))
         write_mailbox(dev, offset, value);
     else if (offset >= FMR)
         write_filter(dev, offset, value);
     else
-        write_control(dev, offset, value);
+        write_control_register(dev, offset, value);
     update_irq(dev);
 }

@@ -19,19 +19,19 @@
 #include "hil/periph/canbits.h"
 #include "hil/periph/wire.h"
 
-#define HIL_CAN_QUEUE      64u
-#define HIL_CAN_BANKS      28u
-#define HIL_CAN_HOST_RATE  1000000u
+#define HIL_CAN_QUEUE_LENGTH      64u
+#define HIL_CAN_FILTER_BANKS      28u
+#define HIL_CAN_OTHER_NODE_HZ     1000000u
 /* the other node as a sender; the senders of the board are its mailboxes */
-#define HIL_CAN_OTHER_NODE 3
+#define HIL_CAN_SENDER_OTHER_NODE 3
 
 struct hil_can_mailbox {
-    HIL_WORDS(word, tir, tdtr, tdlr, tdhr);
+    HIL_NAMED_WORDS(word, tir, tdtr, tdlr, tdhr);
     uint32_t request_number; /* requests are numbered in the order in which they were made */
 };
 
-struct hil_can_received {
-    HIL_WORDS(word, rir, rdtr, rdlr, rdhr);
+struct hil_can_received_frame {
+    HIL_NAMED_WORDS(word, rir, rdtr, rdlr, rdhr);
 };
 
 enum hil_can_phase {
@@ -39,52 +39,52 @@ enum hil_can_phase {
     HIL_CAN_FRAME,   /* from start of frame to the end of the frame or of an error */
     HIL_CAN_GAP,     /* intermission, including the suspended transmission of a passive node */
     HIL_CAN_JOINING, /* leaving initialisation: waiting for 11 recessive bits */
-    HIL_CAN_OFF,     /* bus-off, waiting to return */
+    HIL_CAN_BUS_OFF, /* bus-off, waiting to return */
     HIL_CAN_JAMMED,  /* the bus is held dominant: the error counters rise */
     HIL_CAN_LEAVING, /* entering initialisation */
 };
 
 struct hil_can {
     /* RFR contains only FULL and FOVR, ESR only LEC */
-    HIL_WORDS(word, mcr, msr, tsr, rfr[2], ier, esr, btr);
+    HIL_NAMED_WORDS(word, mcr, msr, tsr, rfr[2], ier, esr, btr);
     uint32_t tec, rec;
-    bool bus_off;
+    bool is_bus_off;
     struct hil_can_mailbox mailbox[3];
     uint32_t request_count; /* number of requests so far */
-    struct hil_can_received fifo[2][3];
+    struct hil_can_received_frame fifo[2][3];
     uint8_t fifo_count[2];
-    HIL_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
-    uint32_t filter[HIL_CAN_BANKS][2];
+    HIL_NAMED_WORDS(filter_word, fmr, fm1r, at_208, fs1r, at_210, ffa1r, at_218, fa1r);
+    uint32_t filter[HIL_CAN_FILTER_BANKS][2];
 
     uint32_t phase;
-    int8_t sender;           /* 0..2: a mailbox; 3: the other node */
-    bool is_spoiled;         /* the frame in progress will be destroyed */
-    bool is_repeated;        /* the other node's frame has been repeated by a fault */
-    uint64_t other_waits_ps; /* the other node does not start a frame before this time */
-    bool abort_current;
-    uint32_t queue_head, queue_count;
-    struct hil_can_frame queue[HIL_CAN_QUEUE];
+    int8_t sender;                      /* 0..2: a mailbox; 3: the other node */
+    bool is_frame_destroyed;            /* the frame in progress will be destroyed */
+    bool is_frame_repeated;             /* the other node's frame has been repeated by a fault */
+    uint64_t other_node_waits_until_ps; /* the other node does not start a frame before this time */
+    bool is_abort_requested;
+    uint32_t other_node_queue_head, other_node_queue_count;
+    struct hil_can_frame other_node_queue[HIL_CAN_QUEUE_LENGTH];
 };
 
 struct hil_can_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_can *state;
-    struct hil_wire wire;
+    struct hil_line_calls line_calls;
 };
 
 /* Queues a frame of the other node; the frame waits for the bus and arbitrates. MR_OK; MR_FULL:
- * HIL_CAN_QUEUE frames are waiting. */
+ * HIL_CAN_QUEUE_LENGTH frames are waiting. */
 enum mr_status hil_can_inject(struct hil_can_device *dev, const struct hil_can_frame *frame);
 void hil_can_set_bus(struct hil_can_device *dev, enum hil_can_bus can_bus);
 
 /* Calls for the bus and the event queue; `device` is a struct hil_can_device. */
 void hil_can_reset(void *device, unsigned unit);
-HIL_ON_BUS(can)
+HIL_DECLARE_BUS_CALLS(can)
 void hil_can_event(void *device, uint64_t at);
-void hil_can_other_event(void *device, uint64_t at);
+void hil_can_other_node_event(void *device, uint64_t at);
 
 /* True if the frame passes the filters; returns the FIFO and the filter number (RM0090 32.7.4). */
-bool hil_can_filter(const struct hil_can *can, const struct hil_can_frame *frame, unsigned *fifo,
-                    unsigned *match);
+bool hil_can_match_filters(const struct hil_can *can, const struct hil_can_frame *frame,
+                           unsigned *fifo, unsigned *match);
 
 #endif

@@ -15,8 +15,8 @@ enum hil_can_bus {
 
 struct hil_can_frame {
     uint32_t id; /* 11 or 29 bits */
-    bool extended;
-    bool remote;
+    bool is_extended;
+    bool is_remote;
     uint8_t length; /* 0..8 */
     uint8_t data[8];
 };
@@ -36,6 +36,6 @@ struct hil_can_bits {
 
 struct hil_can_bits hil_can_frame_bits(const struct hil_can_frame *frame);
 /* Arbitration value of a frame; the lower value wins the bus. */
-uint32_t hil_can_arbitration(const struct hil_can_frame *frame);
+uint32_t hil_can_arbitration_value(const struct hil_can_frame *frame);
 
 #endif

@@ -6,20 +6,20 @@
 #include "hil/core/core.h"
 #include "hil/core/nvic.h"
 
-#define LIFCR        0x08u
-#define STREAMS      0x10u /* offset of the registers of stream 0 */
-#define STREAM_BYTES 0x18u
-#define CR           0x00u
-#define FCR          0x14u
-#define CR_EN        1u
-#define CR_CIRC      0x100u
-#define CR_MINC      0x400u
-#define FCR_RESET    0x21u
+#define LIFCR                  0x08u
+#define STREAMS                0x10u /* offset of the registers of stream 0 */
+#define STREAM_BYTES           0x18u
+#define CR                     0x00u
+#define FCR                    0x14u
+#define CR_EN                  1u
+#define CR_CIRC                0x100u
+#define CR_MINC                0x400u
+#define FCR_RESET              0x21u
 /* Flags of one stream in LISR/HISR, before shifting. DMEIF and FEIF are never set here. */
-#define FLAG_TE      8u
-#define FLAG_HT      16u
-#define FLAG_TC      32u
-#define FLAG_ALL     0x3du
+#define FLAG_TRANSFER_ERROR    8u
+#define FLAG_HALF_TRANSFER     16u
+#define FLAG_TRANSFER_COMPLETE 32u
+#define FLAG_ALL               0x3du
 
 static unsigned get_flag_shift(unsigned stream)
 {
@@ -38,8 +38,9 @@ static void update_irq(struct hil_dma_device *dev, unsigned unit, unsigned strea
                                       {56, 57, 58, 59, 60, 68, 69, 70}};
     const struct hil_dma *dma = &dev->state[unit];
     uint32_t cr = dma->stream[stream].cr;
-    uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TE : 0) | (cr & 8u ? FLAG_HT : 0);
-    enabled |= (cr & 16u ? FLAG_TC : 0) | (dma->stream[stream].fcr & 0x80u ? 1u : 0);
+    uint32_t enabled = (cr & 2u ? 4u : 0) | (cr & 4u ? FLAG_TRANSFER_ERROR : 0) |
+                       (cr & 8u ? FLAG_HALF_TRANSFER : 0);
+    enabled |= (cr & 16u ? FLAG_TRANSFER_COMPLETE : 0) | (dma->stream[stream].fcr & 0x80u ? 1u : 0);
     hil_irq_set_line(dev->core, irq[unit][stream], (get_stream_flags(dma, stream) & enabled) != 0);
 }
 
@@ -55,7 +56,7 @@ static void stop_after_error(struct hil_dma_device *dev, unsigned unit, unsigned
     dev->state[unit].stream[stream].cr &= ~CR_EN;
     hil_trace(dev->core, "DMA%u stream %u: transfer error at 0x%08x", unit + 1, stream,
               (unsigned)address);
-    raise_flag(dev, unit, stream, FLAG_TE);
+    raise_flag(dev, unit, stream, FLAG_TRANSFER_ERROR);
 }
 
 /* Memory accessible to DMA: SRAM, and flash for reading; not the CCM. */
@@ -71,41 +72,42 @@ static uint32_t get_item_bytes(const struct hil_dma_stream *s)
     return 1u << (s->cr >> 11 & 3u);
 }
 
-static void count_transfer(struct hil_dma_device *dev, unsigned unit, unsigned stream, uint32_t n)
+static void count_transferred_items(struct hil_dma_device *dev, unsigned unit, unsigned stream,
+                                    uint32_t n)
 {
     struct hil_dma_stream *s = &dev->state[unit].stream[stream];
     uint32_t half = s->reload_count / 2u;
     uint32_t before = s->ndtr;
     s->ndtr -= n;
     if (before > s->reload_count - half && s->ndtr <= s->reload_count - half)
-        raise_flag(dev, unit, stream, FLAG_HT);
+        raise_flag(dev, unit, stream, FLAG_HALF_TRANSFER);
     if (s->ndtr == 0) {
         if (s->cr & CR_CIRC)
             s->ndtr = s->reload_count;
         else
             s->cr &= ~CR_EN;
-        raise_flag(dev, unit, stream, FLAG_TC);
+        raise_flag(dev, unit, stream, FLAG_TRANSFER_COMPLETE);
     }
 }
 
-static struct hil_dma_stream *find_stream(struct hil_dma_device *dev,
-                                          const struct hil_dma_request *r)
+static struct hil_dma_stream *get_request_stream(struct hil_dma_device *dev,
+                                                 const struct hil_dma_request *r)
 {
     return &dev->state[r->controller].stream[r->stream];
 }
 
 uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_dma_request *r)
 {
-    const struct hil_dma_stream *s = find_stream(dev, r);
+    const struct hil_dma_stream *s = get_request_stream(dev, r);
     uint32_t direction = s->cr >> 6 & 3u;
     if (!(s->cr & CR_EN) || (s->cr >> 25 & 7u) != r->channel ||
         direction != (r->is_from_memory ? 1u : 0u))
         return 0;
-    if (s->par != r->peripheral) {
+    if (s->par != r->peripheral_address) {
         hil_core_stop(
             dev->core, MR_UNMODELLED,
             "DMA%u stream %u serves a request from the register at 0x%08x, but PAR is 0x%08x",
-            r->controller + 1, r->stream, (unsigned)r->peripheral, (unsigned)s->par);
+            r->controller + 1, r->stream, (unsigned)r->peripheral_address, (unsigned)s->par);
         return 0;
     }
     if (r->is_from_memory && hil_memory_is_stalled(dev->core, s->m0ar))
@@ -117,10 +119,10 @@ uint32_t hil_dma_items_until_flag(struct hil_dma_device *dev, const struct hil_d
 }
 
 /* Address on this computer of the next n items, or NULL after a transfer error. */
-static uint8_t *find_next_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
-                                uint32_t n)
+static uint8_t *find_next_items_memory(struct hil_dma_device *dev, const struct hil_dma_request *r,
+                                       uint32_t n)
 {
-    struct hil_dma_stream *s = find_stream(dev, r);
+    struct hil_dma_stream *s = get_request_stream(dev, r);
     uint32_t bytes = get_item_bytes(s);
     uint32_t done = (s->cr & CR_MINC) ? s->reload_count - s->ndtr : 0;
     uint32_t span = (s->cr & CR_MINC) ? n * bytes : bytes;
@@ -134,9 +136,9 @@ static uint8_t *find_next_items(struct hil_dma_device *dev, const struct hil_dma
 void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
                          const uint16_t *values, uint32_t n)
 {
-    const struct hil_dma_stream *s = find_stream(dev, r);
+    const struct hil_dma_stream *s = get_request_stream(dev, r);
     uint32_t bytes = get_item_bytes(s);
-    uint8_t *memory = find_next_items(dev, r, n);
+    uint8_t *memory = find_next_items_memory(dev, r, n);
     if (!memory)
         return;
     /* true for nearly all transfers */
@@ -149,42 +151,42 @@ void hil_dma_write_items(struct hil_dma_device *dev, const struct hil_dma_reques
         for (uint32_t b = 0; b < bytes; b++)
             p[b] = (uint8_t)(value >> (8u * b));
     }
-    count_transfer(dev, r->controller, r->stream, n);
+    count_transferred_items(dev, r->controller, r->stream, n);
 }
 
 bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request *r,
                         uint8_t *values, uint32_t n)
 {
-    const struct hil_dma_stream *s = find_stream(dev, r);
+    const struct hil_dma_stream *s = get_request_stream(dev, r);
     uint32_t bytes = get_item_bytes(s);
-    const uint8_t *memory = find_next_items(dev, r, n);
+    const uint8_t *memory = find_next_items_memory(dev, r, n);
     if (!memory)
         return false;
     for (uint32_t i = 0; i < n; i++)
         values[i] = memory[(s->cr & CR_MINC) ? i * bytes : 0];
-    count_transfer(dev, r->controller, r->stream, n);
+    count_transferred_items(dev, r->controller, r->stream, n);
     return true;
 }
 
-void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream,
-                     unsigned channel)
+void hil_dma_move_register(struct hil_dma_device *dev, unsigned controller, unsigned stream,
+                           unsigned channel)
 {
     struct hil_dma_stream *s = &dev->state[controller].stream[stream];
     struct hil_dma_request r = {controller, stream, channel, s->par, false};
     if (!hil_dma_items_until_flag(dev, &r))
         return; /* without service the flag stays set and the next capture is an overrun */
     uint32_t value = hil_bus_read(dev->core, s->par, get_item_bytes(s));
-    uint8_t *memory = find_next_items(dev, &r, 1);
+    uint8_t *memory = find_next_items_memory(dev, &r, 1);
     if (!memory)
         return;
     for (uint32_t b = 0; b < get_item_bytes(s); b++)
         memory[b] = (uint8_t)(value >> (8u * b));
-    count_transfer(dev, controller, stream, 1);
+    count_transferred_items(dev, controller, stream, 1);
 }
 
 static void notify_enabled(const struct hil_dma_device *dev, unsigned unit)
 {
-    for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
+    for (unsigned i = 0; i < HIL_DMA_CLIENTS_MAX; i++) {
         const struct hil_dma_client *client = &dev->client[unit][i];
         if (client->on_enabled)
             client->on_enabled(client->context);
@@ -215,9 +217,9 @@ void hil_dma_reset(void *device, unsigned unit)
 }
 
 /* Updates the transfers of a controller to the present before its registers are read. */
-static void advance(struct hil_dma_device *dev, unsigned unit)
+static void advance_clients(struct hil_dma_device *dev, unsigned unit)
 {
-    for (unsigned i = 0; i < HIL_DMA_CLIENTS; i++) {
+    for (unsigned i = 0; i < HIL_DMA_CLIENTS_MAX; i++) {
         const struct hil_dma_client *client = &dev->client[unit][i];
         if (client->advance)
             client->advance(client->context, hil_now_cycle(dev->core));
@@ -228,7 +230,7 @@ uint32_t hil_dma_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
-    advance(dev, unit);
+    advance_clients(dev, unit);
     if (offset < STREAMS) /* LIFCR and HIFCR are write-only */
         return offset < LIFCR ? dma->isr[offset / 4u] : 0;
     return dma->stream[(offset - STREAMS) / STREAM_BYTES]
@@ -258,7 +260,7 @@ static void write_cr(struct hil_dma_device *dev, unsigned unit, unsigned stream,
         s->cr = (s->cr & ~0x1fu) | (value & 0x1fu);
         if (!(value & CR_EN))
             /* suspended: TC signals the end of the last item (10.3.14) */
-            raise_flag(dev, unit, stream, FLAG_TC);
+            raise_flag(dev, unit, stream, FLAG_TRANSFER_COMPLETE);
     } else {
         s->cr = value & ~CR_EN;
         if (value & CR_EN)
@@ -271,7 +273,7 @@ void hil_dma_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 {
     struct hil_dma_device *dev = device;
     struct hil_dma *dma = &dev->state[unit];
-    advance(dev, unit);
+    advance_clients(dev, unit);
     if (offset < STREAMS) {
         unsigned high = (offset - LIFCR) / 4u;
         dma->isr[high] &= ~value;

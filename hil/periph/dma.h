@@ -15,7 +15,7 @@
 #include "hil/periph/wire.h"
 
 struct hil_dma_stream {
-    HIL_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
+    HIL_NAMED_WORDS(word, cr, ndtr, par, m0ar, m1ar, fcr);
     uint32_t reload_count; /* NDTR when the stream was enabled */
 };
 
@@ -30,7 +30,7 @@ struct hil_dma_request {
     unsigned controller; /* 0: DMA1, 1: DMA2 */
     unsigned stream;
     unsigned channel;
-    uint32_t peripheral; /* required value of PAR */
+    uint32_t peripheral_address; /* required value of PAR */
     bool is_from_memory;
 };
 
@@ -43,18 +43,18 @@ struct hil_dma_client {
     void (*on_enabled)(void *context);
 };
 
-#define HIL_DMA_CLIENTS 2u
+#define HIL_DMA_CLIENTS_MAX 2u
 
 struct hil_dma_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_dma *state; /* both controllers */
     /* clients of each controller, in the order of their `advance` calls */
-    struct hil_dma_client client[2][HIL_DMA_CLIENTS];
+    struct hil_dma_client client[2][HIL_DMA_CLIENTS_MAX];
 };
 
 /* Calls for the bus; `device` is a struct hil_dma_device. */
 void hil_dma_reset(void *device, unsigned unit);
-HIL_ON_BUS(dma)
+HIL_DECLARE_BUS_CALLS(dma)
 
 /* Call when flash can be read again; `device` is a struct hil_dma_device. */
 void hil_dma_on_flash_ready(void *device);
@@ -73,7 +73,7 @@ bool hil_dma_read_items(struct hil_dma_device *dev, const struct hil_dma_request
                         uint8_t *values, uint32_t n);
 /* Moves one item from a 32-bit peripheral register (capture), which is read through the bus with
  * its side effects. */
-void hil_dma_request(struct hil_dma_device *dev, unsigned controller, unsigned stream,
-                     unsigned channel);
+void hil_dma_move_register(struct hil_dma_device *dev, unsigned controller, unsigned stream,
+                           unsigned channel);
 
 #endif

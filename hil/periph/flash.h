@@ -8,7 +8,7 @@
  * with all its streams. On hardware a loop in the instruction cache also continues; here it stalls.
  *
  * Flash and option bytes keep their content through resets and power failures. An operation that is
- * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_interrupt).
+ * interrupted by a reset or a power failure leaves its cells partly changed (hil_cells_change_partly).
  * Interrupted option bytes read as erased: protection level 1, nothing write-protected (RM0090
  * 3.7.1).
  *
@@ -34,28 +34,28 @@ enum hil_flash_operation {
     HIL_FLASH_PROGRAM,
     HIL_FLASH_ERASE_SECTOR,
     HIL_FLASH_ERASE_ALL,
-    HIL_FLASH_OPTIONS,
+    HIL_FLASH_WRITE_OPTIONS,
 };
 
 struct hil_flash {
     /* in_rcc: ACR, which is in struct hil_rcc */
-    HIL_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
+    HIL_NAMED_WORDS(word, in_rcc, keyr, optkeyr, sr, cr, optcr);
     uint8_t key_step, option_key_step; /* steps of the unlocking sequences; see unlock() */
     enum hil_flash_operation operation;
     /* program: offset in flash, value and bytes; erase: offset and bytes */
     uint32_t address, value, size;
     uint64_t begin_ps, end_ps; /* start and end of the operation */
     /* the following members survive resets */
-    uint32_t options;    /* programmed option bytes, layout of FLASH_OPTCR */
-    uint64_t operations; /* operations begun since creation, words and sectors */
-    uint64_t random;
+    uint32_t option_bytes;    /* programmed option bytes, layout of FLASH_OPTCR */
+    uint64_t operation_count; /* operations begun since creation, words and sectors */
+    uint64_t random_state;
 };
 
 struct hil_flash_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_flash *state;
-    struct hil_call on_begin; /* called when an operation has begun */
-    struct hil_call on_ready; /* called when the bank can be read again */
+    struct hil_call on_operation_begin; /* called when an operation has begun */
+    struct hil_call on_bank_ready;      /* called when the bank can be read again */
 };
 
 void hil_flash_create(struct hil_flash_device *dev);
@@ -65,9 +65,9 @@ void hil_flash_reset(struct hil_flash_device *dev);
  * hil_flash_device. */
 
 /* SYSCFG, which selects the memory at address 0; `device` is the struct hil_flash_device. */
-HIL_ON_BUS(syscfg)
+HIL_DECLARE_BUS_CALLS(syscfg)
 void hil_syscfg_reset(void *device, unsigned unit);
-HIL_ON_BUS(flash_if)
+HIL_DECLARE_BUS_CALLS(flash_if)
 void hil_flash_event(void *device, uint64_t at);
 /* Call when the core stores `size` bytes (1, 2, 4, 8) to a flash address. */
 void hil_flash_store(void *device, uint32_t address, unsigned size, uint64_t value);
@@ -84,15 +84,15 @@ uint32_t hil_flash_option_word(const struct hil_flash_device *dev, unsigned word
 
 /* Timing and interruption of memory cells, for flash and NOR. */
 
-/* Duration of one operation in picoseconds. HIL_TIMES_SPREAD: typical + (maximum - typical) u^8,
+/* Duration of one operation in picoseconds. HIL_TIMES_RANDOM: typical + (maximum - typical) u^8,
  * with u uniform from 0 to 1. */
-uint64_t hil_cell_time_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
-                          uint64_t *random);
+uint64_t hil_cell_operation_ps(enum hil_cell_times times, uint32_t typical_us, uint32_t maximum_us,
+                               uint64_t *random);
 
 /* Computes the content after an operation that was to change the n bytes of `cells` to `wanted`
  * (NULL: to 0xff) and was interrupted after `permille` of its time. Each bit that was to change has
  * changed with that probability, independently of the others: at 1000 all bits, at 0 none. */
-void hil_cells_interrupt(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
-                         uint64_t *random);
+void hil_cells_change_partly(uint8_t *cells, const uint8_t *wanted, size_t n, unsigned permille,
+                             uint64_t *random);
 
 #endif

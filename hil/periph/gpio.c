@@ -15,9 +15,9 @@
 void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
                            void *context)
 {
-    if (dev->listeners == HIL_PIN_LISTENERS)
+    if (dev->listener_count == HIL_PIN_LISTENERS_MAX)
         abort();
-    dev->listener[dev->listeners++] = (struct hil_pin_listener){context, changed};
+    dev->listener[dev->listener_count++] = (struct hil_pin_listener){context, changed};
 }
 
 bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drives)
@@ -32,10 +32,10 @@ void hil_gpio_reset_port(void *device, unsigned port)
 {
     struct hil_gpio_device *dev = device;
     struct hil_gpio_port *p = &dev->state->port[port];
-    uint16_t driven = p->driven_pins, outside = p->outside_levels;
-    *p = (struct hil_gpio_port){.driven_pins = driven, .outside_levels = outside};
+    uint16_t driven = p->outside_driven_pins, outside = p->outside_levels;
+    *p = (struct hil_gpio_port){.outside_driven_pins = driven, .outside_levels = outside};
     hil_registers_reset(FIRST_PORT + 0x400u * port, 0, p->word, sizeof p->word / 4u);
-    hil_gpio_notify(dev, hil_now_cycle(dev->core));
+    hil_gpio_notify_listeners(dev, hil_now_cycle(dev->core));
 }
 
 enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
@@ -43,7 +43,7 @@ enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port
     return (enum hil_pin_mode)(dev->state->port[port].moder >> (2u * pin) & 3u);
 }
 
-int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
+int hil_gpio_alternate_function(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     if (hil_gpio_mode(dev, port, pin) != HIL_PIN_ALTERNATE)
         return -1;
@@ -54,12 +54,14 @@ int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigne
 static const struct hil_pin *find_pin_user(const struct hil_gpio_device *dev, unsigned port,
                                            unsigned pin)
 {
-    const struct hil_pin *user = dev->alternate[port][pin];
-    return user && hil_gpio_alternate(dev, port, pin) == user->function ? user : NULL;
+    const struct hil_pin *user = dev->alternate_pins[port][pin];
+    return user && hil_gpio_alternate_function(dev, port, pin) == user->alternate_function ? user
+                                                                                           : NULL;
 }
 
 /* Returns the level of a pin. *held is true if something drives or pulls the pin. */
-static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin, bool *held)
+static bool find_pin_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin,
+                           bool *held)
 {
     const struct hil_gpio_port *p = &dev->state->port[port];
     enum hil_pin_mode mode = hil_gpio_mode(dev, port, pin);
@@ -76,7 +78,7 @@ static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigne
         if (drives)
             return level;
     }
-    if (p->driven_pins >> pin & 1u)
+    if (p->outside_driven_pins >> pin & 1u)
         return (p->outside_levels >> pin & 1u) != 0;
     const struct hil_pin *outside = dev->outside_pins[port][pin];
     if (outside) {
@@ -84,8 +86,8 @@ static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigne
         if (drives)
             return high;
     }
-    if ((dev->pulled_up[port] | dev->pulled_down[port]) >> pin & 1u)
-        return dev->pulled_up[port] >> pin & 1u;
+    if ((dev->pull_up_pins[port] | dev->pull_down_pins[port]) >> pin & 1u)
+        return dev->pull_up_pins[port] >> pin & 1u;
     *held = pull != 0;
     return pull == 1u;
 }
@@ -93,32 +95,32 @@ static bool find_level(const struct hil_gpio_device *dev, unsigned port, unsigne
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     bool held;
-    return find_level(dev, port, pin, &held);
+    return find_pin_level(dev, port, pin, &held);
 }
 
 bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin)
 {
     bool held;
-    (void)find_level(dev, port, pin, &held);
+    (void)find_pin_level(dev, port, pin, &held);
     return held;
 }
 
 void hil_gpio_add_pull(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool up)
 {
-    uint16_t *pulled = up ? dev->pulled_up : dev->pulled_down;
+    uint16_t *pulled = up ? dev->pull_up_pins : dev->pull_down_pins;
     pulled[port] |= (uint16_t)(1u << pin);
 }
 
 void hil_gpio_notify_timer(struct hil_gpio_device *dev, uint64_t at)
 {
-    if (dev->timer_listener.changed)
-        dev->timer_listener.changed(dev->timer_listener.context, at);
+    if (dev->timer_listener.on_change)
+        dev->timer_listener.on_change(dev->timer_listener.context, at);
 }
 
-void hil_gpio_notify(struct hil_gpio_device *dev, uint64_t at)
+void hil_gpio_notify_listeners(struct hil_gpio_device *dev, uint64_t at)
 {
-    for (unsigned i = 0; i < dev->listeners; i++)
-        dev->listener[i].changed(dev->listener[i].context, at);
+    for (unsigned i = 0; i < dev->listener_count; i++)
+        dev->listener[i].on_change(dev->listener[i].context, at);
 }
 
 void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bool level,
@@ -127,7 +129,7 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
     struct hil_gpio_port *p = &dev->state->port[port];
     uint16_t bit = (uint16_t)(1u << pin);
     bool before = hil_gpio_level(dev, port, pin);
-    p->driven_pins |= bit;
+    p->outside_driven_pins |= bit;
     p->outside_levels = (uint16_t)(level ? p->outside_levels | bit : p->outside_levels & ~bit);
     bool after = hil_gpio_level(dev, port, pin);
     /* Without the alternate function the peripheral sees no edges. */
@@ -151,7 +153,7 @@ uint32_t hil_gpio_read(void *device, unsigned unit, uint32_t offset)
         bool held;
         if (hil_gpio_mode(dev, unit, pin) == HIL_PIN_ANALOGUE)
             continue;
-        value |= (uint32_t)find_level(dev, unit, pin, &held) << pin;
+        value |= (uint32_t)find_pin_level(dev, unit, pin, &held) << pin;
         floating |= (uint32_t)!held << pin;
     }
     if (floating && dev->on_floating_read)
@@ -165,7 +167,7 @@ static bool check_pins(struct hil_gpio_device *dev, unsigned port, uint32_t mode
 {
     for (unsigned pin = 0; pin < 16; pin++) {
         if ((moder >> (2u * pin) & 3u) == HIL_PIN_INPUT ||
-            hil_board_type_has(dev->options->type, port, pin))
+            hil_board_type_has_pin(dev->options->type, port, pin))
             continue;
         hil_core_stop(dev->core, MR_HALTED,
                       "P%c%u is used, but this package does not have that pin", 'A' + port, pin);
@@ -187,5 +189,5 @@ void hil_gpio_write(void *device, unsigned unit, uint32_t offset, uint32_t value
     if (dev->on_store)
         dev->on_store(dev->store_context, unit);
     if (unit == PORT_D || unit == PORT_B || unit == PORT_E)
-        hil_gpio_notify(dev, hil_now_cycle(dev->core));
+        hil_gpio_notify_listeners(dev, hil_now_cycle(dev->core));
 }

@@ -18,9 +18,9 @@
 #define HIL_GPIO_BSRR  0x18u
 
 struct hil_gpio_port {
-    HIL_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
-    uint16_t driven_pins;    /* pins connected to an outside driver */
-    uint16_t outside_levels; /* levels of the outside drivers */
+    HIL_NAMED_WORDS(word, moder, otyper, ospeedr, pupdr, idr, odr, bsrr, lckr, afr[2]);
+    uint16_t outside_driven_pins; /* pins connected to an outside driver */
+    uint16_t outside_levels;      /* levels of the outside drivers */
 };
 
 struct hil_gpio {
@@ -33,7 +33,7 @@ enum hil_pin_mode { HIL_PIN_INPUT, HIL_PIN_OUTPUT, HIL_PIN_ALTERNATE, HIL_PIN_AN
  * passed to its calls. */
 struct hil_pin {
     void *context;
-    int function;
+    int alternate_function;
     unsigned channel;
     /* NULL: the part only reads the pin */
     bool (*level)(const void *context, unsigned channel, bool *drives);
@@ -44,23 +44,23 @@ struct hil_pin {
 /* Called when a pin may have changed. */
 struct hil_pin_listener {
     void *context;
-    void (*changed)(void *context, uint64_t at);
+    void (*on_change)(void *context, uint64_t at);
 };
 
-#define HIL_PIN_LISTENERS 8u
+#define HIL_PIN_LISTENERS_MAX 8u
 
 struct hil_gpio_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_gpio *state;
-    const struct hil_pin *alternate[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
+    const struct hil_pin *alternate_pins[HIL_GPIO_PORTS][16]; /* NULL: no peripheral */
     /* NULL: unconnected, or driven by hil_gpio_drive */
     const struct hil_pin *outside_pins[HIL_GPIO_PORTS][16];
     /* listeners for ports B, D and E, called in this order */
-    struct hil_pin_listener listener[HIL_PIN_LISTENERS];
-    unsigned listeners;
+    struct hil_pin_listener listener[HIL_PIN_LISTENERS_MAX];
+    unsigned listener_count;
     struct hil_pin_listener timer_listener; /* listener for the pins that TIM4 can drive */
     /* pins with an outside resistor */
-    uint16_t pulled_up[HIL_GPIO_PORTS], pulled_down[HIL_GPIO_PORTS];
+    uint16_t pull_up_pins[HIL_GPIO_PORTS], pull_down_pins[HIL_GPIO_PORTS];
     /* called when the core reads IDR while these pins float; NULL: no listener */
     void (*on_floating_read)(void *context, unsigned port, uint32_t value, uint32_t pins);
     /* called when the core has stored to a port; NULL: no listener */
@@ -68,7 +68,7 @@ struct hil_gpio_device {
     void *store_context, *floating_context;
 };
 
-/* Adds a listener; aborts if there are more than HIL_PIN_LISTENERS. */
+/* Adds a listener; aborts if there are more than HIL_PIN_LISTENERS_MAX. */
 void hil_gpio_add_listener(struct hil_gpio_device *dev, void (*changed)(void *context, uint64_t at),
                            void *context);
 /* Level function for a peripheral whose pin rests high and whose edges are not modelled. */
@@ -78,7 +78,7 @@ bool hil_gpio_is_high_at_rest(const void *context, unsigned channel, bool *drive
 void hil_gpio_reset_port(void *device, unsigned unit);
 enum hil_pin_mode hil_gpio_mode(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* Alternate function number of a pin in alternate mode, -1 in any other. */
-int hil_gpio_alternate(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
+int hil_gpio_alternate_function(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 bool hil_gpio_level(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
 /* True if a driver, a peripheral, or an internal or outside resistor holds the pin's level. */
 bool hil_gpio_is_held(const struct hil_gpio_device *dev, unsigned port, unsigned pin);
@@ -89,11 +89,11 @@ void hil_gpio_drive(struct hil_gpio_device *dev, unsigned port, unsigned pin, bo
                     uint64_t at);
 /* Call when a cause of pin levels (ODR, mode, output of a timer) changed at cycle `at`: notifies
  * the listeners. */
-void hil_gpio_notify(struct hil_gpio_device *dev, uint64_t at);
-/* As hil_gpio_notify, for the pins that TIM4 can drive. */
+void hil_gpio_notify_listeners(struct hil_gpio_device *dev, uint64_t at);
+/* As hil_gpio_notify_listeners, for the pins that TIM4 can drive. */
 void hil_gpio_notify_timer(struct hil_gpio_device *dev, uint64_t at);
 
-HIL_ON_BUS(gpio)
+HIL_DECLARE_BUS_CALLS(gpio)
 /* Bits of a register that a narrow write does not change (hil_peripheral.unchanged_bits). */
 uint32_t hil_gpio_unchanged_bits(void *device, unsigned unit, uint32_t offset);
 

@@ -28,29 +28,30 @@ enum hil_i2c_phase {
     HIL_I2C_SENDING,
     HIL_I2C_SENT, /* waiting for a byte, a stop or a start */
     HIL_I2C_RECEIVING,
-    HIL_I2C_FULL,    /* DR and the shift register contain a byte each */
-    HIL_I2C_REFUSED, /* the slave did not acknowledge */
+    HIL_I2C_RECEIVER_FULL,    /* DR and the shift register contain a byte each */
+    HIL_I2C_NOT_ACKNOWLEDGED, /* the slave did not acknowledge */
     HIL_I2C_STOPPING,
 };
 
 struct hil_i2c {
-    HIL_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
+    HIL_NAMED_WORDS(word, cr1, cr2, oar1, oar2, dr, sr1, sr2, ccr, trise);
     enum hil_i2c_phase phase;
     bool is_master, is_transmitter, is_busy;
     bool sr1_was_read; /* first step of the sequences that clear SB, ADDR and BTF */
     bool is_dr_full;   /* DR contains a byte to be sent */
     uint8_t shifted_byte;
-    bool acknowledge; /* POS: acknowledge of the next byte */
-    uint64_t begin_cycle, end_cycle;
-    bool scl, sda; /* levels at the last check */
+    bool acknowledges_next_byte; /* POS: acknowledge of the next byte */
+    uint64_t phase_begin_cycle, phase_end_cycle;
+    bool scl_level, sda_level; /* levels at the last check */
 };
 
 /* What a slave does to the lines apart from its bytes. */
-struct hil_i2c_hold {
-    bool is_sda_stuck;    /* SDA is held low permanently */
-    unsigned hung_clocks; /* clocks until the slave, interrupted within a byte, releases SDA */
-    uint64_t stretch_ps;  /* time for which SCL is held low at the next byte */
-    bool has_false_error; /* I2C1 reports a false bus error in the next byte (ES0182) */
+struct hil_i2c_bus_faults {
+    bool is_sda_stuck; /* SDA is held low permanently */
+    unsigned
+        clocks_until_release; /* clocks until the slave, interrupted within a byte, releases SDA */
+    uint64_t stretch_ps;      /* time for which SCL is held low at the next byte */
+    bool has_false_error;     /* I2C1 reports a false bus error in the next byte (ES0182) */
 };
 
 /* The slave on the bus. */
@@ -63,11 +64,11 @@ struct hil_i2c_slave {
     uint8_t (*read)(void *context);
     void (*stop)(void *context);
     bool (*is_driving)(const void *context); /* the slave is addressed and responds */
-    struct hil_i2c_hold *hold;
+    struct hil_i2c_bus_faults *bus_faults;
 };
 
 struct hil_i2c_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_i2c *state;
     struct hil_i2c_slave slave;
 };
@@ -75,7 +76,7 @@ struct hil_i2c_device {
 /* Call at a reset of the chip or of the peripheral, and for SWRST. In the calls for the bus and the
  * event queue, `device` is a struct hil_i2c_device. */
 void hil_i2c_reset(void *device, unsigned unit);
-HIL_ON_BUS(i2c)
+HIL_DECLARE_BUS_CALLS(i2c)
 void hil_i2c_event(void *device, uint64_t at);
 /* Call when a pin of port B or the slave's effect on it may have changed; `device` is a struct
  * hil_i2c_device. */

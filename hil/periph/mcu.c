@@ -8,8 +8,8 @@
 #include "hil/periph/flash.h"
 #include "hil/periph/rcc.h"
 
-#define ALWAYS  HIL_RCC_BUSES
-#define ANY_ADC 0x700u
+#define ALWAYS_CLOCKED     HIL_RCC_BUS_COUNT
+#define ANY_ADC_CLOCK_MASK 0x700u
 
 /* Peripherals: boundary addresses of RM0090 table 1, enable and reset bits of 7.3.5 to 7.3.14. */
 static const struct part {
@@ -23,7 +23,7 @@ static const struct part {
     void (*reset)(void *device, unsigned unit);
     enum hil_rcc_bus bus;
     uint8_t bit;
-    bool narrow;
+    bool allows_narrow_writes;
 } parts[] = {
 #define PART(base, alike, unit, device, access, reset, bus, bit, narrow)                           \
     {                                                                                              \
@@ -32,7 +32,7 @@ static const struct part {
     }
     PART(0x40000000u, 1, 0, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 0, false),
     PART(0x40000800u, 1, 1, tim, hil_tim, hil_tim_reset, HIL_RCC_APB1, 2, false),
-    PART(0x40003000u, 1, 0, iwdg, hil_iwdg, NULL, ALWAYS, 0, false),
+    PART(0x40003000u, 1, 0, iwdg, hil_iwdg, NULL, ALWAYS_CLOCKED, 0, false),
     PART(0x40003800u, 1, 0, spi, hil_spi, hil_spi_reset, HIL_RCC_APB1, 14, true),
     PART(0x40005400u, 1, 0, i2c, hil_i2c, hil_i2c_reset, HIL_RCC_APB1, 21, false),
     PART(0x40006400u, 1, 0, can, hil_can, hil_can_reset, HIL_RCC_APB1, 25, false),
@@ -43,13 +43,13 @@ static const struct part {
     PART(0x40013800u, 1, 0, flash, hil_syscfg, hil_syscfg_reset, HIL_RCC_APB2, 14, false),
     PART(0x40014800u, 1, 0, tim11, hil_tim11, hil_tim11_reset, HIL_RCC_APB2, 18, false),
     PART(0x40020000u, 9, 0, gpio, hil_gpio, hil_gpio_reset_port, HIL_RCC_AHB1, 0, true),
-    PART(0x40023800u, 1, 0, rcc, hil_rcc, NULL, ALWAYS, 0, false),
-    PART(0x40023c00u, 1, 0, flash, hil_flash_if, NULL, ALWAYS, 0, false),
+    PART(0x40023800u, 1, 0, rcc, hil_rcc, NULL, ALWAYS_CLOCKED, 0, false),
+    PART(0x40023c00u, 1, 0, flash, hil_flash_if, NULL, ALWAYS_CLOCKED, 0, false),
     PART(0x40026000u, 2, 0, dma, hil_dma, hil_dma_reset, HIL_RCC_AHB1, 21, false),
 #undef PART
 };
 
-#define PARTS (sizeof parts / sizeof parts[0])
+#define PART_COUNT (sizeof parts / sizeof parts[0])
 
 /* Reads device id, unique id, flash size and option bytes in system memory. */
 static uint32_t read_system_memory(void *device, uint32_t address)
@@ -83,23 +83,23 @@ static void attach_part(struct hil_mcu *mcu, const struct part *part, unsigned n
         .unit = part->unit + n,
         .read = part->read,
         .write = part->write,
-        .allows_narrow_writes = part->narrow,
+        .allows_narrow_writes = part->allows_narrow_writes,
         .unchanged_bits = part->write == hil_gpio_write ? hil_gpio_unchanged_bits : NULL,
         .device = device,
     };
-    if (part->bus != ALWAYS) {
+    if (part->bus != ALWAYS_CLOCKED) {
         unsigned bit = part->bit + n;
-        peripheral.clocks = hil_rcc_clocks(&mcu->rcc, part->bus);
-        peripheral.clock_mask = device == &mcu->adc ? ANY_ADC : 1u << bit;
-        mcu->rcc.line[part->bus][bit] = (struct hil_reset_line){part->reset, device,
-                                                                peripheral.unit};
+        peripheral.clock_enables = hil_rcc_clock_enables(&mcu->rcc, part->bus);
+        peripheral.clock_mask = device == &mcu->adc ? ANY_ADC_CLOCK_MASK : 1u << bit;
+        mcu->rcc.reset_lines[part->bus][bit] = (struct hil_reset_line){part->reset, device,
+                                                                       peripheral.unit};
     }
     hil_bus_attach(mcu->core, &peripheral);
 }
 
 static void attach_to_bus(struct hil_mcu *mcu)
 {
-    for (unsigned i = 0; i < PARTS; i++) {
+    for (unsigned i = 0; i < PART_COUNT; i++) {
         const struct part *part = &parts[i];
         if (part->write == hil_usart_write && part->unit != mcu->options->type->usart)
             continue; /* nothing is connected to the other USART */
@@ -127,7 +127,7 @@ static void attach_to_events(struct hil_mcu *mcu)
         {HIL_EVENT_SPI, hil_spi_advance, &mcu->spi},
         {HIL_EVENT_I2C, hil_i2c_event, &mcu->i2c},
         {HIL_EVENT_CAN, hil_can_event, &mcu->can},
-        {HIL_EVENT_CAN_OTHER, hil_can_other_event, &mcu->can},
+        {HIL_EVENT_CAN_OTHER_NODE, hil_can_other_node_event, &mcu->can},
         {HIL_EVENT_USART_TX, hil_usart_advance, &mcu->usart},
         {HIL_EVENT_USART_RX, hil_usart_rx_event, &mcu->usart},
         {HIL_EVENT_IWDG, hil_iwdg_event, &mcu->iwdg},
@@ -146,21 +146,22 @@ static void attach_to_pins(struct hil_mcu *mcu)
     mcu->pin[1] = (struct hil_pin){&mcu->tim, 2, 1, hil_tim4_output, NULL};
     const struct hil_board_type *type = mcu->options->type;
     /* output of the serial link */
-    mcu->pin[2] = (struct hil_pin){NULL, type->serial_function, 0, hil_gpio_is_high_at_rest, NULL};
+    mcu->pin[2] = (struct hil_pin){NULL, type->serial_alternate_function, 0,
+                                   hil_gpio_is_high_at_rest, NULL};
     /* PD1, CAN1_TX: recessive */
     mcu->pin[3] = (struct hil_pin){NULL, 9, 0, hil_gpio_is_high_at_rest, NULL};
     for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         const struct hil_capture_pin *pin = &hil_capture_pins[i];
         mcu->pin[4 + i] = (struct hil_pin){&mcu->tim, 1, i, NULL, hil_tim2_input_edge};
-        gpio->alternate[pin->port][pin->pin] = &mcu->pin[4 + i];
+        gpio->alternate_pins[pin->port][pin->pin] = &mcu->pin[4 + i];
     }
-    gpio->alternate[3][12] = &mcu->pin[0];
-    gpio->alternate[3][13] = &mcu->pin[1];
-    gpio->alternate[type->serial_out.port][type->serial_out.pin] = &mcu->pin[2];
-    gpio->alternate[3][1] = &mcu->pin[3];
-    mcu->line_in = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
+    gpio->alternate_pins[3][12] = &mcu->pin[0];
+    gpio->alternate_pins[3][13] = &mcu->pin[1];
+    gpio->alternate_pins[type->serial_out_pin.port][type->serial_out_pin.pin] = &mcu->pin[2];
+    gpio->alternate_pins[3][1] = &mcu->pin[3];
+    mcu->serial_in_pin = (struct hil_pin){&mcu->usart, -1, 0, hil_usart_line_in, NULL};
     /* input of the serial link */
-    gpio->outside_pins[type->serial_in.port][type->serial_in.pin] = &mcu->line_in;
+    gpio->outside_pins[type->serial_in_pin.port][type->serial_in_pin.pin] = &mcu->serial_in_pin;
     hil_gpio_add_listener(gpio, hil_spi_on_pins_changed, &mcu->spi);
     hil_gpio_add_listener(gpio, hil_i2c_on_lines_changed, &mcu->i2c);
 }
@@ -203,8 +204,8 @@ void hil_mcu_create(struct hil_mcu *mcu, struct hil_core *core, struct hil_optio
     mcu->gpio.on_store = hil_rules_on_store;
     mcu->gpio.on_floating_read = hil_rules_check_floating;
     mcu->gpio.store_context = mcu->gpio.floating_context = &mcu->rules;
-    mcu->flash.on_ready = (struct hil_call){hil_dma_on_flash_ready, &mcu->dma};
-    core->bank = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_load};
+    mcu->flash.on_bank_ready = (struct hil_call){hil_dma_on_flash_ready, &mcu->dma};
+    core->bank_calls = (struct hil_bank_calls){&mcu->flash, hil_flash_store, hil_flash_load};
     attach_to_bus(mcu);
     attach_to_events(mcu);
     attach_to_pins(mcu);

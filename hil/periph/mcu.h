@@ -27,7 +27,7 @@ struct hil_mcu_state {
     struct hil_rcc rcc;
     struct hil_flash flash;
     struct hil_gpio gpio;
-    struct hil_tim tim[HIL_TIMERS];
+    struct hil_tim tim[HIL_TIMER_COUNT];
     struct hil_dma dma[2];
     struct hil_adc adc[2];
     uint32_t adc_ccr;
@@ -57,7 +57,7 @@ struct hil_mcu {
     struct hil_tim11_device tim11;
     struct hil_rules_device rules;
     struct hil_pin pin[4 + HIL_CAPTURE_CHANNELS]; /* alternate functions */
-    struct hil_pin line_in;
+    struct hil_pin serial_in_pin;
 };
 
 /* Connects the peripherals of the microcontroller. `mcu` must be zeroed; the other arguments must

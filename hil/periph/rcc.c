@@ -53,11 +53,11 @@ void hil_rcc_reset(struct hil_rcc_device *dev, uint32_t csr_flags)
     hil_event_set_ps(dev->core, HIL_EVENT_HSE, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
     hil_event_set_ps(dev->core, HIL_EVENT_LSI, HIL_NEVER);
-    hil_hclk_set(dev->core,
-                 (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
+    hil_core_set_hclk(dev->core,
+                      (uint32_t)(HSI_HZ + (int64_t)HSI_HZ * dev->options->hsi_error_ppm / 1000000));
 }
 
-const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
+const uint32_t *hil_rcc_clock_enables(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
     const struct hil_rcc *rcc = dev->state;
     return bus == HIL_RCC_AHB1 ? &rcc->ahb1enr
@@ -65,12 +65,12 @@ const uint32_t *hil_rcc_clocks(const struct hil_rcc_device *dev, enum hil_rcc_bu
                                : &rcc->apb2enr;
 }
 
-bool hil_rcc_is_enabled(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
+bool hil_rcc_is_clock_on(const struct hil_rcc_device *dev, enum hil_rcc_bus bus, unsigned bit)
 {
-    return (*hil_rcc_clocks(dev, bus) >> bit & 1u) != 0;
+    return (*hil_rcc_clock_enables(dev, bus) >> bit & 1u) != 0;
 }
 
-uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
+uint32_t hil_rcc_pclk_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
     uint32_t ppre = dev->state->cfgr >> (bus == HIL_RCC_APB1 ? 10 : 13) & 7u;
     return (ppre & 4u) ? 2u << (ppre & 3u) : 1u;
@@ -79,7 +79,7 @@ uint32_t hil_rcc_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 /* With a divided PCLK timers run at twice PCLK. */
 uint32_t hil_rcc_timer_divider(const struct hil_rcc_device *dev, enum hil_rcc_bus bus)
 {
-    uint32_t divider = hil_rcc_divider(dev, bus);
+    uint32_t divider = hil_rcc_pclk_divider(dev, bus);
     return divider == 1 ? 1 : divider / 2;
 }
 
@@ -89,7 +89,7 @@ static uint32_t get_hpre_divider(uint32_t hpre)
     return (hpre & 8u) ? by[hpre & 7u] : 1u;
 }
 
-static void halt_run(struct hil_rcc_device *dev, const char *what)
+static void halt_on_clock_setting(struct hil_rcc_device *dev, const char *what)
 {
     hil_core_stop(dev->core, MR_HALTED,
                   "clock setting that the chip does not support: %s (RCC_CR 0x%08x, PLLCFGR "
@@ -105,14 +105,14 @@ static uint32_t compute_pll_hz(struct hil_rcc_device *dev, uint32_t source_hz)
     uint32_t cfg = dev->state->pllcfgr;
     uint32_t m = cfg & 0x3fu, n = cfg >> 6 & 0x1ffu, p = 2u * ((cfg >> 16 & 3u) + 1u);
     if (m < 2 || n < 50 || n > 432) {
-        halt_run(dev, "PLL factor M or N not allowed");
+        halt_on_clock_setting(dev, "PLL factor M or N not allowed");
         return HSI_HZ;
     }
     uint64_t vco = (uint64_t)source_hz * n / m;
     if (source_hz / m < 950000u || source_hz / m > 2100000u)
-        halt_run(dev, "PLL input must be 1 to 2 MHz");
+        halt_on_clock_setting(dev, "PLL input must be 1 to 2 MHz");
     if (vco < 100000000u || vco > 436000000u)
-        halt_run(dev, "VCO must be 100 to 432 MHz");
+        halt_on_clock_setting(dev, "VCO must be 100 to 432 MHz");
     return (uint32_t)(vco / p);
 }
 
@@ -134,16 +134,16 @@ static uint32_t compute_hclk_hz(struct hil_rcc_device *dev, bool nominal)
     return hz / get_hpre_divider(rcc->cfgr >> 4 & 15u);
 }
 
-static void check_clocks(struct hil_rcc_device *dev)
+static void check_clock_limits(struct hil_rcc_device *dev)
 {
     uint32_t nominal = compute_hclk_hz(dev, true);
-    if (nominal > hil_power_limit_hz(dev->state))
-        halt_run(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
-    if (nominal / hil_rcc_divider(dev, HIL_RCC_APB1) > 42000000u)
-        halt_run(dev, "PCLK1 above 42 MHz");
-    if (nominal / hil_rcc_divider(dev, HIL_RCC_APB2) > 84000000u)
-        halt_run(dev, "PCLK2 above 84 MHz");
-    hil_hclk_set(dev->core, compute_hclk_hz(dev, false));
+    if (nominal > hil_rcc_max_hclk_hz(dev->state))
+        halt_on_clock_setting(dev, "HCLK above what FLASH_ACR.LATENCY and PWR_CR.VOS allow");
+    if (nominal / hil_rcc_pclk_divider(dev, HIL_RCC_APB1) > 42000000u)
+        halt_on_clock_setting(dev, "PCLK1 above 42 MHz");
+    if (nominal / hil_rcc_pclk_divider(dev, HIL_RCC_APB2) > 84000000u)
+        halt_on_clock_setting(dev, "PCLK2 above 84 MHz");
+    hil_core_set_hclk(dev->core, compute_hclk_hz(dev, false));
 }
 
 void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
@@ -155,18 +155,18 @@ void hil_rcc_set_clocks_left_on(struct hil_rcc_device *dev)
     rcc->ahb1enr |= 0x1ffu;
     rcc->apb1enr |= 0x1ffu;
     rcc->flash_acr |= 5u;
-    check_clocks(dev);
+    check_clock_limits(dev);
 }
 
 /* SW requests a source; SWS follows once the source is ready. */
-static void switch_source(struct hil_rcc_device *dev)
+static void switch_hclk_source(struct hil_rcc_device *dev)
 {
     static const uint32_t ready[3] = {CR_HSIRDY, CR_HSERDY, CR_PLLRDY};
     struct hil_rcc *rcc = dev->state;
     uint32_t wanted = rcc->cfgr & 3u;
     if (wanted < 3 && (rcc->cr & ready[wanted]))
         rcc->cfgr = (rcc->cfgr & ~CFGR_SWS) | wanted << 2;
-    check_clocks(dev);
+    check_clock_limits(dev);
 }
 
 static bool is_hclk_from_crystal(const struct hil_rcc *rcc)
@@ -186,7 +186,7 @@ static void switch_to_hsi(struct hil_rcc_device *dev)
         rcc->cr = (rcc->cr | CR_HSION | CR_HSIRDY) & ~(CR_PLLON | CR_PLLRDY);
         rcc->cfgr &= ~(CFGR_SWS | 3u);
         hil_event_set_ps(dev->core, HIL_EVENT_PLL, HIL_NEVER);
-        check_clocks(dev);
+        check_clock_limits(dev);
     }
     hil_nvic_set_line(dev->core, HIL_EXC_NMI, true);
 }
@@ -228,7 +228,7 @@ void hil_rcc_hse_event(void *device, uint64_t at)
     (void)at;
     dev->state->cr |= CR_HSERDY;
     dev->core->state.clock.is_stopped = false;
-    switch_source(dev);
+    switch_hclk_source(dev);
 }
 
 void hil_rcc_pll_event(void *device, uint64_t at)
@@ -236,7 +236,7 @@ void hil_rcc_pll_event(void *device, uint64_t at)
     struct hil_rcc_device *dev = device;
     (void)at;
     dev->state->cr |= CR_PLLRDY;
-    switch_source(dev);
+    switch_hclk_source(dev);
 }
 
 void hil_rcc_lsi_event(void *device, uint64_t at)
@@ -296,17 +296,17 @@ static void write_cir(struct hil_rcc_device *dev, uint32_t value)
 
 /* --- rules of the microcontroller --- */
 
-static bool is_dsb(const uint8_t *code)
+static bool is_dsb_opcode(const uint8_t *code)
 {
     return code[0] == 0xbf && code[1] == 0xf3 && (code[2] & 0xf0u) == 0x40u && code[3] == 0x8f;
 }
 
 /* True if a DSB is between two instructions: one of the errata's workarounds. */
-static bool has_barrier(const struct hil_core *core, uint32_t from, uint32_t to)
+static bool has_barrier_between(const struct hil_core *core, uint32_t from, uint32_t to)
 {
     const uint8_t *code = hil_memory_at(core, from, to - from, false);
     for (uint32_t i = 0; code && i + 4 <= to - from; i += 2) {
-        if (is_dsb(code + i))
+        if (is_dsb_opcode(code + i))
             return true;
     }
     return false;
@@ -318,19 +318,20 @@ static void check_new_clock_access(void *context)
 {
     struct hil_rcc_device *dev = context;
     const struct hil_rcc_new_clock fresh = dev->new_clock;
-    dev->core->bus.new_clocks.clocks = NULL;
+    dev->core->bus.new_clocks.clock_enables = NULL;
     if (fresh.block_cycle != hil_now_cycle(dev->core))
         return;
     struct hil_moment access = hil_access_moment(dev->core);
-    unsigned between = hil_instructions_between(dev->core, fresh.pc, access.pc);
-    if (!between || between > fresh.cycles || has_barrier(dev->core, fresh.pc, access.pc))
+    unsigned between = hil_count_instructions(dev->core, fresh.store_pc, access.pc);
+    if (!between || between > fresh.required_cycles ||
+        has_barrier_between(dev->core, fresh.store_pc, access.pc))
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     else
         hil_rules_record_violation(
             dev->rules, HIL_RULE_CLOCK_ENABLE, access.pc,
             "%u instructions after the store at 0x%08x; required: %u cycles, a read "
             "back or a DSB between",
-            between - 1u, (unsigned)fresh.pc, fresh.cycles);
+            between - 1u, (unsigned)fresh.store_pc, fresh.required_cycles);
 }
 
 /* A peripheral responds two AHB cycles after its clock is enabled; on APB, 1 + the prescaler. */
@@ -340,16 +341,16 @@ static void record_new_clock(struct hil_rcc_device *dev, uint32_t offset, uint32
     if (!rising || !hil_rules_are_checked(dev->rules))
         return;
     dev->new_clock = (struct hil_rcc_new_clock){
-        .pc = at.pc,
+        .store_pc = at.pc,
         .block_cycle = hil_now_cycle(dev->core),
-        .cycles = offset == AHB1ENR ? 2u
-                : offset == APB1ENR ? 1u + hil_rcc_divider(dev, HIL_RCC_APB1)
-                                    : 1u + hil_rcc_divider(dev, HIL_RCC_APB2),
+        .required_cycles = offset == AHB1ENR ? 2u
+                         : offset == APB1ENR ? 1u + hil_rcc_pclk_divider(dev, HIL_RCC_APB1)
+                                             : 1u + hil_rcc_pclk_divider(dev, HIL_RCC_APB2),
     };
     dev->core->bus.new_clocks = (struct hil_new_clocks){
-        .clocks = &dev->state->word[offset / 4u],
-        .mask = rising,
-        .on_access = check_new_clock_access,
+        .clock_enables = &dev->state->word[offset / 4u],
+        .clock_mask = rising,
+        .on_first_access = check_new_clock_access,
         .context = dev,
     };
 }
@@ -373,9 +374,9 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 {
     struct hil_rcc_device *dev = device;
     (void)unit;
-    if (dev->core->bus.new_clocks.clocks ==
+    if (dev->core->bus.new_clocks.clock_enables ==
         &dev->state->word[offset / 4u]) { /* a read back is another workaround of the errata */
-        dev->core->bus.new_clocks.clocks = NULL;
+        dev->core->bus.new_clocks.clock_enables = NULL;
         hil_rules_record_pass(dev->rules, HIL_RULE_CLOCK_ENABLE);
     }
     return dev->state->word[offset / 4u];
@@ -384,7 +385,7 @@ uint32_t hil_rcc_read(void *device, unsigned unit, uint32_t offset)
 static void reset_lines(struct hil_rcc_device *dev, enum hil_rcc_bus bus, uint32_t bits)
 {
     for (unsigned bit = 0; bit < 32; bit++) {
-        const struct hil_reset_line *line = &dev->line[bus][bit];
+        const struct hil_reset_line *line = &dev->reset_lines[bus][bit];
         if ((bits >> bit & 1u) && line->reset)
             line->reset(line->device, line->unit);
     }
@@ -413,7 +414,7 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CR: write_cr(dev, value); break;
     case CFGR:
         rcc->cfgr = (rcc->cfgr & CFGR_SWS) | (value & ~CFGR_SWS);
-        switch_source(dev);
+        switch_hclk_source(dev);
         check_wait_states(dev, before_hz);
         break;
     case AHB1ENR:
@@ -441,11 +442,11 @@ void hil_rcc_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
 
 /* Power control. The voltage scale and the wait states of flash limit HCLK. */
 
-#define ACR_LATENCY 7u
-#define PWR_VOS     (1u << 14)
-#define SCALE_US    40u /* settling time of the voltage scaling */
+#define ACR_LATENCY             7u
+#define PWR_VOS                 (1u << 14)
+#define VOLTAGE_SCALE_SETTLE_US 40u /* settling time of the voltage scaling */
 
-uint32_t hil_power_limit_hz(const struct hil_rcc *rcc)
+uint32_t hil_rcc_max_hclk_hz(const struct hil_rcc *rcc)
 {
     /* RM0090 table 10, 2.7 to 3.6 V: 30 MHz per wait state; table 22: scale 2 up to 144 MHz. */
     uint32_t flash_hz = 30000000u * ((rcc->flash_acr & ACR_LATENCY) + 1u);
@@ -458,8 +459,9 @@ uint32_t hil_pwr_read(void *device, unsigned unit, uint32_t offset)
     struct hil_rcc_device *dev = device;
     const struct hil_rcc *rcc = dev->state;
     (void)unit;
-    return offset == 0 ? rcc->pwr_cr
-                       : (uint32_t)(hil_now_cycle(dev->core) >= rcc->scale_ready_cycle) << 14;
+    return offset == 0
+             ? rcc->pwr_cr
+             : (uint32_t)(hil_now_cycle(dev->core) >= rcc->voltage_scale_ready_cycle) << 14;
 }
 
 void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -470,21 +472,22 @@ void hil_pwr_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     if (offset == 4)
         return; /* registers.def handles this register: only status bits remain */
     if ((value ^ rcc->pwr_cr) & PWR_VOS)
-        rcc->scale_ready_cycle = hil_now_cycle(dev->core) +
-                                 (uint64_t)dev->core->state.clock.hclk_hz / 1000000u * SCALE_US;
+        rcc->voltage_scale_ready_cycle = hil_now_cycle(dev->core) +
+                                         (uint64_t)dev->core->state.clock.hclk_hz / 1000000u *
+                                             VOLTAGE_SCALE_SETTLE_US;
     rcc->pwr_cr = value;
 }
 
 /* ---- the independent watchdog ---- */
 
-#define IWDG_KR           0x00u
-#define IWDG_PR           0x04u
-#define IWDG_SR           0x0cu
-#define KEY_RELOAD        0xaaaau
-#define KEY_UNLOCK        0x5555u
-#define KEY_START         0xccccu
-#define CSR_IWDGRSTF      (1u << 29)
-#define UPDATE_LSI_CYCLES 5u
+#define IWDG_KR                    0x00u
+#define IWDG_PR                    0x04u
+#define IWDG_SR                    0x0cu
+#define IWDG_KEY_RELOAD            0xaaaau
+#define IWDG_KEY_UNLOCK            0x5555u
+#define IWDG_KEY_START             0xccccu
+#define CSR_IWDGRSTF               (1u << 29)
+#define REGISTER_UPDATE_LSI_CYCLES 5u
 
 void hil_iwdg_reset(struct hil_iwdg_device *dev)
 {
@@ -497,7 +500,7 @@ static uint64_t get_lsi_ps(const struct hil_iwdg_device *dev, uint64_t lsi_cycle
     return lsi_cycles * HIL_SECOND_PS / dev->options->lsi_hz;
 }
 
-static void reload_counter(struct hil_iwdg_device *dev)
+static void reload_watchdog(struct hil_iwdg_device *dev)
 {
     struct hil_iwdg *w = dev->state;
     /* Divider 4 * 2^PR, at most 256; the counter resets the chip when it passes 0. */
@@ -514,11 +517,11 @@ uint32_t hil_iwdg_read(void *device, unsigned unit, uint32_t offset)
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
     if (offset == IWDG_SR)
-        return (uint32_t)(now < w->until_ps[0]) | (uint32_t)(now < w->until_ps[1]) << 1;
+        return (uint32_t)(now < w->update_end_ps[0]) | (uint32_t)(now < w->update_end_ps[1]) << 1;
     return w->word[offset / 4u];
 }
 
-static bool can_change(struct hil_iwdg_device *dev, bool updating)
+static bool can_write_register(struct hil_iwdg_device *dev, bool updating)
 {
     if (!dev->state->is_unlocked)
         hil_bus_refuse(dev->core, "the register is locked: the chip ignores the write");
@@ -528,22 +531,22 @@ static bool can_change(struct hil_iwdg_device *dev, bool updating)
     return dev->state->is_unlocked && !updating;
 }
 
-static void write_key(struct hil_iwdg_device *dev, uint32_t key)
+static void write_watchdog_key(struct hil_iwdg_device *dev, uint32_t key)
 {
     struct hil_iwdg *w = dev->state;
-    w->is_unlocked = key == KEY_UNLOCK;
-    if (key == KEY_START && !w->is_running) {
+    w->is_unlocked = key == IWDG_KEY_UNLOCK;
+    if (key == IWDG_KEY_START && !w->is_running) {
         w->is_running = true;
         dev->rcc->state->is_watchdog_running = true;
         start_lsi(dev->rcc); /* the watchdog starts LSI itself */
     }
     uint64_t now_ps = hil_now_ps(dev->core);
-    if (key == KEY_RELOAD && (now_ps < w->until_ps[0] || now_ps < w->until_ps[1]))
+    if (key == IWDG_KEY_RELOAD && (now_ps < w->update_end_ps[0] || now_ps < w->update_end_ps[1]))
         hil_rules_record_violation(dev->rules, HIL_RULE_WATCHDOG_UPDATE,
                                    hil_access_moment(dev->core).pc, "%s is set",
-                                   now_ps < w->until_ps[0] ? "PVU" : "RVU");
-    if (key == KEY_START || key == KEY_RELOAD)
-        reload_counter(dev);
+                                   now_ps < w->update_end_ps[0] ? "PVU" : "RVU");
+    if (key == IWDG_KEY_START || key == IWDG_KEY_RELOAD)
+        reload_watchdog(dev);
 }
 
 void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
@@ -553,13 +556,13 @@ void hil_iwdg_write(void *device, unsigned unit, uint32_t offset, uint32_t value
     uint64_t now = hil_now_ps(dev->core);
     (void)unit;
     if (offset == IWDG_KR) {
-        write_key(dev, value & 0xffffu);
+        write_watchdog_key(dev, value & 0xffffu);
         return;
     }
-    uint64_t *until_ps = &w->until_ps[(offset - IWDG_PR) / 4u];
-    if (can_change(dev, now < *until_ps)) {
+    uint64_t *until_ps = &w->update_end_ps[(offset - IWDG_PR) / 4u];
+    if (can_write_register(dev, now < *until_ps)) {
         w->word[offset / 4u] = value;
-        *until_ps = now + get_lsi_ps(dev, UPDATE_LSI_CYCLES);
+        *until_ps = now + get_lsi_ps(dev, REGISTER_UPDATE_LSI_CYCLES);
     }
 }
 

@@ -9,10 +9,10 @@
 #include "hil/periph/gpio.h"
 #include "hil/periph/options.h"
 
-#define NS_PS     1000.0
+#define NS_PS           1000.0
 /* Rise time of a line with only a pull-up resistor: I2C-bus specification UM10204, table 10,
  * standard mode. */
-#define PULLED_NS 1000.0
+#define PULL_UP_RISE_NS 1000.0
 
 enum { A, B, C, D, E, F, G, H, I };
 enum kind { MINIMUM, FAULT };
@@ -21,7 +21,7 @@ static const struct rule {
     const char *name;
     enum kind kind;
     double min_ns;
-    const char *what, *source;
+    const char *requirement, *source;
 } rule_table[] = {
 #define PIN(NAME, port, pin, words)
 #define RULE(NAME, kind, least_ns, what, source) {#NAME, kind, least_ns, what, source},
@@ -44,7 +44,7 @@ static const struct {
 
 bool hil_rules_are_checked(const struct hil_rules_device *dev)
 {
-    return dev->options->rules != HIL_RULES_OFF;
+    return dev->options->rules_mode != HIL_RULES_OFF;
 }
 
 static unsigned get_pin_speed(const struct hil_rules_device *dev, unsigned port, unsigned pin)
@@ -58,9 +58,10 @@ double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port
 }
 
 /* Prints the function and address of the instruction that broke a rule. */
-static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
+static void format_place(const struct hil_rules_device *dev, uint32_t pc, char *text, size_t size)
 {
-    const char *name = pc && dev->function ? dev->function(dev->context, pc) : NULL;
+    const char *name = pc && dev->get_function_name ? dev->get_function_name(dev->context, pc)
+                                                    : NULL;
     if (!pc)
         snprintf(text, size, "the hardware");
     else
@@ -69,39 +70,40 @@ static void print_place(const struct hil_rules_device *dev, uint32_t pc, char *t
 
 static bool is_only_counted(const struct hil_rules_device *dev, enum hil_rule rule)
 {
-    return dev->options->rules == HIL_RULES_COUNT || (dev->options->rules_counted >> rule & 1u);
+    return dev->options->rules_mode == HIL_RULES_COUNT ||
+           (dev->options->rules_only_counted >> rule & 1u);
 }
 
-static void stop_run(struct hil_rules_device *dev, enum hil_rule rule)
+static void stop_on_violation(struct hil_rules_device *dev, enum hil_rule rule)
 {
-    const struct hil_tally *tally = &dev->state->tally[rule];
+    const struct hil_rule_tally *tally = &dev->state->tally[rule];
     char from[80], to[80], slew[48] = "";
     if (is_only_counted(dev, rule))
         return;
-    print_place(dev, tally->from_pc, from, sizeof from);
-    print_place(dev, tally->to_pc, to, sizeof to);
+    format_place(dev, tally->from_pc, from, sizeof from);
+    format_place(dev, tally->to_pc, to, sizeof to);
     if (tally->slew_ns > 0.0)
         snprintf(slew, sizeof slew, " (%.0f ns of slew subtracted)", tally->slew_ns);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %.1f ns%s, required %.1f; from %s to %s; %s",
-                  rule_table[rule].name, rule_table[rule].what, tally->worst_ns, slew,
-                  tally->min_ns, from, to, rule_table[rule].source);
+                  rule_table[rule].name, rule_table[rule].requirement, tally->worst_ns, slew,
+                  tally->limit_ns, from, to, rule_table[rule].source);
 }
 
 static void record_measurement(struct hil_rules_device *dev, enum hil_rule rule, double ns,
                                double least_ns, struct hil_moment from, uint32_t to_pc)
 {
-    struct hil_tally *tally = &dev->state->tally[rule];
+    struct hil_rule_tally *tally = &dev->state->tally[rule];
     bool broken = ns < least_ns;
-    tally->violations += broken;
-    if (!tally->measurements++ || ns - least_ns < tally->worst_ns - tally->min_ns) {
+    tally->violation_count += broken;
+    if (!tally->measurement_count++ || ns - least_ns < tally->worst_ns - tally->limit_ns) {
         tally->worst_ns = ns;
-        tally->min_ns = least_ns;
+        tally->limit_ns = least_ns;
         tally->slew_ns = from.slew_ns;
         tally->from_pc = from.pc;
         tally->to_pc = to_pc;
     }
     if (broken)
-        stop_run(dev, rule);
+        stop_on_violation(dev, rule);
 }
 
 void hil_rules_check_time(struct hil_rules_device *dev, enum hil_rule rule, double ns,
@@ -123,56 +125,56 @@ void hil_rules_check_interval(struct hil_rules_device *dev, enum hil_rule rule,
 
 void hil_rules_record_pass(struct hil_rules_device *dev, enum hil_rule rule)
 {
-    dev->state->tally[rule].measurements += hil_rules_are_checked(dev);
+    dev->state->tally[rule].measurement_count += hil_rules_are_checked(dev);
 }
 
 void hil_rules_record_violation(struct hil_rules_device *dev, enum hil_rule rule, uint32_t pc,
                                 const char *format, ...)
 {
-    struct hil_tally *tally = &dev->state->tally[rule];
+    struct hil_rule_tally *tally = &dev->state->tally[rule];
     char words[160], place[80];
     va_list arguments;
     if (!hil_rules_are_checked(dev))
         return;
-    tally->measurements++;
-    if (!tally->violations++)
+    tally->measurement_count++;
+    if (!tally->violation_count++)
         tally->from_pc = tally->to_pc = pc;
     if (is_only_counted(dev, rule))
         return;
     va_start(arguments, format);
     vsnprintf(words, sizeof words, format, arguments);
     va_end(arguments);
-    print_place(dev, pc, place, sizeof place);
+    format_place(dev, pc, place, sizeof place);
     hil_core_stop(dev->core, MR_HALTED, "rule %s: %s: %s; %s; %s", rule_table[rule].name,
-                  rule_table[rule].what, words, place, rule_table[rule].source);
+                  rule_table[rule].requirement, words, place, rule_table[rule].source);
 }
 
 /* --- pins --- */
 
 /* Tracks the thermometer's bus while software drives it. With SCL high, a rising SDA is a stop, a
  * falling one a start. */
-static void track_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
+static void track_thermometer_bus(struct hil_rules_device *dev, bool high, struct hil_moment at)
 {
     struct hil_rules *state = dev->state;
-    if (!state->pin[HIL_RULES_THERMOMETER_CLOCK].high)
+    if (!state->pin[HIL_RULES_THERMOMETER_CLOCK].is_high)
         return;
     if (!high)
-        hil_rules_check_interval(dev, HIL_RULE_BUS_FREE, state->last_stop, at);
-    state->last_stop = high ? at : (struct hil_moment){0};
+        hil_rules_check_interval(dev, HIL_RULE_BUS_FREE, state->last_bus_stop, at);
+    state->last_bus_stop = high ? at : (struct hil_moment){0};
 }
 
 static void track_edge(struct hil_rules_device *dev, enum hil_rules_pin pin, bool high,
                        struct hil_moment at)
 {
     struct hil_rules_edges *edges = &dev->state->pin[pin];
-    edges->high = high;
+    edges->is_high = high;
     *(high ? &edges->rose : &edges->fell) = at;
     switch (pin) {
     case HIL_RULES_THERMOMETER_CLOCK:
         hil_rules_check_interval(dev, high ? HIL_RULE_SCL_LOW : HIL_RULE_SCL_HIGH,
                                  high ? edges->fell : edges->rose, at);
         break;
-    case HIL_RULES_THERMOMETER_DATA: track_bus(dev, high, at); break;
+    case HIL_RULES_THERMOMETER_DATA: track_thermometer_bus(dev, high, at); break;
     default: break; /* the model of the chip checks this rule when it knows the command */
     }
 }
@@ -186,7 +188,7 @@ static bool is_open_drain(const struct hil_rules_device *dev, unsigned port, uns
 static bool is_port_checked(unsigned port)
 {
     bool kept = false;
-    for (unsigned i = 0; i < HIL_RULES_PINS; i++)
+    for (unsigned i = 0; i < HIL_RULES_PIN_COUNT; i++)
         kept |= pin_table[i].port == port;
     return kept;
 }
@@ -197,13 +199,13 @@ void hil_rules_on_store(void *device, unsigned port)
     if (!hil_rules_are_checked(dev) || !is_port_checked(port))
         return;
     struct hil_moment at = hil_access_moment(dev->core);
-    for (unsigned i = 0; i < HIL_RULES_PINS; i++) {
+    for (unsigned i = 0; i < HIL_RULES_PIN_COUNT; i++) {
         bool high = pin_table[i].port == port && hil_gpio_level(dev->gpio, port, pin_table[i].pin);
-        if (pin_table[i].port != port || high == dev->state->pin[i].high)
+        if (pin_table[i].port != port || high == dev->state->pin[i].is_high)
             continue;
-        dev->state->unlocated_edges += !at.ps;
+        dev->state->unlocated_edge_count += !at.ps;
         at.slew_ns = high && is_open_drain(dev, port, pin_table[i].pin)
-                       ? PULLED_NS
+                       ? PULL_UP_RISE_NS
                        : speed_limits[get_pin_speed(dev, port, pin_table[i].pin)].slew_ns;
         track_edge(dev, (enum hil_rules_pin)i, high, at);
     }
@@ -211,8 +213,8 @@ void hil_rules_on_store(void *device, unsigned port)
 
 /* --- floating inputs --- */
 
-static bool is_relevant(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
-                        struct hil_difference *difference)
+static bool do_bits_matter(struct hil_rules_device *dev, uint32_t value, uint32_t bits,
+                           struct hil_whatif_difference *difference)
 {
     struct hil_moment read = hil_rules_are_checked(dev) ? hil_access_moment(dev->core)
                                                         : (struct hil_moment){0};
@@ -228,8 +230,8 @@ static bool is_relevant(struct hil_rules_device *dev, uint32_t value, uint32_t b
 void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint32_t bits)
 {
     struct hil_rules_device *dev = device;
-    struct hil_difference difference;
-    if (is_relevant(dev, value, bits, &difference))
+    struct hil_whatif_difference difference;
+    if (do_bits_matter(dev, value, bits, &difference))
         hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
                                    "P%c%u is an input, but nothing drives or pulls it",
                                    'A' + (int)port, difference.bit);
@@ -238,64 +240,65 @@ void hil_rules_check_floating(void *device, unsigned port, uint32_t value, uint3
 void hil_rules_check_unknown(struct hil_rules_device *dev, const char *pin, uint32_t value,
                              uint32_t bits)
 {
-    struct hil_difference difference;
-    if (is_relevant(dev, value, bits, &difference))
+    struct hil_whatif_difference difference;
+    if (do_bits_matter(dev, value, bits, &difference))
         hil_rules_record_violation(dev, HIL_RULE_FLOATING, difference.pc,
                                    "%s was received while nothing drove or pulled it", pin);
 }
 
 void hil_rules_reset(struct hil_rules_device *dev)
 {
-    dev->state->last_stop = (struct hil_moment){0};
-    for (unsigned i = 0; i < HIL_RULES_PINS; i++)
+    dev->state->last_bus_stop = (struct hil_moment){0};
+    for (unsigned i = 0; i < HIL_RULES_PIN_COUNT; i++)
         dev->state->pin[i] = (struct hil_rules_edges){
-            .high = hil_gpio_level(dev->gpio, pin_table[i].port, pin_table[i].pin)};
+            .is_high = hil_gpio_level(dev->gpio, pin_table[i].port, pin_table[i].pin)};
 }
 
 /* --- names --- */
 
 enum hil_rule hil_rule_by_name(const char *name, size_t length)
 {
-    for (unsigned i = 0; i < HIL_RULES; i++) {
+    for (unsigned i = 0; i < HIL_RULE_COUNT; i++) {
         if (strlen(rule_table[i].name) == length && memcmp(rule_table[i].name, name, length) == 0)
             return (enum hil_rule)i;
     }
-    return HIL_RULES;
+    return HIL_RULE_COUNT;
 }
 
 unsigned hil_rules_count_violated(const struct hil_rules_device *dev, uint64_t *times)
 {
     unsigned rules_broken = 0;
     *times = 0;
-    for (unsigned i = 0; i < HIL_RULES; i++) {
-        uint64_t broken = is_only_counted(dev, (enum hil_rule)i) ? dev->state->tally[i].violations
-                                                                 : 0;
+    for (unsigned i = 0; i < HIL_RULE_COUNT; i++) {
+        uint64_t broken = is_only_counted(dev, (enum hil_rule)i)
+                            ? dev->state->tally[i].violation_count
+                            : 0;
         rules_broken += broken != 0;
         *times += broken;
     }
     return rules_broken;
 }
 
-void hil_rules_print(const struct hil_rules_device *dev, FILE *out)
+void hil_rules_print_tallies(const struct hil_rules_device *dev, FILE *out)
 {
     fprintf(out, "%-18s %9s %8s %12s %12s %8s  %s\n", "rule", "judged", "broken", "wanted, ns",
             "nearest, ns", "slew, ns", "from, to; what; source");
-    for (unsigned i = 0; i < HIL_RULES; i++) {
-        const struct hil_tally *tally = &dev->state->tally[i];
+    for (unsigned i = 0; i < HIL_RULE_COUNT; i++) {
+        const struct hil_rule_tally *tally = &dev->state->tally[i];
         char from[80], to[80], times[40] = "";
-        print_place(dev, tally->from_pc, from, sizeof from);
-        print_place(dev, tally->to_pc, to, sizeof to);
-        if (rule_table[i].kind == MINIMUM && tally->measurements)
-            snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->min_ns, tally->worst_ns,
+        format_place(dev, tally->from_pc, from, sizeof from);
+        format_place(dev, tally->to_pc, to, sizeof to);
+        if (rule_table[i].kind == MINIMUM && tally->measurement_count)
+            snprintf(times, sizeof times, "%12.1f %12.1f %8.0f", tally->limit_ns, tally->worst_ns,
                      tally->slew_ns);
         fprintf(out, "%-18s %9llu %8llu %34s  ", rule_table[i].name,
-                (unsigned long long)tally->measurements, (unsigned long long)tally->violations,
-                times);
-        if (tally->measurements && (tally->from_pc || tally->to_pc))
+                (unsigned long long)tally->measurement_count,
+                (unsigned long long)tally->violation_count, times);
+        if (tally->measurement_count && (tally->from_pc || tally->to_pc))
             fprintf(out, "%s, %s; ", from, to);
-        fprintf(out, "%s; %s\n", rule_table[i].what, rule_table[i].source);
+        fprintf(out, "%s; %s\n", rule_table[i].requirement, rule_table[i].source);
     }
     fprintf(out,
             "edges not judged, because the instruction that wrote the pin was not found: %llu\n",
-            (unsigned long long)dev->state->unlocated_edges);
+            (unsigned long long)dev->state->unlocated_edge_count);
 }

@@ -26,21 +26,21 @@ enum hil_rule {
 #define PIN(NAME, port, pin, words)
 #define RULE(NAME, kind, least_ns, what, source) HIL_RULE_##NAME,
 #include "hil/periph/rules.def"
-    HIL_RULES
+    HIL_RULE_COUNT
 };
 
 enum hil_rules_pin {
 #define PIN(NAME, port, pin, words) HIL_RULES_##NAME,
 #define RULE(NAME, kind, least_ns, what, source)
 #include "hil/periph/rules.def"
-    HIL_RULES_PINS
+    HIL_RULES_PIN_COUNT
 };
 
 /* Measurements of one rule. */
-struct hil_tally {
-    uint64_t measurements;
-    uint64_t violations;
-    double min_ns; /* limit of the rule when `worst_ns` was measured */
+struct hil_rule_tally {
+    uint64_t measurement_count;
+    uint64_t violation_count;
+    double limit_ns; /* limit of the rule when `worst_ns` was measured */
     /* measured value closest to the limit or beyond it, after subtraction of slew_ns */
     double worst_ns;
     double slew_ns; /* slew time in that measurement */
@@ -49,24 +49,24 @@ struct hil_tally {
 };
 
 struct hil_rules_edges {
-    bool high;
+    bool is_high;
     /* ps 0: no edge since the reset, or an edge whose instruction is not known */
     struct hil_moment rose, fell;
 };
 
 /* Contains no pointers: a copy is a snapshot. */
 struct hil_rules {
-    struct hil_rules_edges pin[HIL_RULES_PINS];
-    uint64_t unlocated_edges;    /* edges whose instruction was not found; they are not checked */
-    struct hil_moment last_stop; /* last stop on the thermometer's bus */
-    struct hil_tally tally[HIL_RULES];
+    struct hil_rules_edges pin[HIL_RULES_PIN_COUNT];
+    uint64_t unlocated_edge_count; /* edges whose instruction was not found; they are not checked */
+    struct hil_moment last_bus_stop; /* last stop on the thermometer's bus */
+    struct hil_rule_tally tally[HIL_RULE_COUNT];
 };
 
 struct hil_rules_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_rules *state;
     /* text for the function at an address; NULL: no names are available */
-    const char *(*function)(void *context, uint32_t pc);
+    const char *(*get_function_name)(void *context, uint32_t pc);
     void *context;
 };
 
@@ -101,12 +101,12 @@ __attribute__((format(printf, 4, 5))) void hil_rules_record_violation(struct hil
                                                                       const char *format, ...);
 double hil_rules_min_period_ns(const struct hil_rules_device *dev, unsigned port, unsigned pin);
 
-/* Rule with this name; HIL_RULES: there is none. */
+/* Rule with this name; HIL_RULE_COUNT: there is none. */
 enum hil_rule hil_rule_by_name(const char *name, size_t length);
 /* Number of violated rules among those that are only counted, and the total number of their
  * violations. */
 unsigned hil_rules_count_violated(const struct hil_rules_device *dev, uint64_t *times);
 /* Prints the tallies as a table. */
-void hil_rules_print(const struct hil_rules_device *dev, FILE *out);
+void hil_rules_print_tallies(const struct hil_rules_device *dev, FILE *out);
 
 #endif

@@ -6,26 +6,26 @@
 #include "hil/periph/rcc.h"
 #include "hil/periph/rules.h"
 
-#define CR1           0x00u
-#define SR            0x08u
-#define DR            0x0cu
-#define CR1_CPHA      (1u << 0)
-#define CR1_CPOL      (1u << 1)
-#define CR1_MSTR      (1u << 2)
-#define CR1_SPE       (1u << 6)
-#define CR1_SSI       (1u << 8)
-#define CR1_SSM       (1u << 9)
-#define CR1_FIXED     (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | 0x38u)
-#define CR2_RXDMAEN   (1u << 0)
-#define CR2_TXDMAEN   (1u << 1)
-#define SR_RXNE       (1u << 0)
-#define SR_TXE        (1u << 1)
-#define SR_OVR        (1u << 6)
-#define SR_BSY        (1u << 7)
-#define DATA_REGISTER 0x4000380cu
-#define PORT_B        1u
-#define MISO          14u
-#define GROUP_BYTES   64u /* bytes that one event may transfer by DMA */
+#define CR1                  0x00u
+#define SR                   0x08u
+#define DR                   0x0cu
+#define CR1_CPHA             (1u << 0)
+#define CR1_CPOL             (1u << 1)
+#define CR1_MSTR             (1u << 2)
+#define CR1_SPE              (1u << 6)
+#define CR1_SSI              (1u << 8)
+#define CR1_SSM              (1u << 9)
+#define CR1_FIXED_WHILE_BUSY (CR1_CPHA | CR1_CPOL | CR1_MSTR | CR1_SPE | 0x38u)
+#define CR2_RXDMAEN          (1u << 0)
+#define CR2_TXDMAEN          (1u << 1)
+#define SR_RXNE              (1u << 0)
+#define SR_TXE               (1u << 1)
+#define SR_OVR               (1u << 6)
+#define SR_BSY               (1u << 7)
+#define DATA_REGISTER        0x4000380cu
+#define PORT_B               1u
+#define MISO_PIN             14u
+#define DMA_GROUP_BYTES      64u /* bytes that one event may transfer by DMA */
 
 /* RM0090 table 42: SPI2_RX stream 3 channel 0, SPI2_TX stream 4 channel 0. */
 static const struct hil_dma_request receive_request = {0, 3, 0, DATA_REGISTER, false};
@@ -34,15 +34,15 @@ static const struct hil_dma_request send_request = {0, 4, 0, DATA_REGISTER, true
 static uint64_t get_byte_cycles(const struct hil_spi_device *dev)
 {
     unsigned br = dev->state->cr1 >> 3 & 7u;
-    return 8u * (uint64_t)(2u << br) * hil_rcc_divider(dev->rcc, HIL_RCC_APB1);
+    return 8u * (uint64_t)(2u << br) * hil_rcc_pclk_divider(dev->rcc, HIL_RCC_APB1);
 }
 
-double hil_spi_period_ns(const struct hil_spi_device *dev)
+double hil_spi_clock_period_ns(const struct hil_spi_device *dev)
 {
     return (double)get_byte_cycles(dev) / 8.0 * 1e9 / (double)dev->core->state.clock.hclk_hz;
 }
 
-static bool is_on(const struct hil_spi *spi)
+static bool is_enabled(const struct hil_spi *spi)
 {
     return (spi->cr1 & (CR1_SPE | CR1_MSTR)) == (CR1_SPE | CR1_MSTR);
 }
@@ -56,7 +56,7 @@ static uint32_t get_status_flags(const struct hil_spi *spi)
 static bool is_connected(const struct hil_spi_device *dev)
 {
     for (unsigned pin = 13; pin < 16; pin++) {
-        if (hil_gpio_alternate(dev->gpio, PORT_B, pin) != 5)
+        if (hil_gpio_alternate_function(dev->gpio, PORT_B, pin) != 5)
             return false;
     }
     return true;
@@ -66,17 +66,17 @@ static bool is_connected(const struct hil_spi_device *dev)
 static void fill_transmit_buffer(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
-    if (is_on(spi) && !spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN) &&
+    if (is_enabled(spi) && !spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN) &&
         hil_dma_items_until_flag(dev->dma, &send_request))
-        spi->is_buffer_full = hil_dma_read_items(dev->dma, &send_request, &spi->held_byte, 1);
+        spi->is_buffer_full = hil_dma_read_items(dev->dma, &send_request, &spi->buffered_byte, 1);
 }
 
 static void shift_byte(struct hil_spi_device *dev, uint64_t at)
 {
     struct hil_spi *spi = dev->state;
-    if (spi->is_shifting || !spi->is_buffer_full || !is_on(spi))
+    if (spi->is_shifting || !spi->is_buffer_full || !is_enabled(spi))
         return;
-    spi->shifted_byte = spi->held_byte;
+    spi->shifted_byte = spi->buffered_byte;
     spi->is_buffer_full = false;
     spi->is_shifting = true;
     spi->shift_end_cycle = at + get_byte_cycles(dev);
@@ -89,7 +89,7 @@ static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
                   dev->slave.is_driving(dev->slave.context);
     if (spi->sr & SR_RXNE) { /* overrun: the byte in the buffer stays, this one is lost (28.3.10) */
         spi->sr |= SR_OVR;
-        spi->dr_was_read = false;
+        spi->is_dr_read_first = false;
         return;
     }
     if ((spi->cr2 & CR2_RXDMAEN) && hil_dma_items_until_flag(dev->dma, &receive_request)) {
@@ -98,7 +98,7 @@ static void receive_byte(struct hil_spi_device *dev, uint8_t byte)
         return;
     }
     spi->dr = byte;
-    spi->is_floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO);
+    spi->is_dr_floating = !driven && !hil_gpio_is_held(dev->gpio, PORT_B, MISO_PIN);
     spi->sr |= SR_RXNE;
 }
 
@@ -113,56 +113,57 @@ static void begin_byte(struct hil_spi_device *dev, uint64_t at)
 
 /* Returns the time of the first rise of SCK: in the middle of a bit, in modes 0 and 3, which the
  * chip requires. */
-static struct hil_moment get_first_rise(const struct hil_spi_device *dev, struct hil_moment begin)
+static struct hil_moment get_first_clock_rise(const struct hil_spi_device *dev,
+                                              struct hil_moment begin)
 {
-    begin.ps += (uint64_t)(hil_spi_period_ns(dev) / 2.0 * 1e3);
+    begin.ps += (uint64_t)(hil_spi_clock_period_ns(dev) / 2.0 * 1e3);
     return begin;
 }
 
 /* Checks the clock when a store begins a byte. */
-static void check_begin(struct hil_spi_device *dev)
+static void check_byte_begin(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    if (!spi->is_selected || spi->has_clocked || !hil_rules_are_checked(dev->rules))
+    if (!spi->is_selected || spi->has_byte_begun || !hil_rules_are_checked(dev->rules))
         return;
     struct hil_moment begin = hil_access_moment(dev->core);
     if (!begin.ps)
         return;
-    spi->has_clocked = true;
+    spi->has_byte_begun = true;
     hil_rules_check_interval(dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-                             get_first_rise(dev, begin));
-    hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_period_ns(dev),
+                             get_first_clock_rise(dev, begin));
+    hil_rules_check_time(dev->rules, HIL_RULE_CLOCK_SLEW, hil_spi_clock_period_ns(dev),
                          hil_rules_min_period_ns(dev->rules, PORT_B, 13), begin.pc);
 }
 
 /* Checks a fall of the select line while a byte is being sent. */
-static void check_select(struct hil_spi_device *dev)
+static void check_select_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
-    spi->has_clocked = spi->is_shifting;
+    spi->has_byte_begun = spi->is_shifting;
     if (spi->is_shifting)
         hil_rules_check_interval(
             dev->rules, HIL_RULE_SELECT_TO_CLOCK, select->fell,
-            get_first_rise(
+            get_first_clock_rise(
                 dev, hil_moment_at_cycle(dev->core, spi->shift_end_cycle - get_byte_cycles(dev))));
 }
 
 /* Checks the rise of the select line. At the last clock of a byte the chip has all its bits. If the
  * line rises before that, the chip drops the byte and the rule does not apply. */
-static void check_deselect(struct hil_spi_device *dev)
+static void check_deselect_timing(struct hil_spi_device *dev)
 {
     struct hil_spi *spi = dev->state;
     const struct hil_rules_edges *select = hil_rules_edges(dev->rules, HIL_RULES_MEMORY_SELECT);
     struct hil_moment last = hil_moment_at_cycle(dev->core,
                                                  spi->shift_end_cycle - get_byte_cycles(dev) / 16u);
-    if (spi->has_clocked && (!spi->is_shifting || select->rose.ps >= last.ps))
+    if (spi->has_byte_begun && (!spi->is_shifting || select->rose.ps >= last.ps))
         hil_rules_check_interval(dev->rules, HIL_RULE_CLOCK_TO_DESELECT, last, select->rose);
 }
 
 /* Schedules the end of the next byte with a visible effect: a flag of a stream, an interrupt. */
-static void schedule(struct hil_spi_device *dev)
+static void schedule_byte_end(struct hil_spi_device *dev)
 {
     const struct hil_spi *spi = dev->state;
     uint64_t next = HIL_NEVER;
@@ -170,8 +171,8 @@ static void schedule(struct hil_spi_device *dev)
         uint32_t n = 1;
         if (spi->is_buffer_full && (spi->cr2 & CR2_TXDMAEN)) {
             n = hil_dma_items_until_flag(dev->dma, &send_request);
-            if (n > GROUP_BYTES)
-                n = GROUP_BYTES;
+            if (n > DMA_GROUP_BYTES)
+                n = DMA_GROUP_BYTES;
             if (spi->cr2 & CR2_RXDMAEN) {
                 uint32_t in = hil_dma_items_until_flag(dev->dma, &receive_request);
                 n = in < n ? in : n;
@@ -197,7 +198,7 @@ void hil_spi_advance(void *device, uint64_t at)
         spi->is_shifting = false;
         begin_byte(dev, end);
     }
-    schedule(dev);
+    schedule_byte_end(dev);
 }
 
 void hil_spi_on_dma_enabled(void *device)
@@ -206,8 +207,8 @@ void hil_spi_on_dma_enabled(void *device)
     bool shifting = dev->state->is_shifting;
     begin_byte(dev, hil_now_cycle(dev->core));
     if (!shifting && dev->state->is_shifting)
-        check_begin(dev);
-    schedule(dev);
+        check_byte_begin(dev);
+    schedule_byte_end(dev);
 }
 
 void hil_spi_on_pins_changed(void *device, uint64_t at)
@@ -221,10 +222,10 @@ void hil_spi_on_pins_changed(void *device, uint64_t at)
     bool in_byte = spi->is_shifting && at > spi->shift_end_cycle - get_byte_cycles(dev);
     spi->is_selected = selected;
     if (selected) {
-        check_select(dev);
+        check_select_timing(dev);
         dev->slave.select(dev->slave.context, at);
     } else {
-        check_deselect(dev);
+        check_deselect_timing(dev);
         dev->slave.deselect(dev->slave.context, at, in_byte);
     }
 }
@@ -246,14 +247,14 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
     hil_spi_advance(dev, hil_now_cycle(dev->core));
     uint32_t value = offset == SR ? get_status_flags(spi) : spi->word[offset / 4u];
     if (offset == SR) {
-        if (spi->dr_was_read)
+        if (spi->is_dr_read_first)
             spi->sr &= ~SR_OVR;
-        spi->dr_was_read = false;
+        spi->is_dr_read_first = false;
     } else if (offset == DR) {
-        if (spi->is_floating && (spi->sr & SR_RXNE))
+        if (spi->is_dr_floating && (spi->sr & SR_RXNE))
             hil_rules_check_unknown(dev->rules, "PB14, SPI2_MISO,", value, 0xffu);
         spi->sr &= ~SR_RXNE;
-        spi->dr_was_read = true;
+        spi->is_dr_read_first = true;
     }
     return value;
 }
@@ -261,7 +262,7 @@ uint32_t hil_spi_read(void *device, unsigned unit, uint32_t offset)
 static void write_cr1(struct hil_spi_device *dev, uint32_t value)
 {
     struct hil_spi *spi = dev->state;
-    if ((spi->is_shifting || spi->is_buffer_full) && ((value ^ spi->cr1) & CR1_FIXED))
+    if ((spi->is_shifting || spi->is_buffer_full) && ((value ^ spi->cr1) & CR1_FIXED_WHILE_BUSY))
         hil_bus_refuse(dev->core, "settings are changed while BSY is set");
     if ((value & CR1_SPE) && !(value & CR1_MSTR))
         hil_bus_refuse(dev->core, "slave mode");
@@ -286,13 +287,13 @@ void hil_spi_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case CR1: write_cr1(dev, value); break;
     case SR: /* read-only here; CRCERR is never set */ break;
     case DR: /* as on hardware, replaces a byte not yet sent */
-        spi->held_byte = (uint8_t)value;
+        spi->buffered_byte = (uint8_t)value;
         spi->is_buffer_full = true;
         break;
     default: spi->word[offset / 4u] = value; break;
     }
     begin_byte(dev, now);
     if (!shifting && spi->is_shifting)
-        check_begin(dev);
-    schedule(dev);
+        check_byte_begin(dev);
+    schedule_byte_end(dev);
 }

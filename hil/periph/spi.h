@@ -16,14 +16,14 @@
 struct hil_spi {
     /* SR contains only RXNE and OVR; the other bits follow from the state. DR: the received
      * byte. */
-    HIL_WORDS(word, cr1, cr2, sr, dr);
-    bool dr_was_read;                 /* first step of the sequence that clears OVR */
+    HIL_NAMED_WORDS(word, cr1, cr2, sr, dr);
+    bool is_dr_read_first;            /* first step of the sequence that clears OVR */
     bool is_buffer_full, is_shifting; /* the transmit buffer, or the shift register, has a byte */
-    uint8_t held_byte, shifted_byte;
+    uint8_t buffered_byte, shifted_byte;
     uint64_t shift_end_cycle;
-    bool is_selected; /* PB12 was low at the last check */
-    bool has_clocked; /* a byte has begun since the selection */
-    bool is_floating; /* the byte in DR was received while MISO floated */
+    bool is_selected;    /* PB12 was low at the last check */
+    bool has_byte_begun; /* a byte has begun since the selection */
+    bool is_dr_floating; /* the byte in DR was received while MISO floated */
 };
 
 /* The chip connected to the pins. */
@@ -38,17 +38,17 @@ struct hil_spi_slave {
 };
 
 struct hil_spi_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_spi *state;
     struct hil_spi_slave slave;
 };
 
 /* Period of SCK with the present CR1. */
-double hil_spi_period_ns(const struct hil_spi_device *dev);
+double hil_spi_clock_period_ns(const struct hil_spi_device *dev);
 
 /* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_spi_device. */
 void hil_spi_reset(void *device, unsigned unit);
-HIL_ON_BUS(spi)
+HIL_DECLARE_BUS_CALLS(spi)
 /* Updates the transfer up to `at`. */
 void hil_spi_advance(void *device, uint64_t at);
 /* Call when a stream of DMA1 was enabled, for which SPI2 may have been waiting. */

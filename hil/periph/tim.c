@@ -32,8 +32,8 @@
 #define ARR        0x2cu
 #define CCR1       0x34u
 
-static const enum hil_event_slot slot_of[HIL_TIMERS] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
-static const unsigned irq_of[HIL_TIMERS] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
+static const enum hil_event_slot event_slots[HIL_TIMER_COUNT] = {HIL_EVENT_TIM2, HIL_EVENT_TIM4};
+static const unsigned irq_numbers[HIL_TIMER_COUNT] = {HIL_IRQ_TIM2, HIL_IRQ_TIM4};
 
 const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS] = {
     {0, 15, "PA15"}, {1, 3, "PB3"}, {1, 10, "PB10"}, {1, 11, "PB11"}};
@@ -45,7 +45,7 @@ static uint32_t get_counter_mask(unsigned unit)
 
 static uint64_t get_tick_cycles(const struct hil_tim_device *dev, const struct hil_tim *t)
 {
-    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_now + 1ull);
+    return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) * (t->psc_in_use + 1ull);
 }
 
 static uint32_t get_count(const struct hil_tim_device *dev, const struct hil_tim *t, uint64_t at)
@@ -60,12 +60,12 @@ static uint32_t get_channel_mode(const struct hil_tim *t, unsigned channel)
     return t->ccmr[channel / 2u] >> (8u * (channel % 2u)) & 0xffu;
 }
 
-static bool is_output(const struct hil_tim *t, unsigned channel)
+static bool is_output_channel(const struct hil_tim *t, unsigned channel)
 {
     return (get_channel_mode(t, channel) & 3u) == 0;
 }
 
-static bool is_enabled(const struct hil_tim *t, unsigned channel)
+static bool is_channel_enabled(const struct hil_tim *t, unsigned channel)
 {
     return (t->ccer >> (4u * channel) & 1u) != 0;
 }
@@ -73,7 +73,7 @@ static bool is_enabled(const struct hil_tim *t, unsigned channel)
 static bool get_output_level(const struct hil_tim *t, unsigned channel)
 {
     bool inverted = (t->ccer >> (4u * channel + 1u) & 1u) != 0;
-    return is_output(t, channel) && is_enabled(t, channel) &&
+    return is_output_channel(t, channel) && is_channel_enabled(t, channel) &&
            t->reference_level[channel] != inverted;
 }
 
@@ -81,18 +81,18 @@ bool hil_tim4_output(const void *device, unsigned channel, bool *drives)
 {
     const struct hil_tim_device *dev = device;
     const struct hil_tim *t = &dev->state[HIL_TIM4];
-    *drives = is_output(t, channel) && is_enabled(t, channel);
+    *drives = is_output_channel(t, channel) && is_channel_enabled(t, channel);
     return get_output_level(t, channel);
 }
 
 static void update_irq(struct hil_tim_device *dev, unsigned unit)
 {
     const struct hil_tim *t = &dev->state[unit];
-    hil_irq_set_line(dev->core, irq_of[unit], (t->sr & t->dier & 0x5fu) != 0);
+    hil_irq_set_line(dev->core, irq_numbers[unit], (t->sr & t->dier & 0x5fu) != 0);
 }
 
 /* Schedules the next change after `at` that the timer makes by itself. */
-static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
+static void schedule_next_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     const struct hil_tim *t = &dev->state[unit];
     uint64_t next = HIL_NEVER;
@@ -101,18 +101,19 @@ static void schedule(struct hil_tim_device *dev, unsigned unit, uint64_t at)
     if (t->cr1 & CR1_CEN) {
         uint64_t tick = get_tick_cycles(dev, t);
         uint32_t count = get_count(dev, t, at);
-        uint64_t wrap = count > t->arr_now ? (uint64_t)get_counter_mask(unit) + 1u
-                                           : (uint64_t)t->arr_now + 1u;
+        uint64_t wrap = count > t->arr_in_use ? (uint64_t)get_counter_mask(unit) + 1u
+                                              : (uint64_t)t->arr_in_use + 1u;
         uint64_t ticks = wrap - t->base_count;
         for (unsigned i = 0; i < 4; i++) {
-            uint32_t match = t->ccr_now[i];
-            if (is_output(t, i) && match > count && match < wrap && match - t->base_count < ticks)
+            uint32_t match = t->ccr_in_use[i];
+            if (is_output_channel(t, i) && match > count && match < wrap &&
+                match - t->base_count < ticks)
                 ticks = match - t->base_count;
         }
         if (t->base_cycle + ticks * tick < next)
             next = t->base_cycle + ticks * tick;
     }
-    hil_event_set_cycle(dev->core, slot_of[unit], next);
+    hil_event_set_cycle(dev->core, event_slots[unit], next);
 }
 
 /* Reference level of a channel at the present count. `match`: the count equals CCR, on which some
@@ -127,8 +128,8 @@ static bool get_next_reference(const struct hil_tim *t, unsigned channel, uint32
     case 3: return match ? !now : now;
     case 4: return false;
     case 5: return true;
-    case 6: return count < t->ccr_now[channel];
-    case 7: return count >= t->ccr_now[channel];
+    case 6: return count < t->ccr_in_use[channel];
+    case 7: return count >= t->ccr_in_use[channel];
     default: return now;
     }
 }
@@ -137,18 +138,18 @@ static bool get_next_reference(const struct hil_tim *t, unsigned channel, uint32
 static void trigger_converters(struct hil_tim_device *dev, unsigned unit, unsigned channel,
                                bool rising, uint64_t at)
 {
-    static const int8_t extsel[HIL_TIMERS][4] = {{-1, 3, 4, 5}, {-1, -1, -1, 9}};
+    static const int8_t extsel[HIL_TIMER_COUNT][4] = {{-1, 3, 4, 5}, {-1, -1, -1, 9}};
     if (extsel[unit][channel] >= 0)
         hil_adc_trigger(dev->adc, (unsigned)extsel[unit][channel], rising, at);
 }
 
-struct levels {
+struct output_levels {
     bool level[4];
 };
 
-static struct levels get_output_levels(const struct hil_tim *t)
+static struct output_levels get_output_levels(const struct hil_tim *t)
 {
-    struct levels levels;
+    struct output_levels levels;
 #pragma GCC unroll 4
     for (unsigned i = 0; i < 4; i++)
         levels.level[i] = get_output_level(t, i);
@@ -156,10 +157,10 @@ static struct levels get_output_levels(const struct hil_tim *t)
 }
 
 /* Reports outputs that changed since `before` to pins and converters, all channels at once. */
-static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct levels before,
+static void notify_outputs(struct hil_tim_device *dev, unsigned unit, struct output_levels before,
                            uint64_t at)
 {
-    struct levels after = get_output_levels(&dev->state[unit]);
+    struct output_levels after = get_output_levels(&dev->state[unit]);
     if (unit == HIL_TIM4 &&
         (after.level[0] != before.level[0] || after.level[1] != before.level[1]))
         hil_gpio_notify_timer(dev->gpio, at);
@@ -174,23 +175,23 @@ static void refresh_references(struct hil_tim_device *dev, unsigned unit, uint64
     struct hil_tim *t = &dev->state[unit];
     uint32_t count = get_count(dev, t, at);
     for (unsigned i = 0; i < 4; i++) {
-        if (is_output(t, i))
+        if (is_output_channel(t, i))
             t->reference_level[i] = get_next_reference(t, i, count, false);
     }
 }
 
 static void load_preloads(struct hil_tim *t)
 {
-    t->psc_now = t->psc;
-    t->arr_now = t->arr;
+    t->psc_in_use = t->psc;
+    t->arr_in_use = t->arr;
     for (unsigned i = 0; i < 4; i++) {
-        if (is_output(t, i))
-            t->ccr_now[i] = t->ccr[i];
+        if (is_output_channel(t, i))
+            t->ccr_in_use[i] = t->ccr[i];
     }
 }
 
 /* TIM4's trigger output starts TIM2 if TIM2 waits for it (trigger mode, ITR3). */
-static void trigger_output(struct hil_tim_device *dev, unsigned unit, uint64_t at)
+static void trigger_slave_timer(struct hil_tim_device *dev, unsigned unit, uint64_t at)
 {
     struct hil_tim *slave = &dev->state[HIL_TIM2];
     if (unit != HIL_TIM4 || (slave->smcr & 0x77u) != 0x36u)
@@ -199,7 +200,7 @@ static void trigger_output(struct hil_tim_device *dev, unsigned unit, uint64_t a
     if (!(slave->cr1 & CR1_CEN)) {
         slave->cr1 |= CR1_CEN;
         slave->base_cycle = at;
-        schedule(dev, HIL_TIM2, at);
+        schedule_next_event(dev, HIL_TIM2, at);
     }
     update_irq(dev, HIL_TIM2);
 }
@@ -215,7 +216,7 @@ static void update_event(struct hil_tim_device *dev, unsigned unit, uint64_t at,
     if (!(by_software && (t->cr1 & CR1_URS)))
         t->sr |= SR_UIF;
     if ((t->cr2 >> 4 & 7u) == 2u)
-        trigger_output(dev, unit, at);
+        trigger_slave_timer(dev, unit, at);
     if ((t->cr1 & CR1_OPM) && !by_software)
         t->cr1 &= ~CR1_CEN;
 }
@@ -227,19 +228,19 @@ static void capture_edge(struct hil_tim_device *dev, struct hil_tim *t, unsigned
     static const uint8_t stream[HIL_CAPTURE_CHANNELS] = {5, 6, 1, 7};
     unsigned every = 1u << (get_channel_mode(t, channel) >> 2 & 3u);
     t->capture_cycle[channel] = HIL_NEVER;
-    if (++t->capture_skipped[channel] < every)
+    if (++t->edges_since_capture[channel] < every)
         return;
-    t->capture_skipped[channel] = 0;
-    t->ccr[channel] = t->ccr_now[channel] = get_count(dev, t, at);
+    t->edges_since_capture[channel] = 0;
+    t->ccr[channel] = t->ccr_in_use[channel] = get_count(dev, t, at);
     if (t->sr & SR_CC1IF << channel)
         t->sr |= SR_CC1OF << channel;
     t->sr |= SR_CC1IF << channel;
     if (channel == 0)
         dev->core->state.counters.edges_captured++;
     else if (channel == 1)
-        dev->core->state.counters.frames_captured++;
+        dev->core->state.counters.film_frames_captured++;
     if (t->dier & DIER_CC1DE << channel)
-        hil_dma_request(dev->dma, 0, stream[channel], 3);
+        hil_dma_move_register(dev->dma, 0, stream[channel], 3);
 }
 
 static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
@@ -250,19 +251,19 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
             capture_edge(dev, t, i, at);
     }
     if ((t->cr1 & CR1_CEN) && at >= t->base_cycle) { /* otherwise the counter stands still */
-        struct levels before = get_output_levels(t);
+        struct output_levels before = get_output_levels(t);
         uint64_t tick = get_tick_cycles(dev, t), ticks = (at - t->base_cycle) / tick;
         bool on_tick = ticks * tick == at - t->base_cycle;
         uint64_t count = t->base_count + ticks;
         if (on_tick && ticks &&
-            (count == (uint64_t)t->arr_now + 1u || count > get_counter_mask(unit))) {
+            (count == (uint64_t)t->arr_in_use + 1u || count > get_counter_mask(unit))) {
             update_event(dev, unit, at, false);
             count = 0;
         }
         for (unsigned i = 0; on_tick && i < 4; i++) {
-            if (!is_output(t, i))
+            if (!is_output_channel(t, i))
                 continue;
-            bool match = t->ccr_now[i] == count;
+            bool match = t->ccr_in_use[i] == count;
             if (match)
                 t->sr |= 2u << i;
             t->reference_level[i] = get_next_reference(t, i, (uint32_t)count, match);
@@ -270,7 +271,7 @@ static void handle_event(struct hil_tim_device *dev, unsigned unit, uint64_t at)
         notify_outputs(dev, unit, before, at);
     }
     update_irq(dev, unit);
-    schedule(dev, unit, at);
+    schedule_next_event(dev, unit, at);
 }
 
 void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t until_cycle)
@@ -281,7 +282,7 @@ void hil_tim_stop_until(struct hil_tim_device *dev, unsigned unit, uint64_t unti
         return;
     t->base_count = get_count(dev, t, now);
     t->base_cycle = until_cycle;
-    schedule(dev, unit, now);
+    schedule_next_event(dev, unit, now);
 }
 
 void hil_tim2_event(void *device, uint64_t at)
@@ -317,24 +318,24 @@ void hil_tim2_input_edge(void *device, unsigned channel, bool level, uint64_t at
     uint32_t enables = t->ccer >> (4u * channel);
     if (*cycle != HIL_NEVER && *cycle > at && level != t->capture_level[channel])
         *cycle = HIL_NEVER; /* the pulse is shorter than the filter and has no effect */
-    if ((get_channel_mode(t, channel) & 3u) == 1u && is_enabled(t, channel)) {
+    if ((get_channel_mode(t, channel) & 3u) == 1u && is_channel_enabled(t, channel)) {
         bool falling = (enables & 2u) != 0, both = falling && (enables & 8u);
         if (both || level != falling) {
             *cycle = at + hil_tim2_capture_delay(dev, channel);
             t->capture_level[channel] = level;
         }
     }
-    schedule(dev, HIL_TIM2, at);
+    schedule_next_event(dev, HIL_TIM2, at);
 }
 
 void hil_tim_reset(void *device, unsigned unit)
 {
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
-    struct levels before = get_output_levels(t);
+    struct output_levels before = get_output_levels(t);
     *t = (struct hil_tim){.capture_cycle = {HIL_NEVER, HIL_NEVER, HIL_NEVER, HIL_NEVER}};
-    t->arr = t->arr_now = get_counter_mask(unit);
-    hil_event_set_cycle(dev->core, slot_of[unit], HIL_NEVER);
+    t->arr = t->arr_in_use = get_counter_mask(unit);
+    hil_event_set_cycle(dev->core, event_slots[unit], HIL_NEVER);
     update_irq(dev, unit);
     notify_outputs(dev, unit, before, hil_now_cycle(dev->core));
 }
@@ -346,7 +347,7 @@ uint32_t hil_tim_read(void *device, unsigned unit, uint32_t offset)
     if (offset == CNT)
         return get_count(dev, t, hil_now_cycle(dev->core));
     unsigned channel = (offset - CCR1) / 4u;
-    if (offset >= CCR1 && !is_output(t, channel)) {
+    if (offset >= CCR1 && !is_output_channel(t, channel)) {
         t->sr &= ~(2u << channel);
         update_irq(dev, unit);
     }
@@ -366,7 +367,7 @@ static void write_cr1(struct hil_tim_device *dev, unsigned unit, uint32_t value)
         t->base_cycle = now;
         refresh_references(dev, unit, now);
         if ((t->cr2 >> 4 & 7u) == 1u)
-            trigger_output(dev, unit, now);
+            trigger_slave_timer(dev, unit, now);
     }
 }
 
@@ -385,11 +386,11 @@ static void check_channels(struct hil_tim_device *dev, unsigned unit)
 static void write_ccr(struct hil_tim_device *dev, unsigned unit, unsigned channel, uint32_t value)
 {
     struct hil_tim *t = &dev->state[unit];
-    if (!is_output(t, channel))
+    if (!is_output_channel(t, channel))
         return; /* read-only in capture mode */
     t->ccr[channel] = value & get_counter_mask(unit);
     if (!(get_channel_mode(t, channel) & 8u))
-        t->ccr_now[channel] = t->ccr[channel];
+        t->ccr_in_use[channel] = t->ccr[channel];
     refresh_references(dev, unit, hil_now_cycle(dev->core));
 }
 
@@ -399,8 +400,8 @@ static void check_inputs(struct hil_tim_device *dev)
     const struct hil_tim *t = &dev->state[HIL_TIM2];
     for (unsigned i = 0; i < HIL_CAPTURE_CHANNELS; i++) {
         const struct hil_capture_pin *pin = &hil_capture_pins[i];
-        if (is_output(t, i) || !is_enabled(t, i) ||
-            hil_gpio_alternate(dev->gpio, pin->port, pin->pin) != 1)
+        if (is_output_channel(t, i) || !is_channel_enabled(t, i) ||
+            hil_gpio_alternate_function(dev->gpio, pin->port, pin->pin) != 1)
             continue;
         if (hil_gpio_is_held(dev->gpio, pin->port, pin->pin))
             hil_rules_record_pass(dev->rules, HIL_RULE_FLOATING);
@@ -416,7 +417,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     struct hil_tim_device *dev = device;
     struct hil_tim *t = &dev->state[unit];
     uint64_t now = hil_now_cycle(dev->core);
-    struct levels before = get_output_levels(t);
+    struct output_levels before = get_output_levels(t);
     switch (offset) {
     case CR1: write_cr1(dev, unit, value); break;
     case SR: /* flags are cleared by writing 0 */ t->sr &= value; break;
@@ -432,7 +433,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     case ARR:
         t->arr = value & get_counter_mask(unit);
         if (!(t->cr1 & CR1_ARPE))
-            t->arr_now = t->arr;
+            t->arr_in_use = t->arr;
         break;
     default:
         if (offset >= CCR1) {
@@ -454,7 +455,7 @@ void hil_tim_write(void *device, unsigned unit, uint32_t offset, uint32_t value)
     }
     notify_outputs(dev, unit, before, now);
     update_irq(dev, unit);
-    schedule(dev, unit, now);
+    schedule_next_event(dev, unit, now);
 }
 
 /* ---- tim11 ---- */
@@ -469,7 +470,7 @@ void hil_tim11_reset(void *device, unsigned unit)
 {
     struct hil_tim11_device *dev = device;
     (void)unit;
-    *dev->state = (struct hil_tim11){.arr = 0xffff, .began_ps = HIL_NEVER};
+    *dev->state = (struct hil_tim11){.arr = 0xffff, .start_ps = HIL_NEVER};
 }
 
 /* Time between two captures; HIL_NEVER without a crystal signal. */
@@ -487,9 +488,9 @@ static uint32_t get_tim11_count(const struct hil_tim11_device *dev, uint64_t at_
 {
     const struct hil_tim11 *t = dev->state;
     uint64_t hz = dev->core->state.clock.hclk_hz / hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB2);
-    if (t->began_ps == HIL_NEVER)
+    if (t->start_ps == HIL_NEVER)
         return t->cnt;
-    double ticks = (double)(at_ps - t->began_ps) * 1e-12 * (double)hz;
+    double ticks = (double)(at_ps - t->start_ps) * 1e-12 * (double)hz;
     return (uint32_t)((uint64_t)ticks / (t->psc + 1u)) & 0xffffu;
 }
 
@@ -498,16 +499,16 @@ static void advance(struct hil_tim11_device *dev)
 {
     struct hil_tim11 *t = dev->state;
     uint64_t period = get_period_ps(dev), now = hil_now_ps(dev->core);
-    if (t->began_ps == HIL_NEVER || period == HIL_NEVER)
+    if (t->start_ps == HIL_NEVER || period == HIL_NEVER)
         return;
-    uint64_t captures = (now - t->began_ps) / period;
-    if (captures == t->captures)
+    uint64_t captures = (now - t->start_ps) / period;
+    if (captures == t->capture_count)
         return;
-    if ((t->sr & SR11_CC1IF) || captures - t->captures > 1)
+    if ((t->sr & SR11_CC1IF) || captures - t->capture_count > 1)
         t->sr |= SR11_CC1OF;
     t->sr |= SR11_CC1IF;
-    t->captures = captures;
-    t->ccr1 = get_tim11_count(dev, t->began_ps + captures * period);
+    t->capture_count = captures;
+    t->ccr1 = get_tim11_count(dev, t->start_ps + captures * period);
 }
 
 uint32_t hil_tim11_read(void *device, unsigned unit, uint32_t offset)
@@ -532,10 +533,10 @@ void hil_tim11_write(void *device, unsigned unit, uint32_t offset, uint32_t valu
     else
         t->word[offset / 4u] = value;
     bool on = (t->cr1 & CR1_CEN) && (t->ccer & CCER_CC1E);
-    if (on && t->began_ps == HIL_NEVER) {
-        t->began_ps = hil_now_ps(dev->core);
-        t->captures = 0;
+    if (on && t->start_ps == HIL_NEVER) {
+        t->start_ps = hil_now_ps(dev->core);
+        t->capture_count = 0;
     } else if (!on) {
-        t->began_ps = HIL_NEVER;
+        t->start_ps = HIL_NEVER;
     }
 }

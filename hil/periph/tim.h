@@ -15,7 +15,7 @@
 #include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
-#define HIL_TIMERS           2u
+#define HIL_TIMER_COUNT      2u
 #define HIL_CAPTURE_CHANNELS 4u
 enum { HIL_TIM2, HIL_TIM4 };
 
@@ -28,9 +28,9 @@ extern const struct hil_capture_pin hil_capture_pins[HIL_CAPTURE_CHANNELS];
 
 struct hil_tim {
     /* registers as written */
-    HIL_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
+    HIL_NAMED_WORDS(word, cr1, cr2, smcr, dier, sr, egr, ccmr[2], ccer, cnt, psc, arr, rcr, ccr[4]);
     /* values in use: with preload, the registers of the last update */
-    uint32_t psc_now, arr_now, ccr_now[4];
+    uint32_t psc_in_use, arr_in_use, ccr_in_use[4];
     /* cycle at which the counter was base_count; the counter runs from here while CEN is set */
     uint64_t base_cycle;
     uint32_t base_count;
@@ -39,18 +39,18 @@ struct hil_tim {
     uint64_t capture_cycle[HIL_CAPTURE_CHANNELS];
     bool capture_level[HIL_CAPTURE_CHANNELS];
     /* edges since the last capture, for the prescaler */
-    uint8_t capture_skipped[HIL_CAPTURE_CHANNELS];
+    uint8_t edges_since_capture[HIL_CAPTURE_CHANNELS];
 };
 
 struct hil_tim_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_tim *state; /* all timers */
     struct hil_adc_device *adc;
 };
 
 /* Calls for the bus and the event queue; `device` is a struct hil_tim_device. */
 void hil_tim_reset(void *device, unsigned unit);
-HIL_ON_BUS(tim)
+HIL_DECLARE_BUS_CALLS(tim)
 void hil_tim2_event(void *device, uint64_t at);
 void hil_tim4_event(void *device, uint64_t at);
 
@@ -70,19 +70,19 @@ uint64_t hil_tim2_capture_delay(const struct hil_tim_device *dev, unsigned chann
  * RTC (TIM11_OR). All other functions are refused. */
 
 struct hil_tim11 {
-    HIL_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30, ccr1,
-              at_38[6], or);
-    uint64_t began_ps; /* time at which counter and capture were switched on; HIL_NEVER: off */
-    uint64_t captures; /* captures since began_ps */
+    HIL_NAMED_WORDS(word, cr1, at_04, smcr, dier, sr, egr, ccmr1, at_1c, ccer, cnt, psc, arr, at_30,
+                    ccr1, at_38[6], or);
+    uint64_t start_ps;      /* time at which counter and capture were switched on; HIL_NEVER: off */
+    uint64_t capture_count; /* captures since began_ps */
 };
 
 struct hil_tim11_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_tim11 *state;
 };
 
 /* Calls for the bus; `device` is a struct hil_tim11_device, `unit` is not used. */
 void hil_tim11_reset(void *device, unsigned unit);
-HIL_ON_BUS(tim11)
+HIL_DECLARE_BUS_CALLS(tim11)
 
 #endif

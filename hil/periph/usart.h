@@ -16,42 +16,42 @@
 #include "hil/core/state.h"
 #include "hil/periph/wire.h"
 
-#define HIL_USART_QUEUE 4096u
-#define HIL_USART_GROUP 32u /* maximum bytes that one event sends with DMA */
+#define HIL_USART_QUEUE_LENGTH  4096u
+#define HIL_USART_DMA_BYTES_MAX 32u /* maximum bytes that one event sends with DMA */
 
 struct hil_usart {
     /* DR: the received byte; bit 8 is the parity bit */
-    HIL_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
+    HIL_NAMED_WORDS(word, sr, dr, brr, cr1, cr2, cr3);
     bool sr_was_read; /* first step of the sequences that clear TC, IDLE and ORE */
     /* sending */
     bool is_dr_full, is_shifting; /* DR, or the shift register, contains a byte to be sent */
-    uint8_t held_byte, shifted_byte;
+    uint8_t buffered_byte, shifted_byte;
     uint64_t shift_end_cycle;
-    uint8_t out[HIL_USART_GROUP + 2];
-    uint32_t out_count;
+    uint8_t output[HIL_USART_DMA_BYTES_MAX + 2];
+    uint32_t output_count;
     /* receiving */
-    uint64_t listens_since_ps; /* a frame that began earlier is not received */
-    uint32_t queue_head, queue_count;
-    bool is_delayed;   /* the delay of the next byte is over */
-    bool is_idle_next; /* the next event is the idle line after the last byte */
-    uint8_t queue[HIL_USART_QUEUE];
+    uint64_t receiver_on_ps; /* a frame that began earlier is not received */
+    uint32_t input_queue_head, input_queue_count;
+    bool is_delay_over;      /* the delay of the next byte is over */
+    bool is_idle_event_next; /* the next event is the idle line after the last byte */
+    uint8_t input_queue[HIL_USART_QUEUE_LENGTH];
 };
 
 struct hil_usart_device {
-    HIL_NEIGHBOURS;
+    HIL_NEIGHBOUR_POINTERS;
     struct hil_usart *state;
-    struct hil_wire wire;
+    struct hil_line_calls line_calls;
 };
 
 /* Queues bytes from the other end; they arrive at its rate, directly after the bytes queued before.
- * MR_OK; MR_FULL: more than HIL_USART_QUEUE bytes are waiting, and the rest is dropped. */
+ * MR_OK; MR_FULL: more than HIL_USART_QUEUE_LENGTH bytes are waiting, and the rest is dropped. */
 enum mr_status hil_usart_inject(struct hil_usart_device *dev, const uint8_t *bytes, size_t n);
 /* Number of bytes that hil_usart_inject accepts now. */
 size_t hil_usart_free_space(const struct hil_usart_device *dev);
 
 /* Calls for the bus, the event queue, DMA and the pins; `device` is a struct hil_usart_device. */
 void hil_usart_reset(void *device, unsigned unit);
-HIL_ON_BUS(usart)
+HIL_DECLARE_BUS_CALLS(usart)
 void hil_usart_rx_event(void *device, uint64_t at);
 /* Updates transmission up to `at`. */
 void hil_usart_advance(void *device, uint64_t at);

@@ -18,7 +18,7 @@ struct hil_rcc_device;
 struct hil_rules_device;
 
 /* Pointers from each peripheral to its neighbours within the chip; mcu.c sets them. */
-#define HIL_NEIGHBOURS            \
+#define HIL_NEIGHBOUR_POINTERS    \
     struct hil_core *core;        \
     struct hil_options *options;  \
     struct hil_rcc_device *rcc;   \
@@ -27,12 +27,12 @@ struct hil_rules_device;
     struct hil_rules_device *rules
 
 /* Declares the two calls of a peripheral for the bus (struct hil_peripheral). */
-#define HIL_ON_BUS(name)                                                      \
+#define HIL_DECLARE_BUS_CALLS(name)                                           \
     uint32_t hil_##name##_read(void *device, unsigned unit, uint32_t offset); \
     void hil_##name##_write(void *device, unsigned unit, uint32_t offset, uint32_t value);
 
 enum hil_parity { HIL_PARITY_NONE, HIL_PARITY_EVEN, HIL_PARITY_ODD };
-enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINES };
+enum hil_line { HIL_CAN_OUT, HIL_CAN_IN, HIL_SERIAL_OUT, HIL_SERIAL_IN, HIL_LINE_COUNT };
 enum hil_line_fault {
     HIL_LINE_DROP,
     HIL_LINE_REPEAT,
@@ -40,10 +40,10 @@ enum hil_line_fault {
     HIL_LINE_DELAY,
     HIL_LINE_FRAMING,
     HIL_LINE_NOISE,
-    HIL_LINE_FAULTS
+    HIL_LINE_FAULT_COUNT
 };
 
-struct hil_wire {
+struct hil_line_calls {
     void *context;
     /* True if the next unit (frame or byte) on this line has this fault; the fault is then counted
      * down and reported. `what` names the unit. */

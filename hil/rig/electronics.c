@@ -8,7 +8,7 @@
 #include "hil/periph/options.h"
 
 #define ROOM_C               20.0
-#define S_PER_H              3600.0
+#define SECONDS_PER_HOUR     3600.0
 #define TWO_PI               6.28318530717958647693
 #define CODE_COUNT           4096.0
 /* Largest errors of the sensors, from the data sheets in firmware/config.c. */
@@ -26,10 +26,10 @@ unsigned hil_switch_step_codes(unsigned position)
     return 64u + 8u * (7u * (position - 1u) % 24u);
 }
 
-void hil_figures_set_reference(struct hil_figures *figures)
+void hil_circuit_figures_set_reference(struct hil_circuit_figures *figures)
 {
 #define FIGURE(name, value, unit, block, text) .name = value,
-    *figures = (struct hil_figures){
+    *figures = (struct hil_circuit_figures){
 #include "hil/circuits/figures.def"
     };
 }
@@ -63,14 +63,14 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
     bool known = !isnan(options->temperature_c);
     *e = (struct hil_electronics){
         .vdda_v = options->vdda_v > 0.0 ? options->vdda_v : options->type->supply_v,
-        .reference = 1.0,
+        .reference_ratio = 1.0,
         .reference_read_share = 1.0,
         .temperature_rise_k = known ? options->temperature_c - ROOM_C : 0.0,
-        .temperature_rise_k_per_s = known ? options->temperature_c_per_h / S_PER_H : 0.0,
+        .temperature_rise_k_per_s = known ? options->temperature_c_per_h / SECONDS_PER_HOUR : 0.0,
         .transducer_tau_s = 4e-6,
         .staircase_zero_ratio = 1.0,
         .staircase_tau_s = 20e-6,
-        .pulse_ps = HIL_PULSE_PS,
+        .one_shot_pulse_ps = HIL_ONE_SHOT_PULSE_PS,
         .is_lamp_detected = true,
     };
     for (unsigned i = 0; i < HIL_RUN_TRANSDUCERS; i++)
@@ -81,7 +81,7 @@ static void make_ideal(struct hil_electronics *e, const struct hil_options *opti
         e->step_codes[i] = hil_switch_step_codes(i + 1u);
 }
 
-static void draw_transducers(struct hil_electronics *e, const struct hil_figures *f,
+static void draw_transducers(struct hil_electronics *e, const struct hil_circuit_figures *f,
                              uint64_t *random)
 {
     /* common to all transducers of a board */
@@ -97,7 +97,8 @@ static void draw_transducers(struct hil_electronics *e, const struct hil_figures
     }
 }
 
-static void draw_gages(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+static void draw_gages(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                       uint64_t *random)
 {
     double excitation = (1.0 + draw_normal(random, f->gage_excitation_sd_rel)) * f->gage_v_per_lb /
                         GAGE_V_PER_LB;
@@ -108,25 +109,27 @@ static void draw_gages(struct hil_electronics *e, const struct hil_figures *f, u
         e->gage_untrimmed_lb[i] = draw_normal(random, f->gage_zero_sd_lb);
         e->gage_zero_lb[i] =
             hil_electronics_trimmed_zero_lb(e->gage_untrimmed_lb[i], f->gage_trim_range_lb,
-                                            draw_normal(random, f->gage_trim_left_lb));
+                                            draw_normal(random, f->gage_trim_residual_lb));
         e->gage_drift_lb_k[i] = draw_normal(random, f->gage_drift_lb_k);
         e->gage_shunt_ratio[i] = f->gage_shunt_lb / SHUNT_LB +
                                  draw_normal(random, f->gage_shunt_error_rel);
     }
 }
 
-static void draw_sensors(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+static void draw_sensors(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                         uint64_t *random)
 {
-    e->reference = 1.0 + draw_uniform(random, f->reference_error_rel);
+    e->reference_ratio = 1.0 + draw_uniform(random, f->reference_error_rel);
     e->reference_read_share = 1.0 + draw_normal(random, f->reference_read_sd_rel);
-    e->reference_drift = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
+    e->reference_drift_per_k = draw_uniform(random, f->reference_drift_ppm_k * 1e-6);
     draw_transducers(e, f, random);
     draw_gages(e, f, random);
 }
 
 /* Resistors connect each switch, the supply (for the zero) and ground to one node. The share of
  * each is its conductance over the sum of all, independent of the switches. */
-static void draw_staircase(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+static void draw_staircase(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                           uint64_t *random)
 {
     double part[HIL_RUN_SWITCHES], rest = CODE_COUNT - STAIRCASE_ZERO_CODES, all = 0.0;
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
@@ -143,11 +146,12 @@ static void draw_staircase(struct hil_electronics *e, const struct hil_figures *
     e->staircase_tau_s = f->staircase_settle_us * 1e-6;
 }
 
-static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f, uint64_t *random)
+static void draw_outputs(struct hil_electronics *e, const struct hil_circuit_figures *f,
+                         uint64_t *random)
 {
-    double width_us = f->one_shot_least_us +
-                      mr_splitmix64_uniform(random) * (f->one_shot_most_us - f->one_shot_least_us);
-    e->pulse_ps = convert_us_to_ps(width_us);
+    double width_us = f->one_shot_min_us +
+                      mr_splitmix64_uniform(random) * (f->one_shot_max_us - f->one_shot_min_us);
+    e->one_shot_pulse_ps = convert_us_to_ps(width_us);
     e->lamp_sense_ps = convert_us_to_ps(fmax(f->lamp_sense_us, f->lamp_clear_us));
     double threshold_a = f->lamp_sense_threshold_a +
                          draw_normal(random, f->lamp_sense_threshold_sd_a);
@@ -160,13 +164,13 @@ static void draw_outputs(struct hil_electronics *e, const struct hil_figures *f,
     e->relay_bounce_ps = convert_us_to_ps(1e3 * f->relay_bounce_ms * mr_splitmix64_uniform(random));
 }
 
-static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures *f,
+static void draw_converters(struct hil_adc_errors *adc, const struct hil_circuit_figures *f,
                             uint64_t *random)
 {
     for (unsigned unit = 0; unit < 2; unit++) {
         double u = mr_splitmix64_uniform(random);
         double peak = f->adc_inl_typical_lsb +
-                      (f->adc_inl_most_lsb - f->adc_inl_typical_lsb) * u * u * u;
+                      (f->adc_inl_max_lsb - f->adc_inl_typical_lsb) * u * u * u;
         hil_adc_draw_inl(adc->inl_lsb[unit], peak, random);
         adc->offset_lsb[unit] = draw_normal(random, f->adc_offset_lsb);
         adc->gain_lsb[unit] = draw_normal(random, f->adc_gain_lsb);
@@ -174,7 +178,7 @@ static void draw_converters(struct hil_adc_errors *adc, const struct hil_figures
 }
 
 /* Properties of each channel at the converter, in converter order. */
-static void set_sources(struct hil_adc_errors *adc, const struct hil_figures *f)
+static void set_channel_sources(struct hil_adc_errors *adc, const struct hil_circuit_figures *f)
 {
     const struct {
         unsigned count;
@@ -189,29 +193,29 @@ static void set_sources(struct hil_adc_errors *adc, const struct hil_figures *f)
     };
     for (unsigned kind = 0, channel = 0; kind < sizeof kinds / sizeof kinds[0]; kind++) {
         for (unsigned i = 0; i < kinds[kind].count; i++, channel++) {
-            adc->noise[channel] = kinds[kind].noise_lsb / HIL_ADC_NOISE_LSB;
-            adc->kick_rel[channel] = kinds[kind].kick_rel;
+            adc->noise_ratio[channel] = kinds[kind].noise_lsb / HIL_ADC_NOISE_LSB;
+            adc->kickback_rel[channel] = kinds[kind].kick_rel;
             adc->source_ohm[channel] = kinds[kind].ohm;
         }
     }
 }
 
 void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
-                         const struct hil_figures *figures)
+                         const struct hil_circuit_figures *figures)
 {
-    struct hil_figures reference;
-    uint64_t random = options->board_seed * 0x9e6c63d0876a9a99ull + 0x5851f42d4c957f2dull;
-    hil_figures_set_reference(&reference);
-    const struct hil_figures *f = figures ? figures : &reference;
+    struct hil_circuit_figures reference;
+    uint64_t random = options->tolerance_seed * 0x9e6c63d0876a9a99ull + 0x5851f42d4c957f2dull;
+    hil_circuit_figures_set_reference(&reference);
+    const struct hil_circuit_figures *f = figures ? figures : &reference;
     make_ideal(electronics, options);
-    set_sources(&electronics->adc, f);
-    if (!options->is_board_drawn)
+    set_channel_sources(&electronics->adc_errors, f);
+    if (!options->has_random_tolerances)
         return;
     electronics->is_drawn = true;
     draw_sensors(electronics, f, &random);
     draw_staircase(electronics, f, &random);
     draw_outputs(electronics, f, &random);
-    draw_converters(&electronics->adc, f, &random);
+    draw_converters(&electronics->adc_errors, f, &random);
 }
 
 void hil_electronics_chip_uid(uint64_t seed, uint32_t uid[3])

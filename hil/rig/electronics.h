@@ -18,24 +18,24 @@
 
 struct hil_options;
 
-#define HIL_PULSE_PS         20000000ull /* pulse of the one-shot, 20 us */
-#define HIL_STAIRCASE_ZERO_V 0.050       /* level without open switches, at 3.3 V */
+#define HIL_ONE_SHOT_PULSE_PS 20000000ull /* pulse of the one-shot, 20 us */
+#define HIL_STAIRCASE_ZERO_V  0.050       /* level without open switches, at 3.3 V */
 
 /* Nominal step of a switch, position 1..24, in codes. */
 unsigned hil_switch_step_codes(unsigned position);
 
 /* Figures of all boards, with the names of hil/circuits/figures.def. */
-struct hil_figures {
+struct hil_circuit_figures {
 #define FIGURE(name, value, unit, block, text) double name;
 #include "hil/circuits/figures.def"
 };
 
 struct hil_electronics {
     double vdda_v;
-    double reference;            /* in units of 2.500 V, at 20 C */
-    double reference_read_share; /* fraction of the reference that reaches its own channel */
-    double reference_drift;      /* relative, per C */
-    double temperature_rise_k;   /* temperature above 20 C at power on */
+    double reference_ratio;       /* in units of 2.500 V, at 20 C */
+    double reference_read_share;  /* fraction of the reference that reaches its own channel */
+    double reference_drift_per_k; /* relative, per C */
+    double temperature_rise_k;    /* temperature above 20 C at power on */
     double temperature_rise_k_per_s;
     double transducer_gain[HIL_RUN_TRANSDUCERS];
     double transducer_zero_in[HIL_RUN_TRANSDUCERS];
@@ -51,21 +51,21 @@ struct hil_electronics {
     double staircase_zero_ratio;            /* in units of the nominal 0.050 V */
     double step_codes[HIL_RUN_SWITCHES];
     double staircase_tau_s;
-    uint64_t pulse_ps;     /* pulse of the one-shot */
+    uint64_t one_shot_pulse_ps; /* pulse of the one-shot */
     bool is_lamp_detected; /* the current of the hot lamp is above the threshold of the read-back */
     /* delays from a pin change to the lamp's read-back and to the contacts of the shunt relay */
     uint64_t lamp_sense_ps, relay_operate_ps, relay_release_ps, relay_bounce_ps;
-    bool is_drawn; /* false: only the source resistances in `adc` are valid */
-    struct hil_adc_errors adc;
+    bool is_drawn; /* false: only the source resistances in `adc_errors` are valid */
+    struct hil_adc_errors adc_errors;
 };
 
 /* Sets the values of figures.def. */
-void hil_figures_set_reference(struct hil_figures *figures);
+void hil_circuit_figures_set_reference(struct hil_circuit_figures *figures);
 
 /* Sets the electronics for the options: ideal, or drawn from `figures` (NULL: those of the
  * reference design). */
 void hil_electronics_set(struct hil_electronics *electronics, const struct hil_options *options,
-                         const struct hil_figures *figures);
+                         const struct hil_circuit_figures *figures);
 
 /* Unique identifier of the chip on the board with this seed: position on the wafer, wafer and lot
  * (RM0090 39.1). The lot marks the chip as emulated (common/emulated.h). */

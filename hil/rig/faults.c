@@ -51,25 +51,26 @@ __attribute__((format(printf, 4, 5))) static void fault_report(struct hil_core *
 
 _Static_assert(sizeof(struct hil_can_frame) <= 24, "a held frame has 24 bytes");
 
-static const char *const line_names[HIL_LINES] = {"CAN out", "CAN in", "serial out", "serial in"};
-static const char *const kind_names[HIL_LINE_FAULTS] = {
+static const char *const line_names[HIL_LINE_COUNT] = {"CAN out", "CAN in", "serial out",
+                                                       "serial in"};
+static const char *const kind_names[HIL_LINE_FAULT_COUNT] = {
     "dropped", "repeated", "corrupted", "delayed", "with a bad stop bit", "with noise"};
 
-static uint32_t draw_below(void *device, uint32_t bound)
+static uint32_t draw_number_below(void *device, uint32_t bound)
 {
     struct hil_lines_device *dev = device;
-    return (uint32_t)((mr_splitmix64(&dev->state->random) >> 32) * bound >> 32);
+    return (uint32_t)((mr_splitmix64(&dev->state->random_state) >> 32) * bound >> 32);
 }
 
 static void schedule_held_bytes(struct hil_lines_device *dev)
 {
     struct hil_lines *lines = dev->state;
-    uint64_t next = lines->bytes_due_ps;
-    for (unsigned i = 0; i < lines->held_count; i++) {
-        if (lines->held_ps[i] < next)
-            next = lines->held_ps[i];
+    uint64_t next = lines->held_bytes_due_ps;
+    for (unsigned i = 0; i < lines->held_frame_count; i++) {
+        if (lines->held_frame_due_ps[i] < next)
+            next = lines->held_frame_due_ps[i];
     }
-    hil_event_set_ps(dev->core, HIL_EVENT_LATE, next);
+    hil_event_set_ps(dev->core, HIL_EVENT_HELD_OUTPUT, next);
 }
 
 static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fault kind,
@@ -80,11 +81,11 @@ static bool apply_line_fault(void *device, enum hil_line line, enum hil_line_fau
     if (!effect->units_left)
         return false;
     if (effect->probability < 1.0 &&
-        (double)draw_below(dev, 1u << 30) >= effect->probability * 0x1p30)
+        (double)draw_number_below(dev, 1u << 30) >= effect->probability * 0x1p30)
         return false;
-    if (effect->units_left != HIL_FAULT_ALL)
+    if (effect->units_left != HIL_FAULT_NO_LIMIT)
         effect->units_left--;
-    fault_report(dev->core, dev->options->log, effect->file_line, "%s: %s 0x%02x %s",
+    fault_report(dev->core, dev->options->fault_log, effect->file_line, "%s: %s 0x%02x %s",
                  line_names[line], what, (unsigned)number, kind_names[kind]);
     return true;
 }
@@ -106,15 +107,15 @@ static void can_out(void *device, uint64_t t_ps, const struct hil_can_frame *fra
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
-    hil_call(&dev->frame_sent);
+    hil_call(&dev->on_frame_sent);
     if (dev->pin_callbacks.on_can_frame)
         dev->pin_callbacks.on_can_frame(dev->pin_callbacks.context, t_ps, frame);
     if (apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DROP, "frame", frame->id))
         return;
-    if (lines->held_count < HIL_FAULT_HELD_FRAMES_MAX &&
+    if (lines->held_frame_count < HIL_FAULT_HELD_FRAMES_MAX &&
         apply_line_fault(dev, HIL_CAN_OUT, HIL_LINE_DELAY, "frame", frame->id)) {
-        memcpy(lines->held_frame[lines->held_count], frame, sizeof *frame);
-        lines->held_ps[lines->held_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
+        memcpy(lines->held_frame[lines->held_frame_count], frame, sizeof *frame);
+        lines->held_frame_due_ps[lines->held_frame_count++] = t_ps + delay_ps(dev, HIL_CAN_OUT);
         schedule_held_bytes(dev);
         return;
     }
@@ -132,24 +133,24 @@ static void send_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_
 static void release_bytes(struct hil_lines_device *dev, uint64_t t_ps)
 {
     struct hil_lines *lines = dev->state;
-    send_bytes(dev, t_ps, lines->bytes, lines->bytes_count);
-    lines->bytes_due_ps = HIL_NEVER;
-    lines->bytes_count = 0;
+    send_bytes(dev, t_ps, lines->held_bytes, lines->held_byte_count);
+    lines->held_bytes_due_ps = HIL_NEVER;
+    lines->held_byte_count = 0;
 }
 
 static void deliver_bytes(struct hil_lines_device *dev, uint64_t t_ps, const uint8_t *bytes,
                           size_t n)
 {
     struct hil_lines *lines = dev->state;
-    if (lines->bytes_count + n > HIL_FAULT_HELD_BYTES_MAX)
+    if (lines->held_byte_count + n > HIL_FAULT_HELD_BYTES_MAX)
         release_bytes(dev, t_ps);
-    if (lines->bytes_due_ps == HIL_NEVER) {
+    if (lines->held_bytes_due_ps == HIL_NEVER) {
         send_bytes(dev, t_ps, bytes, n);
         return;
     }
     /* after the bytes that are already delayed */
-    memcpy(lines->bytes + lines->bytes_count, bytes, n);
-    lines->bytes_count += (uint32_t)n;
+    memcpy(lines->held_bytes + lines->held_byte_count, bytes, n);
+    lines->held_byte_count += (uint32_t)n;
 }
 
 static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
@@ -168,15 +169,15 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
             from = i + 1;
             continue;
         }
-        if (lines->bytes_due_ps == HIL_NEVER &&
+        if (lines->held_bytes_due_ps == HIL_NEVER &&
             apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_DELAY, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i - from);
             from = i;
-            lines->bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
+            lines->held_bytes_due_ps = t_ps + delay_ps(dev, HIL_SERIAL_OUT);
             schedule_held_bytes(dev);
         }
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_CORRUPT, "byte", bytes[i]))
-            bytes[i] = (uint8_t)(bytes[i] ^ 1u << draw_below(dev, 8));
+            bytes[i] = (uint8_t)(bytes[i] ^ 1u << draw_number_below(dev, 8));
         if (apply_line_fault(dev, HIL_SERIAL_OUT, HIL_LINE_REPEAT, "byte", bytes[i])) {
             deliver_bytes(dev, t_ps, bytes + from, i + 1 - from);
             from = i;
@@ -185,51 +186,52 @@ static void serial_out(void *device, uint64_t t_ps, uint8_t *bytes, size_t n)
     deliver_bytes(dev, t_ps, bytes + from, n - from);
 }
 
-static void on_late(void *device, uint64_t at)
+static void on_held_output_due(void *device, uint64_t at)
 {
     struct hil_lines_device *dev = device;
     struct hil_lines *lines = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    for (unsigned i = 0; i < lines->held_count;) {
-        if (lines->held_ps[i] > now_ps) {
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    for (unsigned i = 0; i < lines->held_frame_count;) {
+        if (lines->held_frame_due_ps[i] > now_ps) {
             i++;
             continue;
         }
         struct hil_can_frame frame;
         memcpy(&frame, lines->held_frame[i], sizeof frame);
-        lines->held_count--;
-        memmove(&lines->held_ps[i], &lines->held_ps[i + 1],
-                (lines->held_count - i) * sizeof lines->held_ps[0]);
+        lines->held_frame_count--;
+        memmove(&lines->held_frame_due_ps[i], &lines->held_frame_due_ps[i + 1],
+                (lines->held_frame_count - i) * sizeof lines->held_frame_due_ps[0]);
         memmove(&lines->held_frame[i], &lines->held_frame[i + 1],
-                (lines->held_count - i) * sizeof lines->held_frame[0]);
+                (lines->held_frame_count - i) * sizeof lines->held_frame[0]);
         deliver_frame(dev, now_ps, &frame);
     }
-    if (lines->bytes_due_ps <= now_ps)
+    if (lines->held_bytes_due_ps <= now_ps)
         release_bytes(dev, now_ps);
     schedule_held_bytes(dev);
 }
 
 static void seed_lines(struct hil_lines_device *dev, uint64_t seed)
 {
-    dev->state->random = seed ^ 0xfa0175eedull;
+    dev->state->random_state = seed ^ 0xfa0175eedull;
 }
 
-void hil_links_init(struct hil_lines_device *dev, uint64_t seed)
+void hil_lines_init(struct hil_lines_device *dev, uint64_t seed)
 {
     seed_lines(dev, seed);
-    dev->state->bytes_due_ps = HIL_NEVER;
-    hil_event_connect(dev->core, HIL_EVENT_LATE, on_late, dev);
+    dev->state->held_bytes_due_ps = HIL_NEVER;
+    hil_event_connect(dev->core, HIL_EVENT_HELD_OUTPUT, on_held_output_due, dev);
 }
 
-struct hil_wire hil_lines_wire(struct hil_lines_device *dev)
+struct hil_line_calls hil_lines_calls(struct hil_lines_device *dev)
 {
-    return (struct hil_wire){dev, apply_line_fault, delay_ps, draw_below, can_out, serial_out};
+    return (struct hil_line_calls){dev,     apply_line_fault, delay_ps, draw_number_below,
+                                   can_out, serial_out};
 }
 
 /* ---- the supply ---- */
 
-#define CSR_BROWN_OUT (1u << 25)
-#define POWER_DOWN_V  1.68
+#define CSR_BROWN_OUT      (1u << 25)
+#define POWER_DOWN_RESET_V 1.68
 
 void hil_supply_cut(struct hil_supply_device *dev)
 {
@@ -240,11 +242,11 @@ void hil_supply_cut(struct hil_supply_device *dev)
     hil_w25q_power_off(dev->nor);
     hil_tmp112_power_on(dev->thermometer);
     core->reset.has_lost_power = core->reset.is_requested = true;
-    core->reset.flags = HIL_CSR_POWER_ON;
+    core->reset.csr_flags = HIL_CSR_POWER_ON;
     hil_core_request_check(core);
 }
 
-static void remove_supply(struct hil_supply_device *dev, uint64_t duration_ps)
+static void remove_supply_for(struct hil_supply_device *dev, uint64_t duration_ps)
 {
     hil_supply_cut(dev);
     dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
@@ -254,8 +256,9 @@ static void remove_supply(struct hil_supply_device *dev, uint64_t duration_ps)
  * falling. */
 static double get_brown_out_volts(const struct hil_supply_device *dev)
 {
-    static const double level[4] = {2.83, 2.50, 2.19, POWER_DOWN_V}; /* by OPTCR.BOR_LEV; 3: off */
-    return level[dev->flash->state->options >> 2 & 3u];
+    static const double level[4] = {2.83, 2.50, 2.19,
+                                    POWER_DOWN_RESET_V}; /* by OPTCR.BOR_LEV; 3: off */
+    return level[dev->flash->state->option_bytes >> 2 & 3u];
 }
 
 static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t duration_ps)
@@ -265,8 +268,8 @@ static void dip_supply(struct hil_supply_device *dev, double volts, uint64_t dur
                             : volts >= 2.4 ? 24e6
                             : volts >= 2.1 ? 22e6
                                            : 20e6;
-    if (volts < POWER_DOWN_V) {
-        remove_supply(dev, duration_ps);
+    if (volts < POWER_DOWN_RESET_V) {
+        remove_supply_for(dev, duration_ps);
     } else if (volts < get_brown_out_volts(dev)) {
         hil_core_request_reset(dev->core, CSR_BROWN_OUT);
         dev->core->reset.end_ps = hil_now_ps(dev->core) + duration_ps;
@@ -342,13 +345,14 @@ static uint64_t find_station_ps(const struct hil_run *run, double station_ft)
 }
 
 /* The n-th event of a counted kind has occurred: schedules the faults that wait for it. */
-static void schedule_waiting(struct hil_faults_device *dev, enum hil_trigger trigger, uint64_t n)
+static void schedule_waiting_faults(struct hil_faults_device *dev, enum hil_fault_trigger trigger,
+                                    uint64_t n)
 {
     struct hil_faults *faults = dev->state;
     bool any = false;
     for (unsigned i = 0; i < faults->count; i++) {
         const struct hil_fault *fault = &faults->fault[i];
-        if (fault->trigger != trigger || fault->n != n || faults->is_over[i])
+        if (fault->trigger != trigger || fault->event_number != n || faults->is_over[i])
             continue;
         faults->due_ps[i] = hil_now_ps(dev->core) + fault->delay_ps;
         any = true;
@@ -357,22 +361,22 @@ static void schedule_waiting(struct hil_faults_device *dev, enum hil_trigger tri
         schedule(dev);
 }
 
-void hil_faults_flash_operation(void *device)
+void hil_faults_on_flash_operation(void *device)
 {
     struct hil_faults_device *dev = device;
-    schedule_waiting(dev, HIL_AT_FLASH, ++dev->state->flash_operations);
+    schedule_waiting_faults(dev, HIL_TRIGGER_FLASH_OPERATION, ++dev->state->flash_operation_count);
 }
 
-void hil_faults_nor_operation(void *device)
+void hil_faults_on_nor_operation(void *device)
 {
     struct hil_faults_device *dev = device;
-    schedule_waiting(dev, HIL_AT_NOR, ++dev->state->nor_operations);
+    schedule_waiting_faults(dev, HIL_TRIGGER_NOR_OPERATION, ++dev->state->nor_operation_count);
 }
 
-void hil_faults_can_sent(void *device)
+void hil_faults_on_can_sent(void *device)
 {
     struct hil_faults_device *dev = device;
-    schedule_waiting(dev, HIL_AT_FRAME, dev->core->state.counters.can_frames_out);
+    schedule_waiting_faults(dev, HIL_TRIGGER_CAN_FRAME, dev->core->state.counters.can_frames_out);
 }
 
 /* --- actions --- */
@@ -387,16 +391,16 @@ static void flip_bit(struct hil_faults_device *dev, const struct hil_fault *faul
     (void)hil_cpu_poke(dev->core, address, &byte, 1);
 }
 
-static void fail_nor(struct hil_nor_requests *nor, const struct hil_fault *fault)
+static void fail_nor(struct hil_nor_fault_requests *nor, const struct hil_fault *fault)
 {
     switch ((enum hil_nor_fault)fault->choice) {
     case HIL_NOR_FILL: nor->is_fill_requested = true; break;
     case HIL_NOR_DEAD: nor->is_dead = true; break;
-    case HIL_NOR_MEND: *nor = (struct hil_nor_requests){0}; break;
-    case HIL_NOR_STUCK: nor->is_stuck = true; break;
-    case HIL_NOR_FAIL_PROGRAM: nor->program_failures = fault->count; break;
-    case HIL_NOR_FAIL_ERASE: nor->erase_failures = fault->count; break;
-    case HIL_NOR_HANG: nor->hang_count = fault->count; break;
+    case HIL_NOR_MEND: *nor = (struct hil_nor_fault_requests){0}; break;
+    case HIL_NOR_STUCK: nor->is_always_busy = true; break;
+    case HIL_NOR_FAIL_PROGRAM: nor->failing_program_count = fault->count; break;
+    case HIL_NOR_FAIL_ERASE: nor->failing_erase_count = fault->count; break;
+    case HIL_NOR_HANG: nor->hanging_operation_count = fault->count; break;
     }
 }
 
@@ -404,46 +408,50 @@ static void fail_thermometer(struct hil_tmp112 *chip, const struct hil_fault *fa
 {
     switch ((enum hil_thermometer_fault)fault->choice) {
     case HIL_THERMOMETER_DEAD: chip->is_dead = true; break;
-    case HIL_THERMOMETER_STUCK: chip->hold.is_sda_stuck = true; break;
-    case HIL_THERMOMETER_HANG: chip->hold.hung_clocks = 9; break;
-    case HIL_THERMOMETER_BERR: chip->hold.has_false_error = true; break;
-    case HIL_THERMOMETER_STRETCH: chip->hold.stretch_ps = fault->duration_ps; break;
+    case HIL_THERMOMETER_STUCK: chip->bus_faults.is_sda_stuck = true; break;
+    case HIL_THERMOMETER_HANG: chip->bus_faults.clocks_until_release = 9; break;
+    case HIL_THERMOMETER_BERR: chip->bus_faults.has_false_error = true; break;
+    case HIL_THERMOMETER_STRETCH: chip->bus_faults.stretch_ps = fault->duration_ps; break;
     case HIL_THERMOMETER_MEND:
-        chip->is_dead = chip->hold.is_sda_stuck = false;
-        chip->hold.hung_clocks = 0;
+        chip->is_dead = chip->bus_faults.is_sda_stuck = false;
+        chip->bus_faults.clocks_until_release = 0;
         break;
     }
 }
 
 static void apply_fault(struct hil_faults_device *dev, const struct hil_fault *f)
 {
-    fault_report(dev->core, dev->options->log, f->file_line, "%s", f->text);
+    fault_report(dev->core, dev->options->fault_log, f->file_line, "%s", f->action_text);
     switch (f->action) {
-    case HIL_FAULT_POWER_CUT: remove_supply(dev->supply, f->duration_ps); break;
+    case HIL_FAULT_POWER_CUT: remove_supply_for(dev->supply, f->duration_ps); break;
     case HIL_FAULT_BROWN_OUT: dip_supply(dev->supply, f->volts, f->duration_ps); break;
     case HIL_FAULT_CRYSTAL: hil_rcc_set_crystal(dev->rcc, f->choice); break;
-    case HIL_FAULT_FLIP: flip_bit(dev, f); break;
-    case HIL_FAULT_STICK: (void)hil_stuck_bit_add(dev->core, f->address, f->bit, f->choice); break;
-    case HIL_FAULT_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
+    case HIL_FAULT_BIT_FLIP: flip_bit(dev, f); break;
+    case HIL_FAULT_STUCK_BIT:
+        (void)hil_stuck_bit_add(dev->core, f->address, f->bit, f->choice);
+        break;
+    case HIL_FAULT_CAN_BUS: hil_can_set_bus(dev->can, (enum hil_can_bus)f->choice); break;
     case HIL_FAULT_LINE:
         dev->lines->state->effect[f->line][f->choice] =
             (struct hil_line_effect){f->count, f->probability, f->duration_ps, f->file_line};
         break;
     case HIL_FAULT_CHANNEL:
-        hil_rig_set_fault(dev->rig, f->index, (enum hil_channel_fault)f->choice);
+        hil_rig_set_channel_fault(dev->rig, f->target_index, (enum hil_channel_fault)f->choice);
         break;
-    case HIL_FAULT_SKIP: hil_rig_skip_switch(dev->rig, f->index); break;
-    case HIL_FAULT_BOUNCE:
-        hil_rig_bounce_switch(dev->rig, f->index, f->count, f->duration_ps);
+    case HIL_FAULT_SWITCH_SKIP: hil_rig_skip_switch(dev->rig, f->target_index); break;
+    case HIL_FAULT_SWITCH_BOUNCE:
+        hil_rig_bounce_switch(dev->rig, f->target_index, f->count, f->duration_ps);
         break;
-    case HIL_FAULT_CAMERA: hil_camera_skip(dev->camera, f->count); break;
+    case HIL_FAULT_CAMERA: hil_camera_skip_frames(dev->camera, f->count); break;
     case HIL_FAULT_NOR: fail_nor(dev->nor, f); break;
-    case HIL_FAULT_DRIFT: hil_rig_set_drift(dev->rig, f->index, f->gain, f->offset_lb); break;
+    case HIL_FAULT_GAGE_DRIFT:
+        hil_rig_set_gage_drift(dev->rig, f->target_index, f->gain, f->offset_lb);
+        break;
     case HIL_FAULT_THERMOMETER:
         fail_thermometer(dev->thermometer, f);
         hil_i2c_on_lines_changed(dev->i2c, hil_now_cycle(dev->core));
         break;
-    case HIL_FAULT_LAMP: hil_rig_set_lamp(dev->rig, (enum hil_lamp)f->choice); break;
+    case HIL_FAULT_LAMP: hil_rig_set_lamp_fault(dev->rig, (enum hil_lamp_fault)f->choice); break;
     }
 }
 
@@ -451,7 +459,7 @@ static void on_due(void *device, uint64_t at)
 {
     struct hil_faults_device *dev = device;
     struct hil_faults *faults = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
     for (unsigned i = 0; i < faults->count; i++) {
         if (faults->due_ps[i] > now_ps)
             continue;
@@ -464,51 +472,52 @@ static void on_due(void *device, uint64_t at)
 
 /* --- adding faults --- */
 
-static enum mr_status refuse(struct hil_faults_device *dev, const struct hil_fault *fault,
-                             enum mr_status status, const char *why)
+static enum mr_status refuse_fault(struct hil_faults_device *dev, const struct hil_fault *fault,
+                                   enum mr_status status, const char *why)
 {
     char place[24] = "";
     if (fault->file_line)
         snprintf(place, sizeof place, "line %u: ", fault->file_line);
-    snprintf(dev->core->reason, sizeof dev->core->reason, "%s%s", place, why);
+    snprintf(dev->core->failure_reason, sizeof dev->core->failure_reason, "%s%s", place, why);
     return status;
 }
 
-static uint64_t is_counted(const struct hil_faults_device *dev, enum hil_trigger trigger)
+static uint64_t get_event_count(const struct hil_faults_device *dev, enum hil_fault_trigger trigger)
 {
     const struct hil_faults *faults = dev->state;
-    return trigger == HIL_AT_FRAME ? dev->core->state.counters.can_frames_out
-         : trigger == HIL_AT_FLASH ? faults->flash_operations
-                                   : faults->nor_operations;
+    return trigger == HIL_TRIGGER_CAN_FRAME       ? dev->core->state.counters.can_frames_out
+         : trigger == HIL_TRIGGER_FLASH_OPERATION ? faults->flash_operation_count
+                                                  : faults->nor_operation_count;
 }
 
 enum mr_status hil_faults_add(struct hil_faults_device *dev, const struct hil_fault *fault)
 {
     struct hil_faults *faults = dev->state;
     uint64_t due_ps = HIL_NEVER;
-    if ((fault->action == HIL_FAULT_FLIP || fault->action == HIL_FAULT_STICK) &&
+    if ((fault->action == HIL_FAULT_BIT_FLIP || fault->action == HIL_FAULT_STUCK_BIT) &&
         !hil_memory_at(dev->core, fault->address + fault->bit / 8u, 1,
-                       fault->action == HIL_FAULT_STICK))
-        return refuse(dev, fault, MR_USAGE, "no memory of that kind at that address");
+                       fault->action == HIL_FAULT_STUCK_BIT))
+        return refuse_fault(dev, fault, MR_USAGE, "no memory of that kind at that address");
     if (faults->count == HIL_FAULTS_MAX)
-        return refuse(dev, fault, MR_FULL, "more than 64 faults");
-    if (fault->trigger == HIL_AT_TIME) {
-        due_ps = fault->t_ps + fault->delay_ps;
+        return refuse_fault(dev, fault, MR_FULL, "more than 64 faults");
+    if (fault->trigger == HIL_TRIGGER_TIME) {
+        due_ps = fault->trigger_ps + fault->delay_ps;
         if (due_ps < hil_now_ps(dev->core))
-            return refuse(dev, fault, MR_USAGE, "that time has already passed");
-    } else if (fault->trigger == HIL_AT_STATION) {
+            return refuse_fault(dev, fault, MR_USAGE, "that time has already passed");
+    } else if (fault->trigger == HIL_TRIGGER_STATION) {
         uint64_t t_ps = dev->rig->run ? find_station_ps(dev->rig->run, fault->station_ft)
                                       : HIL_NEVER;
         if (t_ps == HIL_NEVER)
-            return refuse(
+            return refuse_fault(
                 dev, fault, MR_UNKNOWN,
                 dev->rig->run
                     ? "that station is not between two switches that the gear passes in this run"
                     : "a station needs a run: give --rig");
         due_ps = t_ps + fault->delay_ps;
-    } else if (fault->n <= is_counted(dev, fault->trigger)) {
-        return refuse(dev, fault, MR_USAGE,
-                      fault->n ? "that count has already passed" : "counts begin at 1");
+    } else if (fault->event_number <= get_event_count(dev, fault->trigger)) {
+        return refuse_fault(dev, fault, MR_USAGE,
+                            fault->event_number ? "that count has already passed"
+                                                : "counts begin at 1");
     }
     faults->fault[faults->count] = *fault;
     faults->due_ps[faults->count++] = due_ps;
@@ -529,9 +538,10 @@ enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
 void hil_faults_report_pending(const struct hil_faults_device *dev)
 {
     const struct hil_faults *faults = dev->state;
-    for (unsigned i = 0; i < faults->count && dev->options->log; i++) {
+    for (unsigned i = 0; i < faults->count && dev->options->fault_log; i++) {
         if (!faults->is_over[i])
-            fprintf(dev->options->log, "fault of line %u did not happen: the run ended earlier\n",
+            fprintf(dev->options->fault_log,
+                    "fault of line %u did not happen: the run ended earlier\n",
                     faults->fault[i].file_line);
     }
 }
@@ -548,51 +558,51 @@ void hil_faults_create(struct hil_faults_device *dev)
 #define LINE_MAX_BYTES 256
 #define WORDS_MAX      16
 
-#define refuse_text(r, ...) hil_file_refuse(&(r)->at, __VA_ARGS__)
+#define refuse_text(r, ...) hil_file_refuse(&(r)->place, __VA_ARGS__)
 
 /* A number in a line: its name, its member and its range. ORDINAL: counted from 1; PS: a time, with
  * its factor to picoseconds. */
 enum kind { INTEGER32, INTEGER64, REAL, ORDINAL, PS, ADDRESS };
 
-static const struct slot {
+static const struct number_slot {
     const char *name;
     enum kind kind;
-    size_t at; /* offset in struct hil_fault */
+    size_t offset; /* offset in struct hil_fault */
     double low, high, ps;
 } slots[] = {
-#define AT(member) offsetof(struct hil_fault, member)
-    {"S", PS, AT(t_ps), 0.0, 1e6, 1e12},
-    {"FT", REAL, AT(station_ft), -1000.0, 10000.0, 0.0},
-    {"N", INTEGER64, AT(n), 1.0, UINT32_MAX, 0.0},
-    {"DELAY_US", PS, AT(delay_ps), 1e-6, 1e12, 1e6},
-    {"MS", PS, AT(duration_ps), 1e-9, 1e9, 1e9},
-    {"US", PS, AT(duration_ps), 1e-6, 1e12, 1e6},
-    {"APART_US", PS, AT(duration_ps), 2.0, 1e12, 1e6},
-    {"VOLTS", REAL, AT(volts), 0.0, 3.6, 0.0},
-    {"PLACE", ADDRESS, AT(address), 0.0, 0.0, 0.0},
-    {"BIT", INTEGER32, AT(bit), 0.0, 31.0, 0.0},
-    {"COUNT", INTEGER32, AT(count), 1.0, UINT32_MAX - 1.0, 0.0},
-    {"TIMES", INTEGER32, AT(count), 1.0, 255.0, 0.0},
-    {"P", REAL, AT(probability), 1e-9, 1.0, 0.0},
-    {"TRANSDUCER", ORDINAL, AT(index), 1.0, HIL_RUN_TRANSDUCERS, 0.0},
-    {"GAGE", ORDINAL, AT(index), 1.0, HIL_RUN_GAGES, 0.0},
-    {"SWITCH", ORDINAL, AT(index), 1.0, HIL_RUN_SWITCHES, 0.0},
-    {"GAIN", REAL, AT(gain), 1e-3, 10.0, 0.0},
-    {"LB", REAL, AT(offset_lb), -1000.0, 1000.0, 0.0},
-#undef AT
+#define FAULT_OFFSET(member) offsetof(struct hil_fault, member)
+    {"S", PS, FAULT_OFFSET(trigger_ps), 0.0, 1e6, 1e12},
+    {"FT", REAL, FAULT_OFFSET(station_ft), -1000.0, 10000.0, 0.0},
+    {"N", INTEGER64, FAULT_OFFSET(event_number), 1.0, UINT32_MAX, 0.0},
+    {"DELAY_US", PS, FAULT_OFFSET(delay_ps), 1e-6, 1e12, 1e6},
+    {"MS", PS, FAULT_OFFSET(duration_ps), 1e-9, 1e9, 1e9},
+    {"US", PS, FAULT_OFFSET(duration_ps), 1e-6, 1e12, 1e6},
+    {"APART_US", PS, FAULT_OFFSET(duration_ps), 2.0, 1e12, 1e6},
+    {"VOLTS", REAL, FAULT_OFFSET(volts), 0.0, 3.6, 0.0},
+    {"PLACE", ADDRESS, FAULT_OFFSET(address), 0.0, 0.0, 0.0},
+    {"BIT", INTEGER32, FAULT_OFFSET(bit), 0.0, 31.0, 0.0},
+    {"COUNT", INTEGER32, FAULT_OFFSET(count), 1.0, UINT32_MAX - 1.0, 0.0},
+    {"TIMES", INTEGER32, FAULT_OFFSET(count), 1.0, 255.0, 0.0},
+    {"P", REAL, FAULT_OFFSET(probability), 1e-9, 1.0, 0.0},
+    {"TRANSDUCER", ORDINAL, FAULT_OFFSET(target_index), 1.0, HIL_RUN_TRANSDUCERS, 0.0},
+    {"GAGE", ORDINAL, FAULT_OFFSET(target_index), 1.0, HIL_RUN_GAGES, 0.0},
+    {"SWITCH", ORDINAL, FAULT_OFFSET(target_index), 1.0, HIL_RUN_SWITCHES, 0.0},
+    {"GAIN", REAL, FAULT_OFFSET(gain), 1e-3, 10.0, 0.0},
+    {"LB", REAL, FAULT_OFFSET(offset_lb), -1000.0, 1000.0, 0.0},
+#undef FAULT_OFFSET
 };
 
-/* Indexed by enum hil_trigger. */
+/* Indexed by enum hil_fault_trigger. */
 static const char *const triggers[] = {"at S [+ DELAY_US]", "station FT [+ DELAY_US]",
                                        "frame N [+ DELAY_US]", "flash N [+ DELAY_US]",
                                        "nor N [+ DELAY_US]"};
 
 /* Patterns of a line, each with its initial fault. The index of the given word among those between
  * | is added to `choice`, a number of kind ORDINAL to `index`. */
-#define CHANNEL "mend|stick|high|low|open"
-#define LINE(at)                                                                           \
-    {                                                                                      \
-        .action = HIL_FAULT_LINE, .line = at, .probability = 1.0, .duration_ps = HIL_MS_PS \
+#define CHANNEL_WORDS "mend|stick|high|low|open"
+#define LINE_FAULT(on_line)                                                                     \
+    {                                                                                           \
+        .action = HIL_FAULT_LINE, .line = on_line, .probability = 1.0, .duration_ps = HIL_MS_PS \
     }
 static const struct action {
     const char *pattern;
@@ -601,21 +611,24 @@ static const struct action {
     {"power-cut MS", {.action = HIL_FAULT_POWER_CUT}},
     {"brown-out VOLTS MS", {.action = HIL_FAULT_BROWN_OUT}},
     {"crystal stop|start", {.action = HIL_FAULT_CRYSTAL}},
-    {"flip PLACE BIT", {.action = HIL_FAULT_FLIP}},
-    {"stick PLACE BIT 0|1", {.action = HIL_FAULT_STICK}},
+    {"flip PLACE BIT", {.action = HIL_FAULT_BIT_FLIP}},
+    {"stick PLACE BIT 0|1", {.action = HIL_FAULT_STUCK_BIT}},
     {"lamp mend|broken|shorted", {.action = HIL_FAULT_LAMP}},
-    {"bus connect|unplug|short|dominant", {.action = HIL_FAULT_BUS}},
-    {"can out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_CAN_OUT)},
-    {"can in drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_CAN_IN)},
-    {"serial out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE(HIL_SERIAL_OUT)},
-    {"serial in drop|repeat|corrupt|delay|framing|noise COUNT [p P] [us US]", LINE(HIL_SERIAL_IN)},
-    {"transducer TRANSDUCER " CHANNEL, {.action = HIL_FAULT_CHANNEL}},
-    {"gage GAGE " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_TRANSDUCERS}},
-    {"gage GAGE drift GAIN LB", {.action = HIL_FAULT_DRIFT}},
-    {"staircase " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_COLUMNS}},
-    {"reference " CHANNEL, {.action = HIL_FAULT_CHANNEL, .index = HIL_RUN_COLUMNS + 1u}},
-    {"switch SWITCH skip", {.action = HIL_FAULT_SKIP}},
-    {"switch SWITCH bounce TIMES APART_US", {.action = HIL_FAULT_BOUNCE}},
+    {"bus connect|unplug|short|dominant", {.action = HIL_FAULT_CAN_BUS}},
+    {"can out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE_FAULT(HIL_CAN_OUT)},
+    {"can in drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE_FAULT(HIL_CAN_IN)},
+    {"serial out drop|repeat|corrupt|delay COUNT [p P] [us US]", LINE_FAULT(HIL_SERIAL_OUT)},
+    {"serial in drop|repeat|corrupt|delay|framing|noise COUNT [p P] [us US]",
+     LINE_FAULT(HIL_SERIAL_IN)},
+    {"transducer TRANSDUCER " CHANNEL_WORDS, {.action = HIL_FAULT_CHANNEL}},
+    {"gage GAGE " CHANNEL_WORDS,
+     {.action = HIL_FAULT_CHANNEL, .target_index = HIL_RUN_TRANSDUCERS}},
+    {"gage GAGE drift GAIN LB", {.action = HIL_FAULT_GAGE_DRIFT}},
+    {"staircase " CHANNEL_WORDS, {.action = HIL_FAULT_CHANNEL, .target_index = HIL_RUN_COLUMNS}},
+    {"reference " CHANNEL_WORDS,
+     {.action = HIL_FAULT_CHANNEL, .target_index = HIL_RUN_COLUMNS + 1u}},
+    {"switch SWITCH skip", {.action = HIL_FAULT_SWITCH_SKIP}},
+    {"switch SWITCH bounce TIMES APART_US", {.action = HIL_FAULT_SWITCH_BOUNCE}},
     {"camera skip COUNT", {.action = HIL_FAULT_CAMERA}},
     {"nor fill|dead|mend|stuck", {.action = HIL_FAULT_NOR}},
     {"nor fail-program COUNT", {.action = HIL_FAULT_NOR, .choice = HIL_NOR_FAIL_PROGRAM}},
@@ -625,23 +638,24 @@ static const struct action {
     {"thermometer stretch MS",
      {.action = HIL_FAULT_THERMOMETER, .choice = HIL_THERMOMETER_STRETCH}},
 };
-#define ACTIONS (sizeof actions / sizeof actions[0])
+#define ACTION_COUNT (sizeof actions / sizeof actions[0])
 
 struct reader {
-    struct hil_file_place at; /* line: number of the current line */
+    struct hil_file_place place; /* line: number of the current line */
     const char *elf;
     char *word[WORDS_MAX];
-    unsigned words, next, wrong; /* wrong: index of the farthest word that did not fit */
-    const char *no_symbol;       /* symbol that the image does not have */
+    unsigned word_count, next_word,
+        farthest_mismatch;      /* wrong: index of the farthest word that did not fit */
+    const char *missing_symbol; /* symbol that the image does not have */
 };
 
 /* Word i, or "end of line". The latter contains spaces, so it equals no word. */
 static const char *get_word(const struct reader *r, unsigned i)
 {
-    return i < r->words ? r->word[i] : "end of line";
+    return i < r->word_count ? r->word[i] : "end of line";
 }
 
-static const struct slot *find_slot(const char *name, size_t length)
+static const struct number_slot *find_slot(const char *name, size_t length)
 {
     for (size_t i = 0; i < sizeof slots / sizeof slots[0]; i++) {
         if (strlen(slots[i].name) == length && strncmp(slots[i].name, name, length) == 0)
@@ -655,7 +669,7 @@ static bool match_address(struct reader *r, const char *word, uint32_t *address)
 {
     char name[LINE_MAX_BYTES], *end;
     unsigned long offset = 0;
-    if (r->next == r->words)
+    if (r->next_word == r->word_count)
         return false;
     if (isdigit((unsigned char)*word)) {
         *address = (uint32_t)strtoul(word, &end, 0);
@@ -669,18 +683,18 @@ static bool match_address(struct reader *r, const char *word, uint32_t *address)
         if (!isdigit((unsigned char)plus[1]) || *end || offset > 0xffffff)
             return false;
     }
-    if (!r->elf || hil_elf_symbol(r->elf, name, address) != MR_OK) {
-        r->no_symbol = word;
+    if (!r->elf || hil_elf_find_symbol(r->elf, name, address) != MR_OK) {
+        r->missing_symbol = word;
         return false;
     }
     *address += (uint32_t)offset;
     return true;
 }
 
-static bool match_number(struct reader *r, const struct slot *slot, struct hil_fault *f)
+static bool match_number(struct reader *r, const struct number_slot *slot, struct hil_fault *f)
 {
-    const char *text = get_word(r, r->next), *end;
-    char *at = (char *)f + slot->at;
+    const char *text = get_word(r, r->next_word), *end;
+    char *at = (char *)f + slot->offset;
     if (slot->kind == ADDRESS)
         return match_address(r, text, (uint32_t *)(void *)at);
     bool all = strcmp(slot->name, "COUNT") == 0 && strcmp(text, "all") == 0;
@@ -690,7 +704,7 @@ static bool match_number(struct reader *r, const struct slot *slot, struct hil_f
     if (slot->kind != REAL && slot->kind != PS && value != floor(value))
         return false;
     switch (slot->kind) {
-    case INTEGER32: *(uint32_t *)(void *)at = all ? HIL_FAULT_ALL : (uint32_t)value; break;
+    case INTEGER32: *(uint32_t *)(void *)at = all ? HIL_FAULT_NO_LIMIT : (uint32_t)value; break;
     case INTEGER64: *(uint64_t *)(void *)at = (uint64_t)value; break;
     case REAL: *(double *)(void *)at = value; break;
     case ORDINAL: *(uint32_t *)(void *)at += (uint32_t)value - 1u; break;
@@ -721,36 +735,38 @@ static bool match_word(const char *wanted, const char *word, unsigned *choice)
 static bool match_pattern(struct reader *r, const char *pattern, struct hil_fault *f)
 {
     char copy[128], *save;
-    unsigned began = r->next;
+    unsigned began = r->next_word;
     snprintf(copy, sizeof copy, "%s", pattern);
     for (char *want = strtok_r(copy, " ]", &save); want; want = strtok_r(NULL, " ]", &save)) {
         if (*want == '[') { /* optional, together with its number */
             char *number = strtok_r(NULL, " ]", &save);
-            if (strcmp(get_word(r, r->next), want + 1) != 0)
+            if (strcmp(get_word(r, r->next_word), want + 1) != 0)
                 continue;
             want = number;
-            r->next++;
+            r->next_word++;
         }
-        const struct slot *slot = find_slot(want, strlen(want));
-        if (slot ? match_number(r, slot, f) : match_word(want, get_word(r, r->next), &f->choice)) {
-            r->next++;
+        const struct number_slot *slot = find_slot(want, strlen(want));
+        if (slot ? match_number(r, slot, f)
+                 : match_word(want, get_word(r, r->next_word), &f->choice)) {
+            r->next_word++;
             continue;
         }
-        r->wrong = r->next > r->wrong ? r->next : r->wrong;
-        r->next = began;
+        r->farthest_mismatch = r->next_word > r->farthest_mismatch ? r->next_word
+                                                                   : r->farthest_mismatch;
+        r->next_word = began;
         return false;
     }
     return true;
 }
 
 /* Appends a pattern with the ranges of its numbers, such as "gage GAGE(1 to 14) drift ...". */
-static void put_pattern(char *out, size_t size, const char *pattern)
+static void format_pattern(char *out, size_t size, const char *pattern)
 {
     size_t used = strlen(out);
     used += (size_t)snprintf(out + used, size - used, "%s", used ? ", or " : "");
     while (*pattern && used + 1 < size) {
         size_t n = strcspn(pattern, " ]");
-        const struct slot *slot = find_slot(pattern, n);
+        const struct number_slot *slot = find_slot(pattern, n);
         used += (size_t)snprintf(out + used, size - used, "%.*s", (int)n, pattern);
         if (slot && slot->kind != ADDRESS && used < size)
             used += (size_t)snprintf(out + used, size - used, "(%.4g to %.4g)", slot->low,
@@ -767,15 +783,16 @@ static void put_pattern(char *out, size_t size, const char *pattern)
 static enum mr_status refuse_action(const struct reader *r)
 {
     char known[600] = "";
-    const char *first = get_word(r, r->next);
-    for (size_t i = 0; i < ACTIONS; i++) {
+    const char *first = get_word(r, r->next_word);
+    for (size_t i = 0; i < ACTION_COUNT; i++) {
         size_t n = strcspn(actions[i].pattern, " ");
         if (strlen(first) == n && strncmp(actions[i].pattern, first, n) == 0)
-            put_pattern(known, sizeof known, actions[i].pattern);
+            format_pattern(known, sizeof known, actions[i].pattern);
     }
     if (known[0])
-        return refuse_text(r, MR_MALFORMED, "`%s` does not fit: %s", get_word(r, r->wrong), known);
-    for (size_t i = 0; i < ACTIONS; i++) {
+        return refuse_text(r, MR_MALFORMED, "`%s` does not fit: %s",
+                           get_word(r, r->farthest_mismatch), known);
+    for (size_t i = 0; i < ACTION_COUNT; i++) {
         size_t n = strcspn(actions[i].pattern, " "), used = strlen(known);
         if (i == 0 || strncmp(actions[i - 1].pattern, actions[i].pattern, n + 1) != 0)
             snprintf(known + used, sizeof known - used, "%s%.*s", i ? ", " : "", (int)n,
@@ -794,32 +811,32 @@ static enum mr_status read_fault(struct reader *r, struct hil_fault *fault)
         return refuse_text(r, MR_MALFORMED,
                            "`%s`: begin the line with at S, station FT, frame N, flash N or nor N, "
                            "optionally followed by + DELAY_US",
-                           get_word(r, r->wrong));
-    unsigned first = r->next;
-    for (size_t i = 0; i < ACTIONS && !r->no_symbol; i++) {
+                           get_word(r, r->farthest_mismatch));
+    unsigned first = r->next_word;
+    for (size_t i = 0; i < ACTION_COUNT && !r->missing_symbol; i++) {
         *fault = actions[i].fault;
         if (!match_pattern(r, actions[i].pattern, fault))
             continue;
-        if (r->next < r->words)
-            return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", get_word(r, r->next));
-        fault->trigger = (enum hil_trigger)trigger;
-        fault->t_ps = when.t_ps;
-        fault->n = when.n;
+        if (r->next_word < r->word_count)
+            return refuse_text(r, MR_MALFORMED, "unexpected word `%s`", get_word(r, r->next_word));
+        fault->trigger = (enum hil_fault_trigger)trigger;
+        fault->trigger_ps = when.trigger_ps;
+        fault->event_number = when.event_number;
         fault->station_ft = when.station_ft;
         fault->delay_ps = when.delay_ps;
-        fault->file_line = r->at.line;
-        for (size_t k = first, used = 0; k < r->words && used < sizeof fault->text; k++)
-            used += (size_t)snprintf(fault->text + used, sizeof fault->text - used, "%s%s",
-                                     k > first ? " " : "", r->word[k]);
+        fault->file_line = r->place.line;
+        for (size_t k = first, used = 0; k < r->word_count && used < sizeof fault->action_text; k++)
+            used += (size_t)snprintf(fault->action_text + used, sizeof fault->action_text - used,
+                                     "%s%s", k > first ? " " : "", r->word[k]);
         return MR_OK;
     }
-    return r->no_symbol
+    return r->missing_symbol
              ? refuse_text(r, MR_UNKNOWN, "%s has no symbol `%s`; `nm` lists its symbols",
-                           r->elf ? r->elf : "no image", r->no_symbol)
+                           r->elf ? r->elf : "no image", r->missing_symbol)
              : refuse_action(r);
 }
 
-static enum mr_status read_words(struct reader *r, struct hil_fault_script *script)
+static enum mr_status read_script_line(struct reader *r, struct hil_fault_script *script)
 {
     char *end;
     if (strcmp(r->word[0], "seed") != 0)
@@ -827,7 +844,7 @@ static enum mr_status read_words(struct reader *r, struct hil_fault_script *scri
                  ? refuse_text(r, MR_FULL, "more than %u faults; leave some out", HIL_FAULTS_MAX)
                  : read_fault(r, &script->fault[script->count++]);
     script->seed = strtoull(get_word(r, 1), &end, 10);
-    return r->words == 2 && isdigit((unsigned char)*r->word[1]) && !*end
+    return r->word_count == 2 && isdigit((unsigned char)*r->word[1]) && !*end
              ? MR_OK
              : refuse_text(r, MR_MALFORMED, "`seed` needs a whole number, not `%s`",
                            get_word(r, 1));
@@ -835,17 +852,17 @@ static enum mr_status read_words(struct reader *r, struct hil_fault_script *scri
 
 static void split_words(struct reader *r, char *line)
 {
-    r->words = r->next = r->wrong = 0;
+    r->word_count = r->next_word = r->farthest_mismatch = 0;
     line[strcspn(line, "#\r\n")] = '\0';
-    for (char *save, *word = strtok_r(line, " \t", &save); word && r->words < WORDS_MAX;
+    for (char *save, *word = strtok_r(line, " \t", &save); word && r->word_count < WORDS_MAX;
          word = strtok_r(NULL, " \t", &save))
-        r->word[r->words++] = word;
+        r->word[r->word_count++] = word;
 }
 
 enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fault_script *script,
                                char *error, size_t size)
 {
-    struct reader r = {.at = {path, 0, error, size}, .elf = elf};
+    struct reader r = {.place = {path, 0, error, size}, .elf = elf};
     char line[LINE_MAX_BYTES];
     enum mr_status status = MR_OK;
     bool has_version = false;
@@ -855,13 +872,13 @@ enum mr_status hil_faults_read(const char *path, const char *elf, struct hil_fau
         return refuse_text(&r, MR_IO, "%s; give a fault file (format: hil/rig/faults.h)",
                            strerror(errno));
     while (status == MR_OK && fgets(line, sizeof line, file)) {
-        r.at.line++;
+        r.place.line++;
         split_words(&r, line);
-        if (!r.words)
+        if (!r.word_count)
             continue;
         if (has_version)
-            status = read_words(&r, script);
-        else if (r.words != 2 || strcmp(r.word[0], "matrig-faults") != 0)
+            status = read_script_line(&r, script);
+        else if (r.word_count != 2 || strcmp(r.word[0], "matrig-faults") != 0)
             break;
         else if (strcmp(r.word[1], "1") != 0)
             status = refuse_text(&r, MR_VERSION,

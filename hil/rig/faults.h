@@ -21,7 +21,7 @@ struct hil_can_device;
 struct hil_core;
 struct hil_flash_device;
 struct hil_i2c_device;
-struct hil_nor_requests;
+struct hil_nor_fault_requests;
 struct hil_rcc_device;
 struct hil_tmp112;
 struct hil_tmp112_device;
@@ -31,7 +31,7 @@ struct hil_w25q_device;
 
 #define HIL_FAULT_HELD_FRAMES_MAX 16u /* maximum delayed frames; further frames are not delayed */
 #define HIL_FAULT_HELD_BYTES_MAX  16384u /* maximum delayed bytes; further bytes are not delayed */
-#define HIL_FAULT_ALL             UINT32_MAX
+#define HIL_FAULT_NO_LIMIT        UINT32_MAX
 
 struct hil_callbacks {
     void *context;
@@ -42,7 +42,7 @@ struct hil_callbacks {
 };
 
 struct hil_line_effect {
-    /* frames or bytes that the fault will still affect; HIL_FAULT_ALL: no limit */
+    /* frames or bytes that the fault will still affect; HIL_FAULT_NO_LIMIT: no limit */
     uint32_t units_left;
     double probability;
     uint64_t duration_ps;
@@ -50,14 +50,14 @@ struct hil_line_effect {
 };
 
 struct hil_lines {
-    uint64_t random;
-    struct hil_line_effect effect[HIL_LINES][HIL_LINE_FAULTS];
-    uint32_t held_count; /* delayed CAN frames to the host */
-    uint64_t held_ps[HIL_FAULT_HELD_FRAMES_MAX];
+    uint64_t random_state;
+    struct hil_line_effect effect[HIL_LINE_COUNT][HIL_LINE_FAULT_COUNT];
+    uint32_t held_frame_count; /* delayed CAN frames to the host */
+    uint64_t held_frame_due_ps[HIL_FAULT_HELD_FRAMES_MAX];
     uint8_t held_frame[HIL_FAULT_HELD_FRAMES_MAX][24];
-    uint32_t bytes_count; /* delayed serial bytes to the host */
-    uint64_t bytes_due_ps;
-    uint8_t bytes[HIL_FAULT_HELD_BYTES_MAX];
+    uint32_t held_byte_count; /* delayed serial bytes to the host */
+    uint64_t held_bytes_due_ps;
+    uint8_t held_bytes[HIL_FAULT_HELD_BYTES_MAX];
 };
 
 struct hil_lines_device {
@@ -67,13 +67,13 @@ struct hil_lines_device {
     struct hil_callbacks callbacks; /* called for output that reaches the host */
     /* called for output at the board's pins, before the faults of the links */
     struct hil_callbacks pin_callbacks;
-    struct hil_call frame_sent; /* called when a CAN frame has left the board */
+    struct hil_call on_frame_sent; /* called when a CAN frame has left the board */
 };
 
 /* Initialises the links without faults. `seed`: for probabilities and corrupted bits. */
-void hil_links_init(struct hil_lines_device *dev, uint64_t seed);
+void hil_lines_init(struct hil_lines_device *dev, uint64_t seed);
 /* Interface of the links for the peripherals. */
-struct hil_wire hil_lines_wire(struct hil_lines_device *dev);
+struct hil_line_calls hil_lines_calls(struct hil_lines_device *dev);
 /* ---- the supply: power failures, brown-outs, and restarts of the chip ---- */
 
 #define HIL_CSR_POWER_ON 0x0e000000u /* flags of RCC_CSR at power on: POR, pin, brown-out */
@@ -103,26 +103,32 @@ void hil_supply_hold_reset(struct hil_supply_device *dev);
 
 #define HIL_FAULTS_MAX 64u
 
-enum hil_trigger { HIL_AT_TIME, HIL_AT_STATION, HIL_AT_FRAME, HIL_AT_FLASH, HIL_AT_NOR };
+enum hil_fault_trigger {
+    HIL_TRIGGER_TIME,
+    HIL_TRIGGER_STATION,
+    HIL_TRIGGER_CAN_FRAME,
+    HIL_TRIGGER_FLASH_OPERATION,
+    HIL_TRIGGER_NOR_OPERATION
+};
 
-enum hil_action {
+enum hil_fault_action {
     HIL_FAULT_POWER_CUT, /* uses duration_ps */
     HIL_FAULT_BROWN_OUT, /* uses volts, duration_ps */
     HIL_FAULT_CRYSTAL,   /* choice: 1 starts */
-    HIL_FAULT_FLIP,      /* uses address, bit */
-    HIL_FAULT_BUS,       /* choice: enum hil_can_bus */
+    HIL_FAULT_BIT_FLIP,  /* uses address, bit */
+    HIL_FAULT_CAN_BUS,   /* choice: enum hil_can_bus */
     HIL_FAULT_LINE,      /* line, choice: enum hil_line_fault, count, probability, duration_ps */
     /* index: 0..7 transducers, 8..21 gages, 22 staircase, 23 reference; choice: enum
      * hil_channel_fault */
     HIL_FAULT_CHANNEL,
-    HIL_FAULT_SKIP,   /* index: number of the switch, from 0 */
-    HIL_FAULT_BOUNCE, /* index: number of the switch, from 0; count; duration_ps between openings */
-    HIL_FAULT_CAMERA, /* uses count */
-    HIL_FAULT_NOR,    /* choice: enum hil_nor_fault, count */
-    HIL_FAULT_DRIFT,  /* index: number of the gage, from 0; gain, offset_lb */
+    HIL_FAULT_SWITCH_SKIP, /* index: number of the switch, from 0 */
+    HIL_FAULT_SWITCH_BOUNCE, /* index: number of the switch, from 0; count; duration_ps between openings */
+    HIL_FAULT_CAMERA,        /* uses count */
+    HIL_FAULT_NOR,           /* choice: enum hil_nor_fault, count */
+    HIL_FAULT_GAGE_DRIFT,  /* index: number of the gage, from 0; gain, offset_lb */
     HIL_FAULT_THERMOMETER, /* choice: enum hil_thermometer_fault, duration_ps of stretch */
-    HIL_FAULT_STICK,       /* address, bit; choice: level of the bit */
-    HIL_FAULT_LAMP,        /* choice: enum hil_lamp */
+    HIL_FAULT_STUCK_BIT,   /* address, bit; choice: level of the bit */
+    HIL_FAULT_LAMP,        /* choice: enum hil_lamp_fault */
 };
 
 /* In the order of the keywords in a fault file. */
@@ -146,21 +152,22 @@ enum hil_thermometer_fault {
 
 /* One fault. Ranges are as in a fault file; hil_faults_read checks them. */
 struct hil_fault {
-    enum hil_trigger trigger;
-    uint64_t t_ps;          /* HIL_AT_TIME */
-    uint64_t n;             /* HIL_AT_FRAME, _FLASH, _NOR: from 1, counted since power on */
-    double station_ft;      /* HIL_AT_STATION */
-    uint64_t delay_ps;      /* delay after the trigger */
-    enum hil_action action; /* enum hil_action lists which of the following members are used */
+    enum hil_fault_trigger trigger;
+    uint64_t trigger_ps;   /* HIL_TRIGGER_TIME */
+    uint64_t event_number; /* HIL_TRIGGER_CAN_FRAME, _FLASH, _NOR: from 1, counted since power on */
+    double station_ft;     /* HIL_TRIGGER_STATION */
+    uint64_t delay_ps;     /* delay after the trigger */
+    enum hil_fault_action
+        action; /* enum hil_fault_action lists which of the following members are used */
     enum hil_line line;
     unsigned choice;
-    uint32_t index, count, address, bit;
+    uint32_t target_index, count, address, bit;
     double probability; /* 0 < p <= 1 */
     double volts;
     double gain, offset_lb;
     uint64_t duration_ps;
-    unsigned file_line; /* 0: not from a file */
-    char text[80];      /* text of the action */
+    unsigned file_line;   /* 0: not from a file */
+    char action_text[80]; /* text of the action */
 };
 
 struct hil_fault_script {
@@ -180,7 +187,7 @@ struct hil_faults {
     struct hil_fault fault[HIL_FAULTS_MAX];
     uint64_t due_ps[HIL_FAULTS_MAX]; /* HIL_NEVER: waiting for its trigger, or over */
     bool is_over[HIL_FAULTS_MAX];
-    uint64_t flash_operations, nor_operations;
+    uint64_t flash_operation_count, nor_operation_count;
 };
 
 struct hil_faults_device {
@@ -194,7 +201,7 @@ struct hil_faults_device {
     struct hil_rcc_device *rcc;
     struct hil_can_device *can;
     struct hil_i2c_device *i2c;
-    struct hil_nor_requests *nor;
+    struct hil_nor_fault_requests *nor;
     struct hil_tmp112 *thermometer;
 };
 
@@ -211,8 +218,8 @@ enum mr_status hil_faults_add_all(struct hil_faults_device *dev,
 void hil_faults_report_pending(const struct hil_faults_device *dev);
 
 /* Call when a counted event has occurred; `device` is a struct hil_faults_device. */
-void hil_faults_flash_operation(void *device);
-void hil_faults_nor_operation(void *device);
-void hil_faults_can_sent(void *device);
+void hil_faults_on_flash_operation(void *device);
+void hil_faults_on_nor_operation(void *device);
+void hil_faults_on_can_sent(void *device);
 
 #endif

@@ -15,61 +15,61 @@
 
 /* The application handles a block 0.97 ms after its first trigger. A command sent half a block
  * earlier arrives after the application has handled the previous block. */
-#define COMMAND_TICKS     37800u
-#define SCAN_TICKS        (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
+#define COMMAND_TICK_IN_BLOCK  37800u
+#define SCAN_TICKS             (MR_TICKS_PER_BLOCK / MR_SCANS_PER_BLOCK)
 /* the one-shot falls 1 us after the capture, because the next edge may be close */
-#define EDGE_PULSE_TICKS  84u
-#define TRAIN_PULSE_TICKS 8400u /* 100 us */
-#define SERIAL_COMMANDS   2u    /* commands from each link that the application handles per block */
+#define EDGE_PULSE_TICKS       84u
+#define TRAIN_PULSE_TICKS      8400u /* 100 us */
+#define COMMANDS_PER_LINK      2u /* commands from each link that the application handles per block */
 /* time to the first scan after power on, and time to send the last data */
-#define MARGIN_S          1.0
+#define START_AND_END_MARGIN_S 1.0
 
 static uint64_t get_tick_cycles(const struct hil_replay_device *dev)
 {
     return (uint64_t)hil_rcc_timer_divider(dev->rcc, HIL_RCC_APB1) *
-           (dev->tim->state[HIL_TIM2].psc_now + 1u);
+           (dev->tim->state[HIL_TIM2].psc_in_use + 1u);
 }
 
 static uint64_t get_cycle_at_tick(const struct hil_replay_device *dev, uint64_t tick)
 {
-    return dev->state->zero_cycle + tick * get_tick_cycles(dev);
+    return dev->state->tim2_zero_cycle + tick * get_tick_cycles(dev);
 }
 
 static uint64_t get_command_tick(const struct hil_replay *replay, size_t i)
 {
-    return replay->origin_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK +
-           COMMAND_TICKS;
+    return replay->block0_tick + (uint64_t)replay->commands[i].block * MR_TICKS_PER_BLOCK +
+           COMMAND_TICK_IN_BLOCK;
 }
 
 /* Cycle of the next change of PA15; HIL_NEVER if there is none. */
-static uint64_t get_pin_cycle(const struct hil_replay_device *dev)
+static uint64_t get_edge_pin_cycle(const struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
     const struct hil_replay_state *state = dev->state;
-    if (state->is_pulse_high) {
-        uint64_t tick = replay->edge_tick[state->next_edge - 1], low = tick + EDGE_PULSE_TICKS;
+    if (state->is_edge_pulse_high) {
+        uint64_t tick = replay->edge_ticks[state->next_edge - 1], low = tick + EDGE_PULSE_TICKS;
         if (state->next_edge < replay->edge_count &&
-            (tick + replay->edge_tick[state->next_edge]) / 2u < low)
-            low = (tick + replay->edge_tick[state->next_edge]) / 2u;
+            (tick + replay->edge_ticks[state->next_edge]) / 2u < low)
+            low = (tick + replay->edge_ticks[state->next_edge]) / 2u;
         return get_cycle_at_tick(dev, low);
     }
     if (state->next_edge == replay->edge_count)
         return HIL_NEVER;
-    return get_cycle_at_tick(dev, replay->edge_tick[state->next_edge]);
+    return get_cycle_at_tick(dev, replay->edge_ticks[state->next_edge]);
 }
 
 /* Cycle of the next change of the input with train i; HIL_NEVER if there is none. */
 static uint64_t get_train_cycle(const struct hil_replay_device *dev, unsigned i)
 {
-    uint64_t tick = hil_train_next(&dev->replay->train[i], &dev->state->train[i],
-                                   TRAIN_PULSE_TICKS);
+    uint64_t tick = hil_pulse_train_next_edge(&dev->replay->train[i], &dev->state->train[i],
+                                              TRAIN_PULSE_TICKS);
     return tick == HIL_RUN_NEVER ? HIL_NEVER : get_cycle_at_tick(dev, tick);
 }
 
 static void schedule(struct hil_replay_device *dev)
 {
     const struct hil_replay_state *state = dev->state;
-    uint64_t next = get_pin_cycle(dev);
+    uint64_t next = get_edge_pin_cycle(dev);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         uint64_t train = get_train_cycle(dev, i);
         next = train < next ? train : next;
@@ -99,7 +99,7 @@ static void begin_replay(struct hil_replay_device *dev)
     struct hil_replay_state *state = dev->state;
     *state = (struct hil_replay_state){
         .is_started = true,
-        .zero_cycle = tim2->base_cycle - tim2->base_count * get_tick_cycles(dev),
+        .tim2_zero_cycle = tim2->base_cycle - tim2->base_count * get_tick_cycles(dev),
         .reset_count = dev->core->state.counters.resets,
     };
     apply_command(dev, &(struct mr_command){.code = MR_COMMAND_REPLAY}, true);
@@ -108,7 +108,7 @@ static void begin_replay(struct hil_replay_device *dev)
 
 /* Sends all commands of the next block at once. The application handles the commands from CAN
  * first. */
-static void apply_block(struct hil_replay_device *dev)
+static void send_block_commands(struct hil_replay_device *dev)
 {
     const struct hil_replay *replay = dev->replay;
     struct hil_replay_state *state = dev->state;
@@ -117,28 +117,28 @@ static void apply_block(struct hil_replay_device *dev)
            replay->commands[end].block == replay->commands[first].block)
         end++;
     for (uint32_t i = first; i < end; i++)
-        apply_command(dev, &replay->commands[i].message, end - i <= SERIAL_COMMANDS);
+        apply_command(dev, &replay->commands[i].message, end - i <= COMMANDS_PER_LINK);
     state->next_command = end;
 }
 
-static void move_pin(struct hil_replay_device *dev, uint64_t at)
+static void move_edge_pin(struct hil_replay_device *dev, uint64_t at)
 {
     struct hil_replay_state *state = dev->state;
-    if (state->is_pulse_high) {
-        state->is_pulse_high = false;
+    if (state->is_edge_pulse_high) {
+        state->is_edge_pulse_high = false;
     } else {
-        state->is_pulse_high = true;
+        state->is_edge_pulse_high = true;
         state->next_edge++;
         dev->core->state.counters.switches_opened++;
     }
-    hil_gpio_drive(dev->gpio, 0, 15, state->is_pulse_high, at);
+    hil_gpio_drive(dev->gpio, 0, 15, state->is_edge_pulse_high, at);
 }
 
 static void move_train(struct hil_replay_device *dev, unsigned i, uint64_t at)
 {
-    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_CAPTURE + i];
-    struct hil_train_state *state = &dev->state->train[i];
-    hil_train_move(state);
+    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_REPLAY_FIRST_CAPTURE_CHANNEL + i];
+    struct hil_pulse_train_state *state = &dev->state->train[i];
+    hil_pulse_train_pass_edge(state);
     hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
 
@@ -149,15 +149,15 @@ static void on_event(void *device, uint64_t at)
     if (!dev->replay || !state->is_started ||
         state->reset_count != dev->core->state.counters.resets)
         return; /* after a reset the record starts again with the first scan */
-    if (get_pin_cycle(dev) <= at)
-        move_pin(dev, at);
+    if (get_edge_pin_cycle(dev) <= at)
+        move_edge_pin(dev, at);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         if (get_train_cycle(dev, i) <= at)
             move_train(dev, i, at);
     }
     if (state->next_command < dev->replay->command_count &&
         get_cycle_at_tick(dev, get_command_tick(dev->replay, state->next_command)) <= at)
-        apply_block(dev);
+        send_block_commands(dev);
     schedule(dev);
 }
 
@@ -174,7 +174,7 @@ static const struct mr_block *find_block(const struct hil_replay *replay, uint64
 static bool find_channel(const struct hil_rig_device *rig, unsigned port, unsigned pin,
                          bool *transducer, unsigned *channel)
 {
-    int of_all = hil_rig_channel(rig, port, pin);
+    int of_all = hil_rig_find_channel(rig, port, pin);
     *transducer = of_all < (int)MR_TRANSDUCERS;
     *channel = (unsigned)of_all - (*transducer ? 0 : MR_TRANSDUCERS);
     return of_all >= 0;
@@ -193,8 +193,8 @@ static uint16_t sample_code(void *device, unsigned port, unsigned pin, uint64_t 
         return 0;
     if (!state->is_started || state->reset_count != dev->core->state.counters.resets)
         begin_replay(dev);
-    uint64_t tick = (at - state->zero_cycle) / get_tick_cycles(dev);
-    uint64_t since = tick < replay->origin_tick ? 0 : tick - replay->origin_tick;
+    uint64_t tick = (at - state->tim2_zero_cycle) / get_tick_cycles(dev);
+    uint64_t since = tick < replay->block0_tick ? 0 : tick - replay->block0_tick;
     const struct mr_block *block = find_block(replay, since / MR_TICKS_PER_BLOCK);
     if (block != dev->codes_block) {
         hil_codes_from_block(block, &dev->codes,
@@ -219,64 +219,67 @@ void hil_replay_connect(struct hil_replay_device *dev, const struct hil_replay *
 {
     dev->replay = replay;
     dev->codes_block = NULL;
-    dev->adc->record = (struct hil_recorded_codes){dev, replay ? sample_code : NULL};
+    dev->adc->recorded = (struct hil_recorded_codes){dev, replay ? sample_code : NULL};
 }
 
 double hil_replay_duration_s(const struct hil_replay *replay)
 {
-    return ((double)replay->blocks[replay->block_count - 1].index + 1.0) * 1e-3 + MARGIN_S;
+    return ((double)replay->blocks[replay->block_count - 1].index + 1.0) * 1e-3 +
+           START_AND_END_MARGIN_S;
 }
 
 /* ---- the replay file ---- */
 
-#define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
+#define refuse_file(r, ...) hil_file_refuse(&(r)->place, MR_MALFORMED, __VA_ARGS__)
 
-static enum mr_status read_block(struct hil_record *r, struct hil_replay *replay, const char *text)
+static enum mr_status read_block(struct hil_text_file *r, struct hil_replay *replay,
+                                 const char *text)
 {
     uint8_t record[MR_BLOCK_BYTES_MAX];
     size_t bytes = 0;
     struct mr_block block;
-    struct hil_codes codes;
+    struct hil_block_codes codes;
     unsigned channel, byte;
     for (int n = 0; bytes < sizeof record && sscanf(text, "%2x%n", &byte, &n) == 1 && n == 2;
          text += 2)
         record[bytes++] = (uint8_t)byte;
     if (*text || mr_block_get(&block, record, bytes) != MR_OK)
-        return refuse(r, "not a block record of this layout");
+        return refuse_file(r, "not a block record of this layout");
     if (replay->block_count) {
         const struct mr_block *last = &replay->blocks[replay->block_count - 1];
         if (block.index != last->index + 1u || block.tick != last->tick + MR_TICKS_PER_BLOCK)
-            return refuse(r, "block %u does not follow block %u", (unsigned)block.index,
-                          (unsigned)last->index);
+            return refuse_file(r, "block %u does not follow block %u", (unsigned)block.index,
+                               (unsigned)last->index);
     } else {
-        replay->origin_tick = block.tick - block.index * MR_TICKS_PER_BLOCK;
-        if (replay->origin_tick >= MR_TICKS_PER_BLOCK)
-            return refuse(r, "block %u cannot begin at tick %u", (unsigned)block.index,
-                          (unsigned)block.tick);
+        replay->block0_tick = block.tick - block.index * MR_TICKS_PER_BLOCK;
+        if (replay->block0_tick >= MR_TICKS_PER_BLOCK)
+            return refuse_file(r, "block %u cannot begin at tick %u", (unsigned)block.index,
+                               (unsigned)block.tick);
     }
     if (!hil_codes_from_block(&block, &codes, &channel))
-        return refuse(r, "block %u, channel %u: no codes match this sum and these counts",
-                      (unsigned)block.index, channel);
-    replay->blocks = hil_record_grow(replay->blocks, replay->block_count, sizeof block);
+        return refuse_file(r, "block %u, channel %u: no codes match this sum and these counts",
+                           (unsigned)block.index, channel);
+    replay->blocks = hil_array_grow(replay->blocks, replay->block_count, sizeof block);
     replay->blocks[replay->block_count++] = block;
     return MR_OK;
 }
 
 /* Reads a tick, at least `apart` after the tick before. */
-static enum mr_status read_tick(struct hil_record *r, const char *text, uint64_t apart,
+static enum mr_status read_tick(struct hil_text_file *r, const char *text, uint64_t apart,
                                 uint64_t **ticks, size_t *count)
 {
     uint64_t tick;
     int end = 0;
     if (sscanf(text, "%" SCNu64 "%n", &tick, &end) != 1 || text[end] ||
         tick > (uint64_t)INT64_MAX / 8u || (*count && tick < (*ticks)[*count - 1] + apart))
-        return refuse(r, "expected ticks in ascending order, at least %" PRIu64 " apart", apart);
-    *ticks = hil_record_grow(*ticks, *count, sizeof tick);
+        return refuse_file(r, "expected ticks in ascending order, at least %" PRIu64 " apart",
+                           apart);
+    *ticks = hil_array_grow(*ticks, *count, sizeof tick);
     (*ticks)[(*count)++] = tick;
     return MR_OK;
 }
 
-static enum mr_status read_command(struct hil_record *r, struct hil_replay *replay,
+static enum mr_status read_command(struct hil_text_file *r, struct hil_replay *replay,
                                    const char *text)
 {
     struct hil_replay_command command;
@@ -286,26 +289,27 @@ static enum mr_status read_command(struct hil_record *r, struct hil_replay *repl
                &command.message.code, &command.message.index, &command.message.tag,
                &command.message.argument, &end) != 5 ||
         text[end] || (count && command.block < replay->commands[count - 1].block))
-        return refuse(
+        return refuse_file(
             r, "expected `command <block> <code> <index> <tag> <argument>`, in order of time");
-    replay->commands = hil_record_grow(replay->commands, count, sizeof command);
+    replay->commands = hil_array_grow(replay->commands, count, sizeof command);
     replay->commands[replay->command_count++] = command;
     return MR_OK;
 }
 
-static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay, const char *line)
+static enum mr_status read_line(struct hil_text_file *r, struct hil_replay *replay,
+                                const char *line)
 {
     unsigned crystal;
     int end = 0;
     if (strncmp(line, "block ", 6) == 0)
         return read_block(r, replay, line + 6);
     if (strncmp(line, "edge ", 5) == 0)
-        return read_tick(r, line + 5, 1, &replay->edge_tick, &replay->edge_count);
+        return read_tick(r, line + 5, 1, &replay->edge_ticks, &replay->edge_count);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++) {
         static const char *const keyword[HIL_REPLAY_TRAINS] = {"frame ", "brake ", "wheel "};
         if (strncmp(line, keyword[i], 6) == 0)
             return read_tick(r, line + 6, MR_TICKS_PER_BLOCK, &replay->train[i].rise_times,
-                             &replay->train[i].count);
+                             &replay->train[i].pulse_count);
     }
     if (strncmp(line, "command ", 8) == 0)
         return read_command(r, replay, line + 8);
@@ -319,20 +323,20 @@ static enum mr_status read_line(struct hil_record *r, struct hil_replay *replay,
         replay->has_crystal = crystal;
         return MR_OK;
     }
-    return refuse(r, "unknown line `%.20s`", line);
+    return refuse_file(r, "unknown line `%.20s`", line);
 }
 
 enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char *error,
                                size_t size)
 {
-    struct hil_record r = {.at = {path, 0, error, size}};
+    struct hil_text_file r = {.place = {path, 0, error, size}};
     const char *line;
     *replay = (struct hil_replay){.has_crystal = true};
-    enum mr_status status = hil_record_open(&r, "matrig-replay");
-    while (status == MR_OK && (line = hil_record_line(&r)) != NULL)
+    enum mr_status status = hil_text_file_open(&r, "matrig-replay");
+    while (status == MR_OK && (line = hil_text_file_next_line(&r)) != NULL)
         status = read_line(&r, replay, line);
     if (status == MR_OK && !replay->block_count)
-        status = refuse(&r, "no block records");
+        status = refuse_file(&r, "no block records");
     free(r.bytes);
     if (status != MR_OK)
         hil_replay_free(replay);
@@ -342,7 +346,7 @@ enum mr_status hil_replay_read(const char *path, struct hil_replay *replay, char
 void hil_replay_free(struct hil_replay *replay)
 {
     free(replay->blocks);
-    free(replay->edge_tick);
+    free(replay->edge_ticks);
     for (unsigned i = 0; i < HIL_REPLAY_TRAINS; i++)
         free(replay->train[i].rise_times);
     free(replay->commands);
@@ -381,7 +385,8 @@ static bool is_possible(unsigned sum, unsigned count, unsigned low, unsigned hig
 
 /* Starts with the least value of each code and spreads the rest evenly. A full code leaves its
  * share to the next ones. */
-static void spread_sum(unsigned sum, unsigned count, unsigned low, unsigned high, uint16_t *codes)
+static void distribute_sum(unsigned sum, unsigned count, unsigned low, unsigned high,
+                           uint16_t *codes)
 {
     unsigned rest = sum;
     for (unsigned i = 0; i < count; i++) {
@@ -401,7 +406,8 @@ static void spread_sum(unsigned sum, unsigned count, unsigned low, unsigned high
 
 /* A transducer's counts of saturated codes are for both polarities together: uses the first split
  * that fits. */
-static bool spread_transducer(const struct mr_block *block, unsigned i, struct hil_codes *codes)
+static bool distribute_transducer_sums(const struct mr_block *block, unsigned i,
+                                       struct hil_block_codes *codes)
 {
     const unsigned n = HIL_CODES_PER_POLARITY;
     for (unsigned low = 0; low <= block->low[i]; low++) {
@@ -409,21 +415,22 @@ static bool spread_transducer(const struct mr_block *block, unsigned i, struct h
             if (!is_possible(block->forward_sum[i], n, low, high) ||
                 !is_possible(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high))
                 continue;
-            spread_sum(block->forward_sum[i], n, low, high, codes->transducer[0][i]);
-            spread_sum(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high,
-                       codes->transducer[1][i]);
+            distribute_sum(block->forward_sum[i], n, low, high, codes->transducer[0][i]);
+            distribute_sum(block->reversed_sum[i], n, block->low[i] - low, block->high[i] - high,
+                           codes->transducer[1][i]);
             return true;
         }
     }
     return false;
 }
 
-bool hil_codes_from_block(const struct mr_block *block, struct hil_codes *codes, unsigned *channel)
+bool hil_codes_from_block(const struct mr_block *block, struct hil_block_codes *codes,
+                          unsigned *channel)
 {
-    *codes = (struct hil_codes){0};
+    *codes = (struct hil_block_codes){0};
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++) {
         *channel = i;
-        if (!(block->absent >> i & 1u) && !spread_transducer(block, i, codes))
+        if (!(block->absent >> i & 1u) && !distribute_transducer_sums(block, i, codes))
             return false;
     }
     for (unsigned i = 0; i < MR_ADC1_CHANNELS; i++) {
@@ -432,8 +439,8 @@ bool hil_codes_from_block(const struct mr_block *block, struct hil_codes *codes,
             continue;
         if (!is_possible(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c]))
             return false;
-        spread_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c],
-                   codes->adc1[i]);
+        distribute_sum(block->sum[i], MR_SCANS_PER_BLOCK, block->low[c], block->high[c],
+                       codes->adc1[i]);
     }
     return true;
 }

@@ -25,17 +25,19 @@
 
 /* The codes of one block, in order of the scans; those of the transducers by polarity of the
  * excitation (0: forward). */
-struct hil_codes {
+struct hil_block_codes {
     uint16_t transducer[2][MR_TRANSDUCERS][HIL_CODES_PER_POLARITY];
     uint16_t adc1[MR_ADC1_CHANNELS][MR_SCANS_PER_BLOCK];
 };
 
 /* Computes codes with the sums and counts of the block; absent channels get zeroes. False: there
  * are no such codes; `*channel` (0 to MR_CHANNELS - 1) is the first channel without a solution. */
-bool hil_codes_from_block(const struct mr_block *block, struct hil_codes *codes, unsigned *channel);
+bool hil_codes_from_block(const struct mr_block *block, struct hil_block_codes *codes,
+                          unsigned *channel);
 
-#define HIL_REPLAY_TRAINS  3u /* film frames, brake, wheel */
-#define HIL_REPLAY_CAPTURE 1u /* capture channel of the first train (hil_capture_pins) */
+#define HIL_REPLAY_TRAINS 3u /* film frames, brake, wheel */
+#define HIL_REPLAY_FIRST_CAPTURE_CHANNEL \
+    1u /* capture channel of the first train (hil_capture_pins) */
 
 struct hil_adc_device;
 struct hil_can_device;
@@ -47,12 +49,12 @@ struct hil_tim_device;
 struct hil_usart_device;
 
 struct hil_replay_state {
-    bool is_started;      /* TIM2 is running */
-    uint64_t zero_cycle;  /* cycle at which TIM2 was 0 */
-    uint64_t reset_count; /* resets of the chip before TIM2 started */
+    bool is_started;          /* TIM2 is running */
+    uint64_t tim2_zero_cycle; /* cycle at which TIM2 was 0 */
+    uint64_t reset_count;     /* resets of the chip before TIM2 started */
     uint32_t next_edge, next_command;
-    bool is_pulse_high; /* PA15 is high */
-    struct hil_train_state train[HIL_REPLAY_TRAINS];
+    bool is_edge_pulse_high; /* PA15 is high */
+    struct hil_pulse_train_state train[HIL_REPLAY_TRAINS];
     uint16_t sequence; /* sequence number of the next serial frame */
 };
 
@@ -69,7 +71,7 @@ struct hil_replay_device {
     const struct hil_replay *replay;  /* record being replayed; NULL: none */
     /* Derived; recomputed when needed. */
     const struct mr_block *codes_block; /* block of these codes; NULL: none */
-    struct hil_codes codes;
+    struct hil_block_codes codes;
 };
 
 void hil_replay_create(struct hil_replay_device *dev);
@@ -95,12 +97,12 @@ struct hil_replay {
     bool has_crystal;
     struct mr_block *blocks;
     size_t block_count; /* at least 1 */
-    uint64_t *edge_tick;
+    uint64_t *edge_ticks;
     size_t edge_count;
-    struct hil_train train[HIL_REPLAY_TRAINS]; /* times in ticks */
+    struct hil_pulse_train train[HIL_REPLAY_TRAINS]; /* times in ticks */
     struct hil_replay_command *commands;
     size_t command_count;
-    uint32_t origin_tick; /* TIM2 at the first trigger of block 0 */
+    uint32_t block0_tick; /* TIM2 at the first trigger of block 0 */
 };
 
 /* Reads a file. On failure no memory remains allocated, and `error` (size bytes) describes the

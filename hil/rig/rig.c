@@ -22,33 +22,34 @@
 #define TRANSDUCER_V_PER_IN 0.5
 #define CHANNEL_STAIRCASE   22u
 #define CHANNEL_REFERENCE   23u
-#define SETTLED_TAUS        40.0 /* exp(-40) of full scale is 1e-14 codes */
+#define SETTLED_AFTER_TAUS  40.0 /* exp(-40) of full scale is 1e-14 codes */
 #define RELAY_BOUNCES       2u   /* times that a closing contact reopens */
 
 /* Time of the next change of the input with train i. */
-static uint64_t get_train_ps(const struct hil_rig_device *dev, unsigned i)
+static uint64_t get_next_pulse_edge_ps(const struct hil_rig_device *dev, unsigned i)
 {
-    return hil_train_next(&dev->run->train[i], &dev->state->train[i], HIL_TRAIN_PULSE_PS);
+    return hil_pulse_train_next_edge(&dev->run->train[i], &dev->state->train[i],
+                                     HIL_TRAIN_PULSE_PS);
 }
 
 static void schedule(struct hil_rig_device *dev)
 {
     const struct hil_rig *rig = dev->state;
-    uint64_t next = rig->pulse_end_ps;
-    if (dev->run && rig->opened_count < rig->order_count) {
+    uint64_t next = rig->one_shot_end_ps;
+    if (dev->run && rig->opened_count < rig->opening_count) {
         uint64_t opens = dev->run->switch_open_ps[rig->opening_order[rig->opened_count]];
         if (opens < next)
             next = opens;
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        if (rig->contact[i].bounces_left && rig->contact[i].next_ps < next)
-            next = rig->contact[i].next_ps;
+        if (rig->contact[i].bounces_left && rig->contact[i].next_move_ps < next)
+            next = rig->contact[i].next_move_ps;
     }
     if (rig->shunt_next_ps < next)
         next = rig->shunt_next_ps;
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
-        if (get_train_ps(dev, i) < next)
-            next = get_train_ps(dev, i);
+        if (get_next_pulse_edge_ps(dev, i) < next)
+            next = get_next_pulse_edge_ps(dev, i);
     }
     hil_event_set_ps(dev->core, HIL_EVENT_RIG, next);
 }
@@ -56,13 +57,13 @@ static void schedule(struct hil_rig_device *dev)
 void hil_rig_start(struct hil_rig_device *dev)
 {
     struct hil_rig *rig = dev->state;
-    *rig = (struct hil_rig){.pulse_end_ps = HIL_NEVER, .shunt_next_ps = HIL_NEVER};
+    *rig = (struct hil_rig){.one_shot_end_ps = HIL_NEVER, .shunt_next_ps = HIL_NEVER};
     for (unsigned i = 0; dev->run && i < HIL_RUN_SWITCHES; i++) {
         uint64_t t_ps = dev->run->switch_open_ps[i];
-        rig->contact[i].next_ps = HIL_NEVER;
+        rig->contact[i].next_move_ps = HIL_NEVER;
         if (t_ps == HIL_RUN_NEVER)
             continue;
-        unsigned place = rig->order_count++;
+        unsigned place = rig->opening_count++;
         for (; place && dev->run->switch_open_ps[rig->opening_order[place - 1]] > t_ps; place--)
             rig->opening_order[place] = rig->opening_order[place - 1];
         rig->opening_order[place] = (uint8_t)i;
@@ -73,11 +74,12 @@ void hil_rig_start(struct hil_rig_device *dev)
 /* Share of a contact in the staircase voltage, 0 to 1. */
 static double compute_contact_level(const struct hil_contact *contact, double t_s, double tau_s)
 {
-    double taus = (t_s - (double)contact->since_ps * 1e-12) / tau_s;
+    double taus = (t_s - (double)contact->moved_ps * 1e-12) / tau_s;
     double target = contact->is_open;
-    if (taus > SETTLED_TAUS)
+    if (taus > SETTLED_AFTER_TAUS)
         return target;
-    return taus > 0.0 ? target + (contact->level - target) * exp(-taus) : contact->level;
+    return taus > 0.0 ? target + (contact->start_level - target) * exp(-taus)
+                      : contact->start_level;
 }
 
 static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint64_t t_ps,
@@ -87,16 +89,16 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
     struct hil_contact *contact = &rig->contact[i];
     hil_adc_advance(dev->adc, at); /* earlier samples must use the old state */
     double tau_s = dev->electronics->staircase_tau_s;
-    contact->level = contact->has_moved
-                       ? compute_contact_level(contact, (double)t_ps * 1e-12, tau_s)
-                       : 0.0;
+    contact->start_level = contact->has_moved
+                             ? compute_contact_level(contact, (double)t_ps * 1e-12, tau_s)
+                             : 0.0;
     contact->has_moved = true;
     contact->is_open = open;
-    contact->since_ps = t_ps;
+    contact->moved_ps = t_ps;
     hil_trace(dev->core, "switch %u %s", i + 1u, open ? "opens" : "closes");
     if (!open)
         return;
-    rig->pulse_end_ps = t_ps + dev->electronics->pulse_ps;
+    rig->one_shot_end_ps = t_ps + dev->electronics->one_shot_pulse_ps;
     dev->core->state.counters.switches_opened++;
     hil_gpio_drive(dev->gpio, 0, 15, true, at);
 }
@@ -104,62 +106,63 @@ static void move_contact(struct hil_rig_device *dev, unsigned i, bool open, uint
 static void move_bounce(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
     struct hil_contact *contact = &dev->state->contact[i];
-    uint64_t t_ps = contact->next_ps;
+    uint64_t t_ps = contact->next_move_ps;
     bool opens = !contact->is_open;
     move_contact(dev, i, opens, t_ps, at);
     if (opens)
         contact->bounces_left--;
-    contact->next_ps = contact->bounces_left ? t_ps + contact->period_ps / 2u : HIL_NEVER;
+    contact->next_move_ps = contact->bounces_left ? t_ps + contact->bounce_period_ps / 2u
+                                                  : HIL_NEVER;
 }
 
 static void move_train(struct hil_rig_device *dev, unsigned i, uint64_t at)
 {
-    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_CAPTURE + i];
-    struct hil_train_state *state = &dev->state->train[i];
-    hil_train_move(state);
+    const struct hil_capture_pin *pin = &hil_capture_pins[HIL_RUN_FIRST_CAPTURE_CHANNEL + i];
+    struct hil_pulse_train_state *state = &dev->state->train[i];
+    hil_pulse_train_pass_edge(state);
     hil_gpio_drive(dev->gpio, pin->port, pin->pin, state->is_high, at);
 }
 
-static void set_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
+static void connect_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
-    if (on == rig->is_shunted)
+    if (on == rig->are_shunts_on)
         return;
     hil_adc_advance(dev->adc, at);
-    rig->is_shunted = on;
+    rig->are_shunts_on = on;
     hil_trace(dev->core, "shunts %s", on ? "on" : "off");
 }
 
 /* Moves the relay's contacts: first after its delay, then for each bounce. */
-static void move_relay(struct hil_rig_device *dev, uint64_t at)
+static void move_relay_contact(struct hil_rig_device *dev, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
     uint64_t apart_ps = dev->electronics->relay_bounce_ps / (2u * RELAY_BOUNCES);
-    rig->shunt_moves--;
-    set_shunts(dev, rig->is_shunt_requested != rig->shunt_moves % 2u, at);
-    rig->shunt_next_ps = rig->shunt_moves ? rig->shunt_next_ps + apart_ps : HIL_NEVER;
+    rig->shunt_moves_left--;
+    connect_shunts(dev, rig->is_shunt_requested != rig->shunt_moves_left % 2u, at);
+    rig->shunt_next_ps = rig->shunt_moves_left ? rig->shunt_next_ps + apart_ps : HIL_NEVER;
 }
 
 static void on_event(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
     struct hil_rig *rig = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (rig->pulse_end_ps <= now_ps) {
-        rig->pulse_end_ps = HIL_NEVER;
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    if (rig->one_shot_end_ps <= now_ps) {
+        rig->one_shot_end_ps = HIL_NEVER;
         hil_gpio_drive(dev->gpio, 0, 15, false, at);
     }
     while (rig->shunt_next_ps <= now_ps)
-        move_relay(dev, at);
+        move_relay_contact(dev, at);
     for (unsigned i = 0; dev->run && i < HIL_RUN_TRAINS; i++) {
-        if (get_train_ps(dev, i) <= now_ps)
+        if (get_next_pulse_edge_ps(dev, i) <= now_ps)
             move_train(dev, i, at);
     }
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
-        while (rig->contact[i].bounces_left && rig->contact[i].next_ps <= now_ps)
+        while (rig->contact[i].bounces_left && rig->contact[i].next_move_ps <= now_ps)
             move_bounce(dev, i, at);
     }
-    while (dev->run && rig->opened_count < rig->order_count &&
+    while (dev->run && rig->opened_count < rig->opening_count &&
            dev->run->switch_open_ps[rig->opening_order[rig->opened_count]] <= now_ps) {
         unsigned i = rig->opening_order[rig->opened_count++];
         struct hil_contact *contact = &rig->contact[i];
@@ -167,21 +170,22 @@ static void on_event(void *device, uint64_t at)
         if (contact->is_skipped)
             continue;
         move_contact(dev, i, true, opens, at);
-        contact->next_ps = contact->bounces_left ? opens + contact->period_ps / 2u : HIL_NEVER;
+        contact->next_move_ps = contact->bounces_left ? opens + contact->bounce_period_ps / 2u
+                                                      : HIL_NEVER;
     }
     schedule(dev);
 }
 
-static bool get_pin_level(const struct hil_rig_device *dev, struct hil_pin_place place)
+static bool is_pin_high(const struct hil_rig_device *dev, struct hil_pin_place place)
 {
     return hil_gpio_level(dev->gpio, place.port, place.pin);
 }
 
 bool hil_rig_has_lamp_current(const struct hil_rig_device *dev)
 {
-    enum hil_lamp lamp = (enum hil_lamp)dev->state->lamp;
+    enum hil_lamp_fault lamp = (enum hil_lamp_fault)dev->state->lamp_fault;
     return lamp == HIL_LAMP_SHORTED ||
-           (lamp == HIL_LAMP_GOOD && !get_pin_level(dev, dev->type->warning));
+           (lamp == HIL_LAMP_GOOD && !is_pin_high(dev, dev->type->warning_pin));
 }
 
 void hil_rig_skip_switch(struct hil_rig_device *dev, unsigned position)
@@ -194,15 +198,16 @@ void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32
 {
     struct hil_contact *contact = &dev->state->contact[position];
     contact->bounces_left = (uint8_t)times;
-    contact->period_ps = period_ps;
-    contact->next_ps = HIL_NEVER;
+    contact->bounce_period_ps = period_ps;
+    contact->next_move_ps = HIL_NEVER;
 }
 
 /* Remaining part of a step after `taus` time constants. Cached, because every scan uses the same
  * few times. */
 static double compute_remaining_share(struct hil_rig_device *dev, uint64_t cycles, double taus)
 {
-    struct hil_settling *known = &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLINGS];
+    struct hil_settling *known =
+        &dev->settling[cycles / HIL_SETTLING_CYCLES % HIL_SETTLING_CACHE_SIZE];
     if (known->remaining_share <= 0.0 || known->taus != taus)
         *known = (struct hil_settling){taus, exp(-taus)};
     return known->remaining_share;
@@ -212,25 +217,26 @@ static double compute_remaining_share(struct hil_rig_device *dev, uint64_t cycle
 static double compute_excitation_amplitude(struct hil_rig_device *dev, uint64_t at)
 {
     const struct hil_rig *rig = dev->state;
-    double taus = (double)(at - rig->since_cycle) / dev->core->state.clock.hclk_hz /
+    double taus = (double)(at - rig->excitation_since_cycle) / dev->core->state.clock.hclk_hz /
                   dev->electronics->transducer_tau_s;
-    if (at < rig->since_cycle || taus > SETTLED_TAUS)
+    if (at < rig->excitation_since_cycle || taus > SETTLED_AFTER_TAUS)
         return rig->excitation;
-    return rig->excitation + (rig->from_amplitude - rig->excitation) *
-                                 compute_remaining_share(dev, at - rig->since_cycle, taus);
+    return rig->excitation +
+           (rig->excitation_start_amplitude - rig->excitation) *
+               compute_remaining_share(dev, at - rig->excitation_since_cycle, taus);
 }
 
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at)
 {
     struct hil_rig *rig = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (now_ps <= rig->since_ps)
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    if (now_ps <= rig->excitation_since_ps)
         return;
     if (rig->excitation > 0)
-        dev->core->state.counters.excitation_plus_ps += now_ps - rig->since_ps;
+        dev->core->state.counters.excitation_plus_ps += now_ps - rig->excitation_since_ps;
     else if (rig->excitation < 0)
-        dev->core->state.counters.excitation_minus_ps += now_ps - rig->since_ps;
-    rig->since_ps = now_ps;
+        dev->core->state.counters.excitation_minus_ps += now_ps - rig->excitation_since_ps;
+    rig->excitation_since_ps = now_ps;
 }
 
 void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at)
@@ -241,14 +247,14 @@ void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, ui
         return;
     hil_adc_advance(dev->adc, at); /* earlier samples must use the old polarity */
     hil_rig_count_excitation(dev, at);
-    rig->from_amplitude = compute_excitation_amplitude(dev, at);
+    rig->excitation_start_amplitude = compute_excitation_amplitude(dev, at);
     rig->excitation = wanted;
-    rig->since_cycle = at;
-    rig->since_ps = hil_clock_ps(&dev->core->state.clock, at);
+    rig->excitation_since_cycle = at;
+    rig->excitation_since_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
 }
 
 /* Handles a new level of PE1. */
-static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
+static void start_shunt_relay(struct hil_rig_device *dev, bool on, uint64_t at)
 {
     const struct hil_electronics *e = dev->electronics;
     struct hil_rig *rig = dev->state;
@@ -258,19 +264,20 @@ static void switch_shunts(struct hil_rig_device *dev, bool on, uint64_t at)
     rig->shunt_next_ps = HIL_NEVER;
     uint64_t delay_ps = on ? e->relay_operate_ps : e->relay_release_ps;
     if (delay_ps) {
-        rig->shunt_moves = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
-        rig->shunt_next_ps = hil_clock_ps(&dev->core->state.clock, at) + delay_ps;
+        rig->shunt_moves_left = on && e->relay_bounce_ps ? 2u * RELAY_BOUNCES + 1u : 1u;
+        rig->shunt_next_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at) + delay_ps;
         schedule(dev);
     } else {
-        set_shunts(dev, on, at);
+        connect_shunts(dev, on, at);
     }
 }
 
-void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb)
+void hil_rig_set_gage_drift(struct hil_rig_device *dev, unsigned gage, double gain,
+                            double offset_lb)
 {
     hil_adc_advance(dev->adc, hil_now_cycle(dev->core));
     dev->state->gain_drift[gage] = gain - 1.0;
-    dev->state->offset_lb[gage] = offset_lb;
+    dev->state->offset_drift_lb[gage] = offset_lb;
 }
 
 /* Temperature above the one at which the electronics were adjusted, in K. */
@@ -279,7 +286,7 @@ static double get_temperature_rise_k(const struct hil_rig_device *dev, uint64_t 
     const struct hil_electronics *e = dev->electronics;
     if (e->temperature_rise_k_per_s == 0.0)
         return e->temperature_rise_k;
-    double t_s = (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12;
+    double t_s = (double)hil_clock_ps_at_cycle(&dev->core->state.clock, at) * 1e-12;
     return e->temperature_rise_k + e->temperature_rise_k_per_s * t_s;
 }
 
@@ -288,9 +295,10 @@ static double compute_gage_volts(const struct hil_rig_device *dev, unsigned gage
 {
     const struct hil_electronics *e = dev->electronics;
     const struct hil_rig *rig = dev->state;
-    double shunt_lb = rig->is_shunted ? HIL_RIG_SHUNT_LB * e->gage_shunt_ratio[gage] : 0.0;
+    double shunt_lb = rig->are_shunts_on ? HIL_RIG_SHUNT_LB * e->gage_shunt_ratio[gage] : 0.0;
     double lb = (1.0 + rig->gain_drift[gage]) * (tension_lb + shunt_lb) * e->gage_gain[gage] +
-                rig->offset_lb[gage] + e->gage_zero_lb[gage] + e->gage_drift_lb_k[gage] * warmer;
+                rig->offset_drift_lb[gage] + e->gage_zero_lb[gage] +
+                e->gage_drift_lb_k[gage] * warmer;
     return GAGE_ZERO_V + GAGE_V_PER_LB * lb;
 }
 
@@ -314,16 +322,17 @@ static double compute_staircase_volts(const struct hil_rig_device *dev, double t
  * K. */
 static double get_reference_ratio(const struct hil_rig_device *dev, double warmer)
 {
-    return dev->electronics->reference * (1.0 + dev->electronics->reference_drift * warmer);
+    return dev->electronics->reference_ratio *
+           (1.0 + dev->electronics->reference_drift_per_k * warmer);
 }
 
-int hil_rig_channel(const void *device, unsigned port, unsigned pin)
+int hil_rig_find_channel(const void *device, unsigned port, unsigned pin)
 {
     const struct hil_rig_device *dev = device;
-    return hil_board_type_channel(dev->type, port, pin);
+    return hil_board_type_find_channel(dev->type, port, pin);
 }
 
-static bool is_gage(unsigned channel)
+static bool is_gage_channel(unsigned channel)
 {
     return channel >= HIL_RUN_TRANSDUCERS && channel < HIL_RUN_COLUMNS;
 }
@@ -335,19 +344,21 @@ static double get_sensor_input(const struct hil_rig_device *dev, unsigned channe
         return compute_staircase_volts(dev, t_s);
     if (channel == CHANNEL_REFERENCE || !dev->run)
         return 0.0;
-    return hil_run_truth(dev->run, channel,
-                         is_gage(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
+    return hil_run_true_value(dev->run, channel,
+                              is_gage_channel(channel) ? t_s - dev->electronics->gage_lag_s : t_s);
 }
 
 /* Without a run nothing moves, so the time of the conversion is not computed: it would cost more
  * than all the rest. */
 static double get_sensor_input_at(const struct hil_rig_device *dev, unsigned channel, uint64_t at)
 {
-    double t_s = dev->run ? (double)hil_clock_ps(&dev->core->state.clock, at) * 1e-12 : 0.0;
+    double t_s = dev->run ? (double)hil_clock_ps_at_cycle(&dev->core->state.clock, at) * 1e-12
+                          : 0.0;
     return get_sensor_input(dev, channel, t_s);
 }
 
-void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault)
+void hil_rig_set_channel_fault(struct hil_rig_device *dev, unsigned channel,
+                               enum hil_channel_fault fault)
 {
     hil_adc_advance(dev->adc, hil_now_cycle(dev->core));
     dev->state->channel_fault[channel] = (uint8_t)fault;
@@ -359,10 +370,10 @@ void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_ch
 static bool is_held_by_sensor(const struct hil_rig_device *dev, unsigned channel)
 {
     const struct hil_board_type *type = dev->type;
-    return type->sensor_select.port != HIL_NO_PORT &&
-           hil_same_pin(type->sensor_out, type->channel[channel].port,
-                        type->channel[channel].pin) &&
-           !get_pin_level(dev, type->sensor_select);
+    return type->sensor_select_pin.port != HIL_NO_PORT &&
+           hil_is_same_pin(type->sensor_out_pin, type->channel_pin[channel].port,
+                           type->channel_pin[channel].pin) &&
+           !is_pin_high(dev, type->sensor_select_pin);
 }
 
 double hil_rig_channel_volts(void *device, int channel, uint64_t at)
@@ -385,7 +396,7 @@ double hil_rig_channel_volts(void *device, int channel, uint64_t at)
                     (TRANSDUCER_ZERO_V +
                      TRANSDUCER_V_PER_IN * (value + e->transducer_zero_in[channel])) *
                     (e->transducer_gain[channel] + e->transducer_gain_per_k * warmer);
-    else if (is_gage((unsigned)channel))
+    else if (is_gage_channel((unsigned)channel))
         volts = compute_gage_volts(dev, (unsigned)channel - HIL_RUN_TRANSDUCERS, value, warmer);
     return volts * get_reference_ratio(dev, warmer);
 }
@@ -402,7 +413,7 @@ static void update_excitation(void *device, uint64_t at)
 static void update_shunts(void *device, uint64_t at)
 {
     struct hil_rig_device *dev = device;
-    switch_shunts(dev, get_pin_level(dev, dev->type->shunts), at);
+    start_shunt_relay(dev, is_pin_high(dev, dev->type->shunt_pin), at);
 }
 
 static void update_lamp(void *device, uint64_t at)
@@ -414,12 +425,12 @@ static void update_lamp(void *device, uint64_t at)
     if (on == dev->state->is_lamp_on)
         return;
     dev->state->is_lamp_on = on;
-    dev->state->lamp_since_ps = hil_clock_ps(&dev->core->state.clock, at);
+    dev->state->lamp_since_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
 }
 
-void hil_rig_set_lamp(struct hil_rig_device *dev, enum hil_lamp lamp)
+void hil_rig_set_lamp_fault(struct hil_rig_device *dev, enum hil_lamp_fault lamp)
 {
-    dev->state->lamp = (uint8_t)lamp;
+    dev->state->lamp_fault = (uint8_t)lamp;
     update_lamp(dev, hil_now_cycle(dev->core));
 }
 
@@ -441,24 +452,26 @@ static bool get_lamp_sense(const void *device, unsigned channel, bool *drives)
 static double get_source_ohm(const void *device, int channel)
 {
     const struct hil_rig_device *dev = device;
-    return dev->electronics->adc.source_ohm[channel];
+    return dev->electronics->adc_errors.source_ohm[channel];
 }
 
 void hil_rig_create(struct hil_rig_device *dev)
 {
     struct hil_gpio_device *gpio = dev->gpio;
-    dev->state->pulse_end_ps = HIL_NEVER;
+    dev->state->one_shot_end_ps = HIL_NEVER;
     dev->state->shunt_next_ps = HIL_NEVER;
-    dev->lamp = (struct hil_pin){.context = dev, .function = -1, .level = get_lamp_sense};
-    gpio->outside_pins[dev->type->lamp.port][dev->type->lamp.pin] = &dev->lamp;
+    dev->lamp_sense_pin =
+        (struct hil_pin){.context = dev, .alternate_function = -1, .level = get_lamp_sense};
+    gpio->outside_pins[dev->type->lamp_sense_pin.port][dev->type->lamp_sense_pin.pin] =
+        &dev->lamp_sense_pin;
     gpio->timer_listener = (struct hil_pin_listener){dev, update_excitation};
     hil_gpio_add_listener(gpio, update_excitation, dev);
     hil_gpio_add_listener(gpio, update_shunts, dev);
     hil_gpio_add_listener(gpio, update_lamp, dev);
-    dev->adc->outside = (struct hil_analogue){.context = dev,
-                                              .source = hil_rig_channel,
-                                              .volts = hil_rig_channel_volts,
-                                              .source_ohm = get_source_ohm};
+    dev->adc->analogue = (struct hil_analogue){.context = dev,
+                                               .source = hil_rig_find_channel,
+                                               .volts = hil_rig_channel_volts,
+                                               .source_ohm = get_source_ohm};
     hil_event_connect(dev->core, HIL_EVENT_RIG, on_event, dev);
 }
 
@@ -475,27 +488,28 @@ enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_dev
             usart, bytes, mr_frame_encode((*sequence)++, MR_ID_COMMAND, payload, length, bytes));
     }
     struct hil_can_frame frame = {
-        .id = mr_can_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_base),
+        .id = mr_can_to_bus(MR_ID_COMMAND, (uint16_t)can->options->can_id_base),
         .length = (uint8_t)length};
     memcpy(frame.data, payload, length);
     return hil_can_inject(can, &frame);
 }
 
-static void schedule_script(struct hil_script_device *dev)
+static void schedule_script(struct hil_command_script_device *dev)
 {
-    const struct hil_script *script = dev->state;
-    bool more = dev->rig->run && script->next < dev->rig->run->command_count;
+    const struct hil_command_script *script = dev->state;
+    bool more = dev->rig->run && script->next_command < dev->rig->run->command_count;
     hil_event_set_ps(dev->core, HIL_EVENT_SCRIPT,
-                     more ? dev->rig->run->commands[script->next].t_ps : HIL_NEVER);
+                     more ? dev->rig->run->commands[script->next_command].t_ps : HIL_NEVER);
 }
 
-void hil_script_start(struct hil_script_device *dev)
+void hil_command_script_start(struct hil_command_script_device *dev)
 {
-    *dev->state = (struct hil_script){0};
+    *dev->state = (struct hil_command_script){0};
     schedule_script(dev);
 }
 
-static void apply_command(struct hil_script_device *dev, const struct hil_run_command *command)
+static void apply_command(struct hil_command_script_device *dev,
+                          const struct hil_run_command *command)
 {
     if (hil_command_send(dev->can, dev->usart, &dev->state->sequence, &command->message,
                          command->is_by_serial) != MR_OK)
@@ -507,28 +521,28 @@ static void apply_command(struct hil_script_device *dev, const struct hil_run_co
 
 static void on_command(void *device, uint64_t at)
 {
-    struct hil_script_device *dev = device;
-    struct hil_script *script = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    while (dev->rig->run && script->next < dev->rig->run->command_count &&
-           dev->rig->run->commands[script->next].t_ps <= now_ps)
-        apply_command(dev, &dev->rig->run->commands[script->next++]);
+    struct hil_command_script_device *dev = device;
+    struct hil_command_script *script = dev->state;
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    while (dev->rig->run && script->next_command < dev->rig->run->command_count &&
+           dev->rig->run->commands[script->next_command].t_ps <= now_ps)
+        apply_command(dev, &dev->rig->run->commands[script->next_command++]);
     schedule_script(dev);
 }
 
-void hil_script_create(struct hil_script_device *dev)
+void hil_command_script_create(struct hil_command_script_device *dev)
 {
     hil_event_connect(dev->core, HIL_EVENT_SCRIPT, on_command, dev);
 }
 
 /* ---- the film camera ---- */
 
-#define PORT_B      1u
-#define FRAME_PIN   3u
-#define PORT_E      4u
-#define TRIGGER_PIN 2u
+#define PORT_B             1u
+#define CAMERA_FRAME_PIN   3u
+#define PORT_E             4u
+#define CAMERA_TRIGGER_PIN 2u
 
-static void plan_frame(struct hil_camera_device *dev)
+static void plan_next_frame(struct hil_camera_device *dev)
 {
     struct hil_camera *camera = dev->state;
     const struct hil_options *options = dev->options;
@@ -537,15 +551,15 @@ static void plan_frame(struct hil_camera_device *dev)
                    1.0; /* -1 to 1 */
     double jitter_ps = drawn * (double)options->camera_jitter_ps;
     double since_ps = (double)options->camera_delay_ps + even_ps + jitter_ps;
-    camera->frame_ps = camera->start_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
+    camera->next_frame_ps = camera->trigger_ps + (since_ps > 0.0 ? (uint64_t)(since_ps + 0.5) : 0u);
 }
 
 static void schedule_camera(struct hil_camera_device *dev)
 {
     const struct hil_camera *camera = dev->state;
-    uint64_t next = camera->is_running ? camera->frame_ps : HIL_NEVER;
-    if (camera->is_pulse_high && camera->low_ps < next)
-        next = camera->low_ps;
+    uint64_t next = camera->is_running ? camera->next_frame_ps : HIL_NEVER;
+    if (camera->is_pulse_high && camera->pulse_end_ps < next)
+        next = camera->pulse_end_ps;
     hil_event_set_ps(dev->core, HIL_EVENT_CAMERA, next);
 }
 
@@ -553,7 +567,7 @@ static void update_trigger(void *device, uint64_t at)
 {
     struct hil_camera_device *dev = device;
     struct hil_camera *camera = dev->state;
-    bool level = hil_gpio_level(dev->gpio, PORT_E, TRIGGER_PIN);
+    bool level = hil_gpio_level(dev->gpio, PORT_E, CAMERA_TRIGGER_PIN);
     bool rises = level && !camera->is_trigger_high;
     camera->is_trigger_high = level;
     if (!rises || camera->is_running || !(dev->options->camera_hz > 0.0))
@@ -561,10 +575,10 @@ static void update_trigger(void *device, uint64_t at)
     *camera = (struct hil_camera){.is_trigger_high = true,
                                   .is_running = true,
                                   .frames_to_skip = camera->frames_to_skip,
-                                  .start_ps = hil_clock_ps(&dev->core->state.clock, at),
-                                  .random_state = dev->options->seed};
+                                  .trigger_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at),
+                                  .random_state = dev->options->noise_seed};
     hil_trace(dev->core, "the camera starts");
-    plan_frame(dev);
+    plan_next_frame(dev);
     schedule_camera(dev);
 }
 
@@ -572,27 +586,27 @@ static void on_camera(void *device, uint64_t at)
 {
     struct hil_camera_device *dev = device;
     struct hil_camera *camera = dev->state;
-    uint64_t now_ps = hil_clock_ps(&dev->core->state.clock, at);
-    if (camera->is_pulse_high && camera->low_ps <= now_ps) {
+    uint64_t now_ps = hil_clock_ps_at_cycle(&dev->core->state.clock, at);
+    if (camera->is_pulse_high && camera->pulse_end_ps <= now_ps) {
         camera->is_pulse_high = false;
-        hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, false, at);
+        hil_gpio_drive(dev->gpio, PORT_B, CAMERA_FRAME_PIN, false, at);
     }
-    if (camera->is_running && camera->frame_ps <= now_ps) {
+    if (camera->is_running && camera->next_frame_ps <= now_ps) {
         if (camera->frames_to_skip) {
             camera->frames_to_skip--;
         } else {
             camera->is_pulse_high = true;
-            camera->low_ps = camera->frame_ps + HIL_TRAIN_PULSE_PS;
-            dev->core->state.counters.film_frames++;
-            hil_gpio_drive(dev->gpio, PORT_B, FRAME_PIN, true, at);
+            camera->pulse_end_ps = camera->next_frame_ps + HIL_TRAIN_PULSE_PS;
+            dev->core->state.counters.film_frames_sent++;
+            hil_gpio_drive(dev->gpio, PORT_B, CAMERA_FRAME_PIN, true, at);
         }
         camera->next_frame++;
-        plan_frame(dev);
+        plan_next_frame(dev);
     }
     schedule_camera(dev);
 }
 
-void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames)
+void hil_camera_skip_frames(struct hil_camera_device *dev, uint32_t frames)
 {
     dev->state->frames_to_skip = frames;
 }

@@ -49,16 +49,16 @@ struct hil_usart_device;
 struct hil_contact {
     bool has_moved, is_open, is_skipped;
     uint8_t bounces_left; /* remaining openings */
-    double level;
-    uint64_t since_ps;
-    uint64_t period_ps; /* period of the bouncing */
-    uint64_t next_ps;   /* time of the next movement; HIL_NEVER: at rest */
+    double start_level;
+    uint64_t moved_ps;
+    uint64_t bounce_period_ps; /* period of the bouncing */
+    uint64_t next_move_ps;     /* time of the next movement; HIL_NEVER: at rest */
 };
 
 /* Cached settling of the transducers: the share `rest` of a step remains after `taus` time
  * constants; 0: empty entry. */
-#define HIL_SETTLINGS       32u
-#define HIL_SETTLING_CYCLES 512u
+#define HIL_SETTLING_CACHE_SIZE 32u
+#define HIL_SETTLING_CYCLES     512u
 struct hil_settling {
     double taus, remaining_share;
 };
@@ -70,30 +70,30 @@ enum hil_channel_fault {
     HIL_CHANNEL_LOW,
     HIL_CHANNEL_OPEN
 };
-enum hil_lamp { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
+enum hil_lamp_fault { HIL_LAMP_GOOD, HIL_LAMP_BROKEN, HIL_LAMP_SHORTED };
 
 struct hil_rig {
     struct hil_contact contact[24];
-    struct hil_train_state train[HIL_RUN_TRAINS]; /* pulses of the run on PB10 and PB11 */
-    uint8_t channel_fault[HIL_BOARD_CHANNELS];    /* enum hil_channel_fault */
+    struct hil_pulse_train_state train[HIL_RUN_TRAINS]; /* pulses of the run on PB10 and PB11 */
+    uint8_t channel_fault[HIL_BOARD_CHANNELS];          /* enum hil_channel_fault */
     double stuck_value[HIL_BOARD_CHANNELS]; /* value of a stuck channel: inches, pounds, volts */
     double gain_drift[HIL_RUN_GAGES];       /* gain minus 1 */
-    double offset_lb[HIL_RUN_GAGES];
-    bool is_shunted;
-    bool is_shunt_requested; /* level of PE1 */
-    uint8_t shunt_moves;     /* remaining movements of the relay's contacts */
-    uint64_t shunt_next_ps;  /* time of the next movement; HIL_NEVER: none */
-    bool is_lamp_on;         /* state that the lamp's read-back follows */
+    double offset_drift_lb[HIL_RUN_GAGES];
+    bool are_shunts_on;
+    bool is_shunt_requested;  /* level of PE1 */
+    uint8_t shunt_moves_left; /* remaining movements of the relay's contacts */
+    uint64_t shunt_next_ps;   /* time of the next movement; HIL_NEVER: none */
+    bool is_lamp_on;          /* state that the lamp's read-back follows */
     uint64_t lamp_since_ps;
-    uint8_t opening_order[24]; /* switches (0..23) in the order in which they open */
-    uint8_t order_count;       /* number of switches that open in the run */
-    uint8_t opened_count;      /* number of switches that have opened */
-    uint64_t pulse_end_ps;     /* HIL_NEVER: the one-shot is low */
-    uint8_t lamp;              /* enum hil_lamp */
-    int8_t excitation;         /* polarity of the excitation: +1, -1, 0 */
-    double from_amplitude;     /* amplitude at the last change */
-    uint64_t since_cycle;      /* time of the last change */
-    uint64_t since_ps;
+    uint8_t opening_order[24];         /* switches (0..23) in the order in which they open */
+    uint8_t opening_count;             /* number of switches that open in the run */
+    uint8_t opened_count;              /* number of switches that have opened */
+    uint64_t one_shot_end_ps;          /* HIL_NEVER: the one-shot is low */
+    uint8_t lamp_fault;                /* enum hil_lamp_fault */
+    int8_t excitation;                 /* polarity of the excitation: +1, -1, 0 */
+    double excitation_start_amplitude; /* amplitude at the last change */
+    uint64_t excitation_since_cycle;   /* time of the last change */
+    uint64_t excitation_since_ps;
 };
 
 struct hil_rig_device {
@@ -105,8 +105,8 @@ struct hil_rig_device {
     const struct hil_electronics *electronics;
     bool has_no_rig;
     const struct hil_run *run; /* NULL: nothing moves */
-    struct hil_pin lamp;
-    struct hil_settling settling[HIL_SETTLINGS]; /* derived; recomputed when needed */
+    struct hil_pin lamp_sense_pin;
+    struct hil_settling settling[HIL_SETTLING_CACHE_SIZE]; /* derived; recomputed when needed */
 };
 
 /* Connects the rig to the pins, the converters and the event queue. All members of `dev` except
@@ -118,18 +118,20 @@ void hil_rig_start(struct hil_rig_device *dev);
 void hil_rig_set_excitation(struct hil_rig_device *dev, bool pd12, bool pd13, uint64_t at);
 /* Adds the time since the last change to the counters of the excitation. */
 void hil_rig_count_excitation(struct hil_rig_device *dev, uint64_t at);
-/* Faults (hil/rig/faults.h). hil_rig_set_fault sets the fault of a channel; hil_rig_skip_switch and
+/* Faults (hil/rig/faults.h). hil_rig_set_channel_fault sets the fault of a channel; hil_rig_skip_switch and
  * hil_rig_bounce_switch apply to a switch that has not opened yet. */
-void hil_rig_set_fault(struct hil_rig_device *dev, unsigned channel, enum hil_channel_fault fault);
+void hil_rig_set_channel_fault(struct hil_rig_device *dev, unsigned channel,
+                               enum hil_channel_fault fault);
 /* Sets the drift of a bridge or its amplifier. Gages count from 0; without drift, gain is 1 and
  * offset_lb is 0. */
-void hil_rig_set_drift(struct hil_rig_device *dev, unsigned gage, double gain, double offset_lb);
-void hil_rig_set_lamp(struct hil_rig_device *dev, enum hil_lamp lamp);
+void hil_rig_set_gage_drift(struct hil_rig_device *dev, unsigned gage, double gain,
+                            double offset_lb);
+void hil_rig_set_lamp_fault(struct hil_rig_device *dev, enum hil_lamp_fault lamp);
 void hil_rig_skip_switch(struct hil_rig_device *dev, unsigned position);
 void hil_rig_bounce_switch(struct hil_rig_device *dev, unsigned position, uint32_t times,
                            uint64_t period_ps);
 /* Channel of the rig on a pin, 0..23, or -1; `device` is a struct hil_rig_device. */
-int hil_rig_channel(const void *device, unsigned port, unsigned pin);
+int hil_rig_find_channel(const void *device, unsigned port, unsigned pin);
 /* Voltage of a channel at cycle `at`, not clipped; 0 V for channel -1. `device` is a struct
  * hil_rig_device. */
 double hil_rig_channel_volts(void *device, int channel, uint64_t at);
@@ -140,14 +142,14 @@ bool hil_rig_has_lamp_current(const struct hil_rig_device *dev);
 /* Scripted commands of a run file. They arrive at the board at their virtual time as a CAN frame or
  * as bytes on the serial line, exactly as from the host. */
 
-struct hil_script {
-    uint32_t next;     /* next command of the run */
-    uint16_t sequence; /* sequence number of the next serial frame */
+struct hil_command_script {
+    uint32_t next_command; /* next command of the run */
+    uint16_t sequence;     /* sequence number of the next serial frame */
 };
 
-struct hil_script_device {
+struct hil_command_script_device {
     struct hil_core *core;
-    struct hil_script *state;
+    struct hil_command_script *state;
     const struct hil_rig_device *rig; /* provides the run */
     struct hil_can_device *can;
     struct hil_usart_device *usart;
@@ -158,9 +160,9 @@ struct hil_script_device {
 enum mr_status hil_command_send(struct hil_can_device *can, struct hil_usart_device *usart,
                                 uint16_t *sequence, const struct mr_command *message, bool serial);
 
-void hil_script_create(struct hil_script_device *dev);
+void hil_command_script_create(struct hil_command_script_device *dev);
 /* Schedules the first command of the rig's run. */
-void hil_script_start(struct hil_script_device *dev);
+void hil_command_script_start(struct hil_command_script_device *dev);
 
 /* The film camera of the rig. A rising edge on PE2 triggers it. After a delay it gives a pulse of
  * 100 us on PB3 for each frame, at a constant rate with jitter, until the power fails. A trigger
@@ -169,11 +171,11 @@ void hil_script_start(struct hil_script_device *dev);
 struct hil_camera {
     bool is_trigger_high; /* level of PE2 */
     bool is_running;
-    bool is_pulse_high;  /* PB3 is high */
-    uint64_t start_ps;   /* time of the trigger */
-    uint64_t next_frame; /* number of the next frame, from 0 */
-    uint64_t frame_ps;   /* time of the next frame */
-    uint64_t low_ps;     /* end of the pulse */
+    bool is_pulse_high;     /* PB3 is high */
+    uint64_t trigger_ps;    /* time of the trigger */
+    uint64_t next_frame;    /* number of the next frame, from 0 */
+    uint64_t next_frame_ps; /* time of the next frame */
+    uint64_t pulse_end_ps;  /* end of the pulse */
     uint64_t random_state;
     uint32_t frames_to_skip; /* number of following frames without a pulse */
 };
@@ -188,6 +190,6 @@ struct hil_camera_device {
 /* Connects the camera to its pins and the event queue. */
 void hil_camera_create(struct hil_camera_device *dev);
 /* The next `frames` frames give no pulse. */
-void hil_camera_skip(struct hil_camera_device *dev, uint32_t frames);
+void hil_camera_skip_frames(struct hil_camera_device *dev, uint32_t frames);
 
 #endif

@@ -9,47 +9,49 @@
 #include "common/command.h"
 #include "common/crc32.h"
 
-#define FILE_MAX     (256u * 1024u * 1024u)
-#define SAMPLES_MAX  4000000u
-#define COMMANDS_MAX 10000u
-#define PULSES_MAX   100000u
+#define FILE_MAX_BYTES (256u * 1024u * 1024u)
+#define SAMPLES_MAX    4000000u
+#define COMMANDS_MAX   10000u
+#define PULSES_MAX     100000u
 
 /* ---- records: text with a checksum ---- */
 
-enum mr_status hil_record_open(struct hil_record *r, const char *kind)
+enum mr_status hil_text_file_open(struct hil_text_file *r, const char *kind)
 {
-    enum mr_status status = hil_file_read(&r->at, FILE_MAX, "give a file that matrig wrote",
-                                          &r->bytes, &r->size);
+    enum mr_status status = hil_file_read(&r->place, FILE_MAX_BYTES,
+                                          "give a file that matrig wrote", &r->bytes, &r->size);
     size_t n = strlen(kind), end = r->size;
     uint32_t stated = 0;
     if (status != MR_OK)
         return status;
     if (strncmp(r->bytes, kind, n) != 0 || r->bytes[n] != ' ')
-        return hil_file_refuse(&r->at, MR_MALFORMED, "the file does not begin with `%s 1`", kind);
+        return hil_file_refuse(&r->place, MR_MALFORMED, "the file does not begin with `%s 1`",
+                               kind);
     if (strncmp(r->bytes + n, " 1\n", 3) != 0)
-        return hil_file_refuse(&r->at, MR_VERSION, "version `%.*s`; this program reads version 1",
+        return hil_file_refuse(&r->place, MR_VERSION,
+                               "version `%.*s`; this program reads version 1",
                                (int)strcspn(r->bytes + n + 1, "\r\n"), r->bytes + n + 1);
     while (end >= 5 && memcmp(r->bytes + end - 5, "\nend ", 5) != 0)
         end--;
     if (end < 5)
-        return hil_file_refuse(&r->at, MR_TRUNCATED, "the file ends without its `end` line");
+        return hil_file_refuse(&r->place, MR_TRUNCATED, "the file ends without its `end` line");
     if (r->size - end != 9 || sscanf(r->bytes + end, "%8" SCNx32, &stated) != 1)
-        return hil_file_refuse(&r->at, MR_MALFORMED,
+        return hil_file_refuse(&r->place, MR_MALFORMED,
                                "expected `end <crc32, 8 hex digits>` as the last line");
     uint32_t crc = mr_crc32(0, (const uint8_t *)r->bytes, end - 4);
     if (stated != crc)
         return hil_file_refuse(
-            &r->at, MR_CRC,
+            &r->place, MR_CRC,
             "the checksum is %08x, but the file states %08x: the file was changed or damaged",
             (unsigned)crc, (unsigned)stated);
     r->size = end - 4;
     r->bytes[r->size] = '\0';
     r->next = r->bytes + n + 3;
-    r->at.line = 1;
+    r->place.line = 1;
     return MR_OK;
 }
 
-char *hil_record_line(struct hil_record *r)
+char *hil_text_file_next_line(struct hil_text_file *r)
 {
     while (r->next < r->bytes + r->size) {
         char *line = r->next, *end = strchr(line, '\n');
@@ -57,14 +59,14 @@ char *hil_record_line(struct hil_record *r)
             break; /* the text contains a 0 */
         *end = '\0';
         r->next = end + 1;
-        r->at.line++;
+        r->place.line++;
         if (line[0] && line[0] != '#')
             return line;
     }
     return NULL;
 }
 
-void *hil_record_grow(void *array, size_t count, size_t size)
+void *hil_array_grow(void *array, size_t count, size_t size)
 {
     if (count & (count - 1))
         return array; /* full arrays have a count that is a power of two */
@@ -76,23 +78,24 @@ void *hil_record_grow(void *array, size_t count, size_t size)
 
 /* ---- pulse trains ---- */
 
-uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
-                        uint64_t width)
+uint64_t hil_pulse_train_next_edge(const struct hil_pulse_train *train,
+                                   const struct hil_pulse_train_state *state, uint64_t width)
 {
     if (state->is_high)
-        return train->rise_times[state->next - 1] + width;
-    return state->next < train->count ? train->rise_times[state->next] : HIL_RUN_NEVER;
+        return train->rise_times[state->next_pulse - 1] + width;
+    return state->next_pulse < train->pulse_count ? train->rise_times[state->next_pulse]
+                                                  : HIL_RUN_NEVER;
 }
 
-void hil_train_move(struct hil_train_state *state)
+void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state)
 {
     state->is_high = !state->is_high;
-    state->next += state->is_high;
+    state->next_pulse += state->is_high;
 }
 
 /* ---- run files ---- */
 
-#define refuse(r, ...) hil_file_refuse(&(r)->at, MR_MALFORMED, __VA_ARGS__)
+#define refuse_file(r, ...) hil_file_refuse(&(r)->place, MR_MALFORMED, __VA_ARGS__)
 
 /* Seconds with up to 12 decimals, converted exactly to picoseconds; up to 10^6 s. */
 static bool parse_time_ps(const char *text, uint64_t *t_ps)
@@ -116,7 +119,7 @@ static bool parse_time_ps(const char *text, uint64_t *t_ps)
     return *text == '\0';
 }
 
-static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, const char *text)
+static enum mr_status read_switch(struct hil_text_file *r, struct hil_run *run, const char *text)
 {
     unsigned position;
     double nominal_ft, true_ft;
@@ -126,42 +129,43 @@ static enum mr_status read_switch(struct hil_record *r, struct hil_run *run, con
     if (sscanf(text, "%u %lf %lf %31s %n", &position, &nominal_ft, &true_ft, open, &end) != 4 ||
         text[end] || position != run->switch_count + 1u || position > HIL_RUN_SWITCHES ||
         (strcmp(open, "-") != 0 && !parse_time_ps(open, &open_ps)))
-        return refuse(r, "expected `switch %u <nominal_ft> <true_ft> <t_open_s or ->`",
-                      run->switch_count + 1u);
+        return refuse_file(r, "expected `switch %u <nominal_ft> <true_ft> <t_open_s or ->`",
+                           run->switch_count + 1u);
     run->switch_open_ps[run->switch_count] = open_ps;
     run->switch_ft[run->switch_count++] = true_ft;
     return MR_OK;
 }
 
-static enum mr_status read_command(struct hil_record *r, struct hil_run *run, const char *text)
+static enum mr_status read_command(struct hil_text_file *r, struct hil_run *run, const char *text)
 {
     struct hil_run_command command = {0};
     char time[32], link[8];
     int end = 0;
     if (sscanf(text, "%31s %7s %n", time, link, &end) != 2 || !parse_time_ps(time, &command.t_ps) ||
         (strcmp(link, "can") != 0 && strcmp(link, "serial") != 0))
-        return refuse(r, "expected `command <t_s> <can or serial> <name> ...`");
+        return refuse_file(r, "expected `command <t_s> <can or serial> <name> ...`");
     if (run->command_count && command.t_ps < run->commands[run->command_count - 1].t_ps)
-        return refuse(r, "commands must be in order of time");
+        return refuse_file(r, "commands must be in order of time");
     command.is_by_serial = link[0] == 's';
     if (run->command_count == COMMANDS_MAX)
-        return refuse(r, "more than %u commands", COMMANDS_MAX);
+        return refuse_file(r, "more than %u commands", COMMANDS_MAX);
     if (mr_command_parse(text + end, (uint16_t)(run->command_count + 1u), &command.message) !=
         MR_OK)
-        return refuse(r, "`%s` is not a command", text + end);
-    run->commands = hil_record_grow(run->commands, run->command_count, sizeof command);
+        return refuse_file(r, "`%s` is not a command", text + end);
+    run->commands = hil_array_grow(run->commands, run->command_count, sizeof command);
     run->commands[run->command_count++] = command;
     return MR_OK;
 }
 
-static enum mr_status read_pulse(struct hil_record *r, struct hil_train *train, const char *text)
+static enum mr_status read_pulse(struct hil_text_file *r, struct hil_pulse_train *train,
+                                 const char *text)
 {
     uint64_t t_ps;
-    if (train->count == PULSES_MAX || !parse_time_ps(text, &t_ps) ||
-        (train->count && t_ps <= train->rise_times[train->count - 1]))
-        return refuse(r, "expected up to %u times in ascending order", PULSES_MAX);
-    train->rise_times = hil_record_grow(train->rise_times, train->count, sizeof t_ps);
-    train->rise_times[train->count++] = t_ps;
+    if (train->pulse_count == PULSES_MAX || !parse_time_ps(text, &t_ps) ||
+        (train->pulse_count && t_ps <= train->rise_times[train->pulse_count - 1]))
+        return refuse_file(r, "expected up to %u times in ascending order", PULSES_MAX);
+    train->rise_times = hil_array_grow(train->rise_times, train->pulse_count, sizeof t_ps);
+    train->rise_times[train->pulse_count++] = t_ps;
     return MR_OK;
 }
 
@@ -179,29 +183,30 @@ static bool read_row(const char *text, int32_t row[HIL_RUN_COLUMNS])
     return text[strspn(text, " \r")] == '\0';
 }
 
-static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, const char *text)
+static enum mr_status read_samples(struct hil_text_file *r, struct hil_run *run, const char *text)
 {
     unsigned count, repeat;
     int end = 0;
-    if (run->samples || sscanf(text, "%u %lf %n", &count, &run->rate_hz, &end) != 2 || text[end] ||
-        count < 1 || count > SAMPLES_MAX || !(run->rate_hz > 0.0 && run->rate_hz <= 1e9))
-        return refuse(r, "expected `samples <count 1..%u> <rate_hz>`, once", SAMPLES_MAX);
+    if (run->samples || sscanf(text, "%u %lf %n", &count, &run->sample_rate_hz, &end) != 2 ||
+        text[end] || count < 1 || count > SAMPLES_MAX ||
+        !(run->sample_rate_hz > 0.0 && run->sample_rate_hz <= 1e9))
+        return refuse_file(r, "expected `samples <count 1..%u> <rate_hz>`, once", SAMPLES_MAX);
     run->samples = calloc(count, sizeof *run->samples);
     if (!run->samples)
         abort();
     while (run->sample_count < count) {
-        const char *line = hil_record_line(r);
+        const char *line = hil_text_file_next_line(r);
         if (!line)
-            return refuse(r, "only %zu of %u samples", run->sample_count, count);
+            return refuse_file(r, "only %zu of %u samples", run->sample_count, count);
         if (line[0] != 'x') {
             if (!read_row(line, run->samples[run->sample_count++]))
-                return refuse(r, "expected a row of %u integers, or xN", HIL_RUN_COLUMNS);
+                return refuse_file(r, "expected a row of %u integers, or xN", HIL_RUN_COLUMNS);
             continue;
         }
         if (!run->sample_count || sscanf(line, "x%u %n", &repeat, &end) != 1 || line[end] ||
             repeat > count - run->sample_count)
-            return refuse(r, "`%s` is no repeat count after a row, or exceeds the %u samples", line,
-                          count);
+            return refuse_file(r, "`%s` is no repeat count after a row, or exceeds the %u samples",
+                               line, count);
         for (; repeat; repeat--, run->sample_count++)
             memcpy(run->samples[run->sample_count], run->samples[run->sample_count - 1],
                    sizeof *run->samples);
@@ -209,7 +214,7 @@ static enum mr_status read_samples(struct hil_record *r, struct hil_run *run, co
     return MR_OK;
 }
 
-static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char *line)
+static enum mr_status read_line(struct hil_text_file *r, struct hil_run *run, char *line)
 {
     /* true values for comparisons; the board must not know them */
     static const char truth[] = " provenance landing touchdown truth transducer gage gap_in "
@@ -232,25 +237,25 @@ static enum mr_status read_line(struct hil_record *r, struct hil_run *run, char 
         return sscanf(text, "%lf %n", &run->duration_s, &end) == 1 && !text[end] &&
                        run->duration_s > 0.0 && run->duration_s <= 1e6
                  ? MR_OK
-                 : refuse(r, "expected `duration_s <seconds>`");
+                 : refuse_file(r, "expected `duration_s <seconds>`");
     }
     snprintf(known, sizeof known, " %s ", keyword);
-    return strstr(truth, known) ? MR_OK : refuse(r, "unknown keyword `%s`", keyword);
+    return strstr(truth, known) ? MR_OK : refuse_file(r, "unknown keyword `%s`", keyword);
 }
 
 enum mr_status hil_run_read(const char *path, struct hil_run *run, char *error, size_t size)
 {
-    struct hil_record r = {.at = {path, 0, error, size}};
+    struct hil_text_file r = {.place = {path, 0, error, size}};
     char *line;
     *run = (struct hil_run){0};
-    enum mr_status status = hil_record_open(&r, "matrig-run");
-    while (status == MR_OK && (line = hil_record_line(&r)) != NULL)
+    enum mr_status status = hil_text_file_open(&r, "matrig-run");
+    while (status == MR_OK && (line = hil_text_file_next_line(&r)) != NULL)
         status = read_line(&r, run, line);
     if (status == MR_OK &&
         (run->duration_s <= 0.0 || !run->samples || run->switch_count != HIL_RUN_SWITCHES))
-        status = refuse(&r, "%s duration_s, %s samples, %u of %u switches",
-                        run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
-                        run->switch_count, HIL_RUN_SWITCHES);
+        status = refuse_file(&r, "%s duration_s, %s samples, %u of %u switches",
+                             run->duration_s > 0.0 ? "a" : "no", run->samples ? "its" : "no",
+                             run->switch_count, HIL_RUN_SWITCHES);
     free(r.bytes);
     if (status != MR_OK)
         hil_run_free(run);
@@ -266,10 +271,10 @@ void hil_run_free(struct hil_run *run)
     *run = (struct hil_run){0};
 }
 
-double hil_run_truth(const struct hil_run *run, unsigned column, double t_s)
+double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s)
 {
     double unit = column < HIL_RUN_TRANSDUCERS ? 1e-5 : 1e-2;
-    double place = t_s * run->rate_hz;
+    double place = t_s * run->sample_rate_hz;
     size_t last = run->sample_count - 1u;
     if (place <= 0.0)
         return unit * run->samples[0][column];

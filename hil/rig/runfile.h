@@ -16,31 +16,31 @@
 #include "common/status.h"
 #include "hil/core/file_place.h"
 
-#define HIL_RUN_SWITCHES    24u
-#define HIL_RUN_TRANSDUCERS 8u
-#define HIL_RUN_GAGES       14u
-#define HIL_RUN_COLUMNS     (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
-#define HIL_RUN_TRAINS      2u /* brake, wheel */
-#define HIL_RUN_CAPTURE     2u /* capture channel of the first train (hil_capture_pins) */
-#define HIL_RUN_NEVER       UINT64_MAX
+#define HIL_RUN_SWITCHES              24u
+#define HIL_RUN_TRANSDUCERS           8u
+#define HIL_RUN_GAGES                 14u
+#define HIL_RUN_COLUMNS               (HIL_RUN_TRANSDUCERS + HIL_RUN_GAGES)
+#define HIL_RUN_TRAINS                2u /* brake, wheel */
+#define HIL_RUN_FIRST_CAPTURE_CHANNEL 2u /* capture channel of the first train (hil_capture_pins) */
+#define HIL_RUN_NEVER                 UINT64_MAX
 
 /* The pulses on one input. The file determines the unit of their times. */
-struct hil_train {
+struct hil_pulse_train {
     uint64_t *rise_times; /* times of the rising edges, ascending */
-    size_t count;
+    size_t pulse_count;
 };
 
-struct hil_train_state {
-    uint32_t next; /* next pulse */
+struct hil_pulse_train_state {
+    uint32_t next_pulse; /* next pulse */
     bool is_high;
 };
 
 /* Returns the time of the next edge of the input, rising or falling, for pulses of this width;
  * HIL_RUN_NEVER: there is none. */
-uint64_t hil_train_next(const struct hil_train *train, const struct hil_train_state *state,
-                        uint64_t width);
+uint64_t hil_pulse_train_next_edge(const struct hil_pulse_train *train,
+                                   const struct hil_pulse_train_state *state, uint64_t width);
 /* Moves the state past the next edge. */
-void hil_train_move(struct hil_train_state *state);
+void hil_pulse_train_pass_edge(struct hil_pulse_train_state *state);
 
 struct hil_run_command {
     uint64_t t_ps;
@@ -54,11 +54,11 @@ struct hil_run {
     unsigned switch_count; /* number in the file; always HIL_RUN_SWITCHES */
     /* by position - 1; HIL_RUN_NEVER: the switch does not open */
     uint64_t switch_open_ps[HIL_RUN_SWITCHES];
-    double switch_ft[HIL_RUN_SWITCHES];     /* true station of the switch */
-    struct hil_train train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
+    double switch_ft[HIL_RUN_SWITCHES];           /* true station of the switch */
+    struct hil_pulse_train train[HIL_RUN_TRAINS]; /* brake, wheel; times in ps */
     size_t command_count;
     struct hil_run_command *commands; /* in order of time */
-    double rate_hz;
+    double sample_rate_hz;
     size_t sample_count; /* at least 1 */
     /* 8 displacements in 1e-5 in, then 14 tensions in 0.01 lb */
     int32_t (*samples)[HIL_RUN_COLUMNS];
@@ -74,24 +74,24 @@ void hil_run_free(struct hil_run *run);
 
 /* Returns the true value at `t_s`. Columns 0 to 7: displacement in inches; 8 to 21: tension in
  * pounds. */
-double hil_run_truth(const struct hil_run *run, unsigned column, double t_s);
+double hil_run_true_value(const struct hil_run *run, unsigned column, double t_s);
 
 /* A text file. Its first line contains the kind of the file and its version, its last line is `end`
  * with the CRC-32 of everything before it. */
-struct hil_record {
-    struct hil_file_place at; /* at.line: line number of the present line */
-    char *bytes, *next;       /* the caller must free `bytes`, also after a failure */
+struct hil_text_file {
+    struct hil_file_place place; /* at.line: line number of the present line */
+    char *bytes, *next;          /* the caller must free `bytes`, also after a failure */
     size_t size;
 };
 
 /* Reads a file of this kind ("matrig-run"); `at` must be set. MR_OK, MR_IO, MR_MALFORMED,
  * MR_VERSION, MR_TRUNCATED, MR_CRC, MR_TOO_LONG. */
-enum mr_status hil_record_open(struct hil_record *record, const char *kind);
+enum mr_status hil_text_file_open(struct hil_text_file *record, const char *kind);
 /* Returns the next line without its newline. Blank lines and lines that begin with # are skipped.
  * NULL: no more lines. */
-char *hil_record_line(struct hil_record *record);
+char *hil_text_file_next_line(struct hil_text_file *record);
 /* Makes room for one more element in an array of `count` elements of `size` bytes and returns it.
  * Aborts without memory, as the board does. */
-void *hil_record_grow(void *array, size_t count, size_t size);
+void *hil_array_grow(void *array, size_t count, size_t size);
 
 #endif

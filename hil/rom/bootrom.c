@@ -47,27 +47,27 @@
 #define SCB_ICSR      REG(0xe000ed04u)
 #define SCB_AIRCR     REG(0xe000ed0cu)
 
-#define VERSION      0x31u
-#define ACK          0x79u
-#define NACK         0x1fu
-#define RXNE         0x20u
-#define TXE          0x80u
-#define TC           0x40u
-#define LINE_ERRORS  0x0fu /* parity, framing, noise, overrun */
-#define BSY          (1u << 16)
-#define STRT         (1u << 16)
-#define EOPIE        (1u << 24)
-#define PSIZE_X32    (2u << 8)
-#define RX_PIN       (1u << 10)
-#define FLASH_BEGIN  0x08000000u
-#define FLASH_END    0x08100000u
-#define RAM_BEGIN    0x20002000u /* the variables of this program are below this address */
-#define RAM_END      0x20020000u
-#define SYSTEM_BEGIN 0x1fff0000u
-#define SYSTEM_END   0x1fff7000u
-#define SECTORS      12u
+#define PROTOCOL_VERSION 0x31u
+#define ACK              0x79u
+#define NACK             0x1fu
+#define RXNE             0x20u
+#define TXE              0x80u
+#define TC               0x40u
+#define LINE_ERRORS      0x0fu /* parity, framing, noise, overrun */
+#define BSY              (1u << 16)
+#define STRT             (1u << 16)
+#define EOPIE            (1u << 24)
+#define PSIZE_X32        (2u << 8)
+#define RX_PIN           (1u << 10)
+#define FLASH_BEGIN      0x08000000u
+#define FLASH_END        0x08100000u
+#define RAM_BEGIN        0x20002000u /* the variables of this program are below this address */
+#define RAM_END          0x20020000u
+#define SYSTEM_BEGIN     0x1fff0000u
+#define SYSTEM_END       0x1fff7000u
+#define SECTOR_COUNT     12u
 
-static bool line_error; /* a byte was received with an error since the flag was cleared */
+static bool has_line_error; /* a byte was received with an error since the flag was cleared */
 
 void reset(void) __attribute__((noreturn));
 extern uint32_t stack_top[];
@@ -96,7 +96,7 @@ static uint8_t receive_byte(void)
 {
     while (!(USART1_SR & RXNE))
         sleep_until_interrupt();
-    line_error |= (USART1_SR & LINE_ERRORS) != 0;
+    has_line_error |= (USART1_SR & LINE_ERRORS) != 0;
     return (uint8_t)USART1_DR; /* bit 8 is the parity bit */
 }
 
@@ -113,7 +113,7 @@ static void send_bytes(const uint8_t *bytes, size_t n)
         send_byte(bytes[i]);
 }
 
-static bool send_answer(bool good)
+static bool send_ack_or_nack(bool good)
 {
     send_byte(good ? ACK : NACK);
     return good;
@@ -148,7 +148,7 @@ static void set_slow_clock(void)
     RCC_PLLCFGR = 0x24003010;
 }
 
-static uint32_t wait_for_level(bool high)
+static uint32_t wait_for_rx_level(bool high)
 {
     uint32_t wanted = high ? RX_PIN : 0;
     while ((GPIOA_IDR & RX_PIN) != wanted) {
@@ -161,28 +161,29 @@ static uint32_t wait_for_level(bool high)
 }
 
 /* Cycles between two readings of SysTick, a 24-bit down counter. */
-static uint32_t cycles_between(uint32_t from, uint32_t to)
+static uint32_t count_cycles_between(uint32_t from, uint32_t to)
 {
     return (from - to) & 0xffffffu;
 }
 
 /* Measures a bit of 0x7F on the line: low for the start bit, high for seven bits, low for one. The
  * falling edges are eight bits apart. */
-static uint32_t measure_bit(void)
+static uint32_t measure_bit_cycles(void)
 {
     for (;;) {
-        wait_for_level(true);
-        uint32_t fall = wait_for_level(false);
-        uint32_t rise = wait_for_level(true);
-        uint32_t again = wait_for_level(false);
-        uint32_t start = cycles_between(fall, rise), eight = cycles_between(fall, again);
-        wait_for_level(true);
+        wait_for_rx_level(true);
+        uint32_t fall = wait_for_rx_level(false);
+        uint32_t rise = wait_for_rx_level(true);
+        uint32_t again = wait_for_rx_level(false);
+        uint32_t start = count_cycles_between(fall, rise),
+                 eight = count_cycles_between(fall, again);
+        wait_for_rx_level(true);
         if (start * 8u > eight / 2u && start * 8u < eight * 3u / 2u && eight >= 8u * 16u)
             return (eight + 4u) / 8u;
     }
 }
 
-static void line_open(void)
+static void open_serial_line(void)
 {
     RCC_AHB1ENR |= 1u;
     RCC_APB2ENR |= 1u << 4;
@@ -193,7 +194,7 @@ static void line_open(void)
     SYST_RVR = 0xffffff;
     SYST_CVR = 0;
     SYST_CSR = 7;
-    uint32_t bit = measure_bit();
+    uint32_t bit = measure_bit_cycles();
     GPIOA_AFRH = (GPIOA_AFRH & ~0xff0u) | 0x770u;
     GPIOA_MODER = (GPIOA_MODER & ~(0xfu << 18)) | 0xau << 18;
     USART1_BRR = bit;
@@ -205,7 +206,7 @@ static void line_open(void)
 }
 
 /* Returns the peripherals used to their reset state. */
-static void line_close(void)
+static void close_serial_line(void)
 {
     while (!(USART1_SR & TC))
         ;
@@ -226,7 +227,7 @@ static void line_close(void)
     set_slow_clock();
 }
 
-__attribute__((noreturn)) static void system_reset(void)
+__attribute__((noreturn)) static void reset_system(void)
 {
     while (!(USART1_SR & TC))
         ;
@@ -235,35 +236,35 @@ __attribute__((noreturn)) static void system_reset(void)
         ;
 }
 
-static void flash_wait(void)
+static void wait_for_flash(void)
 {
     while (FLASH_SR & BSY)
         sleep_until_interrupt();
     FLASH_SR = 0xf3;
 }
 
-static void flash_open(void)
+static void unlock_flash(void)
 {
     FLASH_SR = 0xf3;
     FLASH_KEYR = 0x45670123u;
     FLASH_KEYR = 0xcdef89abu;
 }
 
-static void flash_close(void)
+static void lock_flash(void)
 {
     FLASH_CR = 1u << 31;
 }
 
-static void flash_erase(uint32_t what)
+static void erase_flash(uint32_t what)
 {
     FLASH_CR = what | PSIZE_X32 | EOPIE;
     FLASH_CR = what | PSIZE_X32 | EOPIE | STRT;
-    flash_wait();
+    wait_for_flash();
 }
 
-static void flash_program(uint32_t address, const uint8_t *bytes, size_t n)
+static void program_flash(uint32_t address, const uint8_t *bytes, size_t n)
 {
-    flash_open();
+    unlock_flash();
     for (size_t i = 0; i < n;) {
         bool word = ((address + i) & 3u) == 0 && n - i >= 4;
         FLASH_CR = (word ? PSIZE_X32 : 0) | EOPIE | 1u;
@@ -272,18 +273,18 @@ static void flash_program(uint32_t address, const uint8_t *bytes, size_t n)
                                (uint32_t)bytes[i + 2] << 16 | (uint32_t)bytes[i + 3] << 24;
         else
             *(volatile uint8_t *)(address + i) = bytes[i];
-        flash_wait();
+        wait_for_flash();
         i += word ? 4 : 1;
     }
-    flash_close();
+    lock_flash();
 }
 
-static uint8_t protection_byte(void)
+static uint8_t read_protection_byte(void)
 {
     return (uint8_t)(FLASH_OPTCR >> 8);
 }
 
-static void options_program(uint32_t clear, uint32_t set)
+static void program_options(uint32_t clear, uint32_t set)
 {
     FLASH_OPTKEYR = 0x08192a3bu;
     FLASH_OPTKEYR = 0x4c5d6e7fu;
@@ -313,41 +314,41 @@ static bool receive_address(uint32_t *address)
 {
     uint8_t sum = 0;
     *address = 0;
-    line_error = false;
+    has_line_error = false;
     for (unsigned i = 0; i < 4; i++) {
         uint8_t byte = receive_byte();
         *address = *address << 8 | byte;
         sum ^= byte;
     }
-    return receive_byte() == sum && !line_error;
+    return receive_byte() == sum && !has_line_error;
 }
 
-static const uint8_t get_reply[] = {9,    VERSION, 0x00, 0x01, 0x02, 0x11,
-                                    0x21, 0x31,    0x44, 0x82, 0x92};
-static const uint8_t version_reply[] = {VERSION, 0, 0};
+static const uint8_t get_reply[] = {
+    9, PROTOCOL_VERSION, 0x00, 0x01, 0x02, 0x11, 0x21, 0x31, 0x44, 0x82, 0x92};
+static const uint8_t version_reply[] = {PROTOCOL_VERSION, 0, 0};
 static const uint8_t id_reply[] = {1, 0x04, 0x13};
 
 static void send_reply(const uint8_t *reply, size_t n)
 {
-    send_answer(true);
+    send_ack_or_nack(true);
     send_bytes(reply, n);
-    send_answer(true);
+    send_ack_or_nack(true);
 }
 
 static void command_read(void)
 {
     uint32_t address;
-    send_answer(true);
+    send_ack_or_nack(true);
     bool good = receive_address(&address);
     good = good && (is_in_flash(address, 1) || is_in_ram(address, 1) ||
                     is_in_range(address, SYSTEM_BEGIN, SYSTEM_END, 1));
-    if (!send_answer(good))
+    if (!send_ack_or_nack(good))
         return;
     uint8_t n = receive_byte(), complement = receive_byte();
-    good = (uint8_t)(n ^ complement) == 0xff && !line_error;
+    good = (uint8_t)(n ^ complement) == 0xff && !has_line_error;
     good = good && (is_in_flash(address, n + 1u) || is_in_ram(address, n + 1u) ||
                     is_in_range(address, SYSTEM_BEGIN, SYSTEM_END, n + 1u));
-    if (send_answer(good))
+    if (send_ack_or_nack(good))
         send_bytes((const uint8_t *)address, n + 1u);
 }
 
@@ -356,7 +357,7 @@ static void command_read(void)
 __attribute__((noreturn)) static void start_program(uint32_t address)
 {
     uint32_t stack = REG(address), entry = REG(address + 4u);
-    line_close();
+    close_serial_line();
     __asm__ volatile("msr msp, %0\n cpsie i\n bx %1" : : "r"(stack), "r"(entry | 1u) : "memory");
     for (;;)
         ;
@@ -365,9 +366,10 @@ __attribute__((noreturn)) static void start_program(uint32_t address)
 static void command_go(void)
 {
     uint32_t address;
-    send_answer(true);
+    send_ack_or_nack(true);
     bool good = receive_address(&address);
-    if (send_answer(good && !(address & 3u) && (is_in_flash(address, 8) || is_in_ram(address, 8))))
+    if (send_ack_or_nack(good && !(address & 3u) &&
+                         (is_in_flash(address, 8) || is_in_ram(address, 8))))
         start_program(address);
 }
 
@@ -375,27 +377,27 @@ static void command_write(void)
 {
     static uint8_t data[256];
     uint32_t address;
-    send_answer(true);
+    send_ack_or_nack(true);
     bool good = receive_address(&address);
-    if (!send_answer(good && (is_in_flash(address, 1) || is_in_ram(address, 1))))
+    if (!send_ack_or_nack(good && (is_in_flash(address, 1) || is_in_ram(address, 1))))
         return;
     uint8_t n = receive_byte(), sum = n;
     for (unsigned i = 0; i <= n; i++) {
         data[i] = receive_byte();
         sum ^= data[i];
     }
-    good = receive_byte() == sum && !line_error;
+    good = receive_byte() == sum && !has_line_error;
     if (good && is_in_flash(address, n + 1u))
-        flash_program(address, data, n + 1u);
+        program_flash(address, data, n + 1u);
     else if (good && is_in_ram(address, n + 1u))
         for (unsigned i = 0; i <= n; i++)
             *(volatile uint8_t *)(address + i) = data[i];
     else
         good = false;
-    send_answer(good);
+    send_ack_or_nack(good);
 }
 
-static uint16_t receive_half(uint8_t *sum)
+static uint16_t receive_halfword(uint8_t *sum)
 {
     uint8_t high = receive_byte(), low = receive_byte();
     *sum ^= high ^ low;
@@ -406,52 +408,52 @@ static uint16_t receive_half(uint8_t *sum)
  * is one bank, so the codes for single banks are refused. */
 static void command_erase(void)
 {
-    uint8_t sectors[SECTORS], sum = 0;
+    uint8_t sectors[SECTOR_COUNT], sum = 0;
     bool good = true;
-    send_answer(true);
-    line_error = false;
-    uint16_t n = receive_half(&sum);
+    send_ack_or_nack(true);
+    has_line_error = false;
+    uint16_t n = receive_halfword(&sum);
     if (n < 0xfff0u) {
         for (unsigned i = 0; i <= n; i++) {
-            uint16_t sector = receive_half(&sum);
-            good = good && sector < SECTORS && i < SECTORS;
+            uint16_t sector = receive_halfword(&sum);
+            good = good && sector < SECTOR_COUNT && i < SECTOR_COUNT;
             if (good)
                 sectors[i] = (uint8_t)sector;
         }
     }
-    good = receive_byte() == sum && !line_error && good && (n < 0xfff0u || n == 0xffffu);
+    good = receive_byte() == sum && !has_line_error && good && (n < 0xfff0u || n == 0xffffu);
     if (good) {
-        flash_open();
+        unlock_flash();
         if (n == 0xffffu)
-            flash_erase(1u << 2);
+            erase_flash(1u << 2);
         for (unsigned i = 0; n < 0xfff0u && i <= n; i++)
-            flash_erase((uint32_t)sectors[i] << 3 | 1u << 1);
-        flash_close();
+            erase_flash((uint32_t)sectors[i] << 3 | 1u << 1);
+        lock_flash();
     }
-    send_answer(good);
+    send_ack_or_nack(good);
 }
 
 static void change_options(uint32_t clear, uint32_t set)
 {
-    send_answer(true);
-    options_program(clear, set);
-    send_answer(true);
-    system_reset();
+    send_ack_or_nack(true);
+    program_options(clear, set);
+    send_ack_or_nack(true);
+    reset_system();
 }
 
 /* Returns to level 0; the hardware erases everything first. */
 static void command_readout_unprotect(void)
 {
-    send_answer(true);
-    if (protection_byte() == 0xaa) {
-        flash_open();
-        flash_erase(1u << 2);
-        flash_close();
+    send_ack_or_nack(true);
+    if (read_protection_byte() == 0xaa) {
+        unlock_flash();
+        erase_flash(1u << 2);
+        lock_flash();
     } else {
-        options_program(0xffu << 8, 0xaau << 8);
+        program_options(0xffu << 8, 0xaau << 8);
     }
-    send_answer(true);
-    system_reset();
+    send_ack_or_nack(true);
+    reset_system();
 }
 
 /* Commands available at protection level 1 (AN3155, table of commands, note 2). */
@@ -462,8 +464,8 @@ static bool is_always_allowed(uint8_t command)
 
 static void execute_command(uint8_t command)
 {
-    if (protection_byte() != 0xaa && !is_always_allowed(command)) {
-        send_answer(false);
+    if (read_protection_byte() != 0xaa && !is_always_allowed(command)) {
+        send_ack_or_nack(false);
         return;
     }
     switch (command) {
@@ -476,7 +478,7 @@ static void execute_command(uint8_t command)
     case 0x44: command_erase(); break;
     case 0x82: change_options(0xffu << 8, 0x55u << 8); break; /* readout protect */
     case 0x92: command_readout_unprotect(); break;
-    default: send_answer(false); break;
+    default: send_ack_or_nack(false); break;
     }
 }
 
@@ -488,16 +490,16 @@ void reset(void)
     for (unsigned polls = 0; IWDG_SR && polls < 10000u; polls++)
         ;
     feed_watchdog();
-    line_error = false;
+    has_line_error = false;
     set_fast_clock();
-    line_open();
-    send_answer(true);
+    open_serial_line();
+    send_ack_or_nack(true);
     for (;;) {
-        line_error = false;
+        has_line_error = false;
         uint8_t command = receive_byte(), complement = receive_byte();
-        if ((uint8_t)(command ^ complement) == 0xff && !line_error)
+        if ((uint8_t)(command ^ complement) == 0xff && !has_line_error)
             execute_command(command);
         else
-            send_answer(false);
+            send_ack_or_nack(false);
     }
 }

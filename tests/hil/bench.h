@@ -26,7 +26,7 @@ static inline struct hil_board *bench_board(const char *image, const struct hil_
     struct hil_board *board = hil_board_create(options ? options : &usual);
     snprintf(path, sizeof path, BENCH_IMAGES "%s.elf", image);
     if (hil_board_load_elf(board, path) != MR_OK)
-        fail_msg("%s", hil_board_reason(board));
+        fail_msg("%s", hil_board_failure_reason(board));
     return board;
 }
 
@@ -52,7 +52,7 @@ static inline void bench_run(struct hil_board *board, uint64_t t_ps)
 {
     enum mr_status status = hil_board_run_until(board, t_ps);
     if (status != MR_OK)
-        fail_msg("the board stopped: %s", hil_board_reason(board));
+        fail_msg("the board stopped: %s", hil_board_failure_reason(board));
 }
 
 /* The power goes in the n-th operation from now of the flash or, `nor`, of the black box's memory,
@@ -72,17 +72,18 @@ static inline void bench_cut_began(void *context)
     if (!cut->left || --cut->left)
         return;
     const struct hil_state *state = &cut->board->state;
-    uint64_t begin = cut->nor ? state->w25q.begin_ps : state->mcu.flash.begin_ps;
-    uint64_t end = cut->nor ? state->w25q.end_ps : state->mcu.flash.end_ps;
-    struct hil_fault fault = {.trigger = HIL_AT_TIME,
-                              .t_ps = begin + (end - begin) / 1000u * cut->permille,
+    uint64_t begin = cut->nor ? state->w25q.operation_begin_ps : state->mcu.flash.begin_ps;
+    uint64_t end = cut->nor ? state->w25q.operation_end_ps : state->mcu.flash.end_ps;
+    struct hil_fault fault = {.trigger = HIL_TRIGGER_TIME,
+                              .trigger_ps = begin + (end - begin) / 1000u * cut->permille,
                               .action = HIL_FAULT_POWER_CUT};
     assert_int_equal(hil_faults_add(&cut->board->faults, &fault), MR_OK);
 }
 
 static inline void bench_cut_at(struct hil_board *board, bool nor, uint64_t n, unsigned permille)
 {
-    struct hil_call *began = nor ? &board->w25q.on_begin : &board->mcu.flash.on_begin;
+    struct hil_call *began = nor ? &board->w25q.on_operation_begin
+                                 : &board->mcu.flash.on_operation_begin;
     bench_cut = (struct bench_cut){board, *began, n, permille, nor};
     *began = (struct hil_call){bench_cut_began, &bench_cut};
 }

@@ -136,10 +136,10 @@ static inline struct ear *ear_open(const struct hil_options *given, unsigned lan
     ear->log_file = fmemopen(ear->log, sizeof ear->log - 1, "w");
     assert_non_null(ear->log_file);
     setvbuf(ear->log_file, NULL, _IONBF, 0);
-    options.log = ear->log_file;
+    options.fault_log = ear->log_file;
     ear_attach(ear, hil_board_create(&options));
     if (hil_board_load_elf(ear->board, EAR_ELF) != MR_OK)
-        fail_msg("%s", hil_board_reason(ear->board));
+        fail_msg("%s", hil_board_failure_reason(ear->board));
     snprintf(path, sizeof path, "tests/runs/landing%u.run", landing);
     if (landing && hil_run_read(path, &ear->run, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
@@ -175,7 +175,7 @@ static inline void ear_order(struct ear *ear, const char *line)
     if (hil_faults_read(path, EAR_ELF, &script, error, sizeof error) != MR_OK)
         fail_msg("%s", error);
     if (hil_faults_add_all(&ear->board->faults, &script) != MR_OK)
-        fail_msg("%s", hil_board_reason(ear->board));
+        fail_msg("%s", hil_board_failure_reason(ear->board));
 }
 
 static inline void ear_command(struct ear *ear, unsigned link, unsigned code, int32_t argument,

@@ -60,8 +60,8 @@ struct snapshot *snapshot_take(const struct hil_board *board)
     snapshot->core = board->core.state;
     snapshot->state = board->state;
     snapshot->options = board->options;
-    snapshot->options.trace = snapshot->options.log = NULL;
-    snapshot->memories.own = board->memories->own;
+    snapshot->options.trace = snapshot->options.fault_log = NULL;
+    snapshot->memories.mcu = board->memories->mcu;
     copy_cells(snapshot->memories.nor, NULL, board->memories->nor, board->state.w25q.used_sectors);
     save_registers(&board->core, &snapshot->registers);
     return snapshot;
@@ -70,27 +70,27 @@ struct snapshot *snapshot_take(const struct hil_board *board)
 void snapshot_restore(struct hil_board *board, const struct snapshot *snapshot)
 {
     struct hil_core *core = &board->core;
-    FILE *log = board->options.log;
+    FILE *log = board->options.fault_log;
     board->options = snapshot->options;
-    board->options.log = log;
+    board->options.fault_log = log;
     hil_board_set_electronics(board);
     copy_cells(board->memories->nor, board->state.w25q.used_sectors, snapshot->memories.nor,
                snapshot->state.w25q.used_sectors);
     core->state = snapshot->core;
     board->state = snapshot->state;
-    board->memories->own = snapshot->memories.own;
+    board->memories->mcu = snapshot->memories.mcu;
     hil_cpu_discard_code(core);
-    hil_cpu_load(core, &snapshot->registers);
+    hil_cpu_load_registers(core, &snapshot->registers);
     hil_stuck_bits_enable(core);
-    core->stopped = false;
+    core->is_stopped = false;
     core->reset = (struct hil_reset){0};
-    core->reason[0] = '\0';
+    core->failure_reason[0] = '\0';
 }
 
 struct hil_board *snapshot_fork(const struct hil_board *board)
 {
     struct hil_options options = board->options;
-    options.trace = options.log = NULL;
+    options.trace = options.fault_log = NULL;
     struct hil_board *copy = hil_board_create(&options);
     struct snapshot *snapshot = snapshot_take(board);
     copy->rig.run = board->rig.run;

@@ -10,7 +10,7 @@
 /* A run in which nothing moves and no switch opens, with zero displacement and tension. */
 static inline void still_run(struct hil_run *run, double duration_s)
 {
-    *run = (struct hil_run){.duration_s = duration_s, .rate_hz = 1.0, .sample_count = 1};
+    *run = (struct hil_run){.duration_s = duration_s, .sample_rate_hz = 1.0, .sample_count = 1};
     run->samples = calloc(1, sizeof *run->samples);
     assert_non_null(run->samples);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)

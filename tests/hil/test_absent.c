@@ -65,7 +65,7 @@ static struct heard *open_board(const char *elf)
     mr_deframer_init(&heard->deframer);
     heard->board = hil_board_create(&options);
     if (hil_board_load_elf(heard->board, elf) != MR_OK)
-        fail_msg("%s", hil_board_reason(heard->board));
+        fail_msg("%s", hil_board_failure_reason(heard->board));
     hil_board_set_callbacks(heard->board, &callbacks);
     return heard;
 }
@@ -196,8 +196,8 @@ TEST(switches_alone_time_the_landing)
         assert_int_equal(count(bare, id), 0);
     assert_int_equal(count(bare, MR_ID_BOX_STATE), 0);
     assert_true(count(full, MR_ID_BOX_STATE) > 5);
-    assert_true(full->board->state.w25q.operations > 100);
-    assert_int_equal(bare->board->state.w25q.operations, 0);
+    assert_true(full->board->state.w25q.operation_count > 100);
+    assert_int_equal(bare->board->state.w25q.operation_count, 0);
     close_board(bare);
 }
 
@@ -214,11 +214,11 @@ TEST(sums_are_those_of_the_full_configuration)
     struct hil_replay replay = {.has_crystal = true,
                                 .blocks = full->block,
                                 .block_count = full->blocks,
-                                .edge_tick = edge_tick,
+                                .edge_ticks = edge_tick,
                                 .edge_count = full->edges,
                                 .commands = &arm,
                                 .command_count = 1,
-                                .origin_tick = 2352};
+                                .block0_tick = 2352};
     assert_int_equal(full->block[full->blocks - 1].index - full->block[0].index + 1, full->blocks);
     for (size_t i = 0; i < full->edges; i++)
         edge_tick[i] = full->edge[i].tick;

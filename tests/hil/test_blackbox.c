@@ -148,8 +148,8 @@ static void record_landing(unsigned landing, enum hil_cell_times times)
 
 TEST(landings_are_store_contextle)
 {
-    record_landing(1, HIL_TIMES_SPREAD);
-    record_landing(4, HIL_TIMES_SPREAD);
+    record_landing(1, HIL_TIMES_RANDOM);
+    record_landing(4, HIL_TIMES_RANDOM);
 }
 
 /* CAN, serial and the memory all busy, each page taking 3 ms: nothing is lost anywhere. */
@@ -177,7 +177,7 @@ static bool cut_here(const struct ear *base, unsigned permille)
     assert_non_null(ear);
     mr_deframer_init(&ear->deframer);
     ear_attach(ear, snapshot_fork(base->board));
-    uint64_t done = ear->board->state.w25q.operations;
+    uint64_t done = ear->board->state.w25q.operation_count;
     bench_cut_at(ear->board, true, 1, permille);
     double now_s = (double)hil_board_now_ps(ear->board) * 1e-12, limit_s = now_s + 0.2;
     for (; hil_board_counters(ear->board)->power_cuts == 0; now_s += 0.001) {
@@ -240,7 +240,7 @@ TEST(the_power_goes_at_many_points)
     double t_s = 0.5;
     for (; cuts < points; t_s += 0.001) {
         ear_until(ear, t_s);
-        if (ear->board->state.w25q.operations < 1 + cuts * (total - 2) / points)
+        if (ear->board->state.w25q.operation_count < 1 + cuts * (total - 2) / points)
             continue;
         landed += cut_here(ear, cuts * 137u % 1000u);
         cuts++;
@@ -312,10 +312,10 @@ TEST(a_chip_that_is_busy_at_the_start_is_not_absent)
 {
     struct ear *ear = ear_open(NULL, 0);
     struct hil_w25q *chip = &ear->board->state.w25q;
-    chip->operation = 0x20;
+    chip->operation_command = 0x20;
     chip->cell_count = HIL_NOR_SECTOR_BYTES;
     chip->status = 3;
-    chip->end_ps = HIL_NEVER;
+    chip->operation_end_ps = HIL_NEVER;
     ear_until(ear, 5.5);
     assert_int_equal(box_state(ear).state, MR_BOX_LOOKING);
     ear_until(ear, 9.0);

@@ -38,7 +38,7 @@ static struct hil_board *run(const struct hil_board_type *type, const char *name
 {
     struct hil_board *board = power_on(type);
     if (hil_board_load_elf(board, image_of(name)) != MR_OK)
-        fail_msg("%s", hil_board_reason(board));
+        fail_msg("%s", hil_board_failure_reason(board));
     bench_run(board, START_PS);
     return board;
 }
@@ -54,14 +54,14 @@ TEST(an_image_runs_on_its_own_board_alone)
         const struct hil_board_type *told = NULL;
         char error[200];
         assert_int_equal(
-            hil_board_type_of_files(image_of(names[i]), NULL, &told, error, sizeof error), MR_OK);
+            hil_board_type_from_files(image_of(names[i]), NULL, &told, error, sizeof error), MR_OK);
         assert_ptr_equal(told, hil_board_type_by_name(names[i]));
         for (size_t k = 0; k < BOARDS; k++) {
             struct hil_board *board = power_on(hil_board_type_by_name(names[k]));
             assert_int_equal(hil_board_load_elf(board, image_of(names[i])),
                              i == k ? MR_OK : MR_VERSION);
             if (i != k)
-                assert_non_null(strstr(hil_board_reason(board), names[i]));
+                assert_non_null(strstr(hil_board_failure_reason(board), names[i]));
             hil_board_destroy(board);
         }
     }
@@ -80,7 +80,7 @@ TEST(so_does_a_flash_file)
             struct hil_board *board = power_on(hil_board_type_by_name(names[k]));
             assert_int_equal(hil_board_load_flash(board, path), i == k ? MR_OK : MR_VERSION);
             if (i != k)
-                assert_non_null(strstr(hil_board_reason(board), names[i]));
+                assert_non_null(strstr(hil_board_failure_reason(board), names[i]));
             hil_board_destroy(board);
         }
         hil_board_destroy(own);
@@ -131,7 +131,7 @@ TEST(each_chip_says_what_it_is)
         assert_int_equal(board->core.state.clock.hclk_hz, 168000000);
         assert_true(hil_bus_read(&board->core, RCC_PLLCFGR, 4) >> 22 & 1u); /* from OSC_IN */
         assert_true(hil_board_counters(board)->serial_bytes_out > 100);
-        assert_int_equal(hil_board_counters(board)->serial_wrong_rate, 0);
+        assert_int_equal(hil_board_counters(board)->serial_bytes_garbled, 0);
         assert_true(hil_board_counters(board)->can_frames_out > 10);
         hil_board_destroy(board);
     }
@@ -157,10 +157,10 @@ TEST(a_pin_that_the_package_lacks_stops_the_run)
         hil_bus_write(&board->core, 0x40023830u, 4,
                       hil_bus_read(&board->core, 0x40023830u, 4) | 1u << 5);
         hil_bus_write(&board->core, GPIOF_MODER, 4, 3u << 6);
-        bool stopped = board->core.stopped;
+        bool stopped = board->core.is_stopped;
         assert_int_equal(stopped, strcmp(names[i], "discovery") == 0);
         if (stopped)
-            assert_non_null(strstr(hil_board_reason(board), "PF3"));
+            assert_non_null(strstr(hil_board_failure_reason(board), "PF3"));
         hil_board_destroy(board);
     }
 }

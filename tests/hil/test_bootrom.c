@@ -120,7 +120,7 @@ static struct host *chip(const char *image, uint32_t baud, enum hil_parity parit
     struct hil_options options;
     hil_options_default(&options);
     options.cell_times = HIL_TIMES_TYPICAL;
-    options.boot0 = true;
+    options.is_boot0_high = true;
     options.host_baud = baud;
     options.host_parity = parity;
     host->board = image ? bench_board(image, &options) : hil_board_create(&options);
@@ -343,7 +343,7 @@ TEST(test_command)
     options.host_parity = HIL_PARITY_EVEN;
     host.board = hil_board_create(&options);
     if (hil_board_load_elf(host.board, "build/firmware/matrig.elf") != MR_OK)
-        fail_msg("%s", hil_board_reason(host.board));
+        fail_msg("%s", hil_board_failure_reason(host.board));
     hil_board_set_callbacks(host.board, &callbacks);
     wait_ps(&host, 100 * HIL_MS_PS);
     assert_int_equal(mr_command_parse("bootrom", 1, &message), MR_OK);

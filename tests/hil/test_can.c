@@ -200,24 +200,24 @@ TEST(test_filters)
     can.filter[2][0] = 0x120u << 21;
     can.filter[2][1] = 0x7f0u << 21 | 4u; /* 0x120 to 0x12f, standard */
     can.fmr |= 1u;                        /* FINIT: reception is deactivated */
-    assert_false(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_false(hil_can_match_filters(&can, &frame, &fifo, &match));
     can.fmr &= ~1u;
-    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_true(hil_can_match_filters(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 1);
     assert_int_equal(match, 0);
     frame.id = 0x124;
-    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_true(hil_can_match_filters(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 0);
     assert_int_equal(match, 1);
     frame.id = 0x6aa;
-    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_true(hil_can_match_filters(&can, &frame, &fifo, &match));
     assert_int_equal(match, 0);
-    frame = (struct hil_can_frame){.id = 0x1abcdef, .extended = true};
-    assert_true(hil_can_filter(&can, &frame, &fifo, &match));
+    frame = (struct hil_can_frame){.id = 0x1abcdef, .is_extended = true};
+    assert_true(hil_can_match_filters(&can, &frame, &fifo, &match));
     assert_int_equal(fifo, 1);
     assert_int_equal(match, 1);
     frame = (struct hil_can_frame){.id = 0x101};
-    assert_false(hil_can_filter(&can, &frame, &fifo, &match));
+    assert_false(hil_can_match_filters(&can, &frame, &fifo, &match));
 }
 
 /* What silicon ignores, or takes for more than was meant, ends the run. */
@@ -237,8 +237,8 @@ TEST(test_wrong_drivers)
         bench_control(board, 1, 1);
         bench_control(board, 2, 0x100);
         assert_int_equal(hil_board_run_until(board, 5 * HIL_MS_PS), MR_UNMODELLED);
-        if (!strstr(hil_board_reason(board), cases[i].reason))
-            fail_msg("%s: %s", cases[i].reason, hil_board_reason(board));
+        if (!strstr(hil_board_failure_reason(board), cases[i].reason))
+            fail_msg("%s: %s", cases[i].reason, hil_board_failure_reason(board));
         hil_board_destroy(board);
     }
 }

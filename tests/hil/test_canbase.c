@@ -26,7 +26,7 @@ static void on_can(void *ctx, uint64_t t_ps, const struct hil_can_frame *frame)
     int id = (int)frame->id - (int)ear->can_base;
     const struct mr_message_info *info = id < 0 ? NULL : mr_message_find((uint16_t)id);
     bus.frames++;
-    if (frame->extended || frame->remote || !info || info->length != frame->length ||
+    if (frame->is_extended || frame->is_remote || !info || info->length != frame->length ||
         info->direction == MR_DIRECTION_HOST)
         bus.strange++;
     ear_can(ctx, t_ps, frame);

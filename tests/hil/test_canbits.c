@@ -31,7 +31,7 @@ TEST(test_one_bit)
  * 4 + 15 + 10 bits. */
 TEST(test_remote_carries_no_data)
 {
-    struct hil_can_frame frame = {.id = 0x2aa, .remote = true, .length = 8};
+    struct hil_can_frame frame = {.id = 0x2aa, .is_remote = true, .length = 8};
     struct hil_can_bits bits = hil_can_frame_bits(&frame);
     assert_int_equal(bits.length - bits.stuff_bits, 44);
 }
@@ -86,15 +86,15 @@ TEST(test_against_text)
         struct hil_can_frame frame = {0};
         char text[256] = "0";
         random = random * 1664525u + 1013904223u;
-        frame.extended = random >> 31;
-        frame.id = random >> 3 & (frame.extended ? 0x1fffffffu : 0x7ffu);
+        frame.is_extended = random >> 31;
+        frame.id = random >> 3 & (frame.is_extended ? 0x1fffffffu : 0x7ffu);
         frame.length = (uint8_t)(trial % 9);
         for (unsigned i = 0; i < frame.length; i++) {
             random = random * 1664525u + 1013904223u;
             /* some zeros, to be stuffed */
             frame.data[i] = (uint8_t)((random >> 28) ? random >> 16 : 0);
         }
-        if (frame.extended) {
+        if (frame.is_extended) {
             append(text, frame.id >> 18, 11);
             append(text, 3, 2);
             append(text, frame.id & 0x3ffff, 18);
@@ -119,10 +119,10 @@ TEST(test_against_text)
 TEST(test_arbitration)
 {
     struct hil_can_frame low = {.id = 0x080}, high = {.id = 0x400};
-    struct hil_can_frame remote = {.id = 0x080, .remote = true};
-    struct hil_can_frame extended = {.id = 0x080u << 18, .extended = true};
-    assert_true(hil_can_arbitration(&low) < hil_can_arbitration(&high));
-    assert_true(hil_can_arbitration(&low) < hil_can_arbitration(&remote));
-    assert_true(hil_can_arbitration(&remote) < hil_can_arbitration(&extended));
-    assert_true(hil_can_arbitration(&extended) < hil_can_arbitration(&high));
+    struct hil_can_frame remote = {.id = 0x080, .is_remote = true};
+    struct hil_can_frame extended = {.id = 0x080u << 18, .is_extended = true};
+    assert_true(hil_can_arbitration_value(&low) < hil_can_arbitration_value(&high));
+    assert_true(hil_can_arbitration_value(&low) < hil_can_arbitration_value(&remote));
+    assert_true(hil_can_arbitration_value(&remote) < hil_can_arbitration_value(&extended));
+    assert_true(hil_can_arbitration_value(&extended) < hil_can_arbitration_value(&high));
 }

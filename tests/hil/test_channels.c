@@ -18,7 +18,7 @@ static void overrun(struct ear *ear, unsigned unit)
 {
     struct hil_adc *adc = &ear->board->state.mcu.adc[unit];
     adc->sr |= 0x20u; /* OVR: it stops */
-    adc->is_running = false;
+    adc->is_sequence_running = false;
 }
 
 /* Landing 5 from its arming on, both converters stopping once on the way. The time at each
@@ -128,14 +128,14 @@ TEST(a_broken_lead_is_told_while_idle)
     ear_until(ear, t_s);
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         unsigned told = ear->heard[EAR_CAN][MR_ID_CHANNEL_EVENT];
-        hil_rig_set_fault(&ear->board->rig, cases[i].channel,
-                          (enum hil_channel_fault)cases[i].fault);
+        hil_rig_set_channel_fault(&ear->board->rig, cases[i].channel,
+                                  (enum hil_channel_fault)cases[i].fault);
         ear_until(ear, t_s += 1.0);
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_CHANNEL_EVENT], told + 1);
         expect_event(ear, cases[i].channel, cases[i].validity);
         assert_int_equal(ear->fault[MR_FAULT_CHANNEL].count, i + 1);
         assert_int_equal(ear->fault[MR_FAULT_CHANNEL].detail, cases[i].channel);
-        hil_rig_set_fault(&ear->board->rig, cases[i].channel, HIL_CHANNEL_GOOD);
+        hil_rig_set_channel_fault(&ear->board->rig, cases[i].channel, HIL_CHANNEL_GOOD);
         ear_until(ear, t_s += 4.0);
         assert_int_equal(ear->heard[EAR_CAN][MR_ID_CHANNEL_EVENT], told + 2);
         expect_event(ear, cases[i].channel, MR_VALID);

@@ -143,7 +143,7 @@ TEST(a_change_costs_blocks_and_nothing_else)
         read_out(ear, &back);
         assert_int_equal(mr_config_encode(&back, image), mr_config_encode(&now, image));
         assert_int_equal(hil_board_counters(ear->board)->resets, 0);
-        assert_int_equal(hil_board_counters(ear->board)->flash_refused, 0);
+        assert_int_equal(hil_board_counters(ear->board)->flash_errors, 0);
         /* afterwards the flash is locked (FLASH_CR), and the watchdog has half a second again
          * (IWDG_RLR, LSI / 32): RM0090 3.9.7, 21.4.3 */
         assert_int_equal(hil_bus_read(&ear->board->core, 0x40023c10u, 4) >> 31, 1);
@@ -171,8 +171,9 @@ TEST(a_change_is_not_the_time_of_the_other_memory)
     for (unsigned step = 0; step < 15000 && tried < 8; step++) {
         pass(ear, 200e-6);
         const struct hil_w25q *nor = &ear->board->state.w25q;
-        double left_ms = ((double)nor->end_ps - (double)hil_board_now_ps(ear->board)) * 1e-9;
-        if (nor->operation != 0x02 || left_ms < 1.0 + 0.2 * tried)
+        double left_ms = ((double)nor->operation_end_ps - (double)hil_board_now_ps(ear->board)) *
+                         1e-9;
+        if (nor->operation_command != 0x02 || left_ms < 1.0 + 0.2 * tried)
             continue;
         *fork = *ear;
         ear_attach(fork, snapshot_fork(ear->board));

@@ -68,8 +68,8 @@ static struct hil_board *misdeed(uint32_t which, enum mr_status status)
 
 static void assert_reason(const struct hil_board *board, const char *part)
 {
-    if (!strstr(hil_board_reason(board), part))
-        fail_msg("`%s` is not in the reason: %s", part, hil_board_reason(board));
+    if (!strstr(hil_board_failure_reason(board), part))
+        fail_msg("`%s` is not in the reason: %s", part, hil_board_failure_reason(board));
 }
 
 /* The load is the third instruction of read_at, after two of two bytes. */
@@ -114,7 +114,7 @@ TEST(test_bus_fault)
     assert_int_equal(bench_result(board, 4), 0x600d);
     const struct hil_counters *counters = hil_board_counters(board);
     assert_int_equal(counters->resets, 1);
-    assert_int_equal(counters->faults, 1);
+    assert_int_equal(counters->fault_exceptions, 1);
     assert_int_equal(counters->last_fault_pc, (bench_result(board, 5) & ~1u) + 4u);
     hil_board_destroy(board);
 }
@@ -178,7 +178,7 @@ TEST(test_usage_faults)
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_options options;
         hil_options_default(&options);
-        options.check_alignment = cases[i].alignment;
+        options.is_alignment_checked = cases[i].alignment;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i].which);
         bench_run(board, 100 * HIL_MS_PS);
@@ -186,7 +186,7 @@ TEST(test_usage_faults)
         assert_int_equal(bench_result(board, 2), cases[i].cfsr);
         assert_int_equal(bench_result(board, 6), cases[i].done);
         assert_int_equal(bench_result(board, 4), 0x600d); /* after its reset */
-        assert_int_equal(hil_board_counters(board)->faults, 1);
+        assert_int_equal(hil_board_counters(board)->fault_exceptions, 1);
         hil_board_destroy(board);
     }
 }
@@ -199,12 +199,12 @@ TEST(test_no_fault)
     for (unsigned i = 0; i < 2; i++) {
         struct hil_options options;
         hil_options_default(&options);
-        options.check_alignment = true;
+        options.is_alignment_checked = true;
         struct hil_board *board = bench_board("wild", &options);
         bench_control(board, 0, cases[i]);
         bench_run(board, 100 * HIL_MS_PS);
         assert_int_equal(bench_result(board, 4), 0x600d);
-        assert_int_equal(hil_board_counters(board)->faults, 0);
+        assert_int_equal(hil_board_counters(board)->fault_exceptions, 0);
         hil_board_destroy(board);
     }
 }

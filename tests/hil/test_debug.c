@@ -16,7 +16,7 @@ static struct hil_board *firmware_board(void)
     hil_options_default(&options);
     struct hil_board *board = hil_board_create(&options);
     if (hil_board_load_elf(board, FIRMWARE) != MR_OK)
-        fail_msg("%s", hil_board_reason(board));
+        fail_msg("%s", hil_board_failure_reason(board));
     return board;
 }
 
@@ -98,20 +98,20 @@ TEST(test_breaks_change_nothing)
     uint32_t address = function_at("mr_block_from_scans");
     unsigned held = 0, at_first = 0;
     hil_debug_attach(broken, &debug);
-    for (uint32_t i = 0; i < HIL_BREAKPOINTS; i++)
+    for (uint32_t i = 0; i < HIL_BREAKPOINTS_MAX; i++)
         assert_int_equal(hil_debug_set_breakpoint(broken, address + 2u * i, true), MR_OK);
     assert_int_equal(hil_debug_set_breakpoint(broken, address + 4u, true),
                      MR_OK); /* is there already */
-    assert_int_equal(hil_debug_set_breakpoint(broken, address + 2u * HIL_BREAKPOINTS, true),
+    assert_int_equal(hil_debug_set_breakpoint(broken, address + 2u * HIL_BREAKPOINTS_MAX, true),
                      MR_FULL);
     hil_debug_run(broken);
     for (; hil_board_now_ps(broken) < end_ps; held++) {
         bench_run(broken, end_ps);
         if (!hil_debug_is_holding(broken))
             break;
-        assert_int_equal(debug.hold, HIL_HOLD_BREAKPOINT);
+        assert_int_equal(debug.hold_reason, HIL_HOLD_BREAKPOINT);
         assert_in_range(hil_cpu_register(&broken->core, 15) & ~1u, address,
-                        address + 2u * HIL_BREAKPOINTS);
+                        address + 2u * HIL_BREAKPOINTS_MAX);
         at_first += (hil_cpu_register(&broken->core, 15) & ~1u) == address;
         hil_debug_run(broken);
     }
@@ -134,8 +134,9 @@ TEST(test_watchpoints)
     uint32_t before, after, address = 0;
     bench_run(board, 20 * HIL_MS_PS);
     uint32_t dma_start = 0, dma_end = 0;
-    assert_int_equal(hil_elf_symbol("build/firmware/matrig.elf", "dma_start", &dma_start), MR_OK);
-    assert_int_equal(hil_elf_symbol("build/firmware/matrig.elf", "dma_end", &dma_end), MR_OK);
+    assert_int_equal(hil_elf_find_symbol("build/firmware/matrig.elf", "dma_start", &dma_start),
+                     MR_OK);
+    assert_int_equal(hil_elf_find_symbol("build/firmware/matrig.elf", "dma_end", &dma_end), MR_OK);
     /* a word that changes: the first one of RAM that differs a millisecond later */
     struct hil_board *later = snapshot_fork(board);
     bench_run(later, 22 * HIL_MS_PS);
@@ -153,12 +154,12 @@ TEST(test_watchpoints)
         bench_run(board, 22 * HIL_MS_PS);
         after = bench_word(board, address);
     } while (hil_debug_is_holding(board) && after == before);
-    assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
-    assert_in_range(debug.watch_address, address, address + 3);
-    assert_in_range(debug.watch_pc, 0x08010000u, 0x08040000u);
+    assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
+    assert_in_range(debug.hit_address, address, address + 3);
+    assert_in_range(debug.hit_pc, 0x08010000u, 0x08040000u);
     assert_int_not_equal(after, before);
     assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_WRITE, address, 4, false), MR_OK);
-    for (unsigned i = 0; i < HIL_WATCHPOINTS; i++)
+    for (unsigned i = 0; i < HIL_WATCHPOINTS_MAX; i++)
         assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_READ, SRAM + 4u * i, 4, true),
                          MR_OK);
     assert_int_equal(hil_debug_set_watchpoint(board, HIL_WATCH_READ, SRAM + 0x100u, 4, true),
@@ -176,7 +177,7 @@ TEST(test_watchpoints)
 static const struct place {
     uint16_t code[8];
     uint32_t offset;
-    enum hil_watch kind;
+    enum hil_watch_kind kind;
 } places[] = {
     /* str r2, [r0]; mov r0, r1; str r2, [r0]; b . */
     {{0x6002, 0x4608, 0x6002, 0xe7fe}, 4, HIL_WATCH_WRITE},
@@ -208,12 +209,12 @@ TEST(test_watchpoints_name_the_instruction)
                          MR_OK);
         hil_debug_run(board);
         bench_run(board, HIL_MS_PS);
-        assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
-        assert_int_equal(debug.watch_address, 0x20011100u);
-        assert_int_equal(debug.watch_pc, 0x20010000u + places[i].offset);
+        assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
+        assert_int_equal(debug.hit_address, 0x20011100u);
+        assert_int_equal(debug.hit_pc, 0x20010000u + places[i].offset);
         /* the next one, which has not run */
         assert_int_equal(hil_debug_read_register(board, HIL_REG_PC),
-                         debug.watch_pc + (i == 1 ? 4u : 2u));
+                         debug.hit_pc + (i == 1 ? 4u : 2u));
         hil_board_destroy(board);
     }
 }
@@ -231,7 +232,7 @@ TEST(test_watchpoints_hold_behind_each_access)
     for (unsigned i = 0; i < 2; i++) {
         hil_debug_run(board);
         bench_run(board, HIL_MS_PS);
-        assert_int_equal(debug.hold, HIL_HOLD_WATCHPOINT);
+        assert_int_equal(debug.hold_reason, HIL_HOLD_WATCHPOINT);
         assert_int_equal(bench_word(board, 0x20011100u), i ? 5 : 0x20011000u);
         assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u + 2u * i);
         assert_int_equal(hil_debug_read_register(board, 0), 0x20011000u);
@@ -277,8 +278,8 @@ TEST(test_refusals_name_the_instruction)
         assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_UNMODELLED);
         snprintf(pc, sizeof pc, "0x40002800, PC 0x%08x",
                  (unsigned)(0x20010000u + places[i].offset));
-        if (!strstr(hil_board_reason(board), pc))
-            fail_msg("`%s` is not in the reason: %s", pc, hil_board_reason(board));
+        if (!strstr(hil_board_failure_reason(board), pc))
+            fail_msg("`%s` is not in the reason: %s", pc, hil_board_failure_reason(board));
         assert_int_equal(hil_cpu_register(&board->core, 15) & ~1u, 0x20010000u + places[i].offset);
         hil_board_destroy(board);
     }
@@ -405,9 +406,9 @@ TEST(test_bkpt)
             hil_debug_run(b);
         bench_run(b, HIL_MS_PS);
     }
-    assert_int_equal(hil_board_counters(alone)->faults, 1);
-    assert_int_equal(debug.hold, HIL_HOLD_BKPT);
-    assert_int_equal(hil_board_counters(board)->faults, 0);
+    assert_int_equal(hil_board_counters(alone)->fault_exceptions, 1);
+    assert_int_equal(debug.hold_reason, HIL_HOLD_BKPT);
+    assert_int_equal(hil_board_counters(board)->fault_exceptions, 0);
     assert_int_equal(hil_debug_read_register(board, HIL_REG_PC), 0x20010002u);
     assert_int_equal(hil_debug_read_register(board, 0), 1);
     hil_debug_run(board);

@@ -22,7 +22,7 @@ TEST(a_missed_reversal_is_told)
     struct hil_tim *tim4 = &ear->board->state.mcu.tim[HIL_TIM4];
     tim4->reference_level[0] = !tim4->reference_level[0];
     tim4->reference_level[1] = !tim4->reference_level[1];
-    hil_gpio_notify(&ear->board->mcu.gpio, hil_now_cycle(&ear->board->core));
+    hil_gpio_notify_listeners(&ear->board->mcu.gpio, hil_now_cycle(&ear->board->core));
     ear_until(ear, 0.8);
     assert_true(ear_faults(ear, EAR_SERIAL) & EAR_BIT(POLARITY));
     assert_true(ear->fault[MR_FAULT_POLARITY].count > 100); /* every block since */
@@ -126,7 +126,7 @@ TEST(only_commands_pass_the_filter)
     for (uint32_t id = 0; id < 2048; id++) {
         for (unsigned form = 0; form < 3; form++) { /* data, remote, extended */
             struct hil_can_frame frame = {
-                .id = form == 2 ? id << 18 : id, .extended = form == 2, .remote = form == 1};
+                .id = form == 2 ? id << 18 : id, .is_extended = form == 2, .is_remote = form == 1};
             while (hil_can_inject(&ear->board->mcu.can, &frame) == MR_FULL)
                 ear_until(ear, t_s += 2e-3);
         }
@@ -206,7 +206,7 @@ TEST(without_a_crystal_the_internal_oscillator_serves)
 static void poke_code(struct ear *ear, const char *symbol, uint16_t code, uint16_t *before)
 {
     uint32_t address = 0;
-    assert_int_equal(hil_elf_symbol(EAR_ELF, symbol, &address), MR_OK);
+    assert_int_equal(hil_elf_find_symbol(EAR_ELF, symbol, &address), MR_OK);
     if (before)
         assert_int_equal(hil_board_peek(ear->board, address, before, 2), MR_OK);
     assert_int_equal(hil_board_poke(ear->board, address, &code, 2), MR_OK);
@@ -243,7 +243,7 @@ TEST(a_hang_ends_in_a_reset)
 static double scan_zero_s(const struct hil_board *board)
 {
     const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
-    return (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 -
+    return (double)hil_clock_ps_at_cycle(&board->core.state.clock, tim2->base_cycle) * 1e-12 -
            tim2->base_count / TICKS_PER_S + TRIGGER_TICK / TICKS_PER_S;
 }
 
@@ -263,7 +263,7 @@ static void assert_in_place(struct ear *ear, double zero_s)
     ear_until(ear, zero_s + (floor((now_s - zero_s) / BLOCK_S) + 2.0) * BLOCK_S - 5e-6);
     assert_int_equal(
         ear->board->state.mcu.dma[1].stream[4].ndtr % (MR_SCANS_PER_BLOCK * MR_ADC1_CHANNELS), 0);
-    assert_false(ear->board->state.mcu.adc[HIL_ADC1].is_running);
+    assert_false(ear->board->state.mcu.adc[HIL_ADC1].is_sequence_running);
 }
 
 /* A converter overruns and stops: blocks come again within 0.1 s, in their old places, also after
@@ -274,7 +274,7 @@ static void stall(struct ear *ear, double at_s, double zero_s)
     uint16_t stalls = ear->fault[MR_FAULT_SCAN_STALL].count;
     struct hil_adc *adc = &ear->board->state.mcu.adc[HIL_ADC1];
     adc->sr |= 0x20u; /* OVR */
-    adc->is_running = false;
+    adc->is_sequence_running = false;
     ear_until(ear, at_s + 0.35);
     assert_int_equal(ear->fault[MR_FAULT_SCAN_STALL].count, stalls + 1);
     assert_in_place(ear, zero_s);
@@ -480,9 +480,9 @@ static double pulse(struct ear *ear, double at_s, uint64_t cycles)
     ear_until(ear, at_s);
     uint64_t begun = hil_now_cycle(core);
     hil_gpio_drive(&ear->board->mcu.gpio, 0, 15, true, begun);
-    bench_run(ear->board, hil_clock_ps(&core->state.clock, begun + cycles));
+    bench_run(ear->board, hil_clock_ps_at_cycle(&core->state.clock, begun + cycles));
     hil_gpio_drive(&ear->board->mcu.gpio, 0, 15, false, begun + cycles);
-    return (double)hil_clock_ps(&core->state.clock, begun) * 1e-12;
+    return (double)hil_clock_ps_at_cycle(&core->state.clock, begun) * 1e-12;
 }
 
 /* 83 ns on the line of the edges are noise, 107 ns an edge, in its place to the tick. */

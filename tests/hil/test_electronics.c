@@ -30,7 +30,7 @@ static void judge_block(const struct ear *ear, double now_s, struct heard *heard
         double beside = c < MR_TRANSDUCERS ? 0.01 : 2.0, least = (double)INFINITY,
                most = -(double)INFINITY;
         for (int ms = -35; ms <= 5; ms++) {
-            double truth = hil_run_truth(&ear->run, c, now_s + 1e-3 * ms);
+            double truth = hil_run_true_value(&ear->run, c, now_s + 1e-3 * ms);
             least = fmin(least, truth);
             most = fmax(most, truth);
         }
@@ -142,7 +142,7 @@ struct board_outcome {
 struct board_request {
     uint64_t seed;
     double vdda_v;
-    const struct hil_figures *figures; /* NULL: the reference circuits' */
+    const struct hil_circuit_figures *figures; /* NULL: the reference circuits' */
     bool only_switches;
 };
 
@@ -177,7 +177,7 @@ static double full(unsigned channel)
 static bool make_run(struct hil_run *run, const struct board_request *request)
 {
     bool only_switches = request->only_switches;
-    *run = (struct hil_run){.duration_s = 10.0, .rate_hz = RATE_HZ, .sample_count = 1};
+    *run = (struct hil_run){.duration_s = 10.0, .sample_rate_hz = RATE_HZ, .sample_count = 1};
     if (!only_switches)
         run->sample_count = (size_t)((LEVELS_S + LEVELS * LEVEL_S) * RATE_HZ) + 1u;
     run->samples = calloc(run->sample_count, sizeof *run->samples);
@@ -330,9 +330,9 @@ static void board_play(const struct board_request *request, struct board_outcome
     *play = (struct play){.request = request, .outcome = outcome, .zeroed = config};
     mr_deframer_init(&play->deframer);
     hil_options_default(&options);
-    options.seed = request->seed + 1u;
-    options.is_board_drawn = true;
-    options.board_seed = request->seed;
+    options.noise_seed = request->seed + 1u;
+    options.has_random_tolerances = true;
+    options.tolerance_seed = request->seed;
     options.vdda_v = request->vdda_v;
     options.figures = request->figures;
     play->board = hil_board_create(&options);
@@ -374,7 +374,7 @@ TEST(a_short_window_leaves_some_of_the_neighbour)
 {
     static struct hil_adc_errors errors;
     errors.source_ohm[3] = 1000.0;
-    errors.kick_rel[3] = 1e-4;
+    errors.kickback_rel[3] = 1e-4;
     assert_near(hil_adc_remaining_share(&errors, 3, 112.0 / 21e6), 1e-4, 1e-12);
     assert_near(hil_adc_remaining_share(&errors, 3, 3.0 / 21e6), 0.0542 + 1e-4, 2e-4);
 }
@@ -386,15 +386,15 @@ TEST(a_seed_is_a_board)
     hil_options_default(&options);
     hil_electronics_set(&ideal, &options, NULL);
     assert_false(ideal.is_drawn);
-    options.is_board_drawn = true;
-    options.board_seed = 5;
+    options.has_random_tolerances = true;
+    options.tolerance_seed = 5;
     hil_electronics_set(&one, &options, NULL);
     hil_electronics_set(&again, &options, NULL);
-    options.board_seed = 6;
+    options.tolerance_seed = 6;
     hil_electronics_set(&other, &options, NULL);
     assert_memory_equal(&one, &again, sizeof one);
     assert_true(one.gage_gain[0] != other.gage_gain[0]);
-    assert_true(one.adc.inl_lsb[0][1000] != other.adc.inl_lsb[0][1000]);
+    assert_true(one.adc_errors.inl_lsb[0][1000] != other.adc_errors.inl_lsb[0][1000]);
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         assert_near(one.step_codes[i], ideal.step_codes[i], 1.0); /* 0.1 % of 248, twice */
 }
@@ -421,11 +421,11 @@ TEST(what_is_stated_covers_the_circuits)
 {
     const struct mr_channel_config *gage = &config.channel[MR_TRANSDUCERS];
     const double warmer = 10.0 / sqrt(3.0), sheet = 0.005 / sqrt(3.0);
-    struct hil_figures f;
-    hil_figures_set_reference(&f);
+    struct hil_circuit_figures f;
+    hil_circuit_figures_set_reference(&f);
     double converter = hypot(f.adc_offset_lsb, 0.5 * f.adc_inl_typical_lsb);
     covers("a bridge's zero before it is measured, lb",
-           hypot(hypot(f.gage_trim_left_lb, f.gage_drift_lb_k * warmer),
+           hypot(hypot(f.gage_trim_residual_lb, f.gage_drift_lb_k * warmer),
                  converter * (double)gage->unit_per_code),
            (double)gage->zero_error);
     double read = hypot(f.reference_read_sd_rel, converter / (double)MR_REFERENCE_CODE);
@@ -486,10 +486,10 @@ TEST(boards_name_and_measure)
 TEST(no_switch_is_misnamed_at_typical_inl)
 {
     static struct board_outcome o;
-    struct hil_figures f;
+    struct hil_circuit_figures f;
     unsigned boards = tests_take(10, 1000), bad = 0;
-    hil_figures_set_reference(&f);
-    f.adc_inl_typical_lsb = f.adc_inl_most_lsb = 1.5;
+    hil_circuit_figures_set_reference(&f);
+    f.adc_inl_typical_lsb = f.adc_inl_max_lsb = 1.5;
     struct board_request request = {.figures = &f, .only_switches = true};
     for (request.seed = 0; request.seed < boards; request.seed++) {
         request.vdda_v = board_vdda_v(request.seed);
@@ -509,7 +509,7 @@ TEST(no_switch_is_misnamed_at_typical_inl)
 TEST(a_drawn_board_passes_its_self_test)
 {
     struct hil_options options = ear_options();
-    options.is_board_drawn = true;
+    options.has_random_tolerances = true;
     options.has_adc_noise = true;
     struct ear *ear = ear_open(&options, 0);
     struct mr_self_test test;
@@ -526,14 +526,14 @@ TEST(a_drawn_board_passes_its_self_test)
 /* Changes of the lamp's read-back in 20 ms, while pins of the board go on changing. */
 static unsigned changes_of_lamp(struct hil_board *board)
 {
-    const struct hil_pin_place lamp = board->options.type->lamp;
+    const struct hil_pin_place lamp = board->options.type->lamp_sense_pin;
     bool was = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
     uint64_t now_ps = hil_board_now_ps(board);
     unsigned changes = 0;
     for (unsigned i = 0; i < 400; i++) {
         assert_int_equal(hil_board_run_until(board, now_ps + i * 50 * HIL_US_PS), MR_OK);
         if (i % 40 == 20)
-            hil_gpio_notify(&board->mcu.gpio, hil_now_cycle(&board->core));
+            hil_gpio_notify_listeners(&board->mcu.gpio, hil_now_cycle(&board->core));
         bool is = hil_gpio_level(&board->mcu.gpio, lamp.port, lamp.pin);
         changes += is != was;
         was = is;
@@ -547,13 +547,13 @@ TEST(a_lamp_that_breaks_is_noticed_once)
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.is_board_drawn = true;
+    options.has_random_tolerances = true;
     struct hil_board *board = bench_board("pins", &options);
     (void)changes_of_lamp(board);
     assert_true(board->electronics.lamp_sense_ps > 0);
-    hil_rig_set_lamp(&board->rig, HIL_LAMP_BROKEN);
+    hil_rig_set_lamp_fault(&board->rig, HIL_LAMP_BROKEN);
     assert_int_equal(changes_of_lamp(board), 1);
-    hil_rig_set_lamp(&board->rig, HIL_LAMP_GOOD);
+    hil_rig_set_lamp_fault(&board->rig, HIL_LAMP_GOOD);
     assert_int_equal(changes_of_lamp(board), 1);
     hil_board_destroy(board);
 }
@@ -567,18 +567,18 @@ TEST(a_drawn_board_has_its_own_identity)
     struct hil_options options, usual;
     hil_options_default(&usual);
     options = usual;
-    options.is_board_drawn = true;
-    for (options.board_seed = 0; options.board_seed < BOARDS; options.board_seed++) {
-        uint32_t *own = uid[options.board_seed], again[3];
-        hil_electronics_chip_uid(options.board_seed, own);
-        hil_electronics_chip_uid(options.board_seed, again);
+    options.has_random_tolerances = true;
+    for (options.tolerance_seed = 0; options.tolerance_seed < BOARDS; options.tolerance_seed++) {
+        uint32_t *own = uid[options.tolerance_seed], again[3];
+        hil_electronics_chip_uid(options.tolerance_seed, own);
+        hil_electronics_chip_uid(options.tolerance_seed, again);
         assert_memory_equal(own, again, sizeof again);
         assert_memory_equal((const uint8_t *)own + 5, "EMU", 3);
-        for (uint64_t i = 0; i < options.board_seed; i++)
+        for (uint64_t i = 0; i < options.tolerance_seed; i++)
             assert_memory_not_equal(uid[i], own, sizeof uid[i]);
     }
     assert_memory_equal((const uint8_t *)usual.uid + 5, "EMU", 3);
-    options.board_seed = 7;
+    options.tolerance_seed = 7;
     struct hil_board *drawn = hil_board_create(&options), *ideal = hil_board_create(&usual);
     assert_memory_equal(drawn->options.uid, uid[7], sizeof uid[7]);
     assert_memory_equal(ideal->options.uid, usual.uid, sizeof usual.uid);

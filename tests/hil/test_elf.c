@@ -38,9 +38,9 @@ static void expect(size_t size, enum mr_status status, const char *part)
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, path), status);
     if (status != MR_OK) {
-        assert_non_null(strstr(hil_board_reason(board), "damaged.elf"));
-        if (!strstr(hil_board_reason(board), part))
-            fail_msg("`%s` is not in: %s", part, hil_board_reason(board));
+        assert_non_null(strstr(hil_board_failure_reason(board), "damaged.elf"));
+        if (!strstr(hil_board_failure_reason(board), part))
+            fail_msg("`%s` is not in: %s", part, hil_board_failure_reason(board));
     }
     hil_board_destroy(board);
 }
@@ -96,7 +96,7 @@ TEST(test_missing)
     hil_options_default(&options);
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, "build/test-tmp/hil/no-such.elf"), MR_IO);
-    assert_non_null(strstr(hil_board_reason(board), "no-such.elf"));
+    assert_non_null(strstr(hil_board_failure_reason(board), "no-such.elf"));
     /* erased flash has no reset vector */
     assert_int_equal(hil_board_run_until(board, HIL_MS_PS), MR_HALTED);
     hil_board_destroy(board);

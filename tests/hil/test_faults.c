@@ -52,7 +52,7 @@ TEST(a_power_cut_starts_again_from_nothing)
 TEST(a_brown_out_is_named)
 {
     struct ear *ear = ear_open(NULL, 0);
-    ear->board->state.mcu.flash.options &= ~0xcu; /* level 3: 2.83 V */
+    ear->board->state.mcu.flash.option_bytes &= ~0xcu; /* level 3: 2.83 V */
     ear_order(ear, "at 0.5 brown-out 2.6 5");
     ear_until(ear, 1.1);
     assert_int_equal(ear_hello(ear, EAR_CAN).reset_cause, 2 | 32);
@@ -71,7 +71,7 @@ TEST(a_brown_out_without_reset_ends_the_run)
     ear_until(ear, 0.4);
     assert_int_equal(hil_board_counters(ear->board)->power_cuts, 1);
     assert_int_equal(hil_board_run_until(ear->board, HIL_SECOND_PS), MR_HALTED);
-    assert_non_null(strstr(hil_board_reason(ear->board), "2.60 V"));
+    assert_non_null(strstr(hil_board_failure_reason(ear->board), "2.60 V"));
     ear_close(ear);
 }
 
@@ -138,8 +138,9 @@ TEST(without_clock_security_the_clock_stands_still)
     still_run(&run, 1.0);
     hil_board_attach_rig(board, &run);
     const struct hil_counters *counters = hil_board_counters(board);
-    struct hil_fault stop = {.t_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
-    struct hil_fault start = {.t_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .choice = 1};
+    struct hil_fault stop = {.trigger_ps = 10 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL};
+    struct hil_fault start = {
+        .trigger_ps = 20 * HIL_MS_PS, .action = HIL_FAULT_CRYSTAL, .choice = 1};
     assert_int_equal(hil_faults_add(&board->faults, &stop), MR_OK);
     assert_int_equal(hil_faults_add(&board->faults, &start), MR_OK);
     bench_run(board, 10 * HIL_MS_PS + 10 * HIL_US_PS);
@@ -220,7 +221,7 @@ TEST(a_bit_of_the_vectors_is_a_processor_fault)
     struct ear *ear = ear_open(NULL, 0);
     ear_order(ear, "at 0.3 flip 0x0800003c 0\nat 0.305 + 6000 flip 0x0800003c 0");
     ear_until(ear, 0.9);
-    assert_true(hil_board_counters(ear->board)->faults >= 1);
+    assert_true(hil_board_counters(ear->board)->fault_exceptions >= 1);
     assert_true(hil_board_counters(ear->board)->resets >= 1);
     assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(HARD_FAULT));
     assert_int_equal(ear->fault[MR_FAULT_HARD_FAULT].detail, 3); /* usage fault */
@@ -506,24 +507,24 @@ TEST(counted_operations_trigger)
     ear_order(ear,
               "flash 3 bus unplug\nnor 2 + 500 nor fill\nnor 3 nor fail-program 4\nnor 4 nor dead");
     ear_until(ear, 1.1);
-    hil_faults_flash_operation(&ear->board->faults);
-    hil_faults_flash_operation(&ear->board->faults);
+    hil_faults_on_flash_operation(&ear->board->faults);
+    hil_faults_on_flash_operation(&ear->board->faults);
     ear_until(ear, 1.101);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_CONNECTED);
-    hil_faults_flash_operation(&ear->board->faults);
+    hil_faults_on_flash_operation(&ear->board->faults);
     ear_until(ear, 1.102);
     assert_int_equal(ear->board->options.can_bus, HIL_CAN_UNPLUGGED);
-    const struct hil_nor_requests *nor = &ear->board->state.nor_requests;
-    hil_faults_nor_operation(&ear->board->faults);
-    hil_faults_nor_operation(&ear->board->faults);
+    const struct hil_nor_fault_requests *nor = &ear->board->state.nor_fault_requests;
+    hil_faults_on_nor_operation(&ear->board->faults);
+    hil_faults_on_nor_operation(&ear->board->faults);
     ear_until(ear, 1.1024);
     assert_false(nor->is_fill_requested);
     ear_until(ear, 1.1026);
     assert_true(nor->is_fill_requested);
-    hil_faults_nor_operation(&ear->board->faults);
-    hil_faults_nor_operation(&ear->board->faults);
+    hil_faults_on_nor_operation(&ear->board->faults);
+    hil_faults_on_nor_operation(&ear->board->faults);
     ear_until(ear, 1.11);
-    assert_int_equal(nor->program_failures, 4);
+    assert_int_equal(nor->failing_program_count, 4);
     assert_true(nor->is_dead);
     ear_close(ear);
 }
@@ -567,11 +568,11 @@ TEST(watching_alignment_changes_nothing)
 {
     struct hil_options options = ear_options();
     struct ear *plain = ear_open(&options, 5);
-    options.check_alignment = true;
+    options.is_alignment_checked = true;
     struct ear *watched = ear_open(&options, 5);
     ear_until(plain, 1.5);
     ear_until(watched, 1.5);
-    assert_int_equal(hil_board_counters(watched->board)->faults, 0);
+    assert_int_equal(hil_board_counters(watched->board)->fault_exceptions, 0);
     assert_int_equal(watched->can_frames, plain->can_frames);
     assert_int_equal(watched->blocks, plain->blocks);
     assert_true(abs((int)take_stack_used(plain) - (int)take_stack_used(watched)) < 100);
@@ -627,15 +628,15 @@ TEST(impossible_orders_are_refused)
 {
     struct ear *ear = ear_open(NULL, 5);
     struct hil_fault fault = {
-        .trigger = HIL_AT_STATION, .station_ft = 118.0, .action = HIL_FAULT_BUS};
+        .trigger = HIL_TRIGGER_STATION, .station_ft = 118.0, .action = HIL_FAULT_CAN_BUS};
     /* beyond the last switch that opens */
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_UNKNOWN);
-    fault = (struct hil_fault){.action = HIL_FAULT_FLIP, .address = 0x20020000};
+    fault = (struct hil_fault){.action = HIL_FAULT_BIT_FLIP, .address = 0x20020000};
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);
     fault = (struct hil_fault){.action = HIL_FAULT_CRYSTAL};
     ear_until(ear, 0.01);
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_USAGE);
-    fault.t_ps = HIL_SECOND_PS;
+    fault.trigger_ps = HIL_SECOND_PS;
     for (unsigned i = 0; i < HIL_FAULTS_MAX; i++)
         assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_OK);
     assert_int_equal(hil_faults_add(&ear->board->faults, &fault), MR_FULL);

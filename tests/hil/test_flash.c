@@ -38,7 +38,7 @@ TEST(test_keys)
     for (unsigned i = 0; i < 7; i++)
         assert_int_equal(bench_result(board, 1 + i) & 0xffffff01u, control_register[i]);
     assert_int_equal(bench_result(board, 8), 0x0fffaaed); /* OPTLOCK still set */
-    assert_int_equal(hil_board_counters(board)->flash_refused, 2);
+    assert_int_equal(hil_board_counters(board)->flash_errors, 2);
     hil_board_destroy(board);
 }
 
@@ -59,7 +59,7 @@ TEST(test_program)
     assert_int_equal(bench_result(board, 9), 0x33333333);
     assert_int_equal(bench_result(board, 10), 0x5aa5a5ff);
     assert_int_equal(bench_result(board, 11), 0);
-    assert_int_equal(hil_board_counters(board)->flash_refused, 0);
+    assert_int_equal(hil_board_counters(board)->flash_errors, 0);
     hil_board_destroy(board);
 }
 
@@ -163,7 +163,7 @@ TEST(test_options)
     assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_SECOND_PS),
                      MR_UNMODELLED);
     assert_int_equal(bench_result(board, 1), 0x0fffaae9);
-    assert_non_null(strstr(hil_board_reason(board), "write protection"));
+    assert_non_null(strstr(hil_board_failure_reason(board), "write protection"));
     hil_board_destroy(board);
 }
 
@@ -181,7 +181,7 @@ TEST(test_torn_word)
         for (unsigned seed = 1; seed <= 8; seed++) {
             struct hil_options options;
             hil_options_default(&options);
-            options.seed = seed;
+            options.noise_seed = seed;
             struct hil_board *board = bench_board("flash", &options);
             bench_control(board, 0, 7);
             bench_cut_at(board, false, 10, permille);
@@ -233,7 +233,7 @@ TEST(test_spread)
     for (unsigned i = 0; i < 3; i++) {
         struct hil_options options;
         hil_options_default(&options);
-        options.seed = i == 2 ? 7 : 5;
+        options.noise_seed = i == 2 ? 7 : 5;
         struct hil_board *board = bench_board("flash", &options);
         bench_control(board, 0, 7);
         finish(board, 20 * HIL_MS_PS);

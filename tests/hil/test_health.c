@@ -44,7 +44,7 @@ static double until_heard(struct ear *ear, unsigned link, uint16_t id, double wi
 static uint32_t symbol(const char *name)
 {
     uint32_t address = 0;
-    if (hil_elf_symbol(EAR_ELF, name, &address) != MR_OK)
+    if (hil_elf_find_symbol(EAR_ELF, name, &address) != MR_OK)
         fail_msg("no symbol %s in %s", name, EAR_ELF);
     return address;
 }
@@ -649,8 +649,8 @@ TEST(the_brown_out_level_is_told)
     } cases[] = {{3, 0}, {2, 1}, {1, 2}, {0, 3}};
     for (unsigned i = 0; i < COUNT_OF(cases); i++) {
         struct ear *ear = ear_open(NULL, 0);
-        ear->board->state.mcu.flash.options = (ear->board->state.mcu.flash.options & ~0xcu) |
-                                              cases[i].bits << 2;
+        ear->board->state.mcu.flash.option_bytes =
+            (ear->board->state.mcu.flash.option_bytes & ~0xcu) | cases[i].bits << 2;
         hil_supply_cut(&ear->board->supply); /* the options are loaded when power comes */
         ear_until(ear, 0.6);
         assert_int_equal(GET(ear, EAR_CAN, restarts, RESTARTS).brown_out, cases[i].level);

@@ -60,7 +60,7 @@ static struct hil_board *sleeping(double temperature_c)
     options.temperature_c = temperature_c;
     options.cell_times = HIL_TIMES_TYPICAL;
     /* the times that these tests work out are those of 100 kHz */
-    options.rules_counted = 1u << HIL_RULE_REPEATED_START;
+    options.rules_only_counted = 1u << HIL_RULE_REPEATED_START;
     board = bench_board("wild", &options);
     assert_int_equal(hil_board_poke(board, 0x08000000u, vectors, sizeof vectors), MR_OK);
     assert_int_equal(hil_board_poke(board, 0x08000100u, loop, sizeof loop), MR_OK);
@@ -90,7 +90,8 @@ static void is_flag(uint32_t flags, uint32_t sr2)
 {
     uint32_t sr1 = get(SR1);
     if ((sr1 & 0xdf4fu) != (flags & ~(uint32_t)TXE))
-        fail_msg("SR1 0x%x, not 0x%x: %s", (unsigned)sr1, (unsigned)flags, hil_board_reason(board));
+        fail_msg("SR1 0x%x, not 0x%x: %s", (unsigned)sr1, (unsigned)flags,
+                 hil_board_failure_reason(board));
     assert_int_equal(get(SR2) & 7u, sr2);
 }
 
@@ -209,7 +210,7 @@ TEST_IN(nobody_answers_elsewhere, wake, put_away)
     start_and_address(WRITE_48, ADDR);
     (void)get(SR2);
     stop();
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
 }
 
 TEST_IN(one_byte_and_three, wake, put_away)
@@ -238,13 +239,13 @@ TEST_IN(one_byte_and_three, wake, put_away)
     assert_int_equal(get(SR1) & (RXNE | BTF), RXNE);
     assert_int_equal(get(DR), 0x4b); /* its two bytes over again */
     assert_int_equal(get(SR2) & 7u, 0);
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
 }
 
 static void fault(enum hil_thermometer_fault choice, uint64_t duration_ps)
 {
-    struct hil_fault f = {.trigger = HIL_AT_TIME,
-                          .t_ps = hil_board_now_ps(board),
+    struct hil_fault f = {.trigger = HIL_TRIGGER_TIME,
+                          .trigger_ps = hil_board_now_ps(board),
                           .action = HIL_FAULT_THERMOMETER,
                           .choice = choice,
                           .duration_ps = duration_ps};
@@ -288,7 +289,7 @@ TEST_IN(a_stuck_line, wake, put_away)
     pass_us(100);
     assert_int_equal(get(SR1) & (ARLO | BTF | TXE), ARLO);
     assert_int_equal(get(SR2) & 7u, BUSY);
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
 }
 
 /* As outputs: so many clocks, then a stop. */
@@ -332,7 +333,7 @@ TEST_IN(a_reset_in_mid_byte_leaves_it_hanging, wake, put_away)
     pass_us(25);
     put(0x40023820u, 1u << 21);
     assert_int_equal(get(PORT_B + 0x10) & 0xc0u, 0x40);
-    assert_int_equal(board->state.tmp112.hold.hung_clocks, 7);
+    assert_int_equal(board->state.tmp112.bus_faults.clocks_until_release, 7);
     put(CR1, 0);
     configure_i2c();
     assert_int_equal(get(SR2) & BUSY, BUSY);
@@ -352,10 +353,10 @@ TEST_IN(a_clock_that_is_held, wake, put_away)
 
 static void ends_the_run(const char *why)
 {
-    if (!strstr(hil_board_reason(board), why))
-        fail_msg("`%s`, not: %s", hil_board_reason(board), why);
-    board->core.stopped = false;
-    board->core.reason[0] = '\0';
+    if (!strstr(hil_board_failure_reason(board), why))
+        fail_msg("`%s`, not: %s", hil_board_failure_reason(board), why);
+    board->core.is_stopped = false;
+    board->core.failure_reason[0] = '\0';
 }
 
 TEST_IN(what_the_manual_forbids_ends_the_run, wake, put_away)
@@ -427,15 +428,15 @@ TEST_IN(clocks_that_the_bus_does_not_allow_end_the_run, wake, put_away)
         {100, NULL},
         {1u << 15 | 16u, NULL}, /* 333 kHz */
     };
-    const struct hil_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
-    board->options.rules_counted = 0;
+    const struct hil_rule_tally *repeated = board->state.mcu.rules.tally + HIL_RULE_REPEATED_START;
+    board->options.rules_only_counted = 0;
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        uint64_t judged = repeated->measurements;
+        uint64_t judged = repeated->measurement_count;
         a_repeated_start(cases[i].ccr);
-        assert_int_equal(repeated->measurements, judged + 1);
+        assert_int_equal(repeated->measurement_count, judged + 1);
         if (cases[i].why)
             ends_the_run(cases[i].why);
-        assert_string_equal(hil_board_reason(board), "");
+        assert_string_equal(hil_board_failure_reason(board), "");
     }
     start_at(1u << 15 | 12u);
     ends_the_run("rule SCL_PERIOD: period of SCL at the thermometer: 2250.0 ns, required 2500.0");

@@ -200,7 +200,7 @@ static int wake(void **state)
     set(at("RCC", "RCC", "APB2ENR"), value_of("bits", "RCC_APB2ENR_USART1") |
                                          value_of("bits", "RCC_APB2ENR_ADC1") |
                                          value_of("bits", "RCC_APB2ENR_ADC3"));
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
     return 0;
 }
 
@@ -235,8 +235,9 @@ TEST_IN(every_register_is_where_it_should_be, wake, put_away)
             if (skip)
                 continue;
             (void)get(value_of("base", units[u].base) + facts[i].value);
-            if (hil_board_reason(board)[0])
-                fail_msg("%s of %s: %s", facts[i].name, units[u].base, hil_board_reason(board));
+            if (hil_board_failure_reason(board)[0])
+                fail_msg("%s of %s: %s", facts[i].name, units[u].base,
+                         hil_board_failure_reason(board));
             read++;
         }
     }
@@ -247,7 +248,8 @@ TEST_IN(every_register_is_where_it_should_be, wake, put_away)
 TEST_IN(what_is_reserved_stops_the_board, wake, put_away)
 {
     (void)get(value_of("base", "RCC") + 0x1c);
-    assert_non_null(strstr(hil_board_reason(board), "unmodelled read of 4 bytes at 0x4002381c"));
+    assert_non_null(
+        strstr(hil_board_failure_reason(board), "unmodelled read of 4 bytes at 0x4002381c"));
 }
 
 /* What a register does when its bits are set as the table says. */
@@ -310,7 +312,7 @@ TEST_IN(bits_do_what_they_should, wake, put_away)
     assert_int_equal(get(at("CAN1", "CAN", "TSR")) & 0x1c000000u,
                      value_of("bits", "CAN_TSR_TME(0)") | value_of("bits", "CAN_TSR_TME(1)") |
                          value_of("bits", "CAN_TSR_TME(2)"));
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
 }
 
 /* ADC3 converts one input, DMA2 stream 1 carries it, the flag comes where the table says. */
@@ -339,7 +341,7 @@ TEST_IN(converter_and_dma, wake, put_away)
     assert_true(get(value_of("base", "DMA2") + value_of("offset", "DMA.ISR")) &
                 value_of("bits", "DMA_FLAG_TCIF") << 6);
     assert_true(get(at("ADC3", "ADC", "SR")) & value_of("bits", "ADC_SR_STRT"));
-    assert_string_equal(hil_board_reason(board), "");
+    assert_string_equal(hil_board_failure_reason(board), "");
 }
 
 TESTS_BETWEEN(read_facts, NULL);

@@ -38,7 +38,8 @@ TEST(test_can_frames)
     int host = connected(&link, HIL_LINK_CAN);
     struct hil_can_frame frame = {.id = 0x123, .length = 3, .data = {1, 2, 3}};
     hil_link_put_frame(&link, 0, &frame);
-    frame = (struct hil_can_frame){.id = 0x1abcdef0, .extended = true, .remote = true, .length = 8};
+    frame = (struct hil_can_frame){
+        .id = 0x1abcdef0, .is_extended = true, .is_remote = true, .length = 8};
     hil_link_put_frame(&link, 0, &frame);
     assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     assert_int_equal(sizeof wire, 16);
@@ -88,13 +89,13 @@ TEST(test_full_socket)
     }
     assert_int_equal(status, MR_TIMEOUT);
     assert_non_null(strstr(error, "has not read"));
-    link.is_dropping = true;
+    link.drops_when_full = true;
     for (unsigned i = 0; i < 10000; i++)
         hil_link_put_frame(&link, 0, &frame);
     assert_int_equal(hil_link_flush(&link, 0, &may_continue, error, sizeof error), MR_OK);
-    assert_in_range(link.dropped, 1, 10000);
+    assert_in_range(link.dropped_count, 1, 10000);
     /* what was not dropped arrives whole */
-    uint64_t expected = (uint64_t)put + 10000u - link.dropped, arrived = 0;
+    uint64_t expected = (uint64_t)put + 10000u - link.dropped_count, arrived = 0;
     for (struct can_frame wire; arrived < expected; arrived++) {
         struct pollfd wait = {.fd = host, .events = POLLIN};
         hil_link_flush(&link, 0, &may_continue, error, sizeof error);
@@ -117,7 +118,7 @@ TEST(test_host_hangs_up)
         assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     }
     assert_true(link.is_hung_up);
-    assert_int_equal(link.dropped, 15);
+    assert_int_equal(link.dropped_count, 15);
     hil_link_close(&link);
 }
 
@@ -131,7 +132,8 @@ TEST(test_candump_text)
         MR_OK);
     struct hil_can_frame frame = {.id = 0x5, .length = 2, .data = {0xab, 0x01}};
     hil_link_put_frame(&link, 12345678901ull * HIL_US_PS / 1000u, &frame);
-    frame = (struct hil_can_frame){.id = 0x1abcdef0, .extended = true, .remote = true, .length = 4};
+    frame = (struct hil_can_frame){
+        .id = 0x1abcdef0, .is_extended = true, .is_remote = true, .length = 4};
     hil_link_put_frame(&link, 20 * HIL_SECOND_PS, &frame);
     assert_int_equal(hil_link_flush(&link, 1000, &may_continue, error, sizeof error), MR_OK);
     hil_link_close(&link);

@@ -15,7 +15,7 @@ static struct hil_board *nor_board_seeded(enum hil_cell_times times, uint64_t se
     struct hil_options options;
     hil_options_default(&options);
     options.cell_times = times;
-    options.seed = seed;
+    options.noise_seed = seed;
     struct hil_board *board = bench_board("nor", &options);
     bench_run(board, 10 * HIL_MS_PS);
     assert_int_equal(bench_result(board, 0), 1);
@@ -134,7 +134,7 @@ TEST(test_spi)
     assert_int_equal(hil_usart_inject(&board->mcu.usart, &jedec, 1), MR_OK);
     assert_int_equal(hil_board_run_until(board, hil_board_now_ps(board) + HIL_MS_PS),
                      MR_UNMODELLED);
-    assert_non_null(strstr(hil_board_reason(board), "CPOL and CPHA differ"));
+    assert_non_null(strstr(hil_board_failure_reason(board), "CPOL and CPHA differ"));
     hil_board_destroy(board);
 }
 
@@ -147,7 +147,7 @@ TEST(test_program)
     struct hil_board *board = nor_board();
     transact(board, POLLED, 0, bytes, 5); /* not write-enabled */
     assert_int_equal(status(board, 0x05), 0);
-    assert_int_equal(board->state.w25q.operations, 0);
+    assert_int_equal(board->state.w25q.operation_count, 0);
     command(board, 0x06);
     assert_int_equal(status(board, 0x05), 2);
 
@@ -194,13 +194,13 @@ TEST(test_ignored)
     assert_memory_equal(jedec + 1, "\xff\xff\xff", 3);
     addressed(board, 0x02, 0x100, data, 2);
     wait_ps(board, HIL_MS_PS);
-    assert_int_equal(board->state.w25q.operations, 1);
+    assert_int_equal(board->state.w25q.operation_count, 1);
     command(board, 0x06);
     transact(board, CUT_BYTE, 0, bytes, 6);
     assert_int_equal(status(board, 0x05), 2); /* write-enabled still, and idle */
     transact(board, POLLED, 0, erase, 5);
     assert_int_equal(status(board, 0x05), 2);
-    assert_int_equal(board->state.w25q.operations, 1);
+    assert_int_equal(board->state.w25q.operation_count, 1);
     command(board, 0xb9); /* power-down: only the release is heard */
     jedec[0] = 0x9f;
     transact(board, POLLED, 0, jedec, 4);
@@ -254,7 +254,7 @@ TEST(test_spread)
 {
     uint64_t us[2] = {0};
     for (unsigned run = 0; run < 2; run++) {
-        struct hil_board *board = nor_board_seeded(HIL_TIMES_SPREAD, 11);
+        struct hil_board *board = nor_board_seeded(HIL_TIMES_RANDOM, 11);
         for (unsigned i = 0; i < 20; i++) {
             addressed(board, 0x02, 256 * i, (const uint8_t *)"x", 1);
             uint64_t begin_ps = hil_board_now_ps(board);
@@ -310,13 +310,13 @@ TEST(test_power_cut)
 
 static void order(struct hil_board *board, enum hil_nor_fault choice, uint32_t count)
 {
-    struct hil_fault fault = {.trigger = HIL_AT_TIME,
-                              .t_ps = hil_board_now_ps(board),
+    struct hil_fault fault = {.trigger = HIL_TRIGGER_TIME,
+                              .trigger_ps = hil_board_now_ps(board),
                               .action = HIL_FAULT_NOR,
                               .choice = choice,
                               .count = count};
     if (hil_faults_add(&board->faults, &fault) != MR_OK)
-        fail_msg("%s", hil_board_reason(board));
+        fail_msg("%s", hil_board_failure_reason(board));
     wait_ps(board, HIL_US_PS);
 }
 

@@ -21,8 +21,8 @@ static struct hil_state *before;
 
 static bool stops(void)
 {
-    bool stopped = board->core.stopped;
-    board->core.stopped = false;
+    bool stopped = board->core.is_stopped;
+    board->core.is_stopped = false;
     return stopped;
 }
 
@@ -30,7 +30,7 @@ static void restore(void)
 {
     board->core.state = *core_before;
     board->state = *before;
-    board->core.stopped = false;
+    board->core.is_stopped = false;
     board->core.reset = (struct hil_reset){0};
 }
 
@@ -51,7 +51,7 @@ static void prepare_type(const char *name)
     hil_options_default(&options);
     options.type = hil_board_type_by_name(name);
     board = hil_board_create(&options);
-    board->core.stopped = false; /* there is no firmware */
+    board->core.is_stopped = false; /* there is no firmware */
     board->state.mcu.rcc.ahb1enr = 0x7e7411ff;
     board->state.mcu.rcc.apb1enr = 0x36fec9ff;
     board->state.mcu.rcc.apb2enr = 0x00075f33;
@@ -142,7 +142,7 @@ static bool is_of_no_pin(uint32_t address, uint32_t bit)
 {
     uint32_t port = (address - 0x40020000u) / PERIPHERAL_BYTES;
     return port < HIL_BOARD_PORTS && address % PERIPHERAL_BYTES == 0 &&
-           !hil_board_type_has(board->options.type, port, (unsigned)__builtin_ctz(bit) / 2u);
+           !hil_board_type_has_pin(board->options.type, port, (unsigned)__builtin_ctz(bit) / 2u);
 }
 
 /* One bit of one register. Returns what is wrong, or NULL. */
@@ -186,7 +186,7 @@ TEST(every_bit_does_as_the_table_says)
                     const char *why = poke(set[i].base + offset, r, 1u << bit);
                     if (why && wrong++ < 20)
                         print_error("%s %s (+ 0x%x) bit %u: %s (%s)\n", set[i].peripheral, r->name,
-                                    offset, bit, why, hil_board_reason(board));
+                                    offset, bit, why, hil_board_failure_reason(board));
                 }
             }
         }

@@ -20,7 +20,7 @@ static uint16_t random_code(void)
 }
 
 /* What the board would sum from the codes. */
-static void sum_up(const struct hil_codes *codes, struct mr_block *block)
+static void sum_up(const struct hil_block_codes *codes, struct mr_block *block)
 {
     uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
         adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
@@ -39,7 +39,7 @@ TEST(any_block_has_codes)
         uint16_t transducers[MR_SCANS_PER_BLOCK][MR_TRANSDUCERS],
             adc1[MR_SCANS_PER_BLOCK][MR_ADC1_CHANNELS];
         struct mr_block wanted, got = {.index = round, .tick = 7};
-        struct hil_codes codes;
+        struct hil_block_codes codes;
         unsigned channel;
         for (unsigned scan = 0; scan < MR_SCANS_PER_BLOCK; scan++) {
             for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
@@ -59,7 +59,7 @@ TEST(any_block_has_codes)
 TEST(impossible_blocks_have_none)
 {
     struct mr_block block = {0};
-    struct hil_codes codes;
+    struct hil_block_codes codes;
     unsigned channel;
     for (unsigned i = 0; i < MR_TRANSDUCERS; i++)
         block.forward_sum[i] = block.reversed_sum[i] = 4 * 2000;
@@ -141,12 +141,12 @@ TEST(a_whole_file_is_read)
     assert_int_equal(replay.commands[1].message.tag, 7);
     assert_int_equal(replay.commands[1].message.argument, -1);
     assert_int_equal(replay.edge_count, 2);
-    assert_true(replay.edge_tick[1] == 4294967296000u);
-    assert_int_equal(replay.train[0].count, 2);
+    assert_true(replay.edge_ticks[1] == 4294967296000u);
+    assert_int_equal(replay.train[0].pulse_count, 2);
     assert_int_equal(replay.train[0].rise_times[1], 168000);
     /* TIM2 has wrapped between the first and the last of them */
     assert_int_equal(replay.block_count, 3);
-    assert_int_equal(replay.origin_tick, 2352);
+    assert_int_equal(replay.block0_tick, 2352);
     assert_int_equal(replay.blocks[2].index, 51132);
     hil_replay_free(&replay);
 }

@@ -6,13 +6,14 @@
 
 static double rig_volts(struct hil_rig_device *rig, unsigned port, unsigned pin, uint64_t at)
 {
-    return hil_rig_channel_volts(rig, hil_rig_channel(rig, port, pin), at);
+    return hil_rig_channel_volts(rig, hil_rig_find_channel(rig, port, pin), at);
 }
 
 static void assert_volts(struct hil_board *board, unsigned port, unsigned pin, uint64_t t_ps,
                          double volts)
 {
-    double got = rig_volts(&board->rig, port, pin, hil_clock_cycle(&board->core.state.clock, t_ps));
+    double got = rig_volts(&board->rig, port, pin,
+                           hil_clock_cycle_at_ps(&board->core.state.clock, t_ps));
     /* a step settles by 15 uV in the cycle that times are rounded to */
     if (fabs(got - volts) > 2e-5)
         fail_msg("pin %c%u: %.9f V, expected %.9f", 'A' + (int)port, pin, got, volts);
@@ -86,15 +87,15 @@ TEST(test_pulse)
 TEST(test_truth_and_gages)
 {
     static int32_t table[2][HIL_RUN_COLUMNS];
-    struct hil_run run = {.rate_hz = 1000.0, .sample_count = 2, .samples = table};
+    struct hil_run run = {.sample_rate_hz = 1000.0, .sample_count = 2, .samples = table};
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         run.switch_open_ps[i] = HIL_RUN_NEVER;
     table[1][0] = 50000;                        /* transducer 1: 0.5 in */
     table[0][8] = 10000, table[1][8] = 20000;   /* gage 1: 100 to 200 lb */
     table[0][21] = -5000, table[1][21] = -5000; /* gage 14: -50 lb */
-    assert_true(hil_run_truth(&run, 0, 0.0005) == 0.25);
-    assert_true(hil_run_truth(&run, 0, 5.0) == 0.5);
-    assert_true(fabs(hil_run_truth(&run, 8, 0.00025) - 125.0) < 1e-9);
+    assert_true(hil_run_true_value(&run, 0, 0.0005) == 0.25);
+    assert_true(hil_run_true_value(&run, 0, 5.0) == 0.5);
+    assert_true(fabs(hil_run_true_value(&run, 8, 0.00025) - 125.0) < 1e-9);
     struct hil_board *board = bench_board("clock", NULL);
     hil_board_attach_rig(board, &run);
     bench_run(board, 10 * HIL_MS_PS);
@@ -111,7 +112,7 @@ TEST(test_truth_and_gages)
 TEST(test_excitation)
 {
     static int32_t table[1][HIL_RUN_COLUMNS];
-    struct hil_run run = {.rate_hz = 1.0, .sample_count = 1, .samples = table};
+    struct hil_run run = {.sample_rate_hz = 1.0, .sample_count = 1, .samples = table};
     for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++)
         run.switch_open_ps[i] = HIL_RUN_NEVER;
     table[0][0] = 50000;

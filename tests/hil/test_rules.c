@@ -74,7 +74,7 @@ TEST(one_access_has_one_time)
     board->mcu.gpio.store_context = &stores;
     bench_control(board, 0, 33);
     bench_run(board, HIL_MS_PS);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].measurements, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_CLOCK_ENABLE].measurement_count, 1);
     assert_int_equal(stores.count, 1);
     assert_int_equal(hil_board_peek(board, stores.moment[0].pc - 4u, &nops, 4), MR_OK);
     assert_int_equal(nops, 0xbf00bf00u);
@@ -111,7 +111,8 @@ static void witness_store(void *context, unsigned port)
     }
     w->stores++;
     w->wrong_pc += stamp.pc != w->pc;
-    w->wrong_time += stamp.ps != hil_clock_ps(&core->state.clock, hil_now_cycle(core) + before);
+    w->wrong_time += stamp.ps !=
+                     hil_clock_ps_at_cycle(&core->state.clock, hil_now_cycle(core) + before);
 }
 
 /* Everything that the black box does: looks for its chip, reads, erases a used chip, programs
@@ -155,7 +156,7 @@ TEST(a_hook_on_every_instruction_says_the_same)
 
 /* --- the firmware --- */
 
-static const struct hil_tally *tally(const struct ear *ear, enum hil_rule rule)
+static const struct hil_rule_tally *tally(const struct ear *ear, enum hil_rule rule)
 {
     return &ear->board->state.mcu.rules.tally[rule];
 }
@@ -174,12 +175,12 @@ static void check_margins(const struct ear *ear, const char *when)
         {HIL_RULE_FLOATING, 1},
     };
     print_message("# %s:\n", when);
-    hil_rules_print(&ear->board->mcu.rules, stdout);
-    assert_int_equal(ear->board->state.mcu.rules.unlocated_edges, 0);
+    hil_rules_print_tallies(&ear->board->mcu.rules, stdout);
+    assert_int_equal(ear->board->state.mcu.rules.unlocated_edge_count, 0);
     for (unsigned i = 0; i < sizeof wanted / sizeof wanted[0]; i++)
-        assert_true(tally(ear, wanted[i].rule)->measurements >= wanted[i].judged_at_least);
-    for (unsigned i = 0; i < HIL_RULES; i++)
-        assert_int_equal(tally(ear, i)->violations, 0);
+        assert_true(tally(ear, wanted[i].rule)->measurement_count >= wanted[i].judged_at_least);
+    for (unsigned i = 0; i < HIL_RULE_COUNT; i++)
+        assert_int_equal(tally(ear, i)->violation_count, 0);
 }
 
 TEST(the_firmware_keeps_every_rule)
@@ -201,10 +202,10 @@ TEST(also_on_the_internal_oscillator)
     struct ear *ear = black_box(&options);
     work(ear);
     check_margins(ear, "internal oscillator");
-    const struct hil_tally *high = tally(ear, HIL_RULE_SELECT_HIGH);
+    const struct hil_rule_tally *high = tally(ear, HIL_RULE_SELECT_HIGH);
     double at_fastest_ns = (high->worst_ns + high->slew_ns) * 1.01 / 1.045 - high->slew_ns;
     print_message("# %.1f ns when that oscillator is 4.5 %% fast\n", at_fastest_ns);
-    assert_true(at_fastest_ns >= high->min_ns);
+    assert_true(at_fastest_ns >= high->limit_ns);
     ear_close(ear);
 }
 
@@ -214,7 +215,7 @@ TEST(holding_rules_changes_nothing)
     struct ear *ear[3];
     for (unsigned i = 0; i < 3; i++) {
         struct hil_options options = ear_options();
-        options.rules = modes[i];
+        options.rules_mode = modes[i];
         ear[i] = black_box(&options);
         work(ear[i]);
         assert_int_equal(hil_now_cycle(&ear[i]->board->core), hil_now_cycle(&ear[0]->board->core));
@@ -223,7 +224,7 @@ TEST(holding_rules_changes_nothing)
         assert_memory_equal(ear[i]->heard, ear[0]->heard, sizeof ear[0]->heard);
         assert_memory_equal(ear[i]->last, ear[0]->last, sizeof ear[0]->last);
     }
-    assert_int_equal(tally(ear[2], HIL_RULE_SELECT_HIGH)->measurements, 0);
+    assert_int_equal(tally(ear[2], HIL_RULE_SELECT_HIGH)->measurement_count, 0);
     for (unsigned i = 0; i < 3; i++)
         ear_close(ear[i]);
 }
@@ -233,10 +234,10 @@ TEST(holding_rules_changes_nothing)
 static struct hil_board *old_board(uint32_t counted, const struct hil_run *run)
 {
     struct hil_options options = ear_options();
-    options.rules_counted = counted;
+    options.rules_only_counted = counted;
     struct hil_board *board = hil_board_create(&options);
     if (hil_board_load_elf(board, OLD_ELF) != MR_OK)
-        fail_msg("%s", hil_board_reason(board));
+        fail_msg("%s", hil_board_failure_reason(board));
     hil_board_attach_rig(board, run);
     return board;
 }
@@ -247,10 +248,11 @@ static void assert_stopped_by(struct hil_board *board, const char *rule, const c
     char wanted[80];
     snprintf(wanted, sizeof wanted, "rule %s: ", rule);
     assert_int_equal(hil_board_run_until(board, 3 * HIL_SECOND_PS), MR_HALTED);
-    print_message("# %s\n", hil_board_reason(board));
-    if (strncmp(hil_board_reason(board), wanted, strlen(wanted)) != 0 ||
-        !strstr(hil_board_reason(board), function) || !strstr(hil_board_reason(board), measured))
-        fail_msg("%s, %s, %s: %s", rule, function, measured, hil_board_reason(board));
+    print_message("# %s\n", hil_board_failure_reason(board));
+    if (strncmp(hil_board_failure_reason(board), wanted, strlen(wanted)) != 0 ||
+        !strstr(hil_board_failure_reason(board), function) ||
+        !strstr(hil_board_failure_reason(board), measured))
+        fail_msg("%s, %s, %s: %s", rule, function, measured, hil_board_failure_reason(board));
     hil_board_destroy(board);
 }
 
@@ -272,7 +274,7 @@ TEST(the_old_image_is_stopped)
     assert_stopped_by(old_board(counted, &still), "RELEASE", "from nor_start", "required 3000.0");
     counted |= COUNTED(RELEASE);
     struct hil_board *dead = old_board(counted, &still);
-    dead->state.nor_requests.is_dead = true;
+    dead->state.nor_fault_requests.is_dead = true;
     assert_stopped_by(dead, "FLOATING", "look_for_chip", "PB14");
     hil_run_free(&still);
 }
@@ -283,16 +285,17 @@ TEST(and_its_worst_pulse_is_what_others_found)
     struct hil_options options = ear_options();
     struct hil_run run = {0};
     char error[256];
-    options.rules = HIL_RULES_COUNT;
+    options.rules_mode = HIL_RULES_COUNT;
     assert_int_equal(hil_run_read("tests/runs/landing5.run", &run, error, sizeof error), MR_OK);
     struct hil_board *board = hil_board_create(&options);
     assert_int_equal(hil_board_load_elf(board, OLD_ELF), MR_OK);
     hil_board_attach_rig(board, &run);
     bench_run(board, 3 * HIL_SECOND_PS);
-    const struct hil_tally *high = &board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH];
-    print_message("# %llu of %llu too short, worst %.1f ns\n", (unsigned long long)high->violations,
-                  (unsigned long long)high->measurements, high->worst_ns);
-    assert_true(high->violations > 250);
+    const struct hil_rule_tally *high = &board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH];
+    print_message("# %llu of %llu too short, worst %.1f ns\n",
+                  (unsigned long long)high->violation_count,
+                  (unsigned long long)high->measurement_count, high->worst_ns);
+    assert_true(high->violation_count > 250);
     assert_near(high->worst_ns, -76.0, 0.5);
     hil_board_destroy(board);
     hil_run_free(&run);
@@ -304,7 +307,7 @@ static struct hil_board *run_image(uint32_t which, uint32_t wait, uint32_t count
 {
     struct hil_options options;
     hil_options_default(&options);
-    options.rules_counted = counted;
+    options.rules_only_counted = counted;
     options.cell_times = HIL_TIMES_TYPICAL;
     options.has_no_rig = which == UNPLUGGED;
     struct hil_board *board = bench_board("rules", &options);
@@ -364,7 +367,7 @@ TEST(each_rule_stops_who_breaks_it)
     };
     for (unsigned i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         struct hil_board *board = run_image(cases[i].which, cases[i].wait, 0);
-        const char *reason = hil_board_reason(board);
+        const char *reason = hil_board_failure_reason(board);
         char rule[40];
         print_message("# %u: %s\n", (unsigned)cases[i].which, reason);
         if (!cases[i].rule) {
@@ -387,7 +390,7 @@ TEST(what_was_judged_is_forgotten)
     const uint32_t one = 1;
     for (unsigned by_reset = 0; by_reset < 2; by_reset++) {
         struct hil_board *board = run_image(46, 0, 0);
-        assert_string_equal(hil_board_reason(board), "");
+        assert_string_equal(hil_board_failure_reason(board), "");
         if (by_reset) {
             memcpy(board->core.memory->sram + 4u * (BENCH_CONTROL + 1u), &one, sizeof one);
             bench_run(board, 21 * HIL_MS_PS);
@@ -396,7 +399,7 @@ TEST(what_was_judged_is_forgotten)
             bench_control(board, 1, one);
         }
         assert_int_equal(hil_board_run_until(board, 41 * HIL_MS_PS), MR_HALTED);
-        assert_non_null(strstr(hil_board_reason(board), "rule FLOATING: "));
+        assert_non_null(strstr(hil_board_failure_reason(board), "rule FLOATING: "));
         hil_board_destroy(board);
     }
 }
@@ -409,8 +412,9 @@ TEST(the_last_clock_is_held_for_3_ns)
     unsigned stopped = 0, judged = 0, dropped = 0;
     for (uint32_t rounds = 3820; rounds < 3850; rounds++) {
         struct hil_board *board = run_image(4, rounds, 0);
-        bool is_stopped = strncmp(hil_board_reason(board), "rule CLOCK_TO_DESELECT: ", 24) == 0;
-        uint64_t n = board->state.mcu.rules.tally[HIL_RULE_CLOCK_TO_DESELECT].measurements;
+        bool is_stopped = strncmp(hil_board_failure_reason(board),
+                                  "rule CLOCK_TO_DESELECT: ", 24) == 0;
+        uint64_t n = board->state.mcu.rules.tally[HIL_RULE_CLOCK_TO_DESELECT].measurement_count;
         stopped += is_stopped;
         judged += !is_stopped && n == 2; /* this one, and the status read behind it */
         dropped += !is_stopped && n == 1;
@@ -437,18 +441,18 @@ TEST(a_converter_samples_long_enough_for_its_source)
     assert_near(hil_adc_max_source_ohm(112, 21e6), 130786.0, 1.0);
     assert_true(hil_adc_max_source_ohm(3, 30e6) < 0.0);
     struct hil_board *board = run_image(50, 0, 0);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurements, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurement_count, 1);
     hil_board_destroy(board);
 
     struct hil_options options;
     hil_options_default(&options);
     board = bench_board("rules", &options);
-    board->mcu.adc.outside.source_ohm = ten_kilohm;
+    board->mcu.adc.analogue.source_ohm = ten_kilohm;
     bench_control(board, 0, 50);
     assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
-    print_message("# %s\n", hil_board_reason(board));
+    print_message("# %s\n", hil_board_failure_reason(board));
     assert_non_null(
-        strstr(hil_board_reason(board),
+        strstr(hil_board_failure_reason(board),
                "rule SAMPLING: a converter samples too briefly for the resistance of its source: "
                "the source at input 0 of ADC1 has 10000 Ohm, but sampling for 3 clocks of 8.0 MHz "
                "allows only 2051 Ohm"));
@@ -458,7 +462,7 @@ TEST(a_converter_samples_long_enough_for_its_source)
     bench_control(board, 0, 50);
     bench_control(board, 3, 1);
     assert_int_equal(hil_board_run_until(board, 20 * HIL_MS_PS), MR_HALTED);
-    assert_non_null(strstr(hil_board_reason(board), "rule CONVERTER_ON: "));
+    assert_non_null(strstr(hil_board_failure_reason(board), "rule CONVERTER_ON: "));
     hil_board_destroy(board);
 }
 
@@ -470,7 +474,7 @@ TEST(a_faster_clock_is_another_window)
     static const uint32_t by_4[] = {5u << 13, 9u << 4};
     for (unsigned i = 0; i < 2; i++) {
         struct hil_board *board = bench_board("rules", NULL);
-        board->mcu.adc.outside.source_ohm = ten_kilohm;
+        board->mcu.adc.analogue.source_ohm = ten_kilohm;
         bench_control(board, 0, 50);
         bench_control(board, 2, by_4[i]);
         bench_run(board, 20 * HIL_MS_PS);
@@ -478,8 +482,9 @@ TEST(a_faster_clock_is_another_window)
         board->state.mcu.adc[0].cr2 |= 1u << 28; /* EXTEN: rising edges of TIM1_CH1 */
         hil_adc_trigger(&board->mcu.adc, 0, true, hil_now_cycle(&board->core));
         assert_int_equal(hil_board_run_until(board, 21 * HIL_MS_PS), MR_HALTED);
-        assert_non_null(strstr(hil_board_reason(board), "3 clocks of 8.0 MHz allows only 2051"));
-        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurements, 2);
+        assert_non_null(
+            strstr(hil_board_failure_reason(board), "3 clocks of 8.0 MHz allows only 2051"));
+        assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SAMPLING].measurement_count, 2);
         hil_board_destroy(board);
     }
 }
@@ -488,7 +493,7 @@ TEST(a_rule_that_only_counts_lets_it_go_on)
 {
     struct hil_board *board = run_image(1, 0, COUNTED(SELECT_HIGH));
     assert_int_equal(bench_result(board, 0), 1);
-    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].violations, 1);
+    assert_int_equal(board->state.mcu.rules.tally[HIL_RULE_SELECT_HIGH].violation_count, 1);
     uint64_t times;
     assert_int_equal(hil_rules_count_violated(&board->mcu.rules, &times), 1);
     assert_int_equal(times, 1);
@@ -507,7 +512,7 @@ TEST(a_bare_board_is_not_driven_by_noise)
     struct ear *ear = ear_open(&options, 0);
     ear_until(ear, 2.0);
     assert_int_equal(hil_board_pin_level(ear->board, 0, 15), 1);
-    assert_int_equal(tally(ear, HIL_RULE_FLOATING)->violations, 0);
+    assert_int_equal(tally(ear, HIL_RULE_FLOATING)->violation_count, 0);
     assert_true(ear->heard[EAR_CAN][MR_ID_HEALTH] > 10);
     ear_close(ear);
 }
@@ -570,8 +575,8 @@ TEST(resistors_are_where_the_pins_say)
             if (strstr(row->text, "external pull-down"))
                 down[row->port] |= bit;
         }
-        assert_memory_equal(board->mcu.gpio.pulled_up, up, sizeof up);
-        assert_memory_equal(board->mcu.gpio.pulled_down, down, sizeof down);
+        assert_memory_equal(board->mcu.gpio.pull_up_pins, up, sizeof up);
+        assert_memory_equal(board->mcu.gpio.pull_down_pins, down, sizeof down);
         hil_board_destroy(board);
     }
 }

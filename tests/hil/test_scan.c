@@ -43,7 +43,7 @@ static struct hil_board *scanning(uint32_t control, uint64_t *start)
 
 static void run_to_cycle(struct hil_board *board, uint64_t cycle)
 {
-    bench_run(board, hil_clock_ps(&board->core.state.clock, cycle));
+    bench_run(board, hil_clock_ps_at_cycle(&board->core.state.clock, cycle));
 }
 
 static uint16_t code_at(const struct hil_board *board, uint32_t table, unsigned i)
@@ -166,7 +166,7 @@ TEST(test_captures)
     hil_board_attach_rig(board, &run);
     bench_run(board, 30 * HIL_MS_PS);
     uint32_t edges = bench_result(board, 6);
-    uint64_t start_ps = hil_clock_ps(&board->core.state.clock, start);
+    uint64_t start_ps = hil_clock_ps_at_cycle(&board->core.state.clock, start);
     double expected = floor((double)(10 * HIL_MS_PS - start_ps) * 84e6 / 1e12);
     uint32_t first = bench_word(board, edges);
     assert_true(fabs(first - expected) <= 1.0);
@@ -228,7 +228,7 @@ TEST(test_noise)
     double sum = 0.0, squares = 0.0;
     unsigned n = 0;
     hil_options_default(&options);
-    options.seed = 7;
+    options.noise_seed = 7;
     prepare();
     struct hil_board *board = bench_board("scan", &options);
     hil_board_attach_rig(board, &run);

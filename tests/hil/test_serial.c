@@ -54,7 +54,7 @@ TEST(test_wrong_rate)
     assert_int_equal(heard.count, 100);
     for (unsigned i = 0; i < 100; i++)
         assert_int_not_equal(heard.bytes[i], i + 1);
-    assert_int_equal(hil_board_counters(board)->serial_wrong_rate, 100);
+    assert_int_equal(hil_board_counters(board)->serial_bytes_garbled, 100);
     assert_int_equal(hil_board_counters(board)->serial_bytes_out, 0);
     hil_board_destroy(board);
 }

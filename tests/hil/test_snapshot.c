@@ -96,8 +96,8 @@ TEST(test_drawn)
     struct hil_options options;
     hil_options_default(&options);
     struct hil_board *ideal = bench_board("scan", &options);
-    options.is_board_drawn = true;
-    options.board_seed = 7;
+    options.has_random_tolerances = true;
+    options.tolerance_seed = 7;
     struct hil_board *drawn = bench_board("scan", &options);
     bench_run(drawn, 3 * HIL_MS_PS);
     struct snapshot *snapshot = snapshot_take(drawn);
@@ -141,10 +141,10 @@ TEST(test_firmware)
     hil_options_default(&options);
     assert_int_equal(hil_run_read("tests/runs/landing5.run", &run, error, sizeof error), MR_OK);
     for (unsigned i = 0; i < 3; i++) {
-        options.seed = i == 2 ? 2 : 1;
+        options.noise_seed = i == 2 ? 2 : 1;
         struct hil_board *board = hil_board_create(&options);
         if (hil_board_load_elf(board, "build/firmware/matrig.elf") != MR_OK)
-            fail_msg("%s", hil_board_reason(board));
+            fail_msg("%s", hil_board_failure_reason(board));
         hil_board_attach_rig(board, &run);
         listen_to(board, &heard[i]);
         for (uint64_t t_ms = 7; i == 1 && t_ms < 1500; t_ms += 13)
@@ -159,7 +159,7 @@ TEST(test_firmware)
         }
         bench_run(board, 3000 * HIL_MS_PS);
         assert_true(heard[i].bytes > 50000);
-        assert_int_equal(hil_board_counters(board)->faults, 0);
+        assert_int_equal(hil_board_counters(board)->fault_exceptions, 0);
         assert_int_equal(hil_board_counters(board)->resets, 0);
         hil_board_destroy(board);
     }

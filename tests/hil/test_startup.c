@@ -43,7 +43,7 @@ TEST(clocks_left_on_by_another_program_are_taken_back)
     struct ear *ear = ear_open(&options, 0);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     if (hil_board_run_until(ear->board, 300 * HIL_MS_PS) != MR_OK)
-        fail_msg("%s", hil_board_reason(ear->board));
+        fail_msg("%s", hil_board_failure_reason(ear->board));
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 168000000);
     assert_true(ear->heard[EAR_CAN][MR_ID_HELLO] > 0);
     struct mr_hello hello;
@@ -74,7 +74,7 @@ TEST(another_crystal_is_recognised)
         options.hsi_error_ppm = cases[i].hsi_ppm;
         struct ear *ear = ear_open(&options, 0);
         if (hil_board_run_until(ear->board, 400 * HIL_MS_PS) != MR_OK)
-            fail_msg("%u Hz: %s", cases[i].hse_hz, hil_board_reason(ear->board));
+            fail_msg("%u Hz: %s", cases[i].hse_hz, hil_board_failure_reason(ear->board));
         bool taken = cases[i].told_mhz < 0;
         print_message("# %u Hz, HSI %d ppm: clock %u, fault %u\n", cases[i].hse_hz,
                       cases[i].hsi_ppm, ear_hello(ear, EAR_SERIAL).clock_source,
@@ -97,7 +97,7 @@ TEST(the_boot_rom_finds_its_vectors_at_0)
     assert_int_equal(hil_board_run_until(ear->board, 300 * HIL_MS_PS), MR_OK);
     ear_command(ear, EAR_SERIAL, MR_COMMAND_BOOTROM, 0, 1);
     if (hil_board_run_until(ear->board, 700 * HIL_MS_PS) != MR_OK)
-        fail_msg("%s", hil_board_reason(ear->board));
+        fail_msg("%s", hil_board_failure_reason(ear->board));
     assert_int_equal(hil_board_peek(ear->board, 0, at_zero, sizeof at_zero), MR_OK);
     assert_int_equal(hil_board_peek(ear->board, 0x1fff0000u, of_rom, sizeof of_rom), MR_OK);
     assert_int_equal(ear->board->core.state.clock.hclk_hz, 24000000);

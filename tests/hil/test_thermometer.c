@@ -93,13 +93,13 @@ TEST(a_reset_while_it_is_read)
     for (unsigned n = 0; n < 1000000 && !seen; n++) {
         bench_run(ear->board, hil_board_now_ps(ear->board) + 20 * HIL_US_PS);
         seen = ear->board->state.mcu.i2c.phase == HIL_I2C_RECEIVING &&
-               ear->board->state.tmp112.pointer == 0;
+               ear->board->state.tmp112.register_pointer == 0;
     }
     assert_true(seen);
     hil_core_request_reset(&ear->board->core, 0);
     double t_s = (double)hil_board_now_ps(ear->board) * 1e-12;
     ear_until(ear, t_s + 0.001);
-    assert_true(ear->board->state.tmp112.hold.hung_clocks > 0);
+    assert_true(ear->board->state.tmp112.bus_faults.clocks_until_release > 0);
     ear_until(ear, t_s + 2.9);
     assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].detail, 2);
     assert_int_equal(ear->fault[MR_FAULT_THERMOMETER].count, 1);
@@ -116,9 +116,9 @@ TEST(not_fitted_costs_nothing)
     unsigned frames[2];
     for (unsigned with = 0; with < 2; with++) {
         struct ear *ear = open_at(20.0, 0.0);
-        assert_int_equal(hil_elf_symbol(EAR_ELF, "data_load", &load), MR_OK);
-        assert_int_equal(hil_elf_symbol(EAR_ELF, "data_start", &begin), MR_OK);
-        assert_int_equal(hil_elf_symbol(EAR_ELF, "config", &place), MR_OK);
+        assert_int_equal(hil_elf_find_symbol(EAR_ELF, "data_load", &load), MR_OK);
+        assert_int_equal(hil_elf_find_symbol(EAR_ELF, "data_start", &begin), MR_OK);
+        assert_int_equal(hil_elf_find_symbol(EAR_ELF, "config", &place), MR_OK);
         place += load - begin + (uint32_t)offsetof(struct mr_config, site[0].thermometer);
         assert_int_equal(hil_board_peek(ear->board, place, &fitted, 1), MR_OK);
         assert_int_equal(fitted, 1); /* the built-in default */

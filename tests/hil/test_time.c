@@ -88,7 +88,7 @@ TEST(sync_at_tells_when_the_sync_frame_ended)
     assert_true(heard.most_late_s < 30e-6);
     assert_int_equal(heard.frames, 0);
     assert_int_equal(ear->heard[EAR_CAN][MR_ID_CAMERA], 0);
-    assert_int_equal(hil_board_counters(ear->board)->frames_captured, 0);
+    assert_int_equal(hil_board_counters(ear->board)->film_frames_captured, 0);
     ear_close(ear);
 }
 
@@ -137,7 +137,7 @@ TEST(jitter_is_seen_and_a_frame_that_gives_no_pulse_leaves_its_gap)
     /* 5 ms less or more twice 300 us, of hundreds */
     assert_true(least_s >= 0.0044 && least_s < 0.0046);
     assert_true(most_s <= 0.0056 && most_s > 0.0054);
-    assert_int_equal(heard.frames, hil_board_counters(ear->board)->film_frames);
+    assert_int_equal(heard.frames, hil_board_counters(ear->board)->film_frames_sent);
     ear_close(ear);
 }
 
@@ -147,9 +147,9 @@ TEST(what_no_camera_gives_is_refused)
 {
     play(ELF, 2000.0, 0.0, 0.0, NULL, 2.0);
     assert_true(ear_faults(ear, EAR_CAN) & EAR_BIT(EDGE_OVERRUN));
-    assert_true(hil_board_counters(ear->board)->film_frames > 2000);
-    assert_in_range(heard.frames, hil_board_counters(ear->board)->film_frames / 2 - 10,
-                    hil_board_counters(ear->board)->film_frames / 2 + 1);
+    assert_true(hil_board_counters(ear->board)->film_frames_sent > 2000);
+    assert_in_range(heard.frames, hil_board_counters(ear->board)->film_frames_sent / 2 - 10,
+                    hil_board_counters(ear->board)->film_frames_sent / 2 + 1);
     for (unsigned i = 1; i < heard.frames; i++)
         assert_true(heard.frame[i].tick - heard.frame[i - 1].tick >= 84000 - 1);
     ear_close(ear);

@@ -85,18 +85,18 @@ static void power_on(struct rig *rig, uint64_t seed)
     struct hil_options options;
     struct hil_callbacks callbacks = {.context = rig, .on_can_frame = on_can};
     hil_options_default(&options);
-    options.seed = seed;
+    options.noise_seed = seed;
     rig->board = hil_board_create(&options);
     hil_board_set_callbacks(rig->board, &callbacks);
     if (hil_board_load_elf(rig->board, ELF) != MR_OK)
-        fail_msg("%s", hil_board_reason(rig->board));
+        fail_msg("%s", hil_board_failure_reason(rig->board));
     hil_board_attach_rig(rig->board, &rig->run);
 }
 
 static void run_until(struct rig *rig, double t_s)
 {
     if (hil_board_run_until(rig->board, (uint64_t)(t_s * 1e12)) != MR_OK)
-        fail_msg("%s", hil_board_reason(rig->board));
+        fail_msg("%s", hil_board_failure_reason(rig->board));
 }
 
 static void power_off(struct rig *rig)
@@ -119,17 +119,17 @@ static void open_still(struct rig *rig, double duration_s)
         rig->run.switch_open_ps[i] = HIL_RUN_NEVER;
 }
 
-static void order_fault(struct rig *rig, enum hil_action action, unsigned position, uint32_t count,
-                        double period_s)
+static void order_fault(struct rig *rig, enum hil_fault_action action, unsigned position,
+                        uint32_t count, double period_s)
 {
-    struct hil_fault fault = {.trigger = HIL_AT_TIME,
-                              .t_ps = 50000000000u,
+    struct hil_fault fault = {.trigger = HIL_TRIGGER_TIME,
+                              .trigger_ps = 50000000000u,
                               .action = action,
-                              .index = position,
+                              .target_index = position,
                               .count = count,
                               .duration_ps = (uint64_t)(period_s * 1e12)};
     if (hil_faults_add(&rig->board->faults, &fault) != MR_OK)
-        fail_msg("%s", hil_board_reason(rig->board));
+        fail_msg("%s", hil_board_failure_reason(rig->board));
 }
 
 /* The board's results stand in its RAM exactly as the host computes them from the edges that the
@@ -183,7 +183,7 @@ TEST(seeded_landings_are_the_hosts_bit_for_bit)
         for (unsigned i = 0; i < HIL_RUN_SWITCHES; i++) {
             if (isnan(truth.open_s[i]) || !truth.bounces[i])
                 continue;
-            order_fault(&rig, HIL_FAULT_BOUNCE, i, truth.bounces[i], truth.bounce_s[i]);
+            order_fault(&rig, HIL_FAULT_SWITCH_BOUNCE, i, truth.bounces[i], truth.bounce_s[i]);
             bounces += truth.bounces[i];
         }
         run_until(&rig, truth.stop_s + 1.0);
@@ -243,7 +243,7 @@ TEST(a_missing_switch_is_named)
     for (unsigned i = 0; i < tests_take(1, COUNT_OF(twins)); i++) {
         struct rig rig;
         open_twin(&rig, twins[i].landing);
-        order_fault(&rig, HIL_FAULT_SKIP, twins[i].position - 1, 0, 0.0);
+        order_fault(&rig, HIL_FAULT_SWITCH_SKIP, twins[i].position - 1, 0, 0.0);
         check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_MISSING, twins[i].position,
                    1);
     }
@@ -258,7 +258,7 @@ TEST(a_bouncing_switch_is_named)
     for (unsigned i = 0; i < tests_take(1, COUNT_OF(twins)); i++) {
         struct rig rig;
         open_twin(&rig, twins[i].landing);
-        order_fault(&rig, HIL_FAULT_BOUNCE, twins[i].position - 1, twins[i].times,
+        order_fault(&rig, HIL_FAULT_SWITCH_BOUNCE, twins[i].position - 1, twins[i].times,
                     twins[i].period_s);
         check_twin(&rig, twins[i].landing, twins[i].rest_s, MR_SWITCH_BOUNCE, twins[i].position,
                    twins[i].times);

@@ -122,7 +122,8 @@ static uint32_t decisive_block(void)
 static double sampled_s(const struct hil_board *board, uint32_t index)
 {
     const struct hil_tim *tim2 = &board->state.mcu.tim[HIL_TIM2];
-    double zero_s = (double)hil_clock_ps(&board->core.state.clock, tim2->base_cycle) * 1e-12 -
+    double zero_s = (double)hil_clock_ps_at_cycle(&board->core.state.clock, tim2->base_cycle) *
+                        1e-12 -
                     (double)tim2->base_count / 84e6;
     return zero_s + 2352.0 / 84e6 + (double)index * 1e-3 + LAST_SCAN_S;
 }
@@ -132,7 +133,7 @@ static double fly(unsigned landing, uint64_t seed, bool noise)
 {
     struct hil_options options = ear_options();
     options.has_adc_noise = noise;
-    options.seed = seed;
+    options.noise_seed = seed;
     memset(&flight, 0, sizeof flight);
     for (unsigned i = 0; i < MR_SEGMENTS; i++)
         flight.slack_in[i] = NAN;

@@ -290,8 +290,8 @@ static void command(struct soak *soak, enum mr_command_code code, int32_t argume
 /* A landing that begins `later_s` later: everything before holds its first value. */
 static void postpone(struct hil_run *run, double later_s)
 {
-    size_t more = (size_t)(later_s * run->rate_hz);
-    uint64_t later_ps = (uint64_t)((double)more / run->rate_hz * 1e12);
+    size_t more = (size_t)(later_s * run->sample_rate_hz);
+    uint64_t later_ps = (uint64_t)((double)more / run->sample_rate_hz * 1e12);
     int32_t(*samples)[HIL_RUN_COLUMNS] = malloc((more + run->sample_count) * sizeof *samples);
     if (!samples)
         abort();
@@ -399,7 +399,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     fclose(file);
 
     hil_options_default(&options);
-    options.seed = 1 + draw(soak, 1000000);
+    options.noise_seed = 1 + draw(soak, 1000000);
     options.lsi_hz = 17000 + draw(soak, 30001);
     soak->board = hil_board_create(&options);
     struct hil_board *board = soak->board;
@@ -415,12 +415,12 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     if (status == MR_OK)
         status = hil_board_load_nor(board, nor_path);
     if (status != MR_OK)
-        complain(soak, episode, hil_board_reason(board));
+        complain(soak, episode, hil_board_failure_reason(board));
     hil_board_attach_rig(board, &run);
     if (hil_faults_read(faults_path, ELF, &script, error, sizeof error) != MR_OK)
         complain(soak, episode, error);
     else if (hil_faults_add_all(&board->faults, &script) != MR_OK)
-        complain(soak, episode, hil_board_reason(board));
+        complain(soak, episode, hil_board_failure_reason(board));
 
     soak->boots++;
     soak->resets_seen = 0;
@@ -445,10 +445,10 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
         status = hil_board_run_until(board, t < end_ps ? t : end_ps);
     }
     if (status != MR_OK)
-        complain(soak, episode, hil_board_reason(board));
+        complain(soak, episode, hil_board_failure_reason(board));
     const struct hil_counters *counters = hil_board_counters(board);
     soak->faults += counters->faults_injected;
-    if (counters->faults)
+    if (counters->fault_exceptions)
         complain(soak, episode, "a processor fault");
     if (counters->watchdog_resets)
         complain(soak, episode, "the watchdog reset the board");
@@ -460,7 +460,7 @@ static double play(struct soak *soak, unsigned episode, const char *directory)
     }
     if (hil_board_save_flash(board, flash_path) != MR_OK ||
         hil_board_save_nor(board, nor_path) != MR_OK)
-        complain(soak, episode, hil_board_reason(board));
+        complain(soak, episode, hil_board_failure_reason(board));
     hil_board_destroy(board);
     hil_run_free(&run);
     if (soak->wrong == wrong_before)

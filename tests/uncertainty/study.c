@@ -86,9 +86,9 @@ static double evenly(uint64_t *chance, double low, double high)
 
 static double convert(struct rig *rig, unsigned unit, unsigned source, double volts)
 {
-    const struct hil_adc_errors *adc = &rig->board.adc;
-    double code = hil_adc_real_code(adc, unit, volts / rig->board.vdda_v * CODES) +
-                  HIL_ADC_NOISE_LSB * adc->noise[source] * normal(&rig->chance);
+    const struct hil_adc_errors *adc = &rig->board.adc_errors;
+    double code = hil_adc_code_with_errors(adc, unit, volts / rig->board.vdda_v * CODES) +
+                  HIL_ADC_NOISE_LSB * adc->noise_ratio[source] * normal(&rig->chance);
     return fmin(fmax(floor(code + 0.5), 0.0), CODES - 1.0);
 }
 
@@ -99,7 +99,7 @@ static double sensor(const struct rig *rig, double truth)
 
 static double reference(const struct rig *rig)
 {
-    return rig->board.reference * (1.0 + rig->board.reference_drift * rig->warmer_k);
+    return rig->board.reference_ratio * (1.0 + rig->board.reference_drift_per_k * rig->warmer_k);
 }
 
 static double transducer_volts(const struct rig *rig, double truth, double polarity)
@@ -207,8 +207,8 @@ static void draw(enum draw_kind kind, const struct draw_setting *setting, uint64
     hil_options_default(&options);
     rig->kind = kind;
     rig->chance = seed * 0x9e6c63d0876a9a99u + kind;
-    options.is_board_drawn = true;
-    options.board_seed = seed;
+    options.has_random_tolerances = true;
+    options.tolerance_seed = seed;
     options.vdda_v = evenly(&rig->chance, 3.24, 3.36);
     hil_electronics_set(&rig->board, &options, NULL);
     drawn->channel = config.channel[kind == DRAW_TRANSDUCER ? TRANSDUCER : MR_TRANSDUCERS + GAGE];
